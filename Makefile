@@ -22,7 +22,7 @@ endif
 # warnings are errors with the compilers that we try: gcc and clang of Debian 12 and 13; others may see what these do not
 $(call lazy,COMPILER,$(CC) -dumpversion)
 WERROR ?= $(if $(filter 12 14 14.% 19.%,$(COMPILER)),-Werror)
-PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp icu-i18n
+PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp
 WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -96,7 +96,7 @@ objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(
   $(filter-out api/clients/%,$(wildcard $(1)/*/*/*.c $(1)/*/*/*.cpp)))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
 API := $(call objects,api) $(B)/api/call/openapi_json.o $(B)/api/base/engine.o $(B)/api/base/version.o
-SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) build/web/assets.o
+SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) $(B)/server/classes/nickname_table.o build/web/assets.o
 HARNESS := $(call objects,tests/harness)
 
 # one test program a room: build/MODE/tests/core/run and so on
@@ -324,7 +324,7 @@ say = $(if $(V),,@printf '  %-8s %-5s %s%s\n' '$(MODE)' '$(1)' '$(2)' '$(3)')
 # the same of a compilation, with its number and how many there will be
 say_counted = $(eval SAID += +)$(call say,$(1),$(2),$(if $(filter $(words $(SAID)),$(wordlist 1,$(TOTAL),$(NUMBERS))), [$(words $(SAID))/$(TOTAL)]))
 # objects that the goals want and that are not there, or older than the flags; what was edited since is not known before
-OBJECTS = $(sort $(filter-out %.a %/engine.o %/version.o %/openapi_json.o build/web/%,$(foreach goal,$(or $(MAKECMDGOALS),help),\
+OBJECTS = $(sort $(filter-out %.a %/engine.o %/version.o %/openapi_json.o %/nickname_table.o build/web/%,$(foreach goal,$(or $(MAKECMDGOALS),help),\
   $(if $(filter build install $(B)/pendulumd,$(goal)),$(B)/server/main.o $(SERVER) $(API) $(CORE)) \
   $(foreach room,$(ROOMS),$(if $(filter test test-$(room) $(B)/tests/$(room)/run,$(goal)),\
     $(call objects,tests/$(room)) $(HARNESS) $(PARTS.$(room)) $(CORE))))))
@@ -363,6 +363,14 @@ $(B)/api/call/openapi_json.c: api/call/openapi.yaml api/call/openapi_embed.py
 	$(Q)/usr/bin/python3 api/call/openapi_embed.py $< > $@.new && mv $@.new $@
 
 $(B)/api/call/openapi_json.o: $(B)/api/call/openapi_json.c $(B)/flags
+	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
+
+$(B)/server/classes/nickname_table.c: server/classes/nickname_alike.txt server/classes/nickname_table.py
+	@mkdir -p $(@D)
+	$(call say,table,$<)
+	$(Q)/usr/bin/python3 -B server/classes/nickname_table.py $< > $@.new && mv $@.new $@
+
+$(B)/server/classes/nickname_table.o: $(B)/server/classes/nickname_table.c server/classes/nickname_table.h $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 # the digest of all sources that decide an answer's bytes
@@ -440,7 +448,7 @@ $(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
-$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd sqlite3 libpq libseccomp libisal libzstd icu-i18n,$(PKG)) && echo -lm)
+$(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd sqlite3 libpq libseccomp libisal libzstd,$(PKG)) && echo -lm)
 
 $(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Makes the files of the image: the daemon, the libraries that it is linked with, authorities, users, folders, and what all that is. There is
+# Makes the files of the image: the daemon, the libraries that it is linked with, users, folders, and what all that is. There is
 # no shell among them, nor any other program.
 # usage: root.sh BUILD ROOT     (build/release, a directory that is not there yet); from the top of the tree
 # Leaves to others: which libraries are on this machine (packages.txt), what runs it (Dockerfile, tests/rules/image.sh).

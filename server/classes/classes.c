@@ -201,7 +201,6 @@ static int join_check(struct srv_store_request *asked) {
     if (!srv_class_request_check(asked)) return 0;
     /* a number may follow the fold */
     int bytes = srv_nickname_fold(own->facts.nickname, own->fold, sizeof own->fold - 16);
-    if (bytes < 0) srv_exchange_busy(asked->exchange, 1, "out of memory");
     if (!bytes) srv_exchange_problem(asked->exchange, 422, "nickname has nothing that can be seen");
     return bytes > 0;
 }

@@ -1,59 +1,73 @@
 #include "server/classes/nickname.h"
 
 #include <assert.h>
-#include <string.h>
-#include <unicode/uchar.h>
-#include <unicode/unorm2.h>
-#include <unicode/uspoof.h>
-#include <unicode/ustring.h>
+#include <stdlib.h>
 
-enum {
-    NICKNAME_UNITS = 2048,          /* of UTF-16; a character becomes 18 at most, a name has 32 */
-    NICKNAME_BRAILLE_BLANK = 0x2800 /* looks like a blank, and is a symbol */
-};
+#include "server/classes/nickname_table.h"
 
-/* Leaves out blanks, control and format characters, and what has no picture. Returns how many units
- * are left. */
-static int32_t nickname_seen(UChar text[], int32_t units) {
-    int32_t kept = 0;
-    for (int32_t at = 0; at < units;) {
-        UChar32 c;
-        U16_NEXT(text, at, units, c);
-        if (U_GET_GC_MASK(c) & (U_GC_Z_MASK | U_GC_CC_MASK | U_GC_CF_MASK)) continue;
-        if (u_hasBinaryProperty(c, UCHAR_DEFAULT_IGNORABLE_CODE_POINT)) continue;
-        if (c != NICKNAME_BRAILLE_BLANK) U16_APPEND_UNSAFE(text, kept, c);
-    }
-    assert(kept <= units);
-    return kept;
+enum { NICKNAME_CODES = 1024 /* of a fold; a character becomes 18 at most, a name has 32 */ };
+
+/* Reads a character of UTF-8; one that is damaged is U+FFFD. */
+static unsigned nickname_read(const char **text) {
+    const unsigned char *at = (const unsigned char *)*text;
+    unsigned first = *at++, more = first < 0xc0 ? 0 : first < 0xe0 ? 1 : first < 0xf0 ? 2 : 3;
+    unsigned code = first < 0x80 ? first : first & (0x3fU >> more);
+    for (unsigned i = 0; i < more && (*at & 0xc0) == 0x80; i++) code = code << 6 | (*at++ & 0x3f);
+    int bad = (first >= 0x80 && first < 0xc2) || first > 0xf4 ||
+              at - (const unsigned char *)*text != 1 + (long)more;
+    *text = (const char *)at;
+    return bad ? 0xfffd : code;
 }
 
-/* The skeleton makes l of I and 1, and O of 0; i and o join them, whatever their case was. */
-static void nickname_digits(UChar text[], int32_t units) {
-    for (int32_t i = 0; i < units; i++) {
-        if (text[i] == 'i' || text[i] == 'l') text[i] = '1';
-        if (text[i] == 'o') text[i] = '0';
-    }
+/* Writes a character; returns its bytes, 4 at most. */
+static size_t nickname_write(char *to, unsigned code) {
+    size_t bytes = code < 0x80 ? 1 : code < 0x800 ? 2 : code < 0x10000 ? 3 : 4;
+    static const unsigned char first[] = {0, 0, 0xc0, 0xe0, 0xf0};
+    for (size_t i = bytes; i-- > 1; code >>= 6) to[i] = (char)(0x80 | (code & 0x3f));
+    to[0] = (char)(first[bytes] | code);
+    return bytes;
+}
+
+static int nickname_row(const void *code, const void *row) {
+    unsigned one = *(const unsigned *)code, other = ((const struct srv_nickname_row *)row)->code;
+    return (one > other) - (one < other);
+}
+
+static int nickname_marks(const void *code, const void *range) {
+    unsigned one = *(const unsigned *)code;
+    const unsigned *ends = range;
+    return (one > ends[1]) - (one < ends[0]);
+}
+
+static int nickname_mark(unsigned code) {
+    return bsearch(&code, srv_nickname_marks, srv_nickname_mark_count, sizeof *srv_nickname_marks,
+                   nickname_marks) != NULL;
 }
 
 int srv_nickname_fold(const char *name, char fold[], size_t cap) {
-    UChar one[NICKNAME_UNITS], two[NICKNAME_UNITS];
-    UErrorCode error = U_ZERO_ERROR;
-    int32_t units = 0, bytes = 0;
+    unsigned codes[NICKNAME_CODES];
+    size_t count = 0, used = 0;
     assert(cap > 3);
-    fold[0] = 0;
-    u_strFromUTF8WithSub(one, NICKNAME_UNITS, &units, name, -1, 0xfffd, NULL, &error);
-    units =
-        unorm2_normalize(unorm2_getNFKCInstance(&error), one, units, two, NICKNAME_UNITS, &error);
-    if (U_SUCCESS(error)) units = nickname_seen(two, units);
-    USpoofChecker *checker = uspoof_open(&error);
-    units = uspoof_getSkeleton(checker, 0, two, units, one, NICKNAME_UNITS, &error);
-    uspoof_close(checker);
-    units = u_strFoldCase(two, NICKNAME_UNITS, one, units, U_FOLD_CASE_DEFAULT, &error);
-    if (U_FAILURE(error)) return -1;
-    nickname_digits(two, units);
-    /* a unit has three bytes of UTF-8 at most */
-    int32_t most = (int32_t)(cap - 1) / 3;
-    u_strToUTF8WithSub(fold, (int32_t)cap, &bytes, two, units < most ? units : most, 0xfffd, NULL,
-                       &error);
-    return U_FAILURE(error) ? -1 : bytes;
+    while (*name) {
+        char own[5] = "";
+        unsigned code = nickname_read(&name);
+        const struct srv_nickname_row *row =
+            bsearch(&code, srv_nickname_rows, srv_nickname_row_count, sizeof *row, nickname_row);
+        nickname_write(own, code);
+        const char *text = row ? srv_nickname_text + row->at : own;
+        while (*text && count < NICKNAME_CODES) codes[count++] = nickname_read(&text);
+    }
+    /* marks on one letter look the same in any order */
+    for (size_t i = 1; i < count; i++)
+        for (size_t k = i; k > 0 && codes[k - 1] > codes[k] && nickname_mark(codes[k]) &&
+                           nickname_mark(codes[k - 1]);
+             k--) {
+            unsigned mark = codes[k];
+            codes[k] = codes[k - 1];
+            codes[k - 1] = mark;
+        }
+    for (size_t i = 0; i < count && used + 4 < cap; i++)
+        used += nickname_write(fold + used, codes[i]);
+    fold[used] = 0;
+    return (int)used;
 }

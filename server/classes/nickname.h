@@ -13,8 +13,7 @@
  *
  * fold  out, cap bytes; UTF-8, cut at a character where it is longer.
  *
- * Returns the length of the fold before it is cut, 0 where nothing can be seen, -1 without memory.
- * Any thread. O(bytes)
+ * Returns the length of the fold, 0 where nothing can be seen. Any thread. O(bytes)
  */
 int srv_nickname_fold(const char *name, char fold[], size_t cap);
 

@@ -106,7 +106,7 @@ dockerfile() { sed '1,/^FROM scratch/d' docker/Dockerfile | sed -nE "s/^$1 //p";
 looks_right() { # root
     local bytes programs packages sbom
     bytes=$(du -sb "$1" | cut -f1)
-    [ "$bytes" -lt 90000000 ] || fail "it has $bytes bytes"
+    [ "$bytes" -lt 45000000 ] || fail "it has $bytes bytes"
     programs=$(find "$1" -type f -perm /111 ! -name '*.so*' ! -path "$1/usr/local/bin/pendulumd")
     [ -z "$programs" ] || fail "other programs: $programs"
     programs=$(find "$1" -perm /6000 -o -type f -perm /022)

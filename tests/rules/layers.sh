@@ -29,7 +29,6 @@ doors=(
     '^sqlite3[.]h$ ^server/store/store_sqlite([.]c|_disk[.][ch])$'
     '^libpq-fe[.]h$ ^server/store/store_postgres(_line[.]h|[.]c)$'
     '^seccomp[.]h$ ^server/sandbox/calls[.]c$'
-    '^unicode/ ^server/classes/nickname[.]c$'
     '^linux/(landlock|capability)[.]h$ ^server/sandbox/(fence|privileges)[.]c$'
     '^(pthread|threads)[.]h$ ^server/'
 )

@@ -1,0 +1,19 @@
+/* What characters of nicknames fold to; made by nickname_table.py from nickname_alike.txt.
+ * Leaves to others: folding a name (nickname).
+ * Invariant: rows and marks are in the order of their characters. */
+#ifndef SRV_NICKNAME_TABLE_H
+#define SRV_NICKNAME_TABLE_H
+
+#include <stddef.h>
+
+/* A character that does not fold to itself. */
+struct srv_nickname_row {
+    unsigned code, at; /* its fold is the text at srv_nickname_text + at, UTF-8 */
+};
+
+extern const struct srv_nickname_row srv_nickname_rows[];
+extern const unsigned srv_nickname_marks[][2]; /* first and last of combining characters */
+extern const char srv_nickname_text[];
+extern const size_t srv_nickname_row_count, srv_nickname_mark_count;
+
+#endif
