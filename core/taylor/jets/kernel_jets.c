@@ -257,38 +257,6 @@ VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int
 
 /* the largest magnitude among the arms of each of these rows; not a number, or infinite, where
  * one of them is */
-#ifdef __AVX512F__
-VEC_INLINE bits8 kernel_larger(bits8 x, bits8 y) {
-    return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y);
-}
-
-VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
-    // compared as integers: the order is the same, and what is not finite is largest
-    bits8 x[KERNEL_SIZES], pair[4], four[2];
-    for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
-    int last = s->levels ? jets_seats(s) : s->n;
-    for (int a = 0; a < last; a += 8) {
-        for (int i = 0; i < KERNEL_SIZES; i++)
-            x[i] = kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(
-                                           kernel_term(s, order, i) + jets_row(s, a), arms)));
-    }
-    for (int i = 0; i < 4; i++) {
-        bits8 even = x[2 * i], odd = x[2 * i + 1];
-        pair[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 8, 2, 10, 4, 12, 6, 14),
-                                __builtin_shufflevector(even, odd, 1, 9, 3, 11, 5, 13, 7, 15));
-    }
-    for (int i = 0; i < 2; i++) {
-        bits8 even = pair[2 * i], odd = pair[2 * i + 1];
-        four[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 1, 8, 9, 4, 5, 12, 13),
-                                __builtin_shufflevector(even, odd, 2, 3, 10, 11, 6, 7, 14, 15));
-    }
-    lanes8 all = (lanes8)kernel_larger(
-        __builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 8, 9, 10, 11),
-        __builtin_shufflevector(four[0], four[1], 4, 5, 6, 7, 12, 13, 14, 15));
-    return (struct kernel_terms){{__builtin_shufflevector(all, all, 0, 1, 2, 3),
-                                  __builtin_shufflevector(all, all, 4, 5, 6, 7)}};
-}
-#else
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
     int last = s->levels ? jets_seats(s) : s->n;
@@ -308,7 +276,6 @@ VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int ord
     }
     return terms;
 }
-#endif
 
 /* the least of four */
 VEC_INLINE double term_least(const term x[]) {

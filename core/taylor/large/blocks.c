@@ -31,7 +31,7 @@ static int blocks_crowded(const struct pend_tree *tree, int k) {
 }
 
 struct blocks_counts {
-    size_t up, down, kids, apart, joints, crowd;
+    size_t up, down, kids, joints, crowd;
 };
 
 static struct blocks_counts blocks_measure(const struct pend_tree *tree) {
@@ -44,9 +44,6 @@ static struct blocks_counts blocks_measure(const struct pend_tree *tree) {
         counts.joints += (size_t)crowded;
         for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
             counts.crowd += (size_t)crowded;
-            for (int d = k + 1; d < tree->end[k] && !crowded; d = tree->end[d]) {
-                counts.apart += blocks_start(c) != blocks_start(d);
-            }
         }
     }
     return counts;
@@ -70,15 +67,11 @@ static size_t blocks_lay(struct blocks *b, const struct pend_tree *tree, char *b
     b->down_place = blocks_take(base, &used, counts.down, sizeof(int));
     b->down_arm = blocks_take(base, &used, counts.down, sizeof(int));
     b->up_lane = blocks_take(base, &used, counts.up, 1);
-    b->down_lane = blocks_take(base, &used, counts.down, 1);
     b->kid_lane = blocks_take(base, &used, counts.kids, 1);
-    b->apart_lane = blocks_take(base, &used, counts.apart, 1);
-    b->apart_place = blocks_take(base, &used, counts.apart, sizeof(int));
     b->kid_place = blocks_take(base, &used, counts.kids, sizeof(int));
     b->kid_arm = blocks_take(base, &used, counts.kids, sizeof(int));
     b->crowd_first = blocks_take(base, &used, counts.joints + 1, sizeof(int));
     b->crowd_place = blocks_take(base, &used, counts.crowd, sizeof(int));
-    b->crowd_arm = blocks_take(base, &used, counts.crowd, sizeof(int));
     return used;
 }
 
@@ -88,62 +81,41 @@ size_t pend_blocks_bytes(const struct pend_tree *tree) {
     return blocks_lay(&sketch, tree, NULL);
 }
 
-static void blocks_read(struct block_lanes *lanes, int lane, int from) {
-    lanes->from[lane] = (signed char)from;
-    lanes->mask = (unsigned char)(lanes->mask | 1 << lane);
-}
-
 /* siblings of arm k, those in its own block first */
-static int blocks_siblings(const struct pend_tree *tree, int k, int sibling[BLOCK_SIBLINGS],
-                           int *near) {
+static int blocks_siblings(const struct pend_tree *tree, int k, int sibling[BLOCK_SIBLINGS]) {
     int p = tree->parent[k], count = 0;
-    *near = 0;
     if (p < 0 || blocks_crowded(tree, p)) return 0;
     for (int far = 0; far < 2; far++) {
         for (int c = p + 1; c < tree->end[p]; c = tree->end[c]) {
             if (c == k || (blocks_start(c) != blocks_start(k)) != far) continue;
             sibling[count++] = c;
-            *near += !far;
         }
     }
     return count;
 }
 
-static void blocks_lane(struct blocks *b, const struct pend_tree *tree, int k, int *apart) {
+static void blocks_lane(struct blocks *b, const struct pend_tree *tree, int k) {
     struct block_shape *shape = &b->shape[k / BLOCK_ARMS];
-    int lane = k % BLOCK_ARMS, start = k - lane, p = tree->parent[k], sibling[BLOCK_SIBLINGS], near;
+    int lane = k % BLOCK_ARMS, p = tree->parent[k], sibling[BLOCK_SIBLINGS];
     shape->straight &= p == k - 1;
     shape->parents[lane] = pend_blocks_place(p);
-    if (p >= start) blocks_read(&shape->parent, lane, p - start);
-    int count = blocks_siblings(tree, k, sibling, &near);
-    for (int i = 0; i < count; i++) {
-        shape->siblings[i][lane] = pend_blocks_place(sibling[i]);
-        if (i < near) {
-            blocks_read(&shape->sibling[i], lane, sibling[i] - start);
-            continue;
-        }
-        b->apart_lane[*apart] = (unsigned char)(1 << lane);
-        b->apart_place[(*apart)++] = pend_blocks_place(sibling[i]);
-    }
+    int count = blocks_siblings(tree, k, sibling);
+    for (int i = 0; i < count; i++) shape->siblings[i][lane] = pend_blocks_place(sibling[i]);
     if (count > shape->rounds) shape->rounds = count;
 }
 
 static void blocks_shapes(struct blocks *b, const struct pend_tree *tree) {
-    int apart = 0;
     for (int i = 0; i < b->count; i++) {
         struct block_shape *shape = &b->shape[i];
         int start = i * BLOCK_ARMS;
         shape->straight = 1;
         shape->lead = blocks_leads(tree, start);
-        shape->apart.first = apart;
         for (int lane = 0; lane < BLOCK_ARMS; lane++) {
             shape->parents[lane] = pend_blocks_place(start + lane - 1);
             for (int j = 0; j < BLOCK_SIBLINGS; j++)
                 shape->siblings[j][lane] = pend_blocks_place(-1);
         }
-        for (int k = start; k < start + BLOCK_ARMS && k < tree->n; k++)
-            blocks_lane(b, tree, k, &apart);
-        shape->apart.end = apart;
+        for (int k = start; k < start + BLOCK_ARMS && k < tree->n; k++) blocks_lane(b, tree, k);
     }
 }
 
@@ -155,7 +127,6 @@ static void blocks_down_edges(struct blocks *b, const struct pend_tree *tree) {
         if (k % BLOCK_ARMS == 0) run->first = edges;
         if (blocks_leaves(tree, k)) {
             b->down_place[edges] = pend_blocks_place(tree->parent[k]);
-            b->down_lane[edges] = (unsigned char)(1 << k % BLOCK_ARMS);
             b->down_arm[edges++] = k;
         }
         run->end = edges;
@@ -198,12 +169,11 @@ static void blocks_children(struct blocks *b, const struct pend_tree *tree) {
         if (crowded) b->crowd_first[joints++] = crowd;
         for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
             if (crowded) {
-                b->crowd_place[crowd] = pend_blocks_place(c);
-                b->crowd_arm[crowd++] = c;
+                b->crowd_place[crowd++] = pend_blocks_place(c);
             }
             if (c == k + 1) continue;
             b->kid_place[kids] = pend_blocks_place(c);
-            b->kid_lane[kids] = (unsigned char)(1 << k % BLOCK_ARMS);
+            b->kid_lane[kids] = (unsigned char)(k % BLOCK_ARMS);
             b->kid_arm[kids++] = c;
         }
         shape->kids.end = kids;

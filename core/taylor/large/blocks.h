@@ -53,24 +53,16 @@ struct block_run {
     int first, end;
 };
 
-/* Which lane of a block each lane reads: from[i] where bit i of mask is set. */
-struct block_lanes {
-    signed char from[BLOCK_ARMS];
-    unsigned char mask;
-};
-
 /* The structure of one block; lanes count its arms. */
 struct block_shape {
     int straight; /* every arm hangs on the one before it, the first on the last block's last */
     int lead;     /* the first arm does so */
     int rounds;   /* most siblings of an arm that is not at a crowded joint */
-    struct block_lanes parent, sibling[BLOCK_SIBLINGS]; /* those in this block */
     int parents[BLOCK_ARMS],
         siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all; the pivot where there is none */
     struct block_run up;                      /* edges from later blocks, without a lead */
     struct block_run down;                    /* edges to earlier ones, a lead first */
     struct block_run kids;                    /* children of the block's arms that are not first */
-    struct block_run apart;                   /* siblings in other blocks */
     struct block_run joints;                  /* crowded joints */
 };
 
@@ -84,12 +76,9 @@ struct blocks {
     int *up_place, *up_arm;     /* of the child */
     int *down_place, *down_arm; /* of the parent; of the child */
     int *kid_place, *kid_arm;
-    int *apart_place;       /* of a sibling */
-    unsigned char *up_lane; /* the parent's */
-    unsigned char *down_lane, *kid_lane,
-        *apart_lane; /* 1 << the arm's, the parent's, the arm's lane */
-    int *crowd_first, *crowd_place,
-        *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
+    unsigned char *up_lane, *kid_lane; /* the parent's */
+    /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
+    int *crowd_first, *crowd_place;
 };
 
 /** Returns the bytes that the blocks of a tree need, a multiple of 64. O(n). */

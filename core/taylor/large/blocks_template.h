@@ -22,20 +22,23 @@ VEC_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLO
 
 /* ---- once a step */
 
+/* the lane of arm i's parent, below 0 where that is in another block; kappa of no arm is 0 */
+VEC_INLINE int block_parent(const struct block_shape *shape, int start, int i) {
+    return shape->parents[i] - pend_blocks_place(start);
+}
+
 /* answers of a block's arms from lane h on to a unit at arm i, on the way up and on the way down */
 VEC_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape,
                              double *at, int start, int h) {
     wide up[BLOCK_ARMS], down[BLOCK_ARMS];
     for (int i = 0; i < BLOCK_ARMS; i++) {
         up[i] = down[i] = wide_only(1, i, h);
-        int p = shape->parent.from[i];
-        if (shape->parent.mask >> i & 1)
-            up[i] = wide_fma(wide_of(s->kappa[start + i]), up[p], up[i]);
+        int p = block_parent(shape, start, i);
+        if (p >= 0) up[i] = wide_fma(wide_of(s->kappa[start + i]), up[p], up[i]);
     }
     for (int i = BLOCK_ARMS - 1; i >= 0; i--) {
-        int p = shape->parent.from[i];
-        if (shape->parent.mask >> i & 1)
-            down[p] = wide_fma(wide_of(s->kappa[start + i]), down[i], down[p]);
+        int p = block_parent(shape, start, i);
+        if (p >= 0) down[p] = wide_fma(wide_of(s->kappa[start + i]), down[i], down[p]);
     }
     for (int i = 0; i < BLOCK_ARMS; i++) {
         block_put(at + h, BLOCK_UP + i, up[i]);
@@ -115,15 +118,9 @@ VEC_INLINE double blocks_one(const struct blocks *b, int place, int row) {
     return b->numbers[place + row * BLOCK_ARMS];
 }
 
-/* x less y in the lanes of a mask, of which one is set */
-VEC_INLINE void block_less(struct vec8 *x, unsigned char mask, double y) {
-#if KERNEL_WIDTH == 8
-    x->part[0] = (wide)_mm512_mask_sub_pd((__m512d)x->part[0], mask, (__m512d)x->part[0],
-                                          (__m512d)wide_of(y));
-#else
-    int lane = __builtin_ctz(mask);
+/* takes y from a lane of x */
+VEC_INLINE void block_less(struct vec8 *x, int lane, double y) {
     for (int p = 0; p < VEC8_PARTS; p++) x->part[p] -= wide_only(y, lane, p * WIDE);
-#endif
 }
 
 /* adds y times a row */
@@ -254,57 +251,27 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b) {
 
 /* ---- once an order, from the first block to the last */
 
-#if KERNEL_WIDTH == 8
-VEC_INLINE wide block_lanes(const struct block_lanes *lanes, wide x) {
-    __m512i from =
-        _mm512_cvtepi8_epi64(_mm_loadl_epi64((const __m128i *)(const void *)lanes->from));
-    return (wide)_mm512_maskz_permutexvar_pd(lanes->mask, from, (__m512d)x);
-}
-#endif
-
 /* a row's values at the parents of the arms from lane h on */
 VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape,
                               const double *at, int row, int h) {
     const double *before = h ? at + h - WIDE : at - BLOCK_NUMBERS + BLOCK_ARMS - WIDE;
     if (shape->straight) return wide_unshift(block_get(before, row), block_get(at + h, row));
-#if KERNEL_WIDTH == 8
-    wide x = block_lanes(&shape->parent, block_get(at, row));
-    for (int e = shape->down.first; e < shape->down.end; e++) {
-        wide other = wide_of(blocks_one(b, b->down_place[e], row));
-        x = (wide)_mm512_mask_mov_pd((__m512d)x, b->down_lane[e], (__m512d)other);
-    }
-    return x;
-#else
     return wide_gather(b->numbers + row * BLOCK_ARMS, shape->parents + h);
-#endif
 }
 
 /* x less the sum of Z f over each arm's siblings, but for crowded joints */
-VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape,
-                               const double *at, wide x, int h) {
-#if KERNEL_WIDTH == 8
-    (void)h;
-    struct vec8 all = {{x}};
-    wide sway = block_get(at, BLOCK_SWAY);
-    for (int i = 0; i < shape->rounds; i++) all.part[0] -= block_lanes(&shape->sibling[i], sway);
-    for (int e = shape->apart.first; e < shape->apart.end; e++) {
-        block_less(&all, b->apart_lane[e], blocks_one(b, b->apart_place[e], BLOCK_SWAY));
-    }
-    return all.part[0];
-#else
-    (void)at;
-    for (int i = 0; i < shape->rounds; i++) {
+VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape, wide x,
+                               int h) {
+    for (int i = 0; i < shape->rounds; i++)
         x -= wide_gather(b->numbers + BLOCK_SWAY * BLOCK_ARMS, shape->siblings[i] + h);
-    }
     return x;
-#endif
 }
 
 /* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
 VEC_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at,
                               int h) {
     wide across = block_parents(b, shape, at, BLOCK_SIDE, h) - block_get(at + h, BLOCK_OTHERS);
-    across = block_siblings(b, shape, at, across, h);
+    across = block_siblings(b, shape, across, h);
     wide bias = block_get(at + h, BLOCK_BIAS), push = block_get(at + h, BLOCK_PUSH);
     wide tension =
         wide_fma(block_get(at + h, BLOCK_TAU), across, block_get(at + h, BLOCK_NU) * bias);
