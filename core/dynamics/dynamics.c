@@ -56,14 +56,9 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
         pend_dynamics_careful(tree, loads, phi, rate, work, acc, force);
 }
 
-enum { DYNAMICS_FEW = 48 };
-
 void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                    const double rate[], void *work, double acc[], double force[]) {
-    // half of the widest vectors is quicker for a few arms, and gives the same bits
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512 && tree->n <= DYNAMICS_FEW) isa = PEND_ISA_AVX2;
-    pend_dynamics_for(isa, tree, loads, phi, rate, work, acc, force);
+    pend_dynamics_for(pend_isa_best(), tree, loads, phi, rate, work, acc, force);
 }
 
 size_t pend_dynamics_at_bytes(const struct pend_tree *tree, const struct pend_loads *loads) {
