@@ -4,11 +4,9 @@
 #include <string.h>
 
 #include "core/simd/vec_isa.h"
+#include "core/tree/turns.h"
 
 #include "core/bodies/bodies_template.h"
-
-/* pi / 2 as a sum of two */
-static const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
 
 /* sines and cosines of the angles to the parents, and these angles; rates in units */
 static void kernel_start(const struct bodies_system *s, const struct bodies_state *state,
@@ -19,7 +17,7 @@ static void kernel_start(const struct bodies_system *s, const struct bodies_stat
         if (state->phi_low) low = state->phi_low[k] - (p < 0 ? 0 : state->phi_low[p]);
         low += (x - (d + back)) + (back - y);
         num_turn(d, low, &s->sine[k], &s->cosine[k]);
-        s->bend[k] = p < 0 ? (d + quarter) + (low + quarter_low) : d + low;
+        s->bend[k] = p < 0 ? (d + M_PI_2) + (low + PEND_QUARTER_LOW) : d + low;
         s->rate[bodies_row(s, k)] = state->rate[k] * unit;
     }
     if (pend_terms_cart(s->terms))

@@ -182,9 +182,8 @@ void pend_ideal_turn(struct ideal *ideal) {
 
 /* how far the spring of an arm is bent; that of the first arm against the vertical */
 static double ideal_bend(const struct ideal *ideal, int k) {
-    const double quarter = 0x1.921fb54442d18p+0;
     double angle = ideal->known.system.angle[k] + ideal->known.system.angle_low[k];
-    if (ideal->known.system.parent[k] < 0) angle += quarter;
+    if (ideal->known.system.parent[k] < 0) angle += M_PI_2;
     return angle - pend_terms_get(ideal->loads.terms, ideal->loads.value, PEND_TERM_REST, k);
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/taylor_order.h"
+#include "core/tree/turns.h"
 
 /* Eight derivatives of real pendulums whose motion is not known first (ideal_loads.h) take 2.5
  * to 2.9 times as long as eight members of an ensemble in lanes
@@ -90,8 +91,6 @@ static struct derivatives_series derivatives_found(const struct derivatives_pass
 /* cosines and sines of the angles to the parents, and these angles; rates in units */
 static void derivatives_start(const struct bodies_system *s, const num phi[], const num low[],
                               const num rate[], num unit) {
-    // pi / 2 as a sum of two
-    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     for (int k = 0; k < s->n; k++) {
         int p = pend_terms_holder(s->terms, s->parent, k);
         num d = p < 0 ? phi[k] : num_sub(phi[k], phi[p]);
@@ -99,7 +98,8 @@ static void derivatives_start(const struct bodies_system *s, const num phi[], co
         double back = x - gap, rest = (x - (gap + back)) + (back - y);
         if (low) rest += low[k].value - (p < 0 ? 0 : low[p].value);
         num_turn(d, rest, &s->sine[k], &s->cosine[k]);
-        s->bend[k] = tangent_with(d, p < 0 ? (gap + quarter) + (rest + quarter_low) : gap + rest);
+        s->bend[k] =
+            tangent_with(d, p < 0 ? (gap + M_PI_2) + (rest + PEND_QUARTER_LOW) : gap + rest);
         s->rate[bodies_row(s, k)] = num_mul(rate[k], unit);
     }
     if (!pend_terms_cart(s->terms)) return;

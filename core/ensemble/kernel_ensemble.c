@@ -1,5 +1,7 @@
 #include "core/ensemble/kernel_ensemble.h"
 
+#include <math.h>
+
 #include "core/simd/vec_isa.h"
 
 /* a number is one value for each lane */
@@ -188,8 +190,8 @@ static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct 
         rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]) * s->share[j]);
     ensemble_range(a, rest * power, &low, &high);
     // theta = phi + pi / 2, from the cell's middle
-    num middle = lane_get(lanes->from.phi, k) + 1.57079632679489661923 -
-                 lane_get(lanes->cell, k) * (2 * lanes->bound);
+    num middle =
+        lane_get(lanes->from.phi, k) + M_PI_2 - lane_get(lanes->cell, k) * (2 * lanes->bound);
     double inside = lanes->bound * (1 - 1e-12);
     return ~((wide_mask)(middle + high < inside) & (wide_mask)(middle + low > -inside));
 }

@@ -10,6 +10,7 @@
 #include "core/taylor/jets_bodies.h"
 #include "core/taylor/lanes/lanes_bodies_template.h"
 #include "core/taylor/lanes/lanes_loads_template.h"
+#include "core/tree/turns.h"
 
 /* a neighbour's distance in its largest coordinate, rad, over which errors are taken as linear; and
  * an error below which there is none */
@@ -37,14 +38,12 @@ VEC_INLINE struct bodies_moment real_moment(const struct ensemble_lanes *lanes, 
 
 /* sines and cosines of the angles to the parents, and these angles */
 static void real_bend(const struct bodies_system *b, const num phi[], const num low[]) {
-    // pi / 2 as a sum of two
-    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     for (int k = 0; k < b->n; k++) {
         int p = pend_terms_holder(b->terms, b->parent, k);
         num x = phi[k], y = p < 0 ? num_of(0) : phi[p], d = x - y, back = x - d;
         num rest = (low[k] - (p < 0 ? num_of(0) : low[p])) + ((x - (d + back)) + (back - y));
         num_turn(d, rest, &b->sine[k], &b->cosine[k]);
-        b->bend[k] = p < 0 ? (d + quarter) + (rest + quarter_low) : d + rest;
+        b->bend[k] = p < 0 ? (d + M_PI_2) + (rest + PEND_QUARTER_LOW) : d + rest;
     }
     if (pend_terms_cart(b->terms)) bodies_cart_start(b, phi[0] + low[0]);
 }

@@ -11,6 +11,7 @@
 
 #define STEP_SIZE(s, place) WIDE_(abs)((s)->rate[place].high)
 #include "core/taylor/lanes/step_template.h"
+#include "core/tree/turns.h"
 
 enum {
 #define X(name) ARRAY_##name,
@@ -100,7 +101,7 @@ static void extended_start(const struct extended_motion *motion, const struct je
 /* all orders of a real pendulum */
 static void extended_bodies(const struct extended_motion *motion, const struct jets_system *s,
                             wide unit, num gravity) {
-    const num quarter = num_of2(0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54);
+    const num quarter = num_of2(M_PI_2, PEND_QUARTER_LOW);
     struct bodies_system b = extended_real(motion, s);
     struct bodies_moment now = {num_from(unit), gravity, num_of(motion->start),
                                 num_of(motion->from.time)};

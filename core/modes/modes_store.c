@@ -183,10 +183,9 @@ void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, in
 }
 
 double pend_modes_theta(double phi, double low) {
-    const double quarter = 1.57079632679489661923;
     struct pend_sum rest = pend_turns_rest(phi, low, NULL);
     if (low != 0 && fabs(rest.high) <= 2) return pend_turns_theta(rest.high, rest.low);
-    return remainder(rest.high + quarter, 4 * quarter);
+    return remainder(rest.high + M_PI_2, 4 * M_PI_2);
 }
 
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,

@@ -9,7 +9,6 @@
 /* instants of a period: of driven pendulums and orbits that do not rest so many that every part of
  * it is one of them */
 enum { ALL = 840, PARTS = 8 };
-static const double pi = 3.14159265358979323846;
 
 static size_t check_rows(int all) { return all ? ALL + 1 : PARTS + 1; }
 
@@ -63,7 +62,7 @@ static double check_away(const struct orbit_check *check, const struct orbit_for
     for (int k = 0; k < check->n; k++) {
         double way = check->phi[i * check->n + k] - check->phi[k];
         double speed = check->rate[i * check->n + k] - check->rate[k];
-        if (form->turns && form->kind == ORBIT_DRIVEN) way = remainder(way, 2 * pi);
+        if (form->turns && form->kind == ORBIT_DRIVEN) way = remainder(way, 2 * M_PI);
         most = fmax(most, fmax(fabs(way), fabs(speed) / form->omega));
     }
     return most;

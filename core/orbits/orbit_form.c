@@ -9,9 +9,9 @@
 #include "core/modes/damped.h"
 #include "core/modes/modes.h"
 #include "core/orbits/orbit_constants.h"
+#include "core/tree/turns.h"
 
-static const double pi = 3.14159265358979323846;
-static const double hanging = -1.57079632679489661923, hanging_low = -6.123233995736766e-17;
+static const double hanging = -M_PI_2, hanging_low = -PEND_QUARTER_LOW;
 
 /* ---- the pendulum */
 
@@ -271,7 +271,7 @@ static double form_spans(const struct orbit_form *form) {
 /* s: how much longer a motion without a drive takes for a period of 1 more */
 static double form_later(const struct orbit_form *form) {
     assert(form->kind != ORBIT_DRIVEN);
-    return 2 * pi / form->omega * form->times / form_spans(form);
+    return 2 * M_PI / form->omega * form->times / form_spans(form);
 }
 
 int pend_orbit_form_double(struct orbit_form *form) {
@@ -380,7 +380,7 @@ enum pend_status pend_orbit_form_set(struct orbit_form *form, const double u[], 
     if (driven) {
         PEND_TRY(form_vary(form, u, error));
         double omega = p->vary == PEND_ORBIT_OMEGA ? pend_orbit_form_value(form, u) : form->omega;
-        form->span = form->times * 2 * pi / omega;
+        form->span = form->times * 2 * M_PI / omega;
     } else {
         form->span = u[form->equations] * form_later(form);
     }
@@ -404,7 +404,7 @@ double pend_orbit_form_apart(const struct orbit_form *form, const struct orbit_m
     for (int k = 0; k < form->n; k++) {
         double way = phi[k] - side * form->phi[k] - twice;
         double speed = rate[k] - side * form->rate[k];
-        if (form->turns) way = remainder(way, 2 * pi);
+        if (form->turns) way = remainder(way, 2 * M_PI);
         most = fmax(most, fmax(fabs(way), fabs(speed) / form->omega));
     }
     return most;
@@ -418,14 +418,14 @@ static void form_driven(const struct orbit_form *form, const struct orbit_map *m
     double omega = form->omega, later = 0; // the span's derivative by the last unknown
     assert(q == form->count);
     if (form->problem->vary == PEND_ORBIT_OMEGA) {
-        double now = form->times * 2 * pi / form->span;
+        double now = form->times * 2 * M_PI / form->span;
         later = -form->span / now * (form->problem->to - form->from);
     }
     for (int k = 0; k < n; k++) {
         double *angle = J + (size_t)k * (size_t)columns;
         double *speed = J + (size_t)(n + k) * (size_t)columns;
         double way = map->phi[k] - form->phi[k];
-        F[k] = form->turns ? remainder(way, 2 * pi) : way;
+        F[k] = form->turns ? remainder(way, 2 * M_PI) : way;
         F[n + k] = (map->rate[k] - form->rate[k]) / omega;
         for (int j = 0; j < 2 * n; j++) {
             double unit = j < n ? 1 : omega;

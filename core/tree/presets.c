@@ -1,9 +1,8 @@
 #include "core/tree/presets.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
-
-static const double HALF_PI = 1.57079632679489661923;
 
 /* A row of the table of presets. A NULL list means: parent, a chain; length and mass, all 1; phi
  * and theta, all arms at the angle `all`; rate, at rest. theta is measured from hanging, phi from
@@ -186,7 +185,7 @@ int pend_preset_count(void) { return SHAPE_COUNT; }
 
 static double shape_phi(const struct shape *shape, int k) {
     if (shape->phi) return shape->phi[k];
-    return shape->theta ? shape->theta[k] - HALF_PI : shape->all;
+    return shape->theta ? shape->theta[k] - M_PI_2 : shape->all;
 }
 
 void pend_preset_get(int i, struct pend_preset *preset) {

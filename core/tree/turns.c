@@ -59,7 +59,7 @@ static void turns_fraction(uint64_t m, int e, uint64_t fraction[FRACTION]) {
 }
 
 /* 2 pi */
-static const struct pend_sum turns_whole = {0x1.921fb54442d18p+2, 0x1.1a62633145c07p-52};
+static const struct pend_sum turns_whole = {2 * M_PI, 4 * PEND_QUARTER_LOW};
 
 /* 2 pi times a fraction, which is read as a number from -1/2 to 1/2 */
 static struct pend_sum turns_angle(uint64_t fraction[FRACTION]) {

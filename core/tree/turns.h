@@ -6,6 +6,11 @@
 #ifndef PEND_TURNS_H
 #define PEND_TURNS_H
 
+#include <math.h>
+
+/* pi / 2 is M_PI_2 + PEND_QUARTER_LOW */
+#define PEND_QUARTER_LOW 0x1.1a62633145c07p-54
+
 /* rad; sines and cosines of larger angles, and sums of such angles, would lose digits */
 #define PEND_TURNS_FROM 1024.0
 
@@ -34,16 +39,16 @@ struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns);
 
 /** Returns the angle from hanging, phi + low + pi / 2, rounded once if it is small. */
 static inline double pend_turns_theta(double phi, double low) {
-    double high = phi + 0x1.921fb54442d18p+0, part = high - phi;
+    double high = phi + M_PI_2, part = high - phi;
     // the rounding error of the sum; then the second half of pi / 2
-    double lost = (phi - (high - part)) + (0x1.921fb54442d18p+0 - part);
-    return high + (lost + (low + 0x1.1a62633145c07p-54));
+    double lost = (phi - (high - part)) + (M_PI_2 - part);
+    return high + (lost + (low + PEND_QUARTER_LOW));
 }
 
 /** Returns the angle phi = theta - pi / 2 of an angle from hanging, with its rounding error. */
 static inline struct pend_sum pend_turns_hanging(double theta) {
-    double high = theta - 0x1.921fb54442d18p+0, part = high - theta;
-    double low = (theta - (high - part)) - (0x1.921fb54442d18p+0 + part) - 0x1.1a62633145c07p-54;
+    double high = theta - M_PI_2, part = high - theta;
+    double low = (theta - (high - part)) - (M_PI_2 + part) - PEND_QUARTER_LOW;
     double sum = high + low;
     return (struct pend_sum){sum, low - (sum - high)};
 }

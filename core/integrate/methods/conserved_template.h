@@ -17,6 +17,7 @@
 #define PEND_CONSERVED_TEMPLATE_H
 
 #include "core/bodies/bodies_template.h"
+#include "core/tree/turns.h"
 
 /*
  * Of every arm, beside the system of bodies:
@@ -105,14 +106,12 @@ static void conserved_load(const struct conserved *c, const double len[], const 
 /* angles to the parents, their sines and cosines, and the factorization */
 static void conserved_place(const struct conserved *c, const num phi[], const num low[]) {
     const struct bodies_system *b = &c->body;
-    // pi / 2 as a sum of two
-    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     for (int k = 0; k < b->n; k++) {
         int p = pend_terms_holder(b->terms, b->parent, k);
         num x = phi[k], y = p < 0 ? num_of(0) : phi[p], d = x - y, back = x - d;
         num rest = (low[k] - (p < 0 ? num_of(0) : low[p])) + ((x - (d + back)) + (back - y));
         num_turn(d, rest, &b->sine[k], &b->cosine[k]);
-        b->bend[k] = p < 0 ? (d + quarter) + (rest + quarter_low) : d + rest;
+        b->bend[k] = p < 0 ? (d + M_PI_2) + (rest + PEND_QUARTER_LOW) : d + rest;
     }
     if (pend_terms_cart(b->terms)) bodies_cart_start(b, phi[0] + low[0]);
     bodies_factor(b);

@@ -6,6 +6,7 @@
 
 #include "core/simd/vec_isa.h"
 #include "core/taylor/taylor_order.h"
+#include "core/tree/turns.h"
 
 /* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set
  * holds */
@@ -50,10 +51,8 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
 
 /* the angles to the parents, which springs hold, of the first arm to the vertical */
 static void kernel_bend(const struct jets_system *s) {
-    // pi / 2 as a sum of two
-    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     for (int k = 0; k < s->n; k++) {
-        double high = k ? 0 : quarter, low = k ? 0 : quarter_low;
+        double high = k ? 0 : M_PI_2, low = k ? 0 : PEND_QUARTER_LOW;
         s->loads->bend[k] = (s->angle[k] + high) + (s->angle_low[k] + low);
     }
 }

@@ -12,6 +12,7 @@
 
 #include "core/simd/vec8_template.h"
 #include "core/taylor/loads_template.h"
+#include "core/tree/turns.h"
 
 enum { COUPLES_ARMS = 8 };
 
@@ -61,12 +62,10 @@ VEC_INLINE void couples_sit(const struct jets_system *s, double *to, int k, wide
 /* what is known before the first order; rates of order 0 are there */
 static void couples_begin(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
-    // pi / 2 as a sum of two
-    const double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54;
     double unit = now->unit, square = unit * unit;
     for (int k = 0; k < s->n; k += WIDE) {
         wide high = wide_get(s->angle + k), low = wide_get(s->angle_low + k);
-        if (!k) high[0] += quarter, low[0] += quarter_low;
+        if (!k) high[0] += M_PI_2, low[0] += PEND_QUARTER_LOW;
         wide stiff = square * couples_row(loads, PEND_TERM_STIFFNESS, k);
         wide bent = (high + low) - couples_row(loads, PEND_TERM_REST, k);
         wide fixed = square * couples_row(loads, PEND_TERM_TORQUE, k) - stiff * bent;
