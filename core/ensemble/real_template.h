@@ -56,7 +56,7 @@ static void real_orders(const struct jets_system *s, const struct bodies_system 
         lanes_orders(s, b, now, order, forces);
         return;
     }
-    if (s->n <= LANES_MAX && lanes_bodies_known(b->terms)) {
+    if (s->n <= DENSE_MAX && lanes_bodies_known(b->terms)) {
         lanes_bodies(s, b, now, order, forces);
         return;
     }

@@ -1,29 +1,26 @@
-/* The orders of real pendulums of up to LANES_MAX bodies, for any vector of doubles, a pendulum a
+/* The orders of real pendulums of up to DENSE_MAX bodies, for any vector of doubles, a pendulum a
  * lane, by the inverse of their system. The recurrences are those of small_loads_template.
  * Leaves to others: drives and torques (lanes_loads_template), the factorization
  * (bodies_factor_template, whose sweeps these are), drag per mass and whatever acts on tips
  * (bodies_template).
  * Invariant: the inverse is made by the stable sweeps, one unit after the other; series stand where
- * the general kernel has them. A member of an ensemble takes 1.9 times as long with one and two
- * arms, 1.6 times with four, by the sweeps of the general kernel. */
+ * the general kernel has them. */
 #ifndef PEND_LANES_BODIES_TEMPLATE_H
 #define PEND_LANES_BODIES_TEMPLATE_H
 
 #include "core/taylor/lanes/lanes_loads_template.h"
 
-enum { LANES_MAX = 8 };
-
 /* answers of arm i, phi'' in the axes of the start and Re G, to a unit of each arm's -kr (pull) and
  * moment (side), and of the pivot's acceleration along and across the first arm (lift) */
 struct lanes_table {
-    num rate_pull[LANES_MAX][LANES_MAX], rate_side[LANES_MAX][LANES_MAX];
-    num push_pull[LANES_MAX][LANES_MAX], push_side[LANES_MAX][LANES_MAX];
-    num rate_lift[2][LANES_MAX], push_lift[2][LANES_MAX];
+    num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
+    num push_pull[DENSE_MAX][DENSE_MAX], push_side[DENSE_MAX][DENSE_MAX];
+    num rate_lift[2][DENSE_MAX], push_lift[2][DENSE_MAX];
 };
 
 /* what arms ask of their bases, their moments over D, kr, and the accelerations of the bases */
 struct lanes_probe {
-    num x[LANES_MAX], y[LANES_MAX], answer[LANES_MAX], base_x[LANES_MAX], base_y[LANES_MAX];
+    num x[DENSE_MAX], y[DENSE_MAX], answer[DENSE_MAX], base_x[DENSE_MAX], base_y[DENSE_MAX];
 };
 
 /* leaves to root, of a unit of arm j: a moment, or kr */
@@ -92,7 +89,7 @@ VEC_INLINE void lanes_solve(const struct lanes_loads *x, const struct lanes_tabl
                             int k, const struct lanes_sums sum[]) {
     const struct bodies_system *b = x->b;
     num share = num_of(x->s->share[k]), more = num_of(k + 1), along = more, across = more;
-    num turn_share = num_of(x->s->share[k + 1]), side[LANES_MAX], moment[LANES_MAX];
+    num turn_share = num_of(x->s->share[k + 1]), side[DENSE_MAX], moment[DENSE_MAX];
     int couples = lanes_couple(x, k), moves = x->moves || !k;
     for (int i = 0; i < n; i++) {
         side[i] = sum[i].less - sum[i].known;
@@ -131,7 +128,7 @@ VEC_INLINE void lanes_rigid(const struct lanes_loads *x, int n) {
     struct lanes_table table;
     lanes_invert(x->b, n, &table);
     for (int k = 0; k < x->order; k += 2) {
-        struct lanes_sums now[LANES_MAX], next[LANES_MAX];
+        struct lanes_sums now[DENSE_MAX], next[DENSE_MAX];
         for (int i = 0; i < n; i++) lanes_convolve(x, n, k, i, &now[i], &next[i]);
         lanes_solve(x, &table, n, k, now);
         if (k + 1 == x->order) break;
@@ -188,7 +185,7 @@ static inline void lanes_bodies(const struct jets_system *s, const struct bodies
         s->turn_re[s->n + k] = num_of(0);
         s->turn_im[s->n + k] = s->rate[k];
     }
-    assert(s->n <= LANES_MAX && s->stride == (size_t)s->n && b->need & BODIES_SHAPE);
+    assert(s->n <= DENSE_MAX && s->stride == (size_t)s->n && b->need & BODIES_SHAPE);
     lanes_drives(&x);
     bodies_factor(b);
     if (s->n == 1)
@@ -197,10 +194,8 @@ static inline void lanes_bodies(const struct jets_system *s, const struct bodies
         lanes_rigid(&x, 2);
     else if (s->n == 3)
         lanes_rigid(&x, 3);
-    else if (s->n == 4)
-        lanes_rigid(&x, 4);
     else
-        lanes_rigid(&x, s->n);
+        lanes_rigid(&x, 4);
     lanes_tips(&x, moves || forces ? order : 1);
     for (int k = 0; k < s->n; k++) s->force[k] = b->tip_x[k];
     if (forces) bodies_forces(b, order);
