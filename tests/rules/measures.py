@@ -1,5 +1,5 @@
 """Holds the C of the rooms to the measures of CONTRIBUTING.md: columns, lengths, branches, comments, assertions; the
-page's sheets of style to the columns.
+page's sheets of style to the columns; and special forms to the rows of core/forms.md.
 
 usage: measures.py [--list]     --list also prints every complaint, and the longest and the most branched functions
 Leaves to others: layout and one statement a line (layout.sh), who includes whom (layers.sh).
@@ -12,6 +12,10 @@ import sys
 TOP = pathlib.Path(__file__).resolve().parents[2]
 ROOMS = ("core", "api", "server")
 COLUMNS, FILE_LINES, FUNCTION_LINES, BRANCHES, ASSERTIONS = 100, 500, 60, 15, 10
+
+# What a special form gains a whole request at least, and the files of core that are such forms.
+GAIN = 1.25
+FORM = re.compile(r"taylor/(?:small|large|lanes)/|dynamics/dynamics_\w*template$|derivatives/(?:kernel_)?ideal|integrate/methods/kernel_exchange$")
 
 # How often each measure is broken today. A number may only fall; assertions, for a thousand lines, may only rise.
 KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0, "assertions": 9.6}
@@ -101,6 +105,25 @@ def measure(sources):
     return wrong, every, total, assertions
 
 
+def forms(text, sources):
+    """What is wrong with core/forms.md, of sources by path: a form without a row, a row without its files, a gain or lines that are not so."""
+    lines = {path: len(source.splitlines()) for path, source in sources.items()}
+    of_stem = {}
+    for path in lines:
+        of_stem.setdefault(path.rpartition(".")[0].removeprefix("core/"), []).append(path)
+    named = set(re.findall(r"`(\w+(?:/\w+)+)`", text))
+    for stem in sorted(named - set(of_stem)):
+        yield f"core/forms.md names {stem}, which is not there"
+    for stem in sorted(set(filter(FORM.match, of_stem)) - named):
+        yield f"core/{stem} is a special form without a row in core/forms.md"
+    for row in (line.split("|") for line in text.splitlines() if re.match(r"\| .*`\w+/", line)):
+        told, is_so = int(row[4]), sum(lines[path] for stem in re.findall(r"`([\w/]+)`", row[2]) for path in of_stem.get(stem, ()))
+        if abs(told - is_so) > is_so / 10:
+            yield f"core/forms.md: the form {row[1].strip()} has {is_so} lines, not {told}"
+        if max(map(float, re.findall(r"\d\.\d+", row[8]))) < GAIN:
+            yield f"core/forms.md: the form {row[1].strip()} gains less than {GAIN} times"
+
+
 def sample(excess):
     """A source and a header that are at every limit, or over each limit by `excess`."""
     long_line = "/* " + "x" * (COLUMNS - 6 + excess) + " */"
@@ -122,6 +145,11 @@ def main():
         seen = {key: len(complaints) for key, complaints in measure(sample(excess))[0].items()}
         if seen != {key: excess for key in RULES}:
             failures.append(f"of a sample that breaks each measure {excess} times the rule noticed {seen}")
+    wrong_forms = list(forms((TOP / "core/forms.md").read_text(encoding="utf-8"), {str(p.relative_to(TOP)): p.read_text(encoding="utf-8") for p in found}))
+    sample_forms = "| a | `taylor/a`, `taylor/b` | | 3 | | | | 1.20, 1.24 |"
+    if len(list(forms(sample_forms, {"core/taylor/a.c": "", "core/taylor/large/c.h": ""}))) != 4:
+        failures.append("the four faults of a sample of core/forms.md are not noticed")
+    failures += wrong_forms
     styles = [p for p in (TOP / "server/web").rglob("*.css") if "node_modules" not in p.parts]
     for p in styles:
         lines = enumerate(p.read_text(encoding="utf-8").split("\n"), 1)
@@ -146,7 +174,7 @@ def main():
         print("longest:", *(f"  {length} {where}" for length, _, where in sorted(every, reverse=True)[:12]), sep="\n")
         print("most branches:", *(f"  {branches} {where}" for _, branches, where in sorted(every, key=lambda f: -f[1])[:12]), sep="\n")
     print(*(f"FAIL {failure}" for failure in failures), sep="\n", end="\n" if failures else "")
-    print(f"{4 + len(RULES) - len(failures)} passed, {len(failures)} failed")
+    print(f"{5 + len(RULES) - len(failures)} passed, {len(failures)} failed")
     return len(failures) > 0
 
 
