@@ -13,12 +13,7 @@ enum {
 };
 
 const struct bodies_kernel *pend_kernel_bodies(void) {
-#ifdef __x86_64__
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_bodies_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_bodies_avx2;
-#endif
-    return &pend_kernel_bodies_base;
+    return PEND_ISA_PICK(pend_kernel_bodies, pend_isa_best());
 }
 
 /* arms, padded to whole tiles */

@@ -10,12 +10,7 @@
 enum { LANES = IDEAL_LANES, IDEAL_STATES = 12, IDEAL_ROWS = 18 };
 
 const struct ideal_kernel *pend_kernel_ideal(void) {
-#ifdef __x86_64__
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_ideal_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_ideal_avx2;
-#endif
-    return &pend_kernel_ideal_base;
+    return PEND_ISA_PICK(pend_kernel_ideal, pend_isa_best());
 }
 
 static double *ideal_take(char *base, size_t *used, size_t numbers) {

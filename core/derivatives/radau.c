@@ -17,12 +17,7 @@ enum {
 };
 
 const struct derivatives_kernel *pend_kernel_derivatives(void) {
-#ifdef __x86_64__
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_derivatives_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_derivatives_avx2;
-#endif
-    return &pend_kernel_derivatives_base;
+    return PEND_ISA_PICK(pend_kernel_derivatives, pend_isa_best());
 }
 
 /* ---- the motion */

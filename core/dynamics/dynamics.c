@@ -11,12 +11,7 @@
 #include "core/dynamics/kernel_dynamics.h"
 
 static const struct dynamics_kernel *dynamics_kernel(enum pend_isa isa) {
-#ifdef __x86_64__
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_dynamics_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_dynamics_avx2;
-#endif
-    (void)isa;
-    return &pend_kernel_dynamics_base;
+    return PEND_ISA_PICK(pend_kernel_dynamics, isa);
 }
 
 /* whole blocks of arms */

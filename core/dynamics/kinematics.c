@@ -73,12 +73,7 @@ struct kinematics_units {
 
 static void kinematics_units_begin(struct kinematics_units *units) {
     units->from = units->end = 0;
-    units->turn = pend_kernel_sincos_base;
-#ifdef __x86_64__
-    enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX2) units->turn = pend_kernel_sincos_avx2;
-    if (isa == PEND_ISA_AVX512) units->turn = pend_kernel_sincos_avx512;
-#endif
+    units->turn = PEND_ISA_PICK(pend_kernel_sincos, pend_isa_best());
 }
 
 /* computes the units of the angles from k on, of n angles */

@@ -203,12 +203,7 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
 }
 
 static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
-#ifdef __x86_64__
-    if (isa == PEND_ISA_AVX512) return &pend_kernel_jets_avx512;
-    if (isa == PEND_ISA_AVX2) return &pend_kernel_jets_avx2;
-#endif
-    (void)isa;
-    return &pend_kernel_jets_base;
+    return PEND_ISA_PICK(pend_kernel_jets, isa);
 }
 
 void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, double unit,
