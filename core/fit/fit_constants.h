@@ -1,17 +1,19 @@
 /* The tuning constants of fits, a row each: value, unit, what it decides, and in brackets the test
- * that fails at three times the value. A row without brackets has no such test.
+ * that fails at three times the value or a third. A row without has none yet.
  * Leaves to others: limits of requests (api/base/limits). Invariant: no other file of the folder
  * has such a number by name. */
 #ifndef PEND_FIT_CONSTANTS_H
 #define PEND_FIT_CONSTANTS_H
 
-/* Step of the search at which a window of rows that will grow is done. Unit: relative. */
+/* Step of the search at which a window of rows that will grow is done. Unit: relative.
+ * [wrong_requests_of_fits_are_told_what_helps] */
 static const double fit_rough = 1e-3;
-/* Step at which the search of all rows has converged. Unit: relative. */
+/* Step at which the search of all rows has converged. Unit: relative.
+ * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_fine = 1e-6;
 /* The same of a search that begins anew in a curved valley. Unit: relative. */
 static const double fit_finest = 1e-12;
-/* Most iterations in a window that will grow. */
+/* Most iterations in a window that will grow. [wrong_requests_of_fits_are_told_what_helps] */
 enum { FIT_WINDOW_ITERATIONS = 12 };
 /* Iterations of all rows after which bounds are examined. */
 enum { FIT_BOUND_ITERATIONS = 16 };
@@ -22,7 +24,8 @@ static const double fit_foretold = 0.4;
 enum { FIT_STEPS = 200 };
 /* Residual where there is no motion. Unit: residual. */
 static const double fit_nowhere = 1e6;
-/* A motion that explains less does not follow the data. Unit: of the squares. */
+/* A motion that explains less does not follow the data. Unit: of the squares.
+ * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_explained = 0.9;
 /* A motion that explains more follows them without further tests. Unit: of the squares.
  * [fits_of_synthetic_data_are_within_three_standard_errors] */

@@ -1,5 +1,5 @@
 /* The tuning constants of searches for orbits, a row each: value, unit, what it decides, and in
- * brackets the test that fails at three times the value. A row without brackets has no such test.
+ * brackets the test that fails at three times the value or a third. A row without has none yet.
  * Leaves to others: limits of requests (api/base/limits). Invariant: no other file of the folder
  * has such a number by name. */
 #ifndef PEND_ORBIT_CONSTANTS_H
