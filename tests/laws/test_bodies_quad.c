@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "core/bodies/bodies.h"
-#include "core/dynamics/reference_bodies.h"
+#include "tests/harness/reference_bodies.h"
 #include "core/taylor/jets/jets.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"

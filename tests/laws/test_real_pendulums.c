@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "core/dynamics/kinematics_at.h"
-#include "core/dynamics/reference_bodies.h"
+#include "tests/harness/reference_bodies.h"
 #include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/runs.h"

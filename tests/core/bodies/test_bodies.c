@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/dynamics/reference_bodies.h"
+#include "tests/harness/reference_bodies.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

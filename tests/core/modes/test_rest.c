@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-#include "core/dynamics/reference_bodies.h"
+#include "tests/harness/reference_bodies.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

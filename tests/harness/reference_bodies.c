@@ -1,4 +1,4 @@
-#include "core/dynamics/reference_bodies.h"
+#include "tests/harness/reference_bodies.h"
 
 #include <complex.h>
 #include <gsl/gsl_linalg.h>
