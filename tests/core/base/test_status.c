@@ -47,8 +47,7 @@ TEST(status_fail_fills_an_error_and_returns_its_code) {
 
 TEST(status_fail_blames_nothing_else_where_memory_ran_out) {
     struct pend_error error;
-    CHECK_INT(pend_fail(&error, PEND_NO_MEMORY, 2, 0, "there is no such pendulum"),
-              PEND_NO_MEMORY);
+    CHECK_INT(pend_fail(&error, PEND_NO_MEMORY, 2, 0, "there is no such pendulum"), PEND_NO_MEMORY);
     CHECK_TEXT(error.text, "out of memory");
     pend_fail(&error, PEND_NO_MEMORY, 2, 0, "no memory for %d arms", 5);
     CHECK_TEXT(error.text, "no memory for 5 arms");
