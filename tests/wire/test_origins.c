@@ -8,7 +8,7 @@
 #define EVIL "Origin: https://evil.example\r\n"
 #define HEADERS                                                                                    \
     "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, " \
-    "Job-Title, Last-Event-ID, Prefer, Range, "                                        \
+    "Job-Title, Last-Event-ID, Prefer, Range, "                                                    \
     "Traceparent, X-Request-Id"
 
 /* sends a request as it is; its status */
