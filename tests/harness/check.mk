@@ -90,7 +90,7 @@ layers: build-release
 docs web readback fetch install same hardened packages image: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
-	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson
+	$(job) /usr/bin/python3 -B tests/rules/replies.py build/release/tests/wire/replies.ndjson
 instructions: build-release
 	@$(MAKE) --no-print-directory build/release/tests/bench/instructions/run
 	$(job) tests/rules/instructions.sh build/release

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Lints api/call/openapi.yaml with spectral, as it is and as OpenAPI 3.0, and has two generators make types of it, with which right programs compile and wrong
 # ones (shapes.ts) do not; where npm is here and can fetch them (package.json).
-# Leaves to others: whether the document tells the truth (docs.sh, replies.sh).
+# Leaves to others: whether the document tells the truth (docs.sh, replies.py).
 # Invariant: what npm fetches and what is generated lies in build/; errors and warnings fail.
 set -u
 cd "$(dirname "$0")/../.." || exit
