@@ -164,8 +164,9 @@ static void call_check_envelope(struct api_call *call, const struct api_request 
 static void call_head(struct api_call *call, long long length) {
     const struct api_op *op = call->op;
     const struct api_format *format = call->format;
+    const char *type = format->content_type ? format->content_type : format->media_type;
     call->answer = (struct api_answer){.status = 200,
-                                       .media_type = format->content_type,
+                                       .media_type = type,
                                        .etag = call->digest,
                                        .length = length,
                                        .has_remarks = op->stats != NULL};

@@ -92,7 +92,7 @@ struct api_writer;
  */
 struct api_format {
     const char *media_type;   /* as Accept names it */
-    const char *content_type; /* as the answer says it */
+    const char *content_type; /* as the answer says it; NULL = the same */
     const char *extension; /* of a saved file; NULL if a browser should show the answer instead */
     int samples_only;      /* 1: only for tables of samples; 2: only for tables with a picture */
     int picture;           /* draws the table's picture */

@@ -31,6 +31,11 @@ void api_arrays_init(struct api_arrays *arrays, const struct api_table *table);
 /** Non-zero if the numbers of a column are floats of 4 bytes, as those of its array. O(1). */
 int api_column_float32(const struct api_column *column, const struct api_table *table);
 
+/** Returns the numbers of a row, a complex one counted once. O(1). */
+static inline size_t api_array_width(const struct api_array *array) {
+    return array->width ? (size_t)array->width : 1;
+}
+
 /** Returns the bytes of a number, a complex one counted once. O(1). */
 size_t api_array_bytes(const struct api_array *array);
 

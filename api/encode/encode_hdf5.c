@@ -75,7 +75,7 @@ static void plan_init(struct plan *plan, const struct api_table *table) {
     for (int i = 0; i < arrays->count; i++) {
         const struct api_array *array = &arrays->array[i];
         plan->before[i] = plan->row;
-        plan->row += api_array_bytes(array) * (array->width ? (size_t)array->width : 1);
+        plan->row += api_array_bytes(array) * api_array_width(array);
     }
     plan->before[arrays->count] = plan->row;
     plan->most = plan->row < PIECE_BYTES ? PIECE_BYTES / plan->row : 1;
@@ -120,7 +120,7 @@ static void rows_put(const struct hdf5_writer *writer, char *piece, uint64_t to,
     const struct plan *plan = &writer->plan;
     for (int i = 0; i < plan->arrays.count; i++) {
         const struct api_array *array = &plan->arrays.array[i];
-        size_t width = array->width ? (size_t)array->width : 1, skip = (size_t)from * width;
+        size_t width = api_array_width(array), skip = (size_t)from * width;
         size_t each = plan->before[i + 1] - plan->before[i];
         char *at = piece + plan->most * plan->before[i] + to * each;
         (void)api_array_write(at, array, (size_t)rows * width, data[array->re] + skip, NULL);
@@ -259,7 +259,6 @@ static enum pend_status hdf5_finish(struct api_writer *base, struct api_buffer *
 
 const struct api_format api_format_hdf5 = {
     .media_type = "application/x-hdf5",
-    .content_type = "application/x-hdf5",
     .extension = "h5",
     .samples_only = 1,
     .exact = 1,

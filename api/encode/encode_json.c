@@ -103,7 +103,6 @@ static enum pend_status json_finish(struct api_writer *base, struct api_buffer *
 
 const struct api_format api_format_json = {
     .media_type = "application/json",
-    .content_type = "application/json",
     .digits = 1,
     .writer_bytes = sizeof(struct json_writer),
     .bytes = json_bytes,

@@ -102,7 +102,7 @@ static enum pend_status struct_begin(const char *name, int count, const char *co
 /* arrays: columns before rows, so that the numbers of each arm are adjacent */
 
 static uint64_t part_numbers(const struct mat_writer *writer, const struct api_array *array) {
-    return (uint64_t)writer->base.rows * (uint64_t)(array->width ? array->width : 1);
+    return (uint64_t)writer->base.rows * api_array_width(array);
 }
 
 /* of the matrix behind its tag */
@@ -141,7 +141,7 @@ static enum pend_status array_begin(const struct mat_writer *writer, struct api_
     if (array_leads(writer, writer->next)) PEND_TRY(array_struct(writer, out));
     PEND_TRY(api_buffer_room(out, TAG + HEAD_CAP));
     char *at = tag(out->data + out->bytes, MATRIX, array_bytes(writer, array, name));
-    long width = array->width ? array->width : 1, inner = array->inner;
+    long width = (long)api_array_width(array), inner = array->inner;
     const long size[3] = {writer->base.rows, inner ? width / inner : width, inner};
     at = array_head(at, flags, size, name);
     out->bytes = (size_t)(at - out->data);
@@ -160,7 +160,7 @@ static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer
     const double *number = writer->base.column[writer->part ? array->im : array->re];
     uint64_t numbers = part_numbers(writer, array), rows = (uint64_t)writer->base.rows,
              rest = API_PIECE_BYTES / 8;
-    size_t width = array->width ? (size_t)array->width : 1;
+    size_t width = api_array_width(array);
     PEND_TRY(api_buffer_room(out, TAG + API_PIECE_BYTES));
     char *at = out->data + out->bytes;
     if (!writer->at) at = tag(at, DOUBLE, 8 * numbers);
@@ -277,7 +277,6 @@ static enum pend_status mat_finish(struct api_writer *base, struct api_buffer *o
 
 const struct api_format api_format_mat = {
     .media_type = "application/x-matlab-data",
-    .content_type = "application/x-matlab-data",
     .extension = "mat",
     .samples_only = 1,
     .most_bytes = 0x7fffffff,

@@ -106,7 +106,6 @@ static enum pend_status ndjson_finish(struct api_writer *writer, struct api_buff
 
 const struct api_format api_format_ndjson = {
     .media_type = "application/x-ndjson",
-    .content_type = "application/x-ndjson",
     .samples_only = 1,
     .digits = 1,
     .problem_line = 1,

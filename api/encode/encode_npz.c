@@ -82,17 +82,12 @@ static enum pend_status member_begin(struct npz_writer *writer, const char head[
 
 /* arrays */
 
-/* numbers of a row, a complex one counted once, and of the whole array */
-static size_t array_width(const struct api_array *array) {
-    return array->width ? (size_t)array->width : 1;
-}
-
 static uint64_t npz_rows(const struct npz_writer *writer) {
     return (uint64_t)(writer->base.turns ? writer->base.table.rows : writer->base.rows);
 }
 
 static uint64_t array_numbers(const struct npz_writer *writer, const struct api_array *array) {
-    return npz_rows(writer) * array_width(array);
+    return npz_rows(writer) * api_array_width(array);
 }
 
 /* numbers [from, from + count) of an array, as bytes */
@@ -234,14 +229,14 @@ static enum pend_status npz_turn(struct api_writer *base, long rows, const doubl
     const struct api_array *array = &writer->arrays.array[writer->next];
     assert(rows >= 0 && writer->next < writer->arrays.count);
     if (!writer->open) PEND_TRY(turn_begin(writer, out));
-    size_t count = (size_t)rows * array_width(array);
+    size_t count = (size_t)rows * api_array_width(array);
     PEND_TRY(api_buffer_room(out, count * api_array_bytes(array) + 1));
     (void)api_array_write(out->data + out->bytes, array, count, data[array->re],
                           array->im < 0 ? NULL : data[array->im]);
     array_pass(writer, array, count, out);
     for (int a = writer->next + 1; a < writer->last; a++) {
         array = &writer->arrays.array[a];
-        size_t width = array_width(array), from = (size_t)base->rows * width,
+        size_t width = api_array_width(array), from = (size_t)base->rows * width,
                bytes = (size_t)rows * width * sizeof(double);
         if (bytes) memcpy(base->column[array->re] + from, data[array->re], bytes);
         if (bytes && array->im >= 0) memcpy(base->column[array->im] + from, data[array->im], bytes);
@@ -249,12 +244,26 @@ static enum pend_status npz_turn(struct api_writer *base, long rows, const doubl
     return PEND_OK;
 }
 
-/* the figures about the computation: arrays without an axis */
+/* a small array as a whole, with its name and description */
+static enum pend_status member_add(struct npz_writer *writer, const char *first, const char *second,
+                                   const char *type, const char *shape, const char *value,
+                                   size_t bytes, struct api_buffer *out) {
+    struct api_zip64_member *member = &writer->member[writer->members];
+    char head[HEAD_BYTES];
+    member_name(member, first, *second ? "_" : "", second);
+    npy_head(head, type, shape);
+    member->bytes = HEAD_BYTES + bytes;
+    member->crc = libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, bytes);
+    PEND_TRY(member_begin(writer, head, out));
+    PEND_TRY(api_buffer_room(out, bytes));
+    npz_add(writer, out, value, bytes);
+    return PEND_OK;
+}
 
+/* a figure about the computation: an array without an axis */
 static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat,
                                  struct api_buffer *out) {
-    struct api_zip64_member *member = &writer->member[writer->members];
-    char head[HEAD_BYTES], type[16] = "<f8", value[4 * TEXT_CAP], *end = value;
+    char type[16] = "<f8", value[4 * TEXT_CAP], *end = value;
     if (stat->kind == API_STAT_TEXT) {
         /* NumPy keeps text as UTF-32; these are words of ASCII */
         for (const char *p = stat->text; *p && p < stat->text + TEXT_CAP; p++)
@@ -266,25 +275,14 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
     } else {
         end = api_octets_double(value, stat->number);
     }
-    member_name(member, "stats", "_", stat->name);
-    npy_head(head, type, "()");
-    member->bytes = HEAD_BYTES + (uint64_t)(end - value);
-    member->crc =
-        libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, (size_t)(end - value));
-    PEND_TRY(member_begin(writer, head, out));
-    PEND_TRY(api_buffer_room(out, sizeof value));
-    npz_add(writer, out, value, (size_t)(end - value));
-    return PEND_OK;
+    return member_add(writer, "stats", stat->name, type, "()", value, (size_t)(end - value), out);
 }
 
 /* the warnings: an array of texts */
 static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats,
                                      struct api_buffer *out) {
-    struct api_zip64_member *member = &writer->member[writer->members];
-    char head[HEAD_BYTES], type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0},
-                                                                         *end = value;
+    char type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0}, *end = value;
     int count = api_stats_warnings(stats);
-    size_t bytes = (size_t)count * 4 * API_WARNING_TEXT;
     if (!count) return PEND_OK;
     for (int i = 0; i < stats->count; i++) {
         if (stats->stat[i].kind != API_STAT_WARNING) continue;
@@ -295,14 +293,7 @@ static enum pend_status warnings_add(struct npz_writer *writer, const struct api
     }
     *api_number_write_int(stpcpy(type, "<U"), API_WARNING_TEXT) = 0;
     strcpy(api_number_write_int(stpcpy(shape, "("), count), ",)");
-    member_name(member, "warnings", "", "");
-    npy_head(head, type, shape);
-    member->bytes = HEAD_BYTES + bytes;
-    member->crc = libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, bytes);
-    PEND_TRY(member_begin(writer, head, out));
-    PEND_TRY(api_buffer_room(out, bytes));
-    npz_add(writer, out, value, bytes);
-    return PEND_OK;
+    return member_add(writer, "warnings", "", type, shape, value, (size_t)(end - value), out);
 }
 
 /* the directory at the end of the archive */
@@ -351,7 +342,6 @@ static enum pend_status npz_finish(struct api_writer *base, struct api_buffer *o
 
 const struct api_format api_format_npz = {
     .media_type = "application/x-npz",
-    .content_type = "application/x-npz",
     .extension = "npz",
     .samples_only = 1,
     .binary = 1,

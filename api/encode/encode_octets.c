@@ -70,7 +70,6 @@ static enum pend_status octets_block(struct api_writer *writer, long rows,
 
 const struct api_format api_format_octets = {
     .media_type = "application/octet-stream",
-    .content_type = "application/octet-stream",
     .samples_only = 1,
     .exact = 1,
     .binary = 1,

@@ -315,7 +315,6 @@ static double parquet_bytes(const struct api_table *table) {
 
 const struct api_format api_format_parquet = {
     .media_type = "application/vnd.apache.parquet",
-    .content_type = "application/vnd.apache.parquet",
     .extension = "parquet",
     .samples_only = 1,
     .binary = 1,

@@ -144,7 +144,6 @@ out:
 
 const struct api_format api_format_png = {
     .media_type = "image/png",
-    .content_type = "image/png",
     .samples_only = 2,
     .picture = 1,
     .writer_bytes = sizeof(struct api_writer),

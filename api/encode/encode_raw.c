@@ -91,7 +91,6 @@ static enum pend_status raw_finish(struct api_writer *writer, struct api_buffer 
 
 const struct api_format api_format_raw = {
     .media_type = "raw",
-    .content_type = "raw",
     .samples_only = 1,
     .writer_bytes = sizeof(struct api_writer),
     .bytes = raw_bytes,

@@ -48,7 +48,7 @@ static char *member_wide(char *at, int extra, int sized, uint64_t bytes, int pla
 char *api_zip64_local(char *at, const struct api_zip64_member *member, uint64_t most) {
     assert(most <= API_ZIP64_MOST && strlen(member->name) < API_ZIP64_NAME);
     int known = !member->streamed, extra = !known || member->bytes > most ? 4 + 16 : 0;
-    at = api_octets_whole(at, API_ZIP64_LOCAL_SIGN, 4);
+    at = api_octets_whole(at, 0x04034b50, 4);
     at = stpcpy(member_facts(at, member, extra, known, most), member->name);
     return member_wide(at, extra, extra, known ? member->bytes : 0, 0, 0);
 }
@@ -63,7 +63,7 @@ char *api_zip64_central(char *at, const struct api_zip64_member *member, uint64_
     assert(most <= API_ZIP64_MOST && strlen(member->name) < API_ZIP64_NAME);
     int placed = member->offset > most, wide = member->bytes > most;
     int extra = placed || wide ? 4 + 16 * wide + 8 * placed : 0;
-    at = api_octets_whole(at, API_ZIP64_CENTRAL_SIGN, 4);
+    at = api_octets_whole(at, 0x02014b50, 4);
     at = api_octets_whole(at, member_version(member, extra), 2);
     at = member_facts(at, member, extra, 1, most);
     at = api_octets_whole(at, 0, 2 + 2 + 2); /* no comment, disk 0, no inner attributes */
@@ -77,16 +77,16 @@ char *api_zip64_end(char *at, int members, uint64_t begin, uint64_t bytes, uint6
     assert(members >= 0 && members < 0xffff && most <= API_ZIP64_MOST);
     uint64_t count = (uint64_t)members;
     if (begin > most || bytes > most) {
-        at = api_octets_whole(at, API_ZIP64_END_WIDE_SIGN, 4);
+        at = api_octets_whole(at, 0x06064b50, 4);
         at = api_octets_whole(at, API_ZIP64_END_WIDE - 12, 8);
         at = api_octets_whole(api_octets_whole(at, WIDE, 2), WIDE, 2);
         at = api_octets_whole(at, 0, 4 + 4); /* one disk */
         at = api_octets_whole(api_octets_whole(at, count, 8), count, 8);
         at = api_octets_whole(api_octets_whole(at, bytes, 8), begin, 8);
-        at = api_octets_whole(api_octets_whole(at, API_ZIP64_LOCATOR_SIGN, 4), 0, 4);
+        at = api_octets_whole(api_octets_whole(at, 0x07064b50, 4), 0, 4);
         at = api_octets_whole(api_octets_whole(at, begin + bytes, 8), 1, 4);
     }
-    at = api_octets_whole(api_octets_whole(at, API_ZIP64_END_SIGN, 4), 0, 4);
+    at = api_octets_whole(api_octets_whole(at, 0x06054b50, 4), 0, 4);
     at = api_octets_whole(api_octets_whole(at, count, 2), count, 2);
     return api_octets_whole(narrow(narrow(at, bytes, most), begin, most), 0, 2);
 }

@@ -30,13 +30,6 @@ enum {
     API_ZIP64_LOCATOR = 20
 };
 
-/* what each of these records begins with */
-#define API_ZIP64_LOCAL_SIGN UINT32_C(0x04034b50)
-#define API_ZIP64_CENTRAL_SIGN UINT32_C(0x02014b50)
-#define API_ZIP64_END_SIGN UINT32_C(0x06054b50)
-#define API_ZIP64_END_WIDE_SIGN UINT32_C(0x06064b50)
-#define API_ZIP64_LOCATOR_SIGN UINT32_C(0x07064b50)
-
 /* bytes of the records, at most: before a member, behind it, of it in the directory, the end */
 enum {
     API_ZIP64_LOCAL = API_ZIP64_LOCAL_HEAD + API_ZIP64_NAME + 20,

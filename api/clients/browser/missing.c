@@ -95,7 +95,6 @@ METHOD(taylor_extended, "taylor");
 
 #define FORMAT(id, type, samples)                                                                  \
     const struct api_format api_format_##id = {.media_type = type,                                 \
-                                               .content_type = type,                               \
                                                .samples_only = samples,                            \
                                                .writer_bytes = sizeof(struct api_writer),          \
                                                .bytes = elsewhere_bytes}
