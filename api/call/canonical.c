@@ -4,20 +4,10 @@
 
 #include "api/base/text.h"
 
-/* the member with the next key after `last` in the order of bytes; missing after the last */
-static struct api_value canonical_behind(const struct api_value *object, const char *last) {
-    struct api_value member = api_value_first(object), least = {0};
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
-        if (last && strcmp(member.key, last) <= 0) continue;
-        if (!least.node || strcmp(member.key, least.key) < 0) least = member;
-    }
-    return least;
-}
-
 static enum pend_status canonical_object(const struct api_value *object, struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "{"));
     for (const char *last = NULL;;) {
-        struct api_value member = canonical_behind(object, last);
+        struct api_value member = api_value_behind(object, last, 0);
         if (!member.node) return api_buffer_text(out, "}");
         PEND_TRY(api_out_key(out, member.key));
         PEND_TRY(api_canonical_write(&member, out));

@@ -90,22 +90,11 @@ static int members(const struct api_value *object) {
     return count;
 }
 
-/* the one of these whose key comes next behind `last` in the order of bytes; missing behind the
- * last */
-static struct api_value member_behind(const struct api_value *object, const char *last) {
-    struct api_value member = api_value_first(object), least = {0};
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
-        if (api_value_is_usual(&member) || (last && strcmp(member.key, last) <= 0)) continue;
-        if (!least.node || strcmp(member.key, least.key) < 0) least = member;
-    }
-    return least;
-}
-
 static void digest_object(struct digest *digest, const struct api_value *value) {
     const char *last = NULL;
     digest_kind(digest, 'o', (uint64_t)members(value));
     for (;;) {
-        struct api_value member = member_behind(value, last);
+        struct api_value member = api_value_behind(value, last, 1);
         if (!member.node) return;
         digest_text(digest, member.key);
         digest_value(digest, &member);

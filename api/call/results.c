@@ -162,14 +162,6 @@ static enum pend_status results_feed(struct api_results *results, const void *da
     return PEND_OK;
 }
 
-enum pend_status api_results_feed(struct api_results *results, const void *data, size_t bytes,
-                                  struct api_buffer *out) {
-    assert(results_valid(results));
-    PEND_TRY(results_feed(results, data, bytes, out));
-    assert(results_valid(results));
-    return PEND_OK;
-}
-
 enum pend_status api_results_fetch(struct api_results *results, const struct api_source *source,
                                    struct api_buffer *out, int *all, struct pend_error *error) {
     enum { FETCH_BYTES = 1 << 18 };
@@ -177,7 +169,7 @@ enum pend_status api_results_fetch(struct api_results *results, const struct api
     char *data = malloc(FETCH_BYTES);
     enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;
     if (data) status = source->fetch(source->context, data, FETCH_BYTES, &bytes, error);
-    if (status == PEND_OK) status = api_results_feed(results, data, bytes, out);
+    if (status == PEND_OK) status = results_feed(results, data, bytes, out);
     free(data);
     *all = !bytes;
     return status;
@@ -190,8 +182,9 @@ static void results_count(struct api_results *results) {
     api_stats_whole(&results->stats, "rows_all", results->most);
 }
 
-static enum pend_status results_end(struct api_results *results, struct api_buffer *out,
-                                    int *done) {
+enum pend_status api_results_end(struct api_results *results, struct api_buffer *out, int *done) {
+    assert(results_valid(results));
+    *done = 0;
     if (results->record.bytes) return PEND_BUG;
     if (!results->writer) {
         *done = 1;
@@ -206,12 +199,6 @@ static enum pend_status results_end(struct api_results *results, struct api_buff
     api_raw_stats(&results->figures, &results->stats);
     return api_writer_finish(results->writer, results->stats.count ? &results->stats : NULL, out,
                              done);
-}
-
-enum pend_status api_results_end(struct api_results *results, struct api_buffer *out, int *done) {
-    assert(results_valid(results));
-    *done = 0;
-    return results_end(results, out, done);
 }
 
 int api_results_again(struct api_results *results, const struct api_source *source) {

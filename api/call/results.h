@@ -82,20 +82,12 @@ const struct api_stats *api_results_stats(const struct api_results *results);
 void api_results_free(struct api_results **results);
 
 /**
- * Reads the next bytes of the parts, and appends the answer's bytes that are complete with them.
- *
- * PEND_BUG        the bytes are damaged, or belong to another table.
- * PEND_NO_MEMORY, PEND_LIMIT
- */
-PEND_MUST_CHECK enum pend_status api_results_feed(struct api_results *results, const void *data,
-                                                  size_t bytes, struct api_buffer *out);
-
-/**
- * Fetches the next bytes of the parts and reads them as api_results_feed does.
+ * Fetches the next bytes of the parts, and appends the answer's bytes that are complete with them.
  *
  * all  set non-zero where there were no more.
  *
- * Fails as that does, and as the source's fetch; then error->text says why.
+ * PEND_BUG        the bytes are damaged, or belong to another table.
+ * PEND_NO_MEMORY, PEND_LIMIT; and as the source's fetch: then error->text says why.
  */
 PEND_MUST_CHECK enum pend_status api_results_fetch(struct api_results *results,
                                                    const struct api_source *source,
@@ -108,7 +100,7 @@ PEND_MUST_CHECK enum pend_status api_results_fetch(struct api_results *results,
  *
  * done  set non-zero once the answer is complete.
  *
- * Fails as api_results_feed does, also if rows are missing.
+ * Fails as api_results_fetch does, also if rows are missing.
  */
 PEND_MUST_CHECK enum pend_status api_results_end(struct api_results *results,
                                                  struct api_buffer *out, int *done);

@@ -86,7 +86,7 @@ void api_hdf5_end(char *head, char *at, size_t bytes) {
 
 /* descriptions of numbers and axes */
 
-size_t api_hdf5_bytes(enum api_hdf5_type type) {
+static size_t number_bytes(enum api_hdf5_type type) {
     static const size_t bytes[] = {8, 4, 8};
     return bytes[type];
 }
@@ -113,7 +113,7 @@ static char *space_write(char *at, int axes, const uint64_t length[]) {
 
 /* where the numbers are */
 static char *layout_write(char *at, const struct api_hdf5_array *array) {
-    uint64_t bytes = api_hdf5_bytes(array->type);
+    uint64_t bytes = number_bytes(array->type);
     at = api_octets_whole(api_octets_whole(at, 3, 1), array->piece ? 2 : 1, 1);
     if (array->piece) at = api_octets_whole(at, (uint64_t)array->axes + 1, 1);
     at = api_octets_whole(at, array->place, 8);
@@ -171,7 +171,7 @@ static char *attribute(char *at, const char *name, const char *type, size_t type
 
 char *api_hdf5_number(char *at, const char *name, enum api_hdf5_type type, const char value[8]) {
     char kind[24];
-    assert(api_hdf5_bytes(type) == 8);
+    assert(number_bytes(type) == 8);
     size_t bytes = (size_t)(type_write(kind, type) - kind);
     char *end = attribute(at + MESSAGE_BYTES, name, kind, bytes, -1);
     memcpy(end, value, 8);
@@ -209,7 +209,7 @@ uint64_t api_hdf5_nodes(uint64_t pieces) {
 
 void api_hdf5_node(char *at, const struct api_hdf5_array *array, uint64_t i, uint64_t tree,
                    uint64_t first, uint64_t apart) {
-    size_t bytes = api_hdf5_node_bytes(array->axes), size = api_hdf5_bytes(array->type);
+    size_t bytes = api_hdf5_node_bytes(array->axes), size = number_bytes(array->type);
     uint64_t pieces = (array->length[0] + array->piece - 1) / array->piece;
     // the level of the node, its place there, and the pieces below each of its children
     uint64_t children = pieces, begin = 0, below = 0, span = 1;

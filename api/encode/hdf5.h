@@ -35,9 +35,6 @@ struct api_hdf5_array {
     uint64_t piece; /* rows of a piece; 0 = all numbers are in one place, one after the other */
 };
 
-/** Returns the bytes of a number. O(1). */
-size_t api_hdf5_bytes(enum api_hdf5_type type);
-
 /** Writes the first API_HDF5_SUPERBLOCK bytes of a file. root: place of the root group's header;
  * end: bytes of the file. */
 void api_hdf5_superblock(char *at, uint64_t root, uint64_t end);

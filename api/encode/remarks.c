@@ -14,13 +14,6 @@ static const struct {
 } remarks_numbers[] = {
     {"horizon", "X-Horizon"}, {"trust_until", "X-Trust-Until"}, {"energy_drift", "X-Energy-Drift"}};
 
-const char *api_remarks_name(int i) {
-    static const char warning[] = "X-Warning";
-    const int numbers = sizeof remarks_numbers / sizeof *remarks_numbers;
-    assert(i >= 0);
-    return i < numbers ? remarks_numbers[i].field : i == numbers ? warning : NULL;
-}
-
 enum pend_status api_remarks_json(const struct api_stats *stats, struct api_buffer *out) {
     int warnings = api_stats_warnings(stats);
     PEND_TRY(api_out_open(out, "stats", '{'));

@@ -31,9 +31,6 @@ PEND_MUST_CHECK enum pend_status api_remarks_json(const struct api_stats *stats,
 PEND_MUST_CHECK enum pend_status api_remarks_comments(const struct api_stats *stats,
                                                       struct api_buffer *out);
 
-/** Returns the name of the field with this number, as a static string; NULL beyond the last. */
-const char *api_remarks_name(int i);
-
 /** Writes the fields of the figures; none if stats is NULL. */
 void api_remarks_fields(struct api_remarks *remarks, const struct api_stats *stats);
 

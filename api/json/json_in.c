@@ -101,6 +101,16 @@ int api_value_is_usual(const struct api_value *value) {
     return value->node && value->key && ((const cJSON *)value->node)->type & NODE_USUAL;
 }
 
+struct api_value api_value_behind(const struct api_value *object, const char *last, int unusual) {
+    struct api_value member = api_value_first(object), least = {0};
+    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
+        if ((unusual && api_value_is_usual(&member)) || (last && strcmp(member.key, last) <= 0))
+            continue;
+        if (!least.node || strcmp(member.key, least.key) < 0) least = member;
+    }
+    return least;
+}
+
 void api_value_usual_number(const struct api_value *member, double usual) {
     double number = api_value_number(member);
     if (api_value_kind(member) == API_NUMBER && !memcmp(&number, &usual, sizeof usual))

@@ -116,6 +116,10 @@ void api_value_usual_object(const struct api_value *member);
 /** True for a marked member. */
 int api_value_is_usual(const struct api_value *value);
 
+/** The member whose key comes next behind `last` in the order of bytes, NULL = the first of all;
+ * without a node behind the last. unusual: as if marked members were not there. O(members) */
+struct api_value api_value_behind(const struct api_value *object, const char *last, int unusual);
+
 /**
  * Adds a fault for every member that is not in the list; it says the name that was meant, if one is
  * near. Members that belong in another object of the list have one fault together.
