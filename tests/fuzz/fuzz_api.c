@@ -20,7 +20,7 @@ static int read_accept(char *text, size_t bytes) {
     api_negotiate_json(text);
     for (int samples = 0; samples < 3; samples++) {
         const struct api_format *format = api_negotiate_format(text, samples);
-        if (format && !format->content_type[0]) return 0;
+        if (format && !format->media_type[0]) return 0;
     }
     return 1;
 }
