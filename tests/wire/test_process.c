@@ -48,7 +48,7 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
     char text[512], want[256], version[64], engine[64];
     struct test_reply reply;
     CHECK_INT(test_server_run(option, text, sizeof text), 0);
-    REQUIRE(sscanf(text, "pendulumd %63[0-9.] (engine %63[0-9a-f])", version, engine) == 2);
+    REQUIRE(sscanf(text, "pendulumd %63[0-9a-z.+~] (engine %63[0-9a-f])", version, engine) == 2);
     CHECK_INT((long long)strlen(engine), 16);
     struct test_server *server = test_server_start(NULL);
     REQUIRE(server);
@@ -61,6 +61,8 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
              engine);
     CHECK_SAYING(strstr(reply.body, want) != NULL, "the metrics have no line %s", want);
     test_reply_clear(&reply);
+    /* answers keep their bytes from one build of a version to the next */
+    version[strcspn(version, "+")] = 0;
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
         stats_name(server, asked[i][0], asked[i][1], version, engine);
     test_server_stop(&server);
