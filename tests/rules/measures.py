@@ -20,6 +20,13 @@ FORM = re.compile(r"taylor/(?:small|large|lanes)/|dynamics/dynamics_\w*template$
 # How often each measure is broken today. A number may only fall; assertions, for a thousand lines, may only rise.
 KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0, "assertions": 9.6}
 
+# Lines that there may be: of C, of the page, of tests. A number may only fall; a commit that raises one raises nothing else and says for what.
+BUDGET = {
+    "C": (ROOMS, (".c", ".h", ".cpp"), 98910),
+    "the page": (("server/web",), (".js", ".ts", ".css", ".html", ".json", ".md", ".txt"), 33500),
+    "tests": (("tests",), (".c", ".h", ".mjs", ".js", ".py", ".sh"), 83750),
+}
+
 RULES = {
     "columns": f"lines have at most {COLUMNS} columns",
     "files": f"files have at most {FILE_LINES} lines",
@@ -135,6 +142,19 @@ def sample(excess):
     return {"sample.cpp": "\n".join(lines) + "\n", "sample.h": "\n".join(header) + "\n"}
 
 
+def lines_of(places, kinds):
+    """How many lines the files of these kinds have, those of npm left out."""
+    paths = (p for place in places for p in (TOP / place).rglob("*.*") if p.suffix in kinds)
+    return sum(p.read_bytes().count(b"\n") for p in paths if "node_modules" not in p.parts and p.name != "package-lock.json")
+
+
+def over(counted):
+    """What has more lines than it may have; room of more than a hundredth is to be given back."""
+    for name, (_, _, most) in BUDGET.items():
+        if not 0.99 * most <= counted[name] <= most:
+            yield f"{name} has {counted[name]} lines, the budget is {most}"
+
+
 def main():
     found = sorted(p for room in ROOMS for p in (TOP / room).rglob("*.*") if p.suffix in (".c", ".h", ".cpp") and "node_modules" not in p.parts)
     wrong, every, total, assertions = measure({str(p.relative_to(TOP)): p.read_text(encoding="utf-8") for p in found})
@@ -150,6 +170,9 @@ def main():
     if len(list(forms(sample_forms, {"core/taylor/a.c": "", "core/taylor/large/c.h": ""}))) != 4:
         failures.append("the four faults of a sample of core/forms.md are not noticed")
     failures += wrong_forms
+    if len(list(over({name: most + 1 for name, (_, _, most) in BUDGET.items()}))) != len(BUDGET):
+        failures.append("a line too many is not noticed")
+    failures += over({name: lines_of(places, kinds) for name, (places, kinds, _) in BUDGET.items()})
     styles = [p for p in (TOP / "server/web").rglob("*.css") if "node_modules" not in p.parts]
     for p in styles:
         lines = enumerate(p.read_text(encoding="utf-8").split("\n"), 1)
@@ -174,7 +197,7 @@ def main():
         print("longest:", *(f"  {length} {where}" for length, _, where in sorted(every, reverse=True)[:12]), sep="\n")
         print("most branches:", *(f"  {branches} {where}" for _, branches, where in sorted(every, key=lambda f: -f[1])[:12]), sep="\n")
     print(*(f"FAIL {failure}" for failure in failures), sep="\n", end="\n" if failures else "")
-    print(f"{5 + len(RULES) - len(failures)} passed, {len(failures)} failed")
+    print(f"{6 + len(RULES) - len(failures)} passed, {len(failures)} failed")
     return len(failures) > 0
 
 
