@@ -182,7 +182,9 @@ async function open() {
   const bar = placeOf("head");
   try {
     const { page } = document.documentElement.dataset;
-    const [api, guides] = await Promise.all(["openapi.json", `${page}/guides.json`].map(brought));
+    // the reference is whole without the guides
+    const coming = brought(`${page}/guides.json`).catch(() => []);
+    const [api, guides] = await Promise.all([brought("openapi.json"), coming]);
     const reader = createReader(api);
     const groups = groupsOf(reader, guides);
     const contents = contentsOf(groups);

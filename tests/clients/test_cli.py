@@ -194,7 +194,7 @@ def test_beside(run):
     help_text, page = run("--help"), (TOP / "api/clients/cli/pendulum.1").read_text()
     told = set(re.findall(r"--([a-z]+)", help_text))
     check("cli: the man page tells every option", told == set(re.findall(r"\\-\\-([a-z]+)", page)), told ^ set(re.findall(r"\\-\\-([a-z]+)", page)))
-    check("cli: version", re.match(r"pendulum [0-9.]+, engine [0-9a-f]{16}\n", run("--version")))
+    check("cli: version", re.match(r"pendulum [0-9.]+(\+git[0-9]{8}\.[0-9a-f]{8})?, engine [0-9a-f]{16}\n", run("--version")))
     shown = subprocess.run(["man", "--warnings", "-l", TOP / "api/clients/cli/pendulum.1"], capture_output=True, text=True) if shutil.which("man") else None
     if shown:
         check("cli: man shows it", shown.returncode == 0 and "pendulum get ID" not in shown.stderr and not shown.stderr and "EXIT STATUS" in shown.stdout, shown.stderr)
