@@ -290,6 +290,7 @@ TEST(taylor_open_fails_cleanly_without_memory) {
     struct pend_error error = {0};
     void *stepper;
     test_paper_init(&paper, 2);
+    paper.problem.rtol = 1e-10;
     test_alloc_fail(1, 0);
     enum pend_status status = pend_method_taylor.open(&stepper, &paper.problem, &error);
     test_alloc_faults_off();
