@@ -20,6 +20,8 @@ rm -rf "$directory"
 mkdir -p "$source/build/web"
 cp -R Makefile README.md LICENSE core api server docker debian "$source"
 cp -R build/web/node_modules build/web/package-lock.json "$source/build/web"
+# of the QR code its one script: the package of npm has others, without their sources
+find "$source/build/web/node_modules/qrcode-generator" -type f ! -name qrcode.mjs ! -name package.json ! -name 'LICENSE*' -delete
 find "$source" -name __pycache__ -prune -exec rm -rf {} +
 sed -i "1s/(.*)/($version)/" "$source/debian/changelog"
 # who hands the packages on answers for them, and is their maintainer
