@@ -205,7 +205,8 @@ static int is_utf16(const struct span *table) {
            (!memcmp(table->at, "\xff\xfe", 2) || !memcmp(table->at, "\xfe\xff", 2));
 }
 
-/* UTF-16 as the inside of a string of JSON; what lies beyond the first plane is '?' */
+/* UTF-16 as the inside of a string of JSON; controls and what lies beyond the first plane are '?'
+ */
 static enum pend_status table_utf16(const struct span *table, struct api_buffer *out) {
     int low = (unsigned char)table->at[0] == 0xff;
     for (size_t at = 2; at + 1 < table->bytes; at += 2) {
@@ -215,7 +216,8 @@ static enum pend_status table_utf16(const struct span *table, struct api_buffer 
                         (char)(0x80 | (c & 0x3f))};
         int bytes = c < 0x80 ? 1 : c < 0x800 ? 2 : 3;
         if (bytes == 2) text[1] = (char)(0xc0 | c >> 6);
-        if (c >= 0xd800 && c < 0xe000) c = '?', bytes = 1;
+        int control = (c < ' ' && !strchr("\t\r\n", (int)c)) || !c;
+        if (control || (c >= 0xd800 && c < 0xe000)) c = '?', bytes = 1;
         if (bytes == 1) text[2] = (char)c;
         PEND_TRY(api_text_escape(out, text + 3 - bytes, (size_t)bytes));
     }

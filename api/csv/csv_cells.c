@@ -1,6 +1,5 @@
 #include "api/csv/csv_cells.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -200,6 +199,6 @@ int api_csv_mark(const struct api_csv_cell *cell) {
     if (comma && point) return comma > point ? 1 : -1;
     if (!comma && !point) return 0;
     // "1,234" may be either, "0,234" is not
-    if (is_grouped(text, comma ? ',' : '.') && strtod(text, NULL) >= 1) return 0;
+    if (is_grouped(text, comma ? ',' : '.') && fabs(strtod(text, NULL)) >= 1) return 0;
     return comma ? 1 : -1;
 }

@@ -143,7 +143,6 @@ static void layout_names(struct api_csv *csv, const char *text, const struct sta
     int number[HEADS] = {0}, lines = head_lines(text, start, line, number), at = 0;
     int count = lines ? head_cut(csv, line[0], cell) : 0;
     if (count > 1 && is_units(cell, count)) {
-        csv->units = number[0];
         for (int i = 0; i < csv->columns; i++) csv->column[i].unit = cell[i];
         at = 1;
         count = lines > 1 ? head_cut(csv, line[1], cell) : 0;
@@ -189,7 +188,6 @@ static void column_swing(struct api_csv_column *column, double step) {
 static void column_add(struct api_csv_column *column, enum api_csv_kind kind, double x, long row,
                        int line) {
     long before = column->numbers + column->clocks;
-    column->empty += kind == API_CSV_EMPTY;
     if (kind == API_CSV_WORD && !column->words++) column->word_line = line;
     if (kind != API_CSV_NUMBER && kind != API_CSV_CLOCK) return;
     column->numbers += kind == API_CSV_NUMBER, column->clocks += kind == API_CSV_CLOCK;
@@ -199,7 +197,6 @@ static void column_add(struct api_csv_column *column, enum api_csv_kind kind, do
     } else {
         double step = x - column->last;
         if (step < 0) column->rises = 0;
-        column->stays += step == 0;
         column_swing(column, step);
         if (step != 0) column->step = fmin(column->step, fabs(step));
         column->low = fmin(column->low, x), column->high = fmax(column->high, x);
@@ -241,7 +238,7 @@ static void layout_rows(struct api_csv *csv) {
     for (const char *line = csv->begin; *line; line = api_csv_line_next(line), number++) {
         if (!line_read(csv, line, kind, value)) {
             if (is_bare(line) || is_comment(line)) continue;
-            if (!csv->passed++) csv->passed_line = number;
+            csv->passed++;
             continue;
         }
         for (int i = 0; i < csv->columns; i++)

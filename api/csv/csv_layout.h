@@ -11,11 +11,10 @@
 struct api_csv_column {
     struct api_csv_cell name, unit,
         group; /* of the lines above; without bytes where there is none */
-    long numbers, clocks, empty, words;
+    long numbers, clocks, words;
     int word_line;                       /* the first row with a word in it */
     double first, last, low, high, step; /* of numbers; step: the smallest between neighbours */
     int rises;                           /* from row to row, or stays: the instants of a file */
-    long stays;                          /* rows with the number of the row before */
     double from; /* of the swing that it is in: where it turned last, and which way it goes */
     int way;
     long swings, wide; /* from one turning point to the next; those of more than 2 pi */
@@ -23,12 +22,11 @@ struct api_csv_column {
 
 struct api_csv {
     char separator;
-    int comma;              /* the decimal mark is a comma */
-    int doubtful;           /* nothing tells whether "1,234" is 1.234 */
-    int head, units, first; /* lines from 1; 0 where there is none */
+    int comma;       /* the decimal mark is a comma */
+    int doubtful;    /* nothing tells whether "1,234" is 1.234 */
+    int head, first; /* lines from 1; 0 where there is none */
     int columns;
     long rows, passed; /* lines below the first row that are none */
-    int passed_line;   /* the first of these */
     const char *begin; /* the first row */
     struct api_csv_column column[API_CSV_COLUMNS];
 };

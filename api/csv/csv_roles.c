@@ -87,6 +87,8 @@ static void time_take(struct guess *guess, int i) {
 
 /* --- what is measured --- */
 
+static int is_angle(enum api_csv_role role) { return role == API_CSV_THETA || role == API_CSV_PHI; }
+
 static enum api_csv_role role_of(const struct api_csv_words *words) {
     int word = words->words;
     if (words->rad_s || (word & API_CSV_WORD_RATE) ||
@@ -160,10 +162,10 @@ static int is_taken(const struct guess *guess, int i, enum api_csv_role role, in
 /* why a column is not used, by its name, its unit and its numbers; NULL where it may be */
 static const char *column_unfit(const struct guess *guess, int i, enum api_csv_role role, int arm) {
     const struct api_csv_words *words = &guess->words[i];
-    int angle = role == API_CSV_THETA || role == API_CSV_PHI;
     if (!guess->csv->column[i].numbers) return "has no number";
     if (words->words & API_CSV_WORD_MODEL) return "is called a model's, not measured";
-    if (angle && (words->pixels || words->m || words->s)) return "has a unit that no angle has";
+    if (is_angle(role) && (words->pixels || words->m || words->s))
+        return "has a unit that no angle has";
     if (!arm) return "names no arm of this pendulum";
     return is_taken(guess, i, role, arm) ? "a column before it is the same of this arm" : NULL;
 }
@@ -250,8 +252,6 @@ static void errors_take(struct guess *guess) {
 }
 
 /* --- units --- */
-
-static int is_angle(enum api_csv_role role) { return role == API_CSV_THETA || role == API_CSV_PHI; }
 
 /* rad that a number without a unit is: as is said, as other columns are, or by their size */
 static double angle_unit(const struct guess *guess, int *sure) {

@@ -1,6 +1,5 @@
 #include "api/op/fit/fits_csv.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -70,10 +69,9 @@ static int csv_look(struct api_csv *csv, struct api_csv_roles *roles, const stru
     return !problem->status;
 }
 
-/* whether all cells of the columns that are used are numbers, or empty */
-static int csv_good(const struct api_csv *csv, const struct api_csv_roles *roles,
-                    const struct api_value *text, struct api_problem *problem) {
-    int good = 1;
+/* faults the columns that are used and have words among their numbers */
+static void csv_words(const struct api_csv *csv, const struct api_csv_roles *roles,
+                      const struct api_value *text, struct api_problem *problem) {
     for (int i = 0; i < csv->columns; i++) {
         const struct api_csv_column *column = &csv->column[i];
         if (roles->column[i].role == API_CSV_NONE || !column->words) continue;
@@ -81,9 +79,7 @@ static int csv_good(const struct api_csv *csv, const struct api_csv_roles *roles
                         API_CODE_WRONG_TYPE "line %d: field %d must be a number, or empty where "
                                             "nothing was measured",
                         column->word_line, i + 1);
-        good = 0;
     }
-    return good;
 }
 
 /* the quantity of a column, and its series in the run */
@@ -107,7 +103,17 @@ static void part_weigh(struct api_fit_part *run, long row, long all) {
     }
 }
 
-/* the rows of a table; an instant that is there twice counts once */
+/* whether a row says what the row before it says */
+static int row_repeats(const struct api_fit_part *run, long row, long all) {
+    if (!row || run->t[row] != run->t[row - 1]) return 0;
+    for (int c = 0; c < run->columns; c++) {
+        double now = run->data[c * all + row], before = run->data[c * all + row - 1];
+        if (now != before && !(isnan(now) && isnan(before))) return 0;
+    }
+    return 1;
+}
+
+/* the rows of a table; a row that is there twice counts once */
 static void csv_rows(struct api_fit_part *run, const struct api_csv *csv,
                      const struct api_csv_roles *roles, const int series[],
                      const struct api_value *text, struct api_problem *problem) {
@@ -121,9 +127,7 @@ static void csv_rows(struct api_fit_part *run, const struct api_csv *csv,
             api_value_fault(text, problem, API_CODE_WRONG_TYPE "line %d: t must be a number", line);
             return;
         }
-        double t = value[roles->time] * time->unit - roles->origin;
-        if (row && t == run->t[row - 1]) continue;
-        run->t[row] = t;
+        run->t[row] = value[roles->time] * time->unit - roles->origin;
         for (int i = 0; i < csv->columns; i++) {
             const struct api_csv_taken *taken = &roles->column[i];
             int sigma = taken->role == API_CSV_SIGMA;
@@ -135,7 +139,7 @@ static void csv_rows(struct api_fit_part *run, const struct api_csv *csv,
             (sigma ? run->each : run->data)[c * all + row] = x;
         }
         part_weigh(run, row, all);
-        row++;
+        row += !row_repeats(run, row, all);
     }
     run->rows = row;
     for (int c = 0; c < run->columns && row < all; c++) {
@@ -178,6 +182,10 @@ static enum pend_status csv_write(const struct api_csv *csv, const struct api_cs
     PEND_TRY(api_out_whole(out, "rows", used));
     PEND_TRY(api_out_whole(out, "repeated", csv->rows - used));
     PEND_TRY(api_out_whole(out, "passed_over", csv->passed));
+    if (csv->doubtful)
+        PEND_TRY(api_out_text(out, "why",
+                              "a comma was taken for the decimal mark: no number tells whether it "
+                              "marks thousands"));
     PEND_TRY(api_out_open(out, "columns", '['));
     for (int i = 0; i < csv->columns; i++) PEND_TRY(csv_write_column(csv, roles, i, out));
     return api_buffer_text(out, "]}");
@@ -191,10 +199,8 @@ static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *rol
     for (int i = 0; i < csv->columns; i++) {
         const struct api_csv_taken *taken = &roles->column[i];
         int place = taken->role == API_CSV_X || taken->role == API_CSV_Y;
-        series[i] = (place || taken->role == API_CSV_THETA || taken->role == API_CSV_PHI) &&
-                            count < API_FIT_SERIES
-                        ? count++
-                        : -1;
+        int angle = taken->role == API_CSV_THETA || taken->role == API_CSV_PHI;
+        series[i] = (place || angle) && count < API_FIT_SERIES ? count++ : -1;
         if (!place) continue;
         // in metres such places would be of another pendulum
         if (unit > 0 && taken->unit != unit)
@@ -236,7 +242,7 @@ enum pend_status api_fit_csv_read(struct api_fit_part *run, const struct api_tre
     int series[API_CSV_COLUMNS];
     (void)api_value_read_number(&sigma, 1e-12, 1e12, "", &error, problem);
     if (!csv_look(&csv, &roles, tree, data, &text, problem)) return PEND_INVALID;
-    if (!csv_good(&csv, &roles, &text, problem)) return PEND_INVALID;
+    csv_words(&csv, &roles, &text, problem);
     int count =
         csv_choose(&csv, &roles, api_value_kind(&scale) != API_MISSING, series, &text, problem);
     if (problem->status) return PEND_INVALID;

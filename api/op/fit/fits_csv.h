@@ -9,7 +9,7 @@
 /**
  * Reads `csv`, `sigma`, `unit` and `arms` of `data`.
  *
- * part  out: every series of the table that a fit can use; an instant that is there twice in a row
+ * part  out: every series of the table that a fit can use; a row that is there twice in a row
  *       counts once; the errors that the table lists, where `sigma` says none.
  * tree  what the request says of the pendulum; without arms nothing is read.
  *

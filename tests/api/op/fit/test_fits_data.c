@@ -224,4 +224,13 @@ TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
     CHECK_INT(test_reply_count(&reply, "/residuals"), 4);
     CHECK_TEXT(test_reply_text(&reply, "/model"), "accepted");
     test_reply_free(&reply);
+    // where each arm has a line of its own, two rows of one instant are two measurements
+    reply = test_post(API_OP_FITS,
+                      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}," LENGTH
+                      ",\"initial\":{\"theta\":[0.1,0.1]},\"data\":{\"csv\":\"t;theta_1;theta_2\\n"
+                      "0;1,234;\\n0;;1,234\\n1;-1,234;\\n1;;1,234\\n\"}}");
+    CHECK_INT((int)test_reply_number(&reply, "/tables/0/rows"), 4);
+    const char *why = test_reply_text(&reply, "/tables/0/why");
+    CHECK(why && strstr(why, "decimal mark"));
+    test_reply_free(&reply);
 }
