@@ -22,9 +22,9 @@ KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0,
 
 # Lines that there may be: of C, of the page, of tests. A number may only fall; a commit that raises one raises nothing else and says for what.
 BUDGET = {
-    "C": (ROOMS, (".c", ".h", ".cpp"), 98910),
-    "the page": (("server/web",), (".js", ".ts", ".css", ".html", ".json", ".md", ".txt"), 33500),
-    "tests": (("tests",), (".c", ".h", ".mjs", ".js", ".py", ".sh"), 83750),
+    "C": (ROOMS, (".c", ".h", ".cpp"), 99890),
+    "the page": (("server/web",), (".js", ".ts", ".css", ".html", ".json", ".md", ".txt"), 33800),
+    "tests": (("tests",), (".c", ".h", ".mjs", ".js", ".py", ".sh"), 84550),
 }
 
 RULES = {
