@@ -3,10 +3,10 @@
 #include <assert.h>
 #include <math.h>
 
-/* the line: lightness, chroma and hue (degrees) at both ends; all of it is within sRGB */
+/* lightness, chroma and hue (degrees) at both ends of the path, which lies within sRGB */
 static const double light_from = 0.27, light_to = 0.91, chroma = 0.09, hue_from = 305, hue_to = 100;
 
-/* a linear intensity from 0 to 1 as sRGB writes it */
+/* the sRGB transfer function of a linear intensity in 0 .. 1 */
 static unsigned char colormap_byte(double x) {
     double y = x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
     return (unsigned char)(255 * fmin(fmax(y, 0), 1) + 0.5);

@@ -34,7 +34,7 @@ char *api_column_write_row(char *out, const struct api_column *column, const dou
     return api_column_write(out, column, &groups, "null") - 1;
 }
 
-/* does the column have this number? */
+/* non-zero if the value is not missing */
 static int column_has(const struct api_column *column, double x) {
     return column->sparse == API_SPARSE_GAPS ? !isnan(x) : x >= 0;
 }
@@ -133,8 +133,7 @@ int api_stats_warnings(const struct api_stats *stats) {
     return count;
 }
 
-/* allocates all rows of all columns, in one block that begins with column 0; pages that are never
- * written take no memory */
+/* allocates all columns in one block; pages that are never written take no memory */
 static enum pend_status writer_keep(struct api_writer *writer) {
     const struct api_table *table = &writer->table;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
@@ -211,8 +210,8 @@ void api_writer_free(struct api_writer **writer) {
     *writer = NULL;
 }
 
-/* true if no exponent is all ones: adding one to such an exponent carries into the sign bit. The
- * loop neither stops early nor compares, so that it runs in vector lanes. */
+/* true if all values are finite. Adding one to an exponent of all ones carries into the sign bit;
+ * the loop has no branch, so that the compiler vectorizes it. */
 static int all_finite(long count, const double value[]) {
     const uint64_t exponent = 0x7ff0000000000000, one = 0x0010000000000000;
     uint64_t carried = 0;
@@ -224,7 +223,7 @@ static int all_finite(long count, const double value[]) {
     return !(carried >> 63);
 }
 
-/* names the first number of a column that is not finite, but for what it lacks */
+/* names the first value of a column that is neither finite nor missing */
 static enum pend_status column_fails(const struct api_writer *writer, int c, long count,
                                      const double *const data[], struct pend_error *error) {
     const struct api_column *column = &writer->table.column[c];
@@ -245,8 +244,7 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      column->part ? " " : "", column->part ? column->part : "", where, when);
 }
 
-/* keeps rows; where no representation turns them into NaN later, as rows_write does, times that a
- * column lacks are NaN from here on */
+/* keeps rows; missing times become NaN here unless rows_write converts them later */
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
     int nan = writer->format->binary && writer->table.nan && !writer->format->block;
     for (int c = 0; c < writer->table.count; c++) {
@@ -260,7 +258,7 @@ static void writer_take(struct api_writer *writer, long rows, const double *cons
     }
 }
 
-/* true if floats of 4 bytes hold the numbers of some rows */
+/* true if the numbers of some rows fit into 4-byte floats */
 static int all_narrow(const struct api_writer *writer, long rows, const double *const data[]) {
     for (int c = 0; c < writer->table.count; c++) {
         long count = rows * api_column_numbers(&writer->table.column[c]);
@@ -270,8 +268,8 @@ static int all_narrow(const struct api_writer *writer, long rows, const double *
     return 1;
 }
 
-/* the rows, with NaN for times that columns have not; data: in and out, the columns that are
- * copied for that, in one block that the caller frees */
+/* replaces missing times by NaN. data: in and out; columns that change are copied into one block,
+ * which the caller frees */
 static enum pend_status rows_nan(const struct api_writer *writer, long rows, const double *data[],
                                  double **copies) {
     const struct api_table *table = &writer->table;
@@ -292,7 +290,7 @@ static enum pend_status rows_nan(const struct api_writer *writer, long rows, con
     return PEND_OK;
 }
 
-/* writes rows by a representation that can stream, or that has turns */
+/* writes rows with a representation that streams or reads the rows in several passes */
 static enum pend_status rows_write(struct api_writer *writer, long rows, const double *const data[],
                                    struct api_buffer *out) {
     const struct api_format *format = writer->format;
@@ -335,7 +333,7 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
                      "\"float64\"");
 }
 
-/* writes the next of the rows that were kept until their number was known */
+/* writes the next rows of those that were kept until their number was known */
 static enum pend_status rows_send(struct api_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->table;
     const double *data[API_COLUMNS];

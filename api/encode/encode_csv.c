@@ -1,7 +1,7 @@
-/* A table as CSV (RFC 4180 with plain line feeds): a header line, then one line a row.
- * Leaves to others: which columns there are (op_*), the text of a number (number).
- * Invariant: every line of the table has the same number of fields; no field needs quotes.
- * Warnings are below the table, in lines of comment that begin with # and have no comma. */
+/* A table as CSV (RFC 4180 with LF line ends): a header line, then one line per row. Warnings
+ * follow the table as comment lines that begin with # and contain no comma. Leaves to others: which
+ * columns there are (op_*), the text of a number (number). Invariant: every line of the table has
+ * the same number of fields; no field needs quotes. */
 #include "api/encode/encode.h"
 
 #include "api/json/json_out.h"
@@ -15,8 +15,7 @@ static double csv_bytes(const struct api_table *table) {
            numbers * CSV_NAME_BYTES + API_WARNINGS_BYTES;
 }
 
-/* one field of the header: name, name_part, name_arm or name_part_arm, with a second axis its
- * number behind the arm's, and the comma */
+/* a header field with its comma: name[_part][_arm][_inner], such as final_phi_2 */
 static enum pend_status csv_name(const struct api_column *column, int arm, struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, column->name));
     if (column->part) PEND_TRY(api_buffer_format(out, "_%s", column->part));
@@ -38,7 +37,7 @@ static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *
     return PEND_OK;
 }
 
-/* some rows, assembled from the columns; they are few enough for `row` */
+/* writes rows that are short enough to be assembled in `row` */
 static char *csv_rows(char *at, const struct api_table *table, long rows, long from,
                       const double *const data[], double row[]) {
     long numbers = 0;
@@ -51,7 +50,7 @@ static char *csv_rows(char *at, const struct api_table *table, long rows, long f
     return api_number_write_rows(at, &lines);
 }
 
-/* a row that is too long for that, or may lack numbers, column by column */
+/* writes a row column by column: it is too long for `row`, or values may be missing */
 static char *csv_long_row(char *at, const struct api_table *table, long i,
                           const double *const data[]) {
     for (int c = 0; c < table->count; c++) {

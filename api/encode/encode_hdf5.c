@@ -1,12 +1,11 @@
-/* A table as HDF5: a data set for each column, the parts of complex numbers too (pairs are read as
- * zeros by Octave without a word, and by MATLAB as structures), figures and warnings as
- * attributes of the root. An array is in pieces of as many rows as half a megabyte holds of all
- * arrays, one after the other as they are computed; what says where they are stands behind them.
- * The library for it writes into files that it can seek in, has 3.5 MB, and opens files by names
- * of environment variables; what is used of the format is a few records (hdf5).
- * Leaves to others: the records.
- * Invariant: the bytes depend on the numbers and figures only; it streams, so there is no limit of
- * size; at most one piece of each array is held. */
+/* A table as HDF5: one data set per column, statistics and warnings as attributes of the root
+ * group. Real and imaginary parts are separate data sets, because Octave silently reads pairs as
+ * zeros and MATLAB reads them as structures. Arrays are chunked, half a megabyte for one chunk of
+ * every array; the chunks are written as they are computed, and the B-trees that index them follow
+ * at the end. libhdf5 is not used: it needs a file in which it can seek, has 3.5 MB, and opens
+ * plugins that environment variables name. The few records needed are in hdf5. Leaves to others:
+ * the records. Invariant: the bytes depend on the numbers and statistics only; it streams, so there
+ * is no size limit; at most one chunk of each array is in memory. */
 #include "api/encode/encode_arrays.h"
 #include "api/encode/hdf5.h"
 
@@ -16,8 +15,8 @@
 
 #include "api/base/octets.h"
 
-/* bytes of the pieces of all arrays, unless a row has more; of the name of an array and of a
- * figure; of all figures and warnings as attributes */
+/* Bytes of one chunk of all arrays (more if a row is larger), of the name of an array or statistic,
+ * and of all attributes. */
 enum {
     PIECE_BYTES = 1 << 19,
     NAME_BYTES = 64,
@@ -26,7 +25,7 @@ enum {
         API_STATS * (64 + NAME_BYTES + TEXT_BYTES + 1) + 64 + NAME_BYTES + API_WARNINGS_BYTES
 };
 
-/* what stands where; places are bytes from the begin of the file */
+/* the layout of the file; offsets in bytes */
 struct plan {
     struct api_arrays arrays;
     size_t row;                     /* bytes of a row of all arrays */
@@ -52,7 +51,7 @@ static void array_name(const struct api_array *array, char name[NAME_BYTES]) {
     if (array->part) stpcpy(stpcpy(at, "_"), array->part);
 }
 
-/* the array as the records have it, but for its place */
+/* describes an array for the records; the caller sets its address */
 static struct api_hdf5_array array_facts(const struct api_table *table, const struct plan *plan,
                                          const struct api_array *array) {
     struct api_hdf5_array facts = {.piece = plan->divided ? plan->most : 0};
@@ -114,7 +113,8 @@ static enum pend_status hdf5_begin(struct api_writer *base, struct api_buffer *o
     return PEND_OK;
 }
 
-/* writes rows [from, from + rows) of a block to rows [to, ...) of a piece of each array */
+/* copies rows [from, from + rows) of a block to rows [to, ...) of the current chunk of each array
+ */
 static void rows_put(const struct hdf5_writer *writer, char *piece, uint64_t to, long from,
                      long rows, const double *const data[]) {
     const struct plan *plan = &writer->plan;
@@ -152,7 +152,7 @@ static enum pend_status hdf5_block(struct api_writer *base, long rows, const dou
     return PEND_OK;
 }
 
-/* the last piece, which has fewer rows than the others: the rest of it is 0 */
+/* pads the last chunk with zeros */
 static enum pend_status piece_end(struct hdf5_writer *writer, struct api_buffer *out) {
     const struct plan *plan = &writer->plan;
     for (int i = 0; i < plan->arrays.count; i++) {
@@ -164,7 +164,7 @@ static enum pend_status piece_end(struct hdf5_writer *writer, struct api_buffer 
     return api_buffer_add(out, writer->piece, plan->most * plan->row);
 }
 
-/* writes nodes of the trees, as many as a piece of the answer has */
+/* writes B-tree nodes, at most about API_PIECE_BYTES */
 static enum pend_status trees_go_on(struct hdf5_writer *writer, struct api_buffer *out) {
     const struct plan *plan = &writer->plan;
     size_t start = out->bytes;
@@ -184,7 +184,7 @@ static enum pend_status trees_go_on(struct hdf5_writer *writer, struct api_buffe
     return PEND_OK;
 }
 
-/* the headers of the arrays */
+/* writes the object headers of the arrays */
 static enum pend_status heads_add(struct hdf5_writer *writer, struct api_buffer *out) {
     const struct plan *plan = &writer->plan;
     PEND_TRY(api_buffer_room(out, (size_t)plan->arrays.count * API_HDF5_HEADER));
@@ -204,7 +204,7 @@ static enum pend_status heads_add(struct hdf5_writer *writer, struct api_buffer 
     return PEND_OK;
 }
 
-/* a figure as an attribute of the root */
+/* writes a statistic as an attribute of the root group */
 static char *figure_put(char *at, const struct api_stat *stat) {
     char value[TEXT_BYTES + 1] = "";
     if (stat->kind == API_STAT_WHOLE) {

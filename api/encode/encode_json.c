@@ -1,5 +1,4 @@
-/* A table as one JSON object of arrays, time-major, each written from the kept rows of its
- * column.
+/* A table as one JSON object of arrays in row-major order, written from the kept columns.
  * Leaves to others: which columns there are (op_*), the text of a number (number).
  * Invariant: the object is valid JSON, members in the order of the columns, stats last. */
 #include "api/encode/encode.h"
@@ -23,14 +22,14 @@ static double json_bytes(const struct api_table *table) {
     return (double)table->rows * row + 64.0 * (table->count + API_STATS) + API_WARNINGS_BYTES;
 }
 
-/* true if column c has another name than its neighbour */
+/* true if column c and its neighbour have different names */
 static int json_name_changes(const struct api_table *table, int c, int neighbour) {
     return neighbour < 0 || neighbour >= table->count ||
            strcmp(table->column[c].name, table->column[neighbour].name);
 }
 
-/* writes the bytes before the rows of a column; the column's number decides about a comma, since
- * the bytes before may have left the buffer */
+/* writes the bytes before the rows of a column; column 0 has no comma (the buffer cannot tell: it
+ * may have been sent) */
 static enum pend_status json_open(const struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     int c = writer->column;
@@ -50,7 +49,7 @@ static enum pend_status json_close(const struct json_writer *writer, struct api_
                                                                        : PEND_OK;
 }
 
-/* writes rows with a comma behind each */
+/* writes rows, each followed by a comma */
 static char *json_write_rows(char *at, const struct api_column *column, long rows,
                              const double value[], int digits) {
     for (long i = 0; i < rows && column->inner; i++) {
@@ -64,7 +63,7 @@ static char *json_write_rows(char *at, const struct api_column *column, long row
     return api_column_write(at, column, column->width ? &nested : &list, "null");
 }
 
-/* writes the next rows of the column, as many as a piece has */
+/* writes the next rows of the column, about API_PIECE_BYTES */
 static enum pend_status json_rows(struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     const struct api_column *column = &table->column[writer->column];

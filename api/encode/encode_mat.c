@@ -1,5 +1,5 @@
-/* A table as a MAT-file of level 5, which MATLAB and Octave `load`; z is complex, energy and stats
- * are structures. (libmatio can write to files only.)
+/* A table as a level 5 MAT-file for MATLAB and Octave; z is complex, energy and stats are
+ * structures. libmatio is not used: it writes only to named files.
  * Leaves to others: which columns there are (op_*).
  * Invariant: every element begins at a multiple of 8 bytes; the bytes depend on the numbers
  * only. */
@@ -45,7 +45,7 @@ static char *tag(char *at, int type, uint64_t bytes) {
     return api_octets_whole(api_octets_whole(at, (uint64_t)type, 4), bytes, 4);
 }
 
-/* text and zeros up to a multiple of 8 bytes */
+/* writes text, padded with zeros to a multiple of 8 bytes */
 static char *pad(char *at, const char *text, size_t bytes) {
     size_t whole = (size_t)padded(bytes);
     memset(at, 0, whole);
@@ -53,8 +53,7 @@ static char *pad(char *at, const char *text, size_t bytes) {
     return at + whole;
 }
 
-/* the head of an array behind its own tag: flags, dimensions, of which the third may be 0 for
- * none, name */
+/* writes an array's flags, dimensions (the third is 0 if absent) and name, which follow its tag */
 static char *array_head(char *at, unsigned flags, const long size[3], const char *name) {
     size_t bytes = strlen(name);
     at = api_octets_whole(tag(at, UINT32, 8), flags, 8);
@@ -62,7 +61,7 @@ static char *array_head(char *at, unsigned flags, const long size[3], const char
     for (int i = 0; i < (size[2] ? 4 : 2); i++)
         at = api_octets_whole(at, i < 3 ? (uint64_t)size[i] : 0, 4);
     if (bytes && bytes <= 4) {
-        /* a short one shares the tag's 8 bytes */
+        /* a name of at most 4 bytes is stored inside its tag */
         at = api_octets_whole(api_octets_whole(at, INT8, 2), bytes, 2);
         memset(at, 0, 4);
         memcpy(at, name, bytes);
@@ -81,8 +80,8 @@ static uint64_t matrix_head_bytes(const char *name) {
     return 2 * (TAG + 8) + (bytes && bytes <= 4 ? TAG : TAG + padded(bytes));
 }
 
-/* a structure's head with the names of its fields; its fields, `bytes` in all, follow as matrices
- * without names */
+/* writes the head of a structure with its field names; the fields, `bytes` in all, follow as
+ * unnamed matrices */
 static enum pend_status struct_begin(const char *name, int count, const char *const field[],
                                      uint64_t bytes, struct api_buffer *out) {
     uint64_t names = (uint64_t)count * NAME_BYTES;
@@ -99,13 +98,13 @@ static enum pend_status struct_begin(const char *name, int count, const char *co
     return PEND_OK;
 }
 
-/* arrays: columns before rows, so that the numbers of each arm are adjacent */
+/* arrays: MATLAB's column-major order, so that the numbers of each arm are contiguous */
 
 static uint64_t part_numbers(const struct mat_writer *writer, const struct api_array *array) {
     return (uint64_t)writer->base.rows * api_array_width(array);
 }
 
-/* of the matrix behind its tag */
+/* bytes of a matrix without its tag */
 static uint64_t array_bytes(const struct mat_writer *writer, const struct api_array *array,
                             const char *name) {
     uint64_t parts = array->im < 0 ? 1 : 2;
@@ -119,7 +118,7 @@ static int array_leads(const struct mat_writer *writer, int i) {
     return array->part && (!i || !array[-1].part || strcmp(array[-1].name, array->name));
 }
 
-/* opens the structure of the arrays from `next` on that share a name */
+/* opens the structure that contains all arrays with the name of array `next` */
 static enum pend_status array_struct(const struct mat_writer *writer, struct api_buffer *out) {
     const struct api_array *first = &writer->arrays.array[writer->next];
     const char *field[API_COLUMNS];
@@ -148,13 +147,13 @@ static enum pend_status array_begin(const struct mat_writer *writer, struct api_
     return PEND_OK;
 }
 
-/* where number `at` of a row is, which goes by arms first and then by the second axis */
+/* index in the row of number `at` in MATLAB's order: arms vary faster than the second axis */
 static uint64_t array_place(const struct api_array *array, uint64_t at) {
     uint64_t inner = (uint64_t)array->inner, arms = (uint64_t)array->width / inner;
     return at % arms * inner + at / arms;
 }
 
-/* writes the next numbers of the part, as many as a piece has */
+/* writes the next numbers of the part, about API_PIECE_BYTES */
 static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer *out) {
     const struct api_array *array = &writer->arrays.array[writer->next];
     const double *number = writer->base.column[writer->part ? array->im : array->re];
@@ -176,9 +175,9 @@ static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer
     return PEND_OK;
 }
 
-/* the figures about the computation: a structure of scalars and texts */
+/* statistics: a structure of scalars and texts */
 
-/* a stat as a matrix without a name, its tag included */
+/* writes a statistic as an unnamed matrix with its tag */
 static char *stat_write(char *at, const struct api_stat *stat) {
     double number = stat->kind == API_STAT_WHOLE ? (double)stat->whole : stat->number;
     if (stat->kind == API_STAT_TEXT) {
@@ -207,7 +206,7 @@ static enum pend_status mat_stats(const struct api_stats *stats, struct api_buff
     return api_buffer_add(out, fields, (size_t)(end - fields));
 }
 
-/* the warnings: a matrix of letters, a row each, column after column */
+/* writes the warnings: a character matrix with one row each, in column-major order */
 static enum pend_status mat_warnings(const struct api_stats *stats, struct api_buffer *out) {
     int count = api_stats_warnings(stats), row = 0;
     uint64_t bytes = padded(2 * API_WARNING_TEXT * (uint64_t)count);

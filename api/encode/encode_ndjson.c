@@ -1,8 +1,7 @@
-/* A table as newline-delimited JSON: one object a row, on a line of its own, written when the
- * rows are computed.
+/* A table as newline-delimited JSON: one object per row and line, written as rows are computed.
  * Leaves to others: which columns there are (op_*), the text of a number (number).
- * Invariant: every line of a row is a JSON object with the same members; the text between the
- * numbers is the same in all lines. Stats, if any, are the last line. */
+ * Invariant: all rows have the same members and the same text between the numbers. Statistics, if
+ * any, are the last line. */
 #include "api/encode/encode.h"
 
 #include <string.h>
@@ -30,7 +29,7 @@ static double ndjson_bytes(const struct api_table *table) {
     return (double)table->rows * (row + text) + 64.0 * API_STATS + API_WARNINGS_BYTES;
 }
 
-/* the pieces between the numbers of a line */
+/* the text between the numbers of a line */
 static enum pend_status ndjson_frame(struct ndjson_writer *writer, struct api_buffer *text) {
     const struct api_table *table = &writer->base.table;
     const char *close = "{", *name = "";

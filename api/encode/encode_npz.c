@@ -1,15 +1,11 @@
-/* A table as NumPy's .npz: a zip archive of .npy arrays, stored and not deflated, so that
- * numpy.load reads it at the speed of memory. Libraries for zip archives need all members in memory
- * or a file; the archive's records are therefore those of zip.
- * The arrays stand one after the other, and rows have all of them: so that of a table that is not
- * kept as a whole the rows are asked for several times, each time for the next array, which is
- * written as they come, and for those behind it for which there is memory. The archives of larger
- * tables, kept or not, have checksums behind their arrays, the others before them, for readers that
- * do not look at the directory.
- * Leaves to others: the checksum (libdeflate: with the processor's carry-less product it costs less
- * than the copy).
- * Invariant: the bytes depend on the numbers only; members and archives of any size are told
- * rightly. */
+/* A table as NumPy's .npz: a zip archive of uncompressed .npy arrays, which numpy.load reads at the
+ * speed of memory. Zip libraries need a file or all members in memory, so zip64 writes the records.
+ * The archive stores one array after the other, but rows come with all columns. A table that is too
+ * large to keep is therefore read in several passes: a pass writes the next array as its rows come,
+ * and keeps as many of the following arrays as memory allows. Archives of large tables have
+ * checksums after the arrays, small ones before them, for readers that ignore the directory.
+ * Leaves to others: the CRC (libdeflate, which costs less than the copy).
+ * Invariant: the bytes depend on the numbers only; members and archives may have any size. */
 #include "api/encode/encode_arrays.h"
 #include "api/encode/zip64.h"
 
@@ -47,7 +43,7 @@ static double npz_bytes(const struct api_table *table) {
            3 * 4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + API_ZIP64_END;
 }
 
-/* the description at the head of a .npy file, format 1.0; shape is "(501, 4)" */
+/* writes the header of a .npy file, format 1.0; shape is "(501, 4)" */
 static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape) {
     memset(head, ' ', HEAD_BYTES);
     memcpy(head, "\x93NUMPY\x01\0", 8);
@@ -59,7 +55,7 @@ static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape)
     head[HEAD_BYTES - 1] = '\n';
 }
 
-/* appends to the archive; the buffer is known to be large enough */
+/* appends to the archive; the caller has ensured space in the buffer */
 static void npz_add(struct npz_writer *writer, struct api_buffer *out, const void *data,
                     size_t bytes) {
     memcpy(out->data + out->bytes, data, bytes);
@@ -67,7 +63,7 @@ static void npz_add(struct npz_writer *writer, struct api_buffer *out, const voi
     writer->written += bytes;
 }
 
-/* begins a member with the head of its array */
+/* begins a member and writes its .npy header */
 static enum pend_status member_begin(struct npz_writer *writer, const char head[HEAD_BYTES],
                                      struct api_buffer *out) {
     struct api_zip64_member *member = &writer->member[writer->members++];
@@ -90,7 +86,7 @@ static uint64_t array_numbers(const struct npz_writer *writer, const struct api_
     return npz_rows(writer) * api_array_width(array);
 }
 
-/* numbers [from, from + count) of an array, as bytes */
+/* writes numbers [from, from + count) of an array */
 static void array_write(const struct npz_writer *writer, const struct api_array *array,
                         uint64_t from, size_t count, char *at) {
     double *const *column = writer->base.column;
@@ -115,7 +111,7 @@ static uint32_t array_crc(const struct npz_writer *writer, const struct api_arra
     return crc;
 }
 
-/* as Python writes a tuple; one row alone has no axis for the rows */
+/* the shape as a Python tuple; a single row has no axis for rows */
 static void array_shape(const struct npz_writer *writer, const struct api_array *array,
                         char shape[64]) {
     int rows = !writer->base.table.single;
@@ -127,14 +123,14 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
     stpcpy(at, ")");
 }
 
-/* names are short: they are those of the operations' tables */
+/* the names come from the operations' tables and fit */
 static void member_name(struct api_zip64_member *member, const char *first, const char *between,
                         const char *second) {
     assert(strlen(first) + strlen(between) + strlen(second) + sizeof ".npy" <= sizeof member->name);
     stpcpy(stpcpy(stpcpy(stpcpy(member->name, first), between), second), ".npy");
 }
 
-/* are checksums behind the arrays? */
+/* true if the checksums follow the arrays in data descriptors */
 static int npz_streamed(const struct npz_writer *writer) {
     const struct api_table *table = &writer->base.table;
     double bytes = (double)npz_rows(writer) * api_table_numbers(table, 0) * (double)sizeof(double);
@@ -156,7 +152,7 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
     return member_begin(writer, head, out);
 }
 
-/* takes notice of numbers of the open array that were put behind the buffer's bytes */
+/* accounts for numbers of the open array that were written past the buffer's end */
 static void array_pass(struct npz_writer *writer, const struct api_array *array, size_t count,
                        struct api_buffer *out) {
     struct api_zip64_member *member = &writer->member[writer->members - 1];
@@ -168,7 +164,7 @@ static void array_pass(struct npz_writer *writer, const struct api_array *array,
     writer->at += count;
 }
 
-/* writes the next numbers of the array that is kept, as many as a piece has */
+/* writes the next numbers of a kept array, about API_PIECE_BYTES */
 static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
     uint64_t rest = array_numbers(writer, array) - writer->at;
@@ -193,9 +189,9 @@ static enum pend_status array_end(struct npz_writer *writer, struct api_buffer *
     return PEND_OK;
 }
 
-/* turns: rows that come several times */
+/* several passes over the rows */
 
-/* gives memory to the columns of an array; returns its end */
+/* assigns memory to the columns of an array; returns the end of that memory */
 static double *array_keep(struct npz_writer *writer, const struct api_array *array, double *at) {
     size_t numbers = (size_t)array_numbers(writer, array);
     writer->base.column[array->re] = at;
@@ -203,7 +199,7 @@ static double *array_keep(struct npz_writer *writer, const struct api_array *arr
     return at + numbers * (array->im >= 0 ? 2 : 1);
 }
 
-/* begins a turn: which arrays it has, and memory for those that are not written at once */
+/* begins a pass: chooses its arrays, and the memory of those that are not written at once */
 static enum pend_status turn_begin(struct npz_writer *writer, struct api_buffer *out) {
     const struct api_arrays *arrays = &writer->arrays;
     double numbers = 0;
@@ -244,7 +240,7 @@ static enum pend_status npz_turn(struct api_writer *base, long rows, const doubl
     return PEND_OK;
 }
 
-/* a small array as a whole, with its name and description */
+/* writes a small array with its member record and header */
 static enum pend_status member_add(struct npz_writer *writer, const char *first, const char *second,
                                    const char *type, const char *shape, const char *value,
                                    size_t bytes, struct api_buffer *out) {
@@ -260,12 +256,12 @@ static enum pend_status member_add(struct npz_writer *writer, const char *first,
     return PEND_OK;
 }
 
-/* a figure about the computation: an array without an axis */
+/* writes a statistic: a zero-dimensional array */
 static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat,
                                  struct api_buffer *out) {
     char type[16] = "<f8", value[4 * TEXT_CAP], *end = value;
     if (stat->kind == API_STAT_TEXT) {
-        /* NumPy keeps text as UTF-32; these are words of ASCII */
+        /* NumPy stores text as UTF-32; these texts are ASCII */
         for (const char *p = stat->text; *p && p < stat->text + TEXT_CAP; p++)
             end = api_octets_whole(end, (unsigned char)*p, 4);
         *api_number_write_int(stpcpy(type, "<U"), (end - value) / 4) = 0;
@@ -278,7 +274,7 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
     return member_add(writer, "stats", stat->name, type, "()", value, (size_t)(end - value), out);
 }
 
-/* the warnings: an array of texts */
+/* writes the warnings: an array of texts */
 static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats,
                                      struct api_buffer *out) {
     char type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0}, *end = value;
@@ -296,7 +292,7 @@ static enum pend_status warnings_add(struct npz_writer *writer, const struct api
     return member_add(writer, "warnings", "", type, shape, value, (size_t)(end - value), out);
 }
 
-/* the directory at the end of the archive */
+/* writes the central directory */
 static enum pend_status npz_directory(struct npz_writer *writer, struct api_buffer *out) {
     uint64_t begin = writer->written;
     char record[API_ZIP64_CENTRAL], end[API_ZIP64_END];

@@ -1,7 +1,7 @@
-/* A table as plain doubles, little-endian, row after row: a Float64Array in a browser,
- * numpy.frombuffer in Python. With the table's float32 they are floats, a Float32Array.
+/* A table as little-endian doubles in row-major order: a Float64Array in a browser,
+ * numpy.frombuffer in Python. With float32 they are floats, a Float32Array.
  * Leaves to others: naming the columns (the X-Columns header field, by call).
- * Invariant: 8 or 4 bytes a number and nothing else. */
+ * Invariant: 8 or 4 bytes per number and nothing else. */
 #include "api/encode/encode.h"
 
 #include "api/base/octets.h"
@@ -11,8 +11,8 @@ static double octets_bytes(const struct api_table *table) {
            (table->float32 ? sizeof(float) : sizeof(double));
 }
 
-/* writes the numbers of a column to their places in the rows, `row` bytes apart; if the width is a
- * constant where this is inlined, the compiler moves a row's numbers together */
+/* scatters the numbers of a column into rows that are `row` bytes apart. Inlined with a constant
+ * width it becomes one move per row. */
 static inline __attribute__((always_inline)) void octets_column(char *at, long rows, size_t width,
                                                                 size_t row, const double value[]) {
     for (long i = 0; i < rows; i++, at += row, value += width) api_octets_doubles(at, width, value);

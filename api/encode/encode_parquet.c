@@ -1,8 +1,8 @@
-/* A table as Apache Parquet: pages of plain doubles or floats, a column for each number of a row,
- * in groups of rows, and behind them the description. What is written of the format's Thrift is a
- * few structs; no library for it writes rows as they come and is in C. Leaves to others: names of
- * columns (as CSV has them), compression (the server's content codings). Invariant: the bytes
- * depend on the numbers and figures only; at most one group of rows is held. */
+/* A table as Apache Parquet: a column for each number of a row, plain pages of doubles or floats in
+ * row groups, then the metadata. Of the format's Thrift only a few structs are written; no C
+ * library in Debian writes Parquet. Leaves to others: compression (the server's content codings);
+ * columns have CSV's names. Invariant: the bytes depend on the numbers and statistics only; at most
+ * one row group is held. */
 #include "api/encode/encode_arrays.h"
 
 #include <assert.h>
@@ -14,8 +14,8 @@
 #include "api/base/octets.h"
 #include "api/number/number.h"
 
-/* numbers of a group of rows; bytes of a column's name, of its description in a group and in the
- * schema, and of a figure, at most */
+/* Numbers in a row group; upper bounds, in bytes, of a column's name, of its metadata in a row
+ * group and in the schema, and of a statistic. */
 enum {
     GROUP_NUMBERS = 1 << 16,
     NAME_BYTES = 64,
@@ -25,7 +25,7 @@ enum {
     PAGE_BYTES = 32
 };
 
-/* the format's own numbers */
+/* constants of the format */
 enum { TYPE_FLOAT = 4, TYPE_DOUBLE = 5, REQUIRED = 0, DATA_PAGE = 0, PLAIN = 0, RLE = 3 };
 enum { THRIFT_I32 = 5, THRIFT_I64 = 6, THRIFT_BINARY = 8, THRIFT_LIST = 9, THRIFT_STRUCT = 12 };
 
@@ -40,7 +40,7 @@ struct parquet_writer {
     double group[GROUP_NUMBERS]; /* number k of row i is at k most + i */
 };
 
-/* Thrift's compact form */
+/* Thrift's compact protocol */
 
 static char *put_varint(char *at, uint64_t x) {
     for (; x >= 0x80; x >>= 7) *at++ = (char)(0x80 | (x & 0x7f));
@@ -48,7 +48,7 @@ static char *put_varint(char *at, uint64_t x) {
     return at;
 }
 
-/* a field's head: how far its number is from the one before, and its type */
+/* a field header: the difference of its id to the previous one, and its type */
 static char *put_field(char *at, int step, int type) {
     assert(step >= 1 && step <= 15);
     *at++ = (char)(step << 4 | type);
@@ -77,7 +77,7 @@ static char *put_list(char *at, int type, uint64_t count) {
 
 /* columns: one for each number of a row */
 
-/* which column of the table a number of a row is of, and which of its numbers */
+/* the table's column that contains number n of a row, and the index within it */
 struct place {
     const struct api_column *column;
     int arm;
@@ -89,7 +89,7 @@ static struct place place_next(const struct api_table *table, struct place place
     return (struct place){place.column + 1, 0};
 }
 
-/* as CSV names it: final_phi_2 */
+/* the name that CSV uses: final_phi_2 */
 static void place_name(struct place place, char name[NAME_BYTES]) {
     const struct api_column *column = place.column;
     char *at = stpcpy(name, column->name);
@@ -102,7 +102,7 @@ static void place_name(struct place place, char name[NAME_BYTES]) {
     *at = 0;
 }
 
-/* the head of a page of so many numbers; returns its end */
+/* writes the header of a page; returns its end */
 static char *put_page(char *at, long rows, int bytes) {
     at = put_whole(at, 1, THRIFT_I32, DATA_PAGE);
     at = put_whole(at, 1, THRIFT_I32, rows * bytes);
@@ -117,7 +117,7 @@ static char *put_page(char *at, long rows, int bytes) {
     return at;
 }
 
-/* writes a group of rows; number k of row i is value[k * apart + i] */
+/* writes a row group; number k of row i is value[k * apart + i] */
 static enum pend_status put_group(struct parquet_writer *writer, long rows, long apart,
                                   const double value[], struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
@@ -146,7 +146,7 @@ static enum pend_status parquet_begin(struct api_writer *base, struct api_buffer
     return api_buffer_add(out, "PAR1", 4);
 }
 
-/* puts row i of a block into a row of numbers, `apart` from each other */
+/* copies row i of a block; its numbers go `apart` doubles from each other */
 static void take_row(const struct api_table *table, long i, const double *const data[], long apart,
                      double to[]) {
     for (int c = 0; c < table->count; c++) {
@@ -175,7 +175,7 @@ static enum pend_status parquet_block(struct api_writer *base, long rows,
     return PEND_OK;
 }
 
-/* the description */
+/* the metadata at the end of the file */
 
 static enum pend_status put_schema(struct parquet_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
@@ -204,7 +204,7 @@ static enum pend_status put_schema(struct parquet_writer *writer, struct api_buf
     return PEND_OK;
 }
 
-/* where a column of a group is; returns the end */
+/* writes the metadata of a column in a row group; returns the end */
 static char *put_chunk(char *at, const char *name, int narrow, long rows, uint64_t offset,
                        size_t bytes) {
     at = put_whole(at, 2, THRIFT_I64, (int64_t)offset);
@@ -247,7 +247,7 @@ static enum pend_status put_group_facts(struct parquet_writer *writer, long rows
     return PEND_OK;
 }
 
-/* a figure as text */
+/* a statistic as text */
 static void stat_text(const struct api_stat *stat, char text[STAT_BYTES]) {
     const struct api_number_rows one = {1, 1, &stat->number, 0, 0, "", 0};
     if (stat->kind == API_STAT_WHOLE)

@@ -1,7 +1,6 @@
-/* One column of a grid's members as a picture, a pixel for each member: PNG with a palette, written
- * by libpng.
- * Leaves to others: which column is drawn (picture_json), the colours (colormap).
- * Invariant: no other file uses libpng; the first axis points to the right, the second upwards. */
+/* One column of a grid as a picture with one pixel per member: a PNG with a palette, by libpng.
+ * Leaves to others: choosing the column (picture_json), the colours (colormap).
+ * Invariant: no other file uses libpng; the first axis points right, the second up. */
 #include "api/encode/encode.h"
 
 #include <math.h>
@@ -15,13 +14,13 @@
 
 enum { NEVER, FAILED, FIRST_SHADE, STATUS_COLUMN = 1 };
 
-/* the scale that maps numbers to shades */
+/* the scale from numbers to shades */
 struct scale {
     const struct api_table_picture *picture;
     double from, to; /* of the shades; logarithms where the scale is logarithmic */
 };
 
-/* the buffer into which libpng writes, and the status of writing */
+/* the buffer that libpng writes to, and the status */
 struct sink {
     struct api_buffer *out;
     enum pend_status status;
@@ -37,8 +36,8 @@ static double number_at(const struct api_writer *writer, long row) {
     return writer->column[picture->column][row * width + picture->arm];
 }
 
-/* a number on the scale; NAN for one that is not on it: an event that never happened, or a number
- * that is not positive on a logarithmic scale */
+/* a number's position on the scale; NAN for a missing value, and on a logarithmic scale for a
+ * number that is not positive */
 static double scaled(const struct api_writer *writer, long row) {
     double x = number_at(writer, row);
     if (writer->column[STATUS_COLUMN][row] != 0) return NAN;
@@ -79,7 +78,7 @@ static void leave(png_structp png, png_const_charp text) {
 
 static void stay_silent(png_structp png, png_const_charp text) { (void)png, (void)text; }
 
-/* writes the pixels, and a note that says what the colours mean */
+/* writes the pixels, and a text chunk that explains the colours */
 static void write_picture(png_structp png, png_infop info, const struct api_writer *writer,
                           png_bytep line) {
     const struct api_table_picture *picture = &writer->table.picture;
@@ -114,7 +113,7 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     png_write_end(png, info);
 }
 
-/* libpng calls this when it fails */
+/* libpng's error handler */
 static int picture_written(png_structp png, png_infop info, const struct api_writer *writer,
                            png_bytep line) {
     if (setjmp(png_jmpbuf(png))) return 0;

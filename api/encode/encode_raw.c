@@ -1,5 +1,4 @@
-/* A table as a job's part is stored until a client asks for it in a representation: records of
- * rows, and one of figures.
+/* The storage format of a job's part: records of rows, and one of statistics.
  * Leaves to others: combining the parts (results), storing them (server).
  * Invariant: never sent to a client; a record is at most about API_PIECE_BYTES or one row. */
 #include "api/encode/encode_raw.h"
@@ -15,7 +14,7 @@ void api_raw_head_put(char *at, enum api_raw kind, size_t bytes) {
     api_octets_whole(api_octets_whole(at, (uint64_t)kind, 4), bytes, 4);
 }
 
-/* begins a record and ensures that all of it can be written */
+/* begins a record and reserves its space in the buffer */
 static enum pend_status raw_begin(struct api_buffer *out, enum api_raw kind, size_t bytes) {
     PEND_TRY(api_buffer_room(out, API_RAW_HEAD + bytes));
     api_raw_head_put(out->data + out->bytes, kind, bytes);
@@ -55,7 +54,7 @@ static enum pend_status raw_block(struct api_writer *writer, long rows, const do
 
 static int is_text(int kind) { return kind == API_STAT_TEXT || kind == API_STAT_WARNING; }
 
-/* kind, length of the name, name; then 8 bytes, or a text's length and the text */
+/* writes kind, length of the name, name; then 8 bytes, or the length of a text and the text */
 static size_t stat_bytes(const struct api_stat *stat) {
     return 2 + strlen(stat->name) + (is_text(stat->kind) ? 1 + strlen(stat->text) : 8);
 }
@@ -133,8 +132,8 @@ long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
     return rows;
 }
 
-/* a text of at most `left` bytes with its length in front; returns the bytes read, 0 if it is
- * incomplete */
+/* reads a text with its length before it, from at most `left` bytes; returns the bytes read, 0 if
+ * it is incomplete */
 static size_t get_text(const char *at, size_t left, char text[API_RAW_TEXT]) {
     size_t bytes = left ? (unsigned char)*at : 0;
     if (!left || bytes >= left || bytes >= API_RAW_TEXT) return 0;
@@ -143,7 +142,7 @@ static size_t get_text(const char *at, size_t left, char text[API_RAW_TEXT]) {
     return bytes + 1;
 }
 
-/* one figure; returns its bytes, 0 if they are not one */
+/* reads one statistic; returns the bytes read, 0 if it is invalid */
 static size_t get_figure(struct api_raw_figure *figure, const char *at, size_t left) {
     size_t used = 1, text;
     *figure = (struct api_raw_figure){.kind = left ? *at : -1};

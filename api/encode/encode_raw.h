@@ -1,6 +1,6 @@
-/* The form in which the parts of a job are stored: writing it and reading it back.
+/* The storage format of a job's parts: writing and reading.
  * Leaves to others: whole parts and whole answers (part, results).
- * Invariant: reading ends with rows or with a refusal, whatever the bytes are. */
+ * Invariant: reading arbitrary bytes returns rows or an error. */
 #ifndef API_ENCODE_RAW_H
 #define API_ENCODE_RAW_H
 
@@ -8,32 +8,31 @@
 
 enum { API_RAW_HEAD = 8, API_RAW_TEXT = 256 };
 
-/* A record begins with its kind and the number of bytes that follow, 4 bytes each, little-endian.
- */
+/* A record begins with its kind and the length of its body, 4 bytes each, little-endian. */
 enum api_raw {
-    API_RAW_ROWS = 1, /* rows of doubles, little-endian, all columns of a row together */
-    API_RAW_STATS,    /* figures about the computation */
-    API_RAW_JSON      /* a piece of the JSON answer, if that says more than the table */
+    API_RAW_ROWS = 1, /* little-endian doubles in row-major order */
+    API_RAW_STATS,    /* statistics of the computation */
+    API_RAW_JSON      /* a piece of the JSON answer, if it contains more than the table */
 };
 
-/* A representation for the store only: clients cannot choose it. */
+/* A representation for storage; clients cannot request it. */
 extern const struct api_format api_format_raw;
 
-/** Writes a record's head, API_RAW_HEAD bytes. */
+/** Writes the head of a record, API_RAW_HEAD bytes. */
 void api_raw_head_put(char *at, enum api_raw kind, size_t bytes);
 
-/** Reads a record's head, API_RAW_HEAD bytes. Returns 0 if the bytes are not one. */
+/** Reads the head of a record, API_RAW_HEAD bytes. Returns 0 if it is invalid. */
 int api_raw_head(const char *data, enum api_raw *kind, size_t *bytes);
 
 /**
- * Reads a record of rows into columns, each of which is large enough for them.
+ * Reads a record of rows into columns, which must be large enough.
  *
- * Returns the number of rows, -1 if the bytes are not a whole number of rows.
+ * Returns the number of rows; -1 if `bytes` is no multiple of a row's size.
  */
 long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
                   double *const column[]);
 
-/* One figure about a computation. */
+/* One statistic of a computation. */
 struct api_raw_figure {
     int kind; /* of struct api_stat */
     long whole;
@@ -46,11 +45,11 @@ struct api_raw_figures {
     struct api_raw_figure figure[API_STATS];
 };
 
-/** Adds a record of figures to those of other parts: numbers are summed, and of warnings with the
- * same name the last is kept. Returns 0 if the bytes are no such record. */
+/** Adds a record of statistics to those of other parts: numbers are summed, and the last warning of
+ * each name is kept. Returns 0 if the record is invalid. */
 int api_raw_add(struct api_raw_figures *figures, const char *data, size_t bytes);
 
-/** Converts the figures for a writer; the texts of `stats` are those of `figures`. */
+/** Converts the statistics for a writer. `stats` points into `figures`. */
 void api_raw_stats(const struct api_raw_figures *figures, struct api_stats *stats);
 
 #endif

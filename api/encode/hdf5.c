@@ -5,7 +5,7 @@
 
 #include "api/base/octets.h"
 
-/* kinds of messages; what stands before each of them; before the first one, and behind the last */
+/* Message types; sizes of a message's header, of an object header's prefix and of its checksum. */
 enum { NOTHING, SPACE, LINKS, TYPE, FILL = 5, LINK, LAYOUT = 8, GROUP = 10, ATTRIBUTE = 12 };
 enum { MESSAGE_BYTES = 4, BEGIN_BYTES = 10, SUM_BYTES = 4 };
 
@@ -68,7 +68,7 @@ char *api_hdf5_begin(char *head) {
     return head + BEGIN_BYTES;
 }
 
-/* writes the head of a message, whose body has to follow. Returns its end */
+/* writes a message's header; the body follows. Returns the end */
 static char *message(char *at, int kind, size_t bytes) {
     assert(bytes <= 0xffff);
     at = api_octets_whole(api_octets_whole(at, (uint64_t)kind, 1), bytes, 2);
@@ -84,7 +84,7 @@ void api_hdf5_end(char *head, char *at, size_t bytes) {
     api_octets_whole(end, checksum(head, bytes - SUM_BYTES), 4);
 }
 
-/* descriptions of numbers and axes */
+/* datatype and dataspace messages */
 
 static size_t number_bytes(enum api_hdf5_type type) {
     static const size_t bytes[] = {8, 4, 8};
@@ -111,7 +111,7 @@ static char *space_write(char *at, int axes, const uint64_t length[]) {
     return at;
 }
 
-/* where the numbers are */
+/* data layout messages */
 static char *layout_write(char *at, const struct api_hdf5_array *array) {
     uint64_t bytes = number_bytes(array->type);
     at = api_octets_whole(api_octets_whole(at, 3, 1), array->piece ? 2 : 1, 1);
@@ -126,7 +126,7 @@ static char *layout_write(char *at, const struct api_hdf5_array *array) {
     return api_octets_whole(at, bytes, 8);
 }
 
-/* the head of a message, now that its body stands */
+/* writes the header of a message whose body is already written */
 static char *message_close(char *head, int kind, char *end) {
     message(head, kind, (size_t)(end - head) - MESSAGE_BYTES);
     return end;
@@ -157,7 +157,7 @@ char *api_hdf5_link(char *at, const char *name, uint64_t header) {
     return api_octets_whole(at + length, header, 8);
 }
 
-/* attributes: the lengths of three parts, and the parts */
+/* attribute messages */
 static char *attribute(char *at, const char *name, const char *type, size_t type_bytes, int texts) {
     char space[16], *end = space_write(space, texts >= 0, &(uint64_t){(uint64_t)texts});
     size_t length = strlen(name) + 1, space_bytes = (size_t)(end - space);
@@ -187,7 +187,7 @@ char *api_hdf5_text(char *at, const char *name, int texts, size_t each, const ch
     return message_close(at, ATTRIBUTE, end + bytes);
 }
 
-/* trees of pieces */
+/* B-trees of chunks */
 
 enum { NODE_BYTES = 24 }; /* before a node's keys and places */
 
@@ -197,7 +197,7 @@ size_t api_hdf5_node_bytes(int axes) {
     return NODE_BYTES + (API_HDF5_FAN + 1) * key_bytes(axes) + API_HDF5_FAN * 8;
 }
 
-/* nodes above so many children */
+/* the number of parent nodes of this many children */
 static uint64_t above(uint64_t children) { return (children + API_HDF5_FAN - 1) / API_HDF5_FAN; }
 
 uint64_t api_hdf5_nodes(uint64_t pieces) {

@@ -19,7 +19,7 @@ static struct piece piece_trim(struct piece piece) {
     return piece;
 }
 
-/* cuts off the part before the next separator outside of quotes, and the separator */
+/* takes the part before the next separator outside quotes, and drops the separator */
 static struct piece piece_take(const char **rest, const char *end, char separator) {
     const char *at = *rest;
     int quoted = 0;
@@ -68,7 +68,7 @@ int api_negotiate_parameter(const char *value, size_t bytes, const char *type, c
     return 1;
 }
 
-/* qvalue: 0 or 1 with up to three decimals, in thousandths; -1 if it is malformed */
+/* a qvalue (0 .. 1, up to three decimals) in thousandths; -1 if it is malformed */
 static int quality(struct piece piece) {
     if (!piece.bytes || piece.bytes > 5 || (piece.text[0] != '0' && piece.text[0] != '1'))
         return -1;
@@ -81,7 +81,7 @@ static int quality(struct piece piece) {
     return thousandths <= 1000 ? thousandths : -1;
 }
 
-/* how closely a range fits a type: 3 the type itself, 2 its kind, 1 anything, 0 not at all */
+/* how specifically a media range matches a type: 3 the subtype, 2 the type, 1 any, 0 no match */
 static int range_fits(struct piece range, const char *media_type) {
     size_t kind = strcspn(media_type, "/") + 1;
     if (piece_is(range, media_type)) return 3;
@@ -91,7 +91,7 @@ static int range_fits(struct piece range, const char *media_type) {
     return piece_is(range, "*/*");
 }
 
-/* the q of a type under an Accept header, in thousandths; 0 if it is not accepted */
+/* the q of a type by an Accept header, in thousandths; 0 if it is not acceptable */
 static int accept_quality(const char *accept, const char *media_type) {
     int best_fit = 0, best = 0;
     const char *rest = accept, *end = accept + strlen(accept);
@@ -111,7 +111,7 @@ static int accept_quality(const char *accept, const char *media_type) {
     return best_fit ? best : 0;
 }
 
-/* a single type, in full and in lower case, which nearly all clients send */
+/* shortcut for a single lower-case type, which nearly all clients send */
 static const struct api_format *format_named(const char *accept, int samples) {
     const struct api_format *format;
     for (int i = 0; (format = api_format_at(i)); i++)

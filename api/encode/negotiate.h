@@ -1,5 +1,5 @@
-/* Content negotiation: the header fields Content-Type and Accept of RFC 9110.
- * Leaves to others: the representations themselves (encode), other header fields (server).
+/* Content negotiation by the header fields Content-Type and Accept (RFC 9110).
+ * Leaves to others: the representations (encode), other header fields (server).
  * Invariant: a malformed element of a field is ignored. */
 #ifndef API_NEGOTIATE_H
 #define API_NEGOTIATE_H
@@ -8,39 +8,38 @@
 #include "api/base/problem.h"
 
 /**
- * True if a body of this type is read as JSON: application/json, with charset=utf-8 or without a
- * charset.
+ * True for application/json, alone or with charset=utf-8.
  *
- * content_type  the field's value, or NULL if there is no such field.
+ * content_type  value of Content-Type, or NULL if the field is absent.
  */
 int api_negotiate_json(const char *content_type);
 
 /**
  * Finds a parameter of a field's value, such as the boundary of `multipart/form-data; boundary=x`.
  *
- * value  `bytes` of it.
- * type   what stands before the parameters, of any case.
- * name   of the parameter, of any case.
- * text   out: the first such parameter without its quotes, in `value`, of `size` bytes; NULL if
- *        there is none.
+ * value  the field's value, `bytes` long.
+ * type   the media type before the parameters; case does not matter.
+ * name   the parameter's name; case does not matter.
+ * text   out: the first such parameter without its quotes, a pointer into `value`, `size` bytes
+ *        long; NULL if there is no such parameter.
  *
- * Returns whether the value is of that type. O(bytes).
+ * Returns non-zero if the value has that media type. O(bytes).
  */
 int api_negotiate_parameter(const char *value, size_t bytes, const char *type, const char *name,
                             const char **text, size_t *size);
 
 /**
- * Returns the representation that the client prefers; among equals the first of the table.
+ * Returns the representation that the client prefers; the first of the list among equals.
  *
- * accept   the field's value, or NULL: anything.
+ * accept   value of Accept; NULL = anything.
  * samples  of struct api_op: 1 for a table of samples, 2 for one with a picture, 0 for JSON only.
  *
- * Returns NULL if none is acceptable. The most specific range that matches a type decides its q.
- * O(length of accept).
+ * Returns NULL if no representation is acceptable. The most specific matching media range decides
+ * a type's q. O(length of accept).
  */
 const struct api_format *api_negotiate_format(const char *accept, int samples);
 
-/** States a problem of status 406 that names the media types that are served. */
+/** Sets a problem with status 406 that names the media types available. */
 void api_negotiate_refuse(struct api_problem *problem, int samples);
 
 #endif

@@ -8,7 +8,7 @@
 
 const char api_remarks_names[] = "X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning";
 
-/* figures that have a field of their own */
+/* statistics that have an HTTP field of their own */
 static const struct {
     const char *stat, *field;
 } remarks_numbers[] = {

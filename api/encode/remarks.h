@@ -1,8 +1,7 @@
-/* Figures and warnings about a computation, in the forms that representations have a place for:
- * members of JSON, comments below a CSV table, fields of a header or a trailer.
- * Leaves to others: the figures themselves (op_*), sending fields (server).
- * Invariant: no text has a comma, a quote or a control character, so that none of these forms
- * needs an escape. */
+/* Statistics and warnings of a computation as JSON members, as comments below a CSV table, and as
+ * HTTP header or trailer fields.
+ * Leaves to others: computing them (op_*), sending fields (server).
+ * Invariant: no text contains a comma, a quote or a control character, so none needs an escape. */
 #ifndef API_REMARKS_H
 #define API_REMARKS_H
 
@@ -10,7 +9,7 @@
 
 enum { API_REMARKS_FIELDS = 5, API_REMARKS_TEXT = 260 };
 
-/* Fields of HTTP: X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning. */
+/* HTTP fields: X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning. */
 struct api_remarks {
     int count;
     struct {
@@ -19,19 +18,19 @@ struct api_remarks {
     } field[API_REMARKS_FIELDS];
 };
 
-/** The names of all such fields, as the field Trailer lists them. */
+/** The names of all these fields, as the header field Trailer lists them. */
 extern const char api_remarks_names[];
 
-/** Appends the member stats and, if there are warnings, the member warnings, after a comma as
- * api_out_comma says. */
+/** Appends the member `stats` and, if there are any, `warnings`; the comma before them follows
+ * api_out_comma. */
 PEND_MUST_CHECK enum pend_status api_remarks_json(const struct api_stats *stats,
                                                   struct api_buffer *out);
 
-/** Appends a line of comment for each warning and for trust_until, if there are any. */
+/** Appends a comment line for each warning and for trust_until, if present. */
 PEND_MUST_CHECK enum pend_status api_remarks_comments(const struct api_stats *stats,
                                                       struct api_buffer *out);
 
-/** Writes the fields of the figures; none if stats is NULL. */
+/** Writes the HTTP fields of the statistics; no fields if stats is NULL. */
 void api_remarks_fields(struct api_remarks *remarks, const struct api_stats *stats);
 
 #endif

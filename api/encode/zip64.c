@@ -5,24 +5,24 @@
 
 #include "api/base/octets.h"
 
-/* versions of the format that readers must know, without and with fields of 64 bits */
+/* "version needed to extract" without and with ZIP64 */
 enum { PLAIN = 20, WIDE = 45, DATE = 1 << 5 | 1 /* 1 January 1980, at 0:00 */ };
 
-/* the flag of a member whose checksum stands behind it */
+/* flag: a data descriptor follows the member */
 enum { BEHIND = 1 << 3 };
 
-/* a number in a field of 32 bits, or the sign that it stands elsewhere */
+/* a 32-bit field; the marker of a ZIP64 field if the number is larger */
 static char *narrow(char *at, uint64_t x, uint64_t most) {
     return api_octets_whole(at, x > most ? API_ZIP64_THERE : x, 4);
 }
 
-/* the version that a reader has to know */
+/* the version needed to extract this member */
 static uint64_t member_version(const struct api_zip64_member *member, int extra) {
     return extra || member->streamed ? WIDE : PLAIN;
 }
 
-/* the part that a member's two records have in common, from the version that is needed to the
- * length of the fields of 64 bits; known: the checksum and the length are */
+/* writes what a member's local header and directory entry share, from the version to the length of
+ * the extra field. known: checksum and size are known */
 static char *member_facts(char *at, const struct api_zip64_member *member, int extra, int known,
                           uint64_t most) {
     uint64_t bytes = known ? member->bytes : API_ZIP64_THERE;
@@ -36,7 +36,7 @@ static char *member_facts(char *at, const struct api_zip64_member *member, int e
     return api_octets_whole(at, (uint64_t)extra, 2);
 }
 
-/* the fields of 64 bits: both sizes or none, and the place where it is wanted */
+/* writes the ZIP64 extra field: both sizes or none, and the offset if the caller wants it */
 static char *member_wide(char *at, int extra, int sized, uint64_t bytes, int placed,
                          uint64_t offset) {
     if (!extra) return at;

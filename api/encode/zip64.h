@@ -1,10 +1,8 @@
-/* Records of zip archives whose members are stored and not deflated: what stands before a member
- * and, where its checksum is known only then, behind it, and the directory at the end. Sizes and
- * places beyond the fields of 32 bits go into those of 64 (ZIP64;
- * APPNOTE 6.3.10, 4.3.14, 4.3.15, 4.5.3), and into these only then: so that readers without them
- * read all small archives. Leaves to others: the members' bytes and checksums (encode_npz).
- * Invariant: the same members give the same bytes; no time of
- * day, no attributes. */
+/* Records of zip archives with uncompressed members: the local header, the data descriptor and the
+ * central directory. Sizes and offsets that exceed 32 bits use the ZIP64 fields (APPNOTE 6.3.10,
+ * sections 4.3.14, 4.3.15, 4.5.3); small archives stay readable without ZIP64.
+ * Leaves to others: the members' bytes and checksums (encode_npz).
+ * Invariant: the same members give the same bytes; no time of day, no attributes. */
 #ifndef API_ENCODE_ZIP64_H
 #define API_ENCODE_ZIP64_H
 
@@ -12,16 +10,16 @@
 
 enum { API_ZIP64_NAME = 48 };
 
-/* a file of the archive */
+/* a member of the archive */
 struct api_zip64_member {
     char name[API_ZIP64_NAME];
     uint32_t crc;
-    uint64_t bytes, offset; /* offset: of its first record, from the begin of the archive */
-    int streamed;           /* length and checksum stand behind it; not yet known before */
+    uint64_t bytes, offset; /* offset of its local header in the archive */
+    int streamed;           /* size and checksum are in a data descriptor after it */
 };
 
-/* bytes of the records without name and fields of 64 bits: before a member, of it in the directory,
- * at the archive's end; of a large archive's end; and of what says where that is */
+/* Bytes of the records without names and ZIP64 fields; END_WIDE and LOCATOR are the ZIP64 end of
+ * central directory record and its locator. */
 enum {
     API_ZIP64_LOCAL_HEAD = 30,
     API_ZIP64_CENTRAL_HEAD = 46,
@@ -30,7 +28,7 @@ enum {
     API_ZIP64_LOCATOR = 20
 };
 
-/* bytes of the records, at most: before a member, behind it, of it in the directory, the end */
+/* Upper bounds of the records with names and ZIP64 fields; BEHIND is the data descriptor. */
 enum {
     API_ZIP64_LOCAL = API_ZIP64_LOCAL_HEAD + API_ZIP64_NAME + 20,
     API_ZIP64_BEHIND = 24,
@@ -38,33 +36,34 @@ enum {
     API_ZIP64_END = API_ZIP64_END_WIDE + API_ZIP64_LOCATOR + API_ZIP64_END_HEAD
 };
 
-/* the largest number of a field of 32 bits, whose last value means "see the field of 64" */
+/* The largest value of a 32-bit field; the value above it means "see the ZIP64 field". */
 #define API_ZIP64_MOST UINT64_C(0xfffffffe)
 #define API_ZIP64_THERE UINT64_C(0xffffffff)
 
 /**
- * Writes what stands before a member's bytes.
+ * Writes a member's local header.
  *
- * at    room for API_ZIP64_LOCAL bytes.
- * most  API_ZIP64_MOST; less in tests, which have no archives of 4 GiB.
+ * at    space for API_ZIP64_LOCAL bytes.
+ * most  largest value of a 32-bit field: API_ZIP64_MOST, or less in tests.
  *
  * Returns the end. O(1).
  */
 char *api_zip64_local(char *at, const struct api_zip64_member *member, uint64_t most);
 
-/** Writes what stands behind a streamed member's bytes, API_ZIP64_BEHIND bytes. Returns the end. */
+/** Writes the data descriptor of a streamed member, API_ZIP64_BEHIND bytes. Returns the end. */
 char *api_zip64_behind(char *at, const struct api_zip64_member *member);
 
-/** Writes a member's record of the directory: at most API_ZIP64_CENTRAL bytes. Returns the end. */
+/** Writes a member's entry of the central directory, at most API_ZIP64_CENTRAL bytes. Returns the
+ * end. */
 char *api_zip64_central(char *at, const struct api_zip64_member *member, uint64_t most);
 
 /**
- * Writes the end of the archive, behind the directory.
+ * Writes the end of the archive, after the central directory.
  *
- * at       room for API_ZIP64_END bytes.
- * members  in the directory; fewer than 65535.
- * begin    place of the directory's first byte in the archive.
- * bytes    of the directory.
+ * at       space for API_ZIP64_END bytes.
+ * members  number of entries; fewer than 65535.
+ * begin    offset of the directory in the archive.
+ * bytes    size of the directory.
  *
  * Returns the end. O(1).
  */
