@@ -19,7 +19,7 @@ int api_arena_valid(const struct api_arena *arena) {
            arena->next + arena->left == (const char *)(last + 1) + last->bytes;
 }
 
-/* adds a chunk in which a piece of that many bytes fits; chunks double up to CHUNK_MOST */
+/* adds a chunk that can hold the piece; chunk sizes double up to CHUNK_MOST */
 static int arena_grow(struct api_arena *arena, size_t piece) {
     size_t bytes = arena->last ? 2 * arena->last->bytes : CHUNK_FIRST;
     if (bytes > CHUNK_MOST) bytes = CHUNK_MOST;

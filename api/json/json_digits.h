@@ -1,7 +1,6 @@
-/* The numbers that are read most often: whole ones of few digits, and single digits four at a time.
+/* Fast paths for the most frequent numbers: short integers, and four single digits at once.
  * Leaves to others: all other numbers (number_read), the grammar around them (json_scan).
- * Invariant: a number that is read here has the value that number_read gives it; any other text is
- * left unread. */
+ * Invariant: the value equals that of number_read; other text is not consumed. */
 #ifndef API_JSON_DIGITS_H
 #define API_JSON_DIGITS_H
 
@@ -16,16 +15,16 @@ static inline int api_digit(int c) { return c >= '0' && c <= '9'; }
  *
  * p    up to `end`; at least one byte.
  * x    out.
- * Returns the end of the number; NULL if the text begins with another number or none, or ends with
- * the number.
+ * Returns the end of the number; NULL if the text begins with anything else, or ends with the
+ * number.
  */
 static inline const char *api_digits_whole(const char *p, const char *end, double *x) {
     int minus = *p == '-';
     const char *first = p += minus, *last = end - p < 15 ? end : p + 15;
     int64_t whole = 0;
     for (; p < last && api_digit((unsigned char)*p); p++) whole = 10 * whole + (*p - '0');
-    /* a 0 may stand alone; that is tested last, since rows of zeros and ones would defeat the
-     * processor's prediction of this branch */
+    /* A single 0 is valid. This is tested last, because rows of zeros and ones would defeat branch
+     * prediction. */
     if (p == first || p == last || *p == '.' || (*p | 0x20) == 'e' ||
         (p > first + 1 && *first == '0'))
         return NULL;
@@ -34,7 +33,7 @@ static inline const char *api_digits_whole(const char *p, const char *end, doubl
 }
 
 /**
- * Reads four digits with a comma behind each, the text of a matrix of zeros and ones.
+ * Reads four digits, each followed by a comma, as in a matrix of zeros and ones.
  *
  * p  eight bytes.
  * x  out.
@@ -46,8 +45,8 @@ static inline int api_digits_four(const char *p, double x[4]) {
 #if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
     word = __builtin_bswap64(word);
 #endif
-    /* now a comma is 0 and a digit is its value; a value above 9 has a high bit, or gets one when 6
-     * is added */
+    /* Commas are 0 now and digits their value. A byte above 9 has a high bit, or gets one when 6 is
+     * added. */
     word ^= 0x2c302c302c302c30;
     if ((word | (word + 0x0006000600060006)) & 0xfff0fff0fff0fff0) return 0;
     for (int i = 0; i < 4; i++) x[i] = (double)(int)(word >> 16 * i & 15);

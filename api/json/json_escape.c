@@ -5,7 +5,7 @@
 
 #include "api/json/json_digits.h"
 
-/* the value of \uXXXX; -1 if it is none */
+/* the value of \uXXXX; -1 if it is malformed */
 static long escape_hex(const char *text, size_t bytes) {
     if (bytes < 6 || text[0] != '\\' || text[1] != 'u') return -1;
     long value = 0;
@@ -25,7 +25,7 @@ static size_t escape_encode(long code, char utf8[4]) {
     return (size_t)tail + 1;
 }
 
-/* \uXXXX, or a pair of them for what lies beyond U+FFFF */
+/* \uXXXX, or a surrogate pair */
 static const char *escape_unicode(const char *text, size_t bytes, size_t *taken, char utf8[4],
                                   size_t *length) {
     long code = escape_hex(text, bytes);

@@ -1,6 +1,6 @@
-/* Escapes in JSON strings: the characters that \n, \u20ac and their like stand for.
- * Leaves to others: all else of a string (json_scan), writing escapes (text).
- * Invariant: what comes out is one character in UTF-8, never U+0000 and never half of a pair. */
+/* Escapes in JSON strings, such as \n and \u20ac.
+ * Leaves to others: the rest of a string (json_scan), writing escapes (text).
+ * Invariant: the result is one character in UTF-8, never U+0000 and never a lone surrogate. */
 #ifndef API_JSON_ESCAPE_H
 #define API_JSON_ESCAPE_H
 
@@ -10,10 +10,10 @@
  * Reads one escape.
  *
  * text   begins with the backslash.
- * bytes  of text, >= 1; none behind them is read.
+ * bytes  length of text, >= 1; nothing beyond is read.
  * taken  out: length of the escape.
  * utf8   out: the character; `length` its bytes, 1 to 4.
- * Returns NULL, or what is wrong, as a clause; then nothing else is set.
+ * Returns NULL, or a clause that describes the error; then the outputs are unset.
  */
 const char *api_escape_read(const char *text, size_t bytes, size_t *taken, char utf8[4],
                             size_t *length);

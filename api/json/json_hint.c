@@ -8,7 +8,7 @@
 
 static const char no_such_number[] = ": JSON has no NaN and no infinity, leave the value out";
 
-/* words of other languages, by their first letters */
+/* literals of other languages, by their first letters */
 static const struct {
     const char *word, *hint;
 } hint_words[] = {
@@ -22,7 +22,7 @@ static const struct {
     {"object object]", ": this is an object as text, send what JSON.stringify makes of it"},
 };
 
-/* the first characters of what is no value */
+/* characters that begin no value */
 static const struct {
     char first;
     const char *hint;
@@ -39,7 +39,7 @@ static const struct {
     {'\xfe', ": it looks like UTF-16, send UTF-8"},
 };
 
-/* the last character before the place that is not blank, 0 at the beginning */
+/* the last non-blank character before the position; 0 if there is none */
 static char hint_before(const char *text, size_t at) {
     while (at && strchr(" \t\r\n", text[at - 1])) at--;
     return at ? text[at - 1] : 0;

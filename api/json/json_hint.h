@@ -1,17 +1,17 @@
-/* What was meant by a text that is not JSON: the habits of other languages and of tools.
- * Leaves to others: the grammar, and the place of the fault (json_scan).
- * Invariant: a hint is only told; nothing is accepted by it. */
+/* Hints for text that is not JSON: habits from other languages and tools.
+ * Leaves to others: the grammar, and the position of the error (json_scan).
+ * Invariant: a hint only explains; it never makes text acceptable. */
 #ifndef API_JSON_HINT_H
 #define API_JSON_HINT_H
 
 #include <stddef.h>
 
 /**
- * What was probably meant at the place where a text ceases to be JSON.
+ * Returns a hint for the position at which a text stops being JSON, such as ": JSON has no
+ * comments", or "".
  *
- * at  from 0 to bytes.
- * Returns a clause that continues the sentence, ": JSON has no comments", or "". O(bytes before at
- * that are blank).
+ * at  0 .. bytes.
+ * O(blank bytes before at).
  */
 const char *api_json_hint(const char *text, size_t bytes, size_t at);
 

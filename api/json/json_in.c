@@ -44,12 +44,12 @@ struct api_value api_json_root(const struct api_json *document) {
     return (struct api_value){.document = document, .node = document->root};
 }
 
-/* the cJSON type of a node; cJSON's own questions are function calls, one for each type */
+/* the cJSON type of a node, without a function call per type */
 static int node_type(const cJSON *node) { return node->type & 0xff; }
 
 static int node_has_numbers(const cJSON *node) { return (node->type & API_SCAN_NUMBERS) != 0; }
 
-/* an item of an array of numbers: its node is the double itself, and it is nobody's parent */
+/* an item of an array of numbers: its node is the double itself; it has no children */
 static int value_is_double(const struct api_value *value) {
     return value->node && value->parent && !value->key && node_has_numbers(value->parent->node);
 }
@@ -92,7 +92,7 @@ static struct api_value value_child(const struct api_value *parent, const void *
 
 /* marks */
 
-/* the document is ours: only its readers see it as unchanging */
+/* the document is const only for its readers; casting is safe here */
 void api_value_usual(const struct api_value *member) {
     if (member->node && member->key) ((cJSON *)member->node)->type |= NODE_USUAL;
 }
@@ -157,7 +157,7 @@ struct api_value api_value_item(const struct api_value *array, int i) {
     return value_child(array, node, NULL, i);
 }
 
-/* an item or a member that cJSON holds, or the end of them */
+/* an item or member that is a cJSON node; missing at the end */
 static struct api_value value_listed(const struct api_value *parent, const cJSON *node, int index) {
     int member = node && node_type(parent->node) == cJSON_Object;
     return value_child(parent, node, member ? node->string : NULL, index);
@@ -203,7 +203,7 @@ struct pointer_text {
     int full;
 };
 
-/* appends one character of a pointer, or the sign that it was cut */
+/* appends one character of a pointer, or "..." if it does not fit */
 static void pointer_add(struct pointer_text *pointer, const char *text, size_t bytes) {
     if (pointer->full) return;
     if (pointer->bytes + bytes + sizeof "..." > API_POINTER_BYTES) {
@@ -320,7 +320,7 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
                     API_CODE_UNKNOWN_FIELD "is not a known field; allowed here: %s", list);
 }
 
-/* adds one fault for all members of an object that belong in another, at the first of them */
+/* adds one fault, at the first, for all members of an object that belong in another object */
 static void value_fault_place(const struct api_value *first, const char *place,
                               const char *const allowed[], struct api_problem *problem) {
     const char *found[API_NAME_PLACES + 1] = {0};
@@ -402,7 +402,7 @@ void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES])
                  kind == API_BOOL ? api_value_number(value) ? "true" : "false" : words[kind]);
 }
 
-/* "a number from 0 to 1 s", as the range has it */
+/* writes the expected range, such as "a number from 0 to 1 s" */
 static void range_text(double least, double greatest, const char *unit, char text[], size_t cap) {
     const char *space = unit[0] ? " " : "";
     const struct number_text low = number_text(least), high = number_text(greatest);

@@ -20,14 +20,16 @@ static uint32_t keys_hash(const char *text, size_t bytes) {
     return (uint32_t)hash;
 }
 
-/* true if a hash is among others; the loop does not stop early, so that it runs in vector lanes */
+/* true if the list contains the hash; the loop has no early exit, so that the compiler vectorizes
+ * it
+ */
 static int keys_among(size_t count, const uint32_t hashes[], uint32_t hash) {
     uint32_t found = 0;
     for (size_t i = 0; i < count; i++) found |= hashes[i] == hash;
     return found != 0;
 }
 
-/* true if the object has the key; its keys are few enough, by the cap, to try them all */
+/* true if the object has the key; a linear search, since the number of keys is capped */
 static int keys_there(const struct api_keys *keys, size_t first, struct api_key key,
                       uint32_t hash) {
     if (!keys_among(keys->count - first, keys->hash + first, hash)) return 0;
@@ -38,7 +40,7 @@ static int keys_there(const struct api_keys *keys, size_t first, struct api_key 
     return 0;
 }
 
-/* grows the table where it is full */
+/* grows the table if it is full */
 static enum pend_status keys_grow(struct api_keys *keys) {
     if (keys->count < keys->cap) return PEND_OK;
     size_t cap = keys->cap ? 2 * keys->cap : 64;

@@ -1,7 +1,7 @@
-/* Keys of objects that are open: each must be the only one of its name.
- * Leaves to others: reading a key, so that equal ones have equal bytes (json_scan).
- * Invariant: keys of the inner objects follow those of the outer ones, and are dropped when their
- * object closes. */
+/* Detects duplicate keys in the objects that are open during the scan.
+ * Leaves to others: decoding a key, so that equal keys have equal bytes (json_scan).
+ * Invariant: keys of inner objects follow those of outer ones, and are dropped when their object
+ * closes. */
 #ifndef API_JSON_KEYS_H
 #define API_JSON_KEYS_H
 
@@ -15,8 +15,8 @@ struct api_key {
     size_t bytes;
 };
 
-/* All zero at first; when an object closes, its reader sets `count` back to what it was when the
- * object opened. */
+/* All zero at first. When an object closes, the caller resets `count` to its value when the object
+ * opened. */
 struct api_keys {
     struct api_key *key;
     uint32_t *hash; /* of the keys */
@@ -32,15 +32,15 @@ int api_keys_valid(const struct api_keys *keys);
  * first  number of keys when that object opened.
  * most   members that an object may have.
  *
- * PEND_LIMIT      the object has as many already.
+ * PEND_LIMIT      the object already has `most` keys.
  * PEND_INVALID    the object has this key already.
  * PEND_NO_MEMORY
- * O(keys of the object): a hash is compared with each, bytes only where hashes agree.
+ * O(keys of the object) comparisons of hashes; bytes are compared only if hashes agree.
  */
 PEND_MUST_CHECK enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most,
                                               struct api_key key);
 
-/** Frees the memory of the table; it is as new. */
+/** Frees the memory of the table; it can be used again. */
 void api_keys_clear(struct api_keys *keys);
 
 #endif

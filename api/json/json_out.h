@@ -1,24 +1,23 @@
 /* Writing JSON into a buffer: keys, strings, numbers, arrays of numbers.
  * Leaves to others: which members there are (op_*, encode_json), limits (buffer).
- * Invariant: the last byte of the buffer decides whether a comma is written, so that members and
- * items are added without counting them; a number that is not finite is never written. */
+ * Invariant: the last byte of the buffer decides whether a comma is written, so callers do not
+ * count members; NaN and infinity are never written. */
 #ifndef API_JSON_OUT_H
 #define API_JSON_OUT_H
 
 #include "api/base/buffer.h"
 #include "api/number/number.h"
 
-/* Most bytes of one number and the comma behind it: -2.2250738585072014e-308, */
+/* Most bytes of one number with its comma: -2.2250738585072014e-308, */
 enum { API_OUT_NUMBER_BYTES = 25 };
 
 /**
- * Returns the most bytes of one number and its comma if it is rounded to `digits` significant
- * digits, 0 = not rounded.
+ * Returns the most bytes of a number with its comma, rounded to `digits` significant digits; 0 =
+ * not rounded.
  */
 int api_out_number_bytes(int digits);
 
-/** Writes a finite number at `at`, where API_NUMBER_BYTES are writable; digits as above. Returns
- * the end of its text. */
+/** Writes a finite number; `at` has API_NUMBER_BYTES of space, digits as above. Returns the end. */
 static inline char *api_out_digits(char *at, double x, int digits) {
     return digits ? api_number_write_digits(at, x, digits) : api_number_write(at, x);
 }
@@ -27,15 +26,15 @@ static inline char *api_out_digits(char *at, double x, int digits) {
  * comma. */
 PEND_MUST_CHECK enum pend_status api_out_comma(struct api_buffer *out);
 
-/** Appends the name of a member and its colon, after a comma as api_out_comma says. */
+/** Appends the name of a member and a colon; api_out_comma decides about a comma before it. */
 PEND_MUST_CHECK enum pend_status api_out_key(struct api_buffer *out, const char *name);
 
 /** Appends the name and opens its object or array: bracket is '{' or '['. */
 PEND_MUST_CHECK enum pend_status api_out_open(struct api_buffer *out, const char *name,
                                               char bracket);
 
-/** Appends a member whose value is a string, an item of an array where name is NULL; text is UTF-8,
- * NULL gives null. */
+/** Appends a member (an item of an array if name is NULL) that is a string; text is UTF-8, NULL
+ * gives null. */
 PEND_MUST_CHECK enum pend_status api_out_text(struct api_buffer *out, const char *name,
                                               const char *text);
 
@@ -52,9 +51,9 @@ PEND_MUST_CHECK enum pend_status api_out_number(struct api_buffer *out, const ch
                                                 double value, int digits);
 
 /**
- * Appends an array of numbers, after a comma as api_out_comma says.
+ * Appends an array of numbers; api_out_comma decides about a comma before it.
  *
- * name    of the member, or NULL for an item of an array.
+ * name    name of the member, or NULL for an item of an array.
  * value   n numbers.
  *
  * PEND_NOT_FINITE  one of them is NaN or infinite; nothing was appended.

@@ -16,10 +16,10 @@
 #include "api/number/number.h"
 #include "api/base/text.h"
 
-/* what the grammar wants next */
+/* what the grammar expects next */
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };
 
-/* the most memory of one value, in bytes, and how much of it a byte of text may cause */
+/* upper bounds, in bytes, of the memory of a value, and of the memory per byte of text */
 enum { COST_NODE = 80, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
 
 static_assert(sizeof(cJSON) <= COST_NODE, "a node takes no more than the scan counts for it");
@@ -67,7 +67,7 @@ static void scan_space(struct scan *s) {
 
 enum { FOUND_BYTES = 64, FOUND_WORD = 24, FOUND_KEY = 40 };
 
-/* names what stands at a place: a word, a character, a byte or the end */
+/* describes the text at a position: a word, a character, a byte or the end */
 static void scan_found(const struct scan *s, size_t at, char found[FOUND_BYTES]) {
     if (at >= s->bytes) {
         snprintf(found, FOUND_BYTES, "the end of the text");
@@ -175,7 +175,7 @@ static enum pend_status scan_add_number(struct scan *s, double x) {
     return PEND_OK;
 }
 
-/* an array that held only numbers contains something else: the numbers become nodes */
+/* an array of numbers turns out to contain something else: its numbers become nodes */
 static enum pend_status scan_spoil(struct scan *s) {
     if (!s->depth || !s->frames[s->depth - 1].pure) return PEND_OK;
     struct scan_frame *frame = &s->frames[s->depth - 1];
@@ -203,13 +203,13 @@ static const char *scan_digits(const char *p, const char *end) {
     return p;
 }
 
-/* the place of a fault becomes the present one */
+/* reports an error at p */
 static enum pend_status scan_expected_digit(struct scan *s, const char *p, const char *what) {
     s->at = (size_t)(p - s->text);
     return scan_expected(s, what);
 }
 
-/* checks a number's grammar and goes behind it */
+/* checks a number's grammar and skips it */
 static enum pend_status scan_number_grammar(struct scan *s) {
     const char *p = s->text + s->at, *end = s->text + s->bytes, *part;
     p += *p == '-';
@@ -235,8 +235,7 @@ static enum pend_status scan_number_grammar(struct scan *s) {
     return PEND_OK;
 }
 
-/* the single digits from here on, each with a comma behind it, as far as there is room in the
- * table */
+/* reads single digits that are followed by commas, as many as fit into the table */
 static void scan_single_digits(struct scan *s) {
     const char *p = s->text + s->at, *end = s->text + s->bytes;
     double *numbers = s->document->numbers;
@@ -262,7 +261,7 @@ static enum pend_status scan_number(struct scan *s, double *x) {
                      end - begin > FOUND_WORD ? FOUND_WORD : (int)(end - begin), begin);
 }
 
-/* the numbers from here on in an array of numbers, as far as they go */
+/* reads the following numbers of an array of numbers */
 static enum pend_status scan_numbers(struct scan *s) {
     int c;
     double x;
@@ -302,7 +301,7 @@ static enum pend_status scan_literal(struct scan *s) {
 
 /* strings */
 
-/* appends the character that an escape stands for to the plain text */
+/* appends the character of an escape to the plain text */
 static enum pend_status scan_escape(struct scan *s) {
     char utf8[4];
     size_t taken, length;
@@ -312,7 +311,7 @@ static enum pend_status scan_escape(struct scan *s) {
     return api_buffer_add(&s->plain, utf8, length);
 }
 
-/* checks the characters of a string up to its end or its next escape, and continues behind them */
+/* checks and skips the characters of a string up to its end or next escape */
 static enum pend_status scan_run(struct scan *s) {
     const char *p = s->text + s->at, *end = s->text + s->bytes;
     while (p < end) {
@@ -331,7 +330,7 @@ static enum pend_status scan_run(struct scan *s) {
     return PEND_OK;
 }
 
-/* reads a string into the document's memory, with a NUL behind it */
+/* reads a string into the document's memory and terminates it with NUL */
 static enum pend_status scan_string(struct scan *s, char **text, size_t *bytes) {
     size_t begin = s->at++, from = s->at;
     s->plain.bytes = 0;
@@ -472,7 +471,7 @@ enum pend_status api_scan_run(struct api_json *document, const char *text, size_
     api_buffer_init(&scan.plain, SIZE_MAX);
     scan.frames = calloc((size_t)depth_cap, sizeof *scan.frames);
     enum pend_status status = scan.frames ? scan_document(&scan) : PEND_NO_MEMORY;
-    /* returns what the table did not use; if that fails, the table stays as it is */
+    /* shrinks the table; if that fails, it keeps its size */
     double *numbers =
         scan.number_count ? realloc(document->numbers, scan.number_count * sizeof *numbers) : NULL;
     if (numbers) document->numbers = numbers;

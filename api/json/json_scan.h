@@ -1,8 +1,8 @@
 /* The strict scan of JSON: accepts RFC 8259 and nothing else, and builds the document's tree of
  * cJSON nodes in one pass over the text.
  * Leaves to others: reading the values of the tree (json_in), the number formats (number_read).
- * Invariant: an array whose items are all numbers has no node for them; its doubles lie one behind
- * the other in one table. The tree is only read: `prev` of its nodes is not set. */
+ * Invariant: an array of numbers has no nodes for its items; its doubles are contiguous in one
+ * table. The tree is read-only: `prev` of its nodes is not set. */
 #ifndef API_JSON_SCAN_H
 #define API_JSON_SCAN_H
 
@@ -13,8 +13,8 @@
  * numbers */
 enum { API_SCAN_MEMBERS = 256, API_SCAN_VALUES = 300000 };
 
-/* A bit of a node's type that cJSON does not use: an array of `valueint` numbers, which begin at
- * numbers[(size_t)valuedouble] of the document. */
+/* A bit of a node's type that cJSON does not use: an array of `valueint` numbers, stored from
+ * numbers[(size_t)valuedouble] of the document on. */
 enum { API_SCAN_NUMBERS = 1 << 21 };
 
 struct cJSON;
@@ -29,10 +29,10 @@ struct api_json {
  * Scans a document and builds its tree.
  *
  * document   out; must be freed by api_scan_clear whatever is returned.
- * text       bytes of it are read, not one more; need not outlive the call.
+ * text       `bytes` long; need not end with NUL, and need not outlive the call.
  * depth_cap  deepest nesting accepted, >= 1.
- * problem    as api_json_new says, and 422 where the values would need more than about 20 bytes of
- *            memory a byte of text.
+ * problem    as for api_json_new; also 422 if the values would need more than about 20 bytes of
+ *            memory per byte of text.
  *
  * PEND_INVALID    problem says why.
  * PEND_NO_MEMORY

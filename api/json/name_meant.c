@@ -6,8 +6,8 @@
 
 enum { NAME_BYTES = 64, NEAR_EDITS = 2 };
 
-/* what other programs, papers and people call a field, a method, an output or a unit; of several
- * rows of a word the first that is allowed counts */
+/* Other names of fields, methods, outputs and units, from other programs and papers. Of several
+ * rows with the same word the first allowed one counts. */
 static const struct {
     const char *word, *meant;
 } other_words[] = {
@@ -177,7 +177,7 @@ static const struct {
     {"/v1/swagger.json", "/openapi.json"},
 };
 
-/* fields, and the object that they stand in */
+/* fields and the object that contains them */
 static const struct {
     const char *name, *place;
 } places[] = {
@@ -195,7 +195,7 @@ static const struct {
     {"seed", "random"},        {"draw", "random"},
 };
 
-/* words for what a request says in its head */
+/* words for what belongs in a header field */
 static const struct {
     const char *name, *field;
 } heads[] = {{"format", "Accept: text/csv"},
@@ -215,8 +215,7 @@ static int least_of_three(int a, int b, int c) {
     return least < c ? least : c;
 }
 
-/* insertions, deletions, replacements and swaps of neighbours that turn a into b; upper case
- * counts as lower */
+/* the edit distance of a and b, transpositions of neighbours included; case is ignored */
 static int name_edits(const char *a, const char *b) {
     int rows[3][NAME_BYTES + 1], *before = rows[0], *last = rows[1], *now = rows[2];
     int m = (int)strlen(a), n = (int)strlen(b);
@@ -253,7 +252,7 @@ const char *api_name_nearest(const char *name, const char *const allowed[]) {
     return nearest;
 }
 
-/* the same name among those allowed, or NULL */
+/* the allowed name that equals `name`, or NULL */
 static const char *name_among(const char *name, const char *const allowed[]) {
     for (int i = 0; allowed[i]; i++)
         if (!strcmp(name, allowed[i])) return allowed[i];

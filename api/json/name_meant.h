@@ -1,42 +1,42 @@
-/* Which name was meant by one that is not known: by other words for it, by the object that it
- * belongs in, or by letters.
- * Leaves to others: telling it (json_in, read/field).
- * Invariant: a name that is found is one of those allowed; what is told is never accepted. */
+/* "Did you mean": finds the intended name of an unknown one by synonyms, by the object that it
+ * belongs in, or by edit distance.
+ * Leaves to others: the message (json_in, read/field).
+ * Invariant: the result is an allowed name; a suggestion never makes a request acceptable. */
 #ifndef API_NAME_MEANT_H
 #define API_NAME_MEANT_H
 
-/* the most names that api_name_place knows */
+/* upper bound of the number of fields in api_name_place */
 enum { API_NAME_PLACES = 40 };
 
 /**
  * Finds the allowed name that `name` was probably meant to be.
  *
  * allowed  names, ended by NULL.
- * Returns the nearest one, at most two edits away (a letter inserted, dropped, replaced, or swapped
- * with its neighbour), or NULL. O(names x length^2); names of more than 64 bytes are never near.
+ * Returns the nearest name, at most two edits away (a letter inserted, dropped, replaced, or
+ * swapped with its neighbour), or NULL. Names of more than 64 bytes never match. O(names x
+ * length^2).
  */
 const char *api_name_nearest(const char *name, const char *const allowed[]);
 
 /**
- * The same, and before letters are compared, by the words that other programs have for it: "dt" is
- * "step", "ode45" is "rkf45". Upper case counts as lower. Cost as api_name_nearest.
+ * As api_name_nearest, but tries synonyms of other programs first: "dt" is "step", "ode45" is
+ * "rkf45". Case is ignored. Cost as api_name_nearest.
  */
 const char *api_name_meant(const char *name, const char *const allowed[]);
 
 /**
- * Finds the field whose object `name` belongs in: "L" in "pendulum", "theta" in "initial".
+ * Finds the object that `name` belongs in: "L" in "pendulum", "theta" in "initial".
  *
- * allowed  fields that stand beside `name`, ended by NULL.
+ * allowed  the siblings of `name`, ended by NULL.
  * Returns one of the allowed names, or NULL. O(names).
  */
 const char *api_name_place(const char *name, const char *const allowed[]);
 
-/** True for a field of a request, or of its state, which stands beside the pendulum and not in it.
- */
+/** True for a field of a request or of its initial state, as opposed to a field of the pendulum. */
 int api_name_outer(const char *name);
 
-/** The field of a request's head that says what `name` is a word for, as "Accept: text/csv"; NULL
- * for others. */
+/** The header field that expresses `name`, such as "Accept: text/csv" for "csv"; NULL for others.
+ */
 const char *api_name_head(const char *name);
 
 #endif
