@@ -32,7 +32,7 @@ void api_buffer_trim(struct api_buffer *buffer) {
     buffer->cap = buffer->bytes;
 }
 
-/* twice the present capacity, at least the bytes that are needed, at most the limit */
+/* twice the capacity, at least `need`, at most the limit */
 static size_t buffer_next_cap(const struct api_buffer *buffer, size_t need) {
     size_t cap = buffer->cap < BUFFER_FIRST / 2 ? BUFFER_FIRST / 2 : buffer->cap;
     cap = cap > buffer->limit / 2 ? buffer->limit : 2 * cap;
@@ -46,7 +46,7 @@ enum pend_status api_buffer_room(struct api_buffer *buffer, size_t more) {
     if (more > buffer->limit - buffer->bytes) return PEND_LIMIT;
     size_t need = buffer->bytes + more, cap = buffer_next_cap(buffer, need);
     char *data = realloc(buffer->data, cap);
-    /* if memory is short, exactly the bytes that are needed may still fit */
+    /* if memory is short, exactly the needed bytes may still fit */
     if (!data && cap > need) data = realloc(buffer->data, cap = need);
     if (!data) return PEND_NO_MEMORY;
     buffer->data = data;
@@ -79,8 +79,8 @@ enum pend_status api_buffer_format(struct api_buffer *buffer, const char *format
     int bytes = buffer_print(buffer, format, arguments);
     va_end(arguments);
     if (bytes < 0) return PEND_BUG;
-    /* the text did not fit with the NUL that printf adds, and the limit may forbid that NUL:
-     * therefore it is printed into a copy */
+    /* The text with printf's NUL did not fit, and the limit may leave no space for the NUL: print
+     * into a copy. */
     if ((size_t)bytes >= buffer->cap - buffer->bytes) {
         PEND_TRY(api_buffer_room(buffer, (size_t)bytes));
         char *copy = malloc((size_t)bytes + 1);

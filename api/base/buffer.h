@@ -23,7 +23,7 @@ void api_buffer_init(struct api_buffer *buffer, size_t limit);
 /** Frees the memory and leaves an empty buffer of the same limit. */
 void api_buffer_clear(struct api_buffer *buffer);
 
-/** Frees the memory that the contents do not need; the contents stay, but may move. */
+/** Frees unused capacity; the contents stay, but may move. */
 void api_buffer_trim(struct api_buffer *buffer);
 
 /**

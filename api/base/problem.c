@@ -56,7 +56,7 @@ static const struct {
     {'E', "no-results"},      {'S', "no-store"},
 };
 
-/* takes the kind off the front of a format; NULL = it has none */
+/* removes the code from the front of a format; NULL if it has none */
 static const char *problem_kind(const char **format) {
     if (**format != 1) return NULL;
     char letter = (*format)[1];
@@ -73,7 +73,7 @@ static const char *problem_title(int status) {
     return status < 500 ? "Client Error" : "Server Error";
 }
 
-/* prints; a text that is too long is cut behind a whole character and ends with "..." */
+/* prints; a text that is too long is cut after a whole character and ends with "..." */
 __attribute__((format(printf, 3, 0))) static void
 problem_print(char *out, size_t cap, const char *format, va_list arguments) {
     int bytes = vsnprintf(out, cap, format, arguments);
@@ -148,7 +148,7 @@ int api_problem_full(struct api_problem *problem) {
     return full;
 }
 
-/* where the next fault is to be written, or NULL if it is only counted */
+/* the place of the next error, or NULL if it is only counted */
 static struct api_fault *problem_slot(struct api_problem *problem) {
     if (!problem->faults) problem->faults = malloc(API_PROBLEM_FAULTS * sizeof *problem->faults);
     if (!problem->faults || problem->count == API_PROBLEM_FAULTS) return NULL;
@@ -184,7 +184,7 @@ void api_problem_fault(struct api_problem *problem, const char *pointer, const c
     va_end(arguments);
 }
 
-/* the detail that was stated, or a count of the faults */
+/* writes the detail, or the number of errors */
 static enum pend_status problem_write_detail(const struct api_problem *problem,
                                              struct api_buffer *out) {
     if (problem->detail[0]) return api_text_quote(out, problem->detail, strlen(problem->detail));

@@ -9,11 +9,10 @@
 #include "api/base/buffer.h"
 
 /*
- * Of what kind a fault or a problem is stands in front of the format of its sentence: "\1" and a
- * letter, as in api_problem_fault(problem, pointer, API_CODE_MISSING "is missing"). Words and
- * meanings are the tables of api/call/openapi.yaml; a sentence may be reworded, a word stays. A
- * fault without one is "invalid", the type of a problem without one is "about:blank": its status
- * says it all.
+ * Codes of errors and types of problems. A format string begins with its code, "\1" and a letter,
+ * as in api_problem_fault(problem, pointer, API_CODE_MISSING "is missing"). api/call/openapi.yaml
+ * lists the codes with their meanings; sentences may change, codes do not. Without a code an error
+ * is "invalid", and a problem's type is "about:blank".
  */
 #define API_CODE_UNKNOWN_FIELD "\1u"
 #define API_CODE_MISSING "\1m"
@@ -73,14 +72,14 @@ void api_problem_init(struct api_problem *problem);
 /** Frees the faults and initializes the problem again. */
 void api_problem_clear(struct api_problem *problem);
 
-/** Returns the HTTP status that a result of core stands for: 200, 422, 500 or 503. */
+/** Returns the HTTP status of a result of core: 200, 422, 500 or 503. */
 int api_problem_http(enum pend_status status);
 
 /**
- * States the problem. If one was stated already, the call is ignored.
+ * Sets the problem. If one is already set, the call has no effect.
  *
  * status  an HTTP status from 400 to 599; its title is the reason phrase of RFC 9110.
- * format  printf format of the detail sentence, behind an API_TYPE where one fits.
+ * format  printf format of the detail, optionally after an API_TYPE.
  */
 void api_problem_set(struct api_problem *problem, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
@@ -90,10 +89,10 @@ void api_problem_set_list(struct api_problem *problem, int status, const char *f
                           va_list arguments) __attribute__((format(printf, 3, 0)));
 
 /**
- * Adds a fault; the problem becomes a 422 if none was stated yet.
+ * Adds an error; the problem becomes a 422 if it has no status yet.
  *
  * pointer  JSON pointer, already escaped.
- * format   printf format of what is wrong, behind an API_CODE where one fits.
+ * format   printf format of the error, optionally after an API_CODE.
  */
 void api_problem_fault(struct api_problem *problem, const char *pointer, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
@@ -103,22 +102,22 @@ void api_problem_fault_list(struct api_problem *problem, const char *pointer, co
                             va_list arguments) __attribute__((format(printf, 3, 0)));
 
 /**
- * Says of the fault that was added last which member it was meant to be: that one is not missing
- * besides.
+ * Records which member the last error's member was meant to be, so that `name` is not reported as
+ * missing too.
  *
- * name  outlives the problem.
+ * name  must outlive the problem.
  */
 void api_problem_meant(struct api_problem *problem, const char *name);
 
 /**
- * True if a fault at a member of the object with this pointer was meant to be its member `name`, or
- * any member where name is NULL. O(faults).
+ * True if an error at a member of the object with this pointer was meant to be its member `name`
+ * (any member if name is NULL). O(errors).
  */
 int api_problem_is_meant(const struct api_problem *problem, const char *pointer, const char *name);
 
 /**
- * Returns true, and counts one more fault, if no further faults are kept: then the caller need not
- * write the text of its fault.
+ * If no more errors are kept, counts one more and returns true: the caller need not format its
+ * error.
  */
 int api_problem_full(struct api_problem *problem);
 
@@ -131,8 +130,8 @@ PEND_MUST_CHECK enum pend_status api_problem_write(const struct api_problem *pro
                                                    struct api_buffer *out);
 
 /**
- * Ends what went well or not: writes the problem, in the words of the status where it has none of
- * its own, and clears it. A lack of memory takes the place of faults, which may be incomplete.
+ * Writes the problem of a failed call (with the default text of the status if it has none), and
+ * clears it. PEND_NO_MEMORY replaces the errors, which may be incomplete.
  *
  * Returns 0 for PEND_OK, else the problem's HTTP status.
  */

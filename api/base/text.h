@@ -10,7 +10,7 @@
  * Returns the length of the UTF-8 sequence at the start of text, 1 to 4 bytes, or 0 if there is
  * none (Unicode table 3-7: no overlong form, no surrogate, nothing beyond U+10FFFF).
  *
- * bytes  of text, >= 1; none behind them is read.
+ * bytes  length of text, >= 1; nothing beyond is read.
  */
 int api_text_utf8(const char *text, size_t bytes);
 
@@ -21,8 +21,7 @@ int api_text_utf8(const char *text, size_t bytes);
 size_t api_text_cut(const char *text, size_t bytes, size_t cap);
 
 /**
- * Appends text as the inside of a JSON string. Each text has one spelling, so that equal texts give
- * equal bytes.
+ * Appends text as the inside of a JSON string. Equal texts give equal bytes.
  *
  * Fails as api_buffer_room does; then a part may have been appended.
  */

@@ -9,12 +9,12 @@
 extern "C" {
 #endif
 
-/* Bytes that must be writable for a number: its text is shorter (24 at most), but bytes behind it
- * may be overwritten. */
+/* Space needed to write a number. Its text has at most 24 bytes; the bytes after it may be
+ * overwritten. */
 enum { API_NUMBER_BYTES = 32 };
 
 /**
- * Writes the shortest decimal that reads back to the same double; of several the nearest one.
+ * Writes the shortest decimal that reads back to the same double; the nearest of several.
  *
  * The text is a JSON number, in plain form if 1e-5 <= |x| < 1e16 (0.57, 100, 1234.5), else with an
  * exponent (1.5e-7, 1e300). Whole numbers below 1e16 are exact; zero is 0, and -0.0 is -0.
@@ -28,10 +28,9 @@ char *api_number_write(char *out, double x);
 /**
  * The same, rounded to at most `digits` significant digits.
  *
- * The text is the shortest decimal that reads back, if that has no more digits (17 therefore never
- * rounds). Otherwise it is the decimal of that many digits nearest to the exact value of the
- * double, ties to the even digit, without trailing zeros; if that is beyond the largest double, the
- * nearest one below.
+ * If the shortest decimal that reads back has at most `digits` digits, it is written (17 never
+ * rounds). Otherwise the exact value of the double is rounded, ties to even, and trailing zeros are
+ * dropped; a result above the largest double is rounded down instead.
  *
  * digits  1 to 17.
  */
@@ -47,18 +46,18 @@ struct api_number_rows {
     int close_bytes;     /* of it that count */
 };
 
-/* Bytes behind the texts of rows that must be writable and may be overwritten. */
+/* Space after the text of rows that may be overwritten. */
 enum { API_NUMBER_ROWS_BYTES = API_NUMBER_BYTES };
 
 /**
  * Writes rows of numbers with a comma between them.
  *
- * out  room for the texts, commas, open and close, and API_NUMBER_ROWS_BYTES more.
+ * out  space for the numbers, commas, open and close, and API_NUMBER_ROWS_BYTES more.
  * Returns the end of the text. Faster than a call for each number.
  */
 char *api_number_write_rows(char *out, const struct api_number_rows *rows);
 
-/** Writes an integer; out has room for API_NUMBER_BYTES. Returns the end of the text. */
+/** Writes an integer; out has API_NUMBER_BYTES of space. Returns the end of the text. */
 char *api_number_write_int(char *out, long long i);
 
 /**

@@ -1,7 +1,6 @@
-/* Sixteen decimal digits at a time: from two numbers to characters, with SSE2 or in plain 64-bit
- * arithmetic.
- * Leaves to others: which digits these are, and the characters around them (number_write).
- * Invariant: both ways give the same bytes; only bytes [out, out + 17) are written. C++17. */
+/* Converts two 8-digit numbers to 16 characters at once, with SSE2 or in 64-bit arithmetic.
+ * Leaves to others: computing the digits, and the characters around them (number_write).
+ * Invariant: both versions give the same bytes; only bytes [out, out + 17) are written. C++17. */
 #ifndef API_NUMBER_DIGITS_H
 #define API_NUMBER_DIGITS_H
 
@@ -14,8 +13,8 @@
 
 namespace api {
 
-/* eight decimal digits of a number below 10^8, one a byte, the first in the lowest: halves,
- * quarters, digits, all at once */
+/* the eight decimal digits of a number below 10^8, one per byte, the first in the lowest byte:
+ * splits into halves, quarters and digits in parallel */
 inline uint64_t digits8(uint64_t x) {
     uint64_t four = x * 109951163 >> 40, halves = four | (x - 10000 * four) << 32;
     uint64_t hundreds = (halves * 10486 >> 20) & 0x0000007f0000007f;
@@ -28,13 +27,13 @@ inline uint64_t digits8(uint64_t x) {
  * Both classes hold the digits of two numbers below 10^8, those of the first before those of the
  * second, and have these functions:
  *
- * significant(last)              returns the number of digits up to the last that is not 0, where
- *                                `last` is a 17th digit;
- * values(out)                    writes the digits, one a byte, the first of each number in the
+ * significant(last)              returns the number of digits without trailing zeros; `last` is the
+ *                                17th digit;
+ * values(out)                    writes the digits, one per byte, the first of each number in the
  *                                lowest byte;
  * store(out)                     writes 16 characters;
- * store_with_point(out, before)  writes 17 characters; the point is behind the first `before`
- *                                digits, 0 to 16.
+ * store_with_point(out, before)  writes 17 characters with the point after `before` digits, 0
+ * to 16.
  */
 class digits16_plain {
   public:

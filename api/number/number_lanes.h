@@ -1,8 +1,7 @@
-/* Short numbers eight at a time, in the lanes of AVX-512: every step is done for all eight, except
- * the last, which shuffles the digits of one number to their places.
- * Leaves to others: whether the processor has AVX-512 (core/base/isa), all other numbers
- * (number_write).
- * Invariant: the same as of number_short; short_lanes can replace short_batch everywhere. C++17. */
+/* Short numbers, eight at a time in AVX-512; only the last step, which shuffles the digits to their
+ * positions, takes one number at a time.
+ * Leaves to others: detecting AVX-512 (core/base/isa), all other numbers (number_write).
+ * Invariant: short_lanes gives the same text as short_batch and can replace it. C++17. */
 #ifndef API_NUMBER_LANES_H
 #define API_NUMBER_LANES_H
 
@@ -36,7 +35,7 @@ struct lane_powers {
 };
 constexpr lane_powers powers_of_lanes{};
 
-/* where the digits of a number stand in its text, and what stands in the other places: for every
+/* the positions of the digits in the text, and the characters at the other positions: for every
  * exponent, without and with a sign */
 struct lane_layout {
     unsigned char from[16]; /* the digit at each place; beyond 127 for none */

@@ -1,9 +1,8 @@
-/* Short numbers: at most eight digits, and 1e-5 <= |x| < 1e7. Sixteen of them are converted at a
- * time, each step for all sixteen: the steps of one number depend on each other, and a processor
- * can overlap them only within a short loop.
- * Leaves to others: all other numbers, the characters between them (number_write), wider lanes
+/* Short numbers: at most eight digits, 1e-5 <= |x| < 1e7. Each step runs for sixteen numbers before
+ * the next step, because the steps of one number depend on each other and would not overlap.
+ * Leaves to others: all other numbers, the characters between them (number_write), AVX-512
  * (number_lanes).
- * Invariant: the text is the same, to the byte, as that of api_number_write_digits. C++17. */
+ * Invariant: the text equals that of api_number_write_digits, byte for byte. C++17. */
 #ifndef API_NUMBER_SHORT_H
 #define API_NUMBER_SHORT_H
 
@@ -16,7 +15,8 @@
 
 namespace api {
 
-/* numbers in plain form, and how near to a tie a rounding in doubles proves nothing */
+/* The range of exponents in plain form, and the distance to a tie below which rounding in doubles
+ * is not conclusive. */
 constexpr int SHORT_DIGITS = 8, SHORT_LEAST = -5,
               SHORT_MOST = 6;                          /* decimal exponents written this way */
 constexpr int SHORT_BINARY = -17, SHORT_BINARIES = 41; /* 2^-17 < 1e-5, 2^24 > 1e7 */
@@ -111,8 +111,7 @@ class short_batch {
 
     bool take(const double x[]) { return scale(x) && round(); }
 
-    /* no branch depends on the size of a number or the count of its digits, since no processor
-     * could predict it */
+    /* no branch depends on a number's size or digits, since it could not be predicted */
     char *write(char *out, const double x[], int i) const {
         const short_layout &layout = short_layouts_at.value[exponent[i]];
         int count = 8 - (__builtin_clzll(text[i]) >> 3);
@@ -151,7 +150,7 @@ class short_batch {
         return !wrong;
     }
 
-    /* returns false if a number is near to a tie, or rounds up to one digit more */
+    /* returns false if a number is too close to a tie, or rounds up to one more digit */
     bool round() {
         int32_t tail = (int32_t)power10[SHORT_DIGITS - digits], units[COUNT], greatest = 0;
         double nearest = 1;

@@ -139,14 +139,14 @@ inline uint128 times(uint64_t significand, uint128 power) {
     return {(uint64_t)(sum >> 64), (uint64_t)sum};
 }
 
-/* true where a difference is too small to be sure of its sign */
+/* true if the sign of a difference is uncertain */
 inline bool unclear(int64_t difference) { return (uint64_t)difference + 3 <= 6; }
 
 /*
- * The shortest decimal in the interval of the numbers that read back to the double, scaled so that
- * the interval is 1 to 10 units wide: a multiple of 10 units if one is in it (then it is the only
- * one), else the nearest whole number. One multiplication with a truncated power decides, unless a
- * comparison is within its error: then, and for zero, subnormal numbers and powers of two, false.
+ * The shortest decimal in the interval of reals that round to the double. The interval is scaled to
+ * a width of 1 to 10 units; the result is the multiple of 10 units in it (there is at most one),
+ * else the nearest integer. One multiplication with a truncated power of ten decides. Returns false
+ * if a comparison is within its error, and for zero, subnormal numbers and powers of two.
  */
 inline bool shortest_fast(uint64_t bits, decimal17 &d) {
     int exponent = exponent_of(bits), k = log10_of_power2(exponent);
@@ -161,8 +161,7 @@ inline bool shortest_fast(uint64_t bits, decimal17 &d) {
     if (mantissa_of(bits) == HIDDEN_BIT || bits < SMALLEST_NORMAL) return false;
     if (unclear(below - half) || unclear(above - half) || unclear((int64_t)(fraction - TIE)))
         return false;
-    /* all ones where a multiple of 10 is inside; without a branch, which no processor could
-     * foresee */
+    /* all ones if a multiple of 10 is inside; no branch, since it could not be predicted */
     uint64_t inside = (uint64_t)(((below < above ? below : above) - half) >> 63),
              up = (uint64_t)(above < half);
     uint64_t last = (units + (fraction >> 63)) & ~inside, front = tens + up;
@@ -179,7 +178,7 @@ decimal shortest_library(double x) {
     return {d.significand, d.exponent};
 }
 
-/* rounded by the C library, exactly: for ties that the product cannot prove */
+/* rounded exactly by the C library: for ties that the product cannot decide */
 decimal rounded_library(double x, int digits) {
     char text[40];
     uint64_t significand = 0;
@@ -197,8 +196,8 @@ inline int decimal_exponent(uint64_t bits) {
 }
 
 /*
- * A normal number rounded to `digits` digits; a carry may make them 10^digits. False where it
- * cannot be proved which way to round.
+ * A normal number rounded to `digits` digits; a carry may give 10^digits. Returns false if the
+ * direction of rounding cannot be proved.
  */
 inline bool rounded_fast(double x, int digits, decimal &d) {
     uint64_t bits = bits_of(x), significand = mantissa_of(bits) << 11;
@@ -218,14 +217,14 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
     return exact && fraction == TIE;
 }
 
-/* ways that are seldom taken */
+/* slow paths */
 
 #define SELDOM __attribute__((noinline, cold))
 
 inline bool whole(double x) { return x < WHOLE_BEYOND && (double)(int64_t)x == x; }
 
-/* What shortest_fast leaves open; only of zero is the sign still to be told. -0.0 has a
- * fraction, since -0 would be read as an integer by some, and lose its sign. */
+/* The numbers that shortest_fast refuses. The caller has written the sign, except that of zero:
+ * -0.0 keeps its fraction, because some parsers read -0 as an integer and drop the sign. */
 SELDOM char *write_shortest_library(char *out, double x) {
     double magnitude = fabs(x);
     memcpy(out, "0.0", 3);
@@ -243,7 +242,7 @@ SELDOM char *write_rounded_library(char *out, double x, int digits) {
     return write_digits(out, spread_any(rounded_library(fabs(x), digits)));
 }
 
-/* the sign, whose byte is overwritten where there is none */
+/* writes the sign; the next byte overwrites it if x is positive */
 inline char *write_sign(char *out, double x) {
     *out = '-';
     return out + signbit(x);
@@ -261,7 +260,7 @@ inline char *write_shortest(char *out, double x) {
                                               : write_shortest_library(out, x);
 }
 
-/* the largest double cut to so many digits: rounded up, it could not be read back */
+/* truncates instead of rounding up beyond the largest double, which could not be read back */
 __attribute__((noinline, cold)) double cut_greatest(double x, int digits) {
     uint64_t unit = power10[DIGITS - digits], greatest = UINT64_C(17976931348623157) / unit * unit;
     double cut = static_cast<double>(greatest) * 1e292;
@@ -278,7 +277,7 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     if (digits == DIGITS) return api_number_write(out, x);
     if (fabs(x) >= 1.5e308) x = cut_greatest(x, digits);
     out = write_sign(out, x);
-    /* with 15 digits or less the shortest decimal, where it is no longer, comes out by rounding */
+    /* with at most 15 digits, rounding gives the shortest decimal whenever that fits */
     if (digits > 15 || !rounded_fast(fabs(x), digits, d) || d.significand == power10[digits])
         return write_rounded_library(out, x, digits);
     return write_digits(out,
@@ -287,9 +286,8 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
 
 namespace {
 
-/* what stands between the numbers of rows, and where in a row the next one is; copies, since the
- * text might be theirs
- */
+/* the separators of rows, and the position in the current row; copied, because the output might
+ * alias them */
 class row_writer {
   public:
     explicit row_writer(const struct api_number_rows &rows)
