@@ -9,8 +9,8 @@
 #include "server/base/list.h"
 
 struct cache_entry {
-    struct srv_hash_node node; /* its key lies behind the entry */
-    struct srv_list link;      /* in the order of use */
+    struct srv_hash_node node; /* the key follows the entry in memory */
+    struct srv_list link;      /* in the LRU list */
     struct srv_response_body *response_body;
     char key[];
 };
@@ -44,7 +44,7 @@ static struct cache_entry *cache_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct cache_entry, link);
 }
 
-/* --- what is counted --- */
+/* --- accounting --- */
 
 static void cache_count(struct srv_cache *cache, const struct cache_entry *entry, int sign) {
     struct srv_response_body *response_body = entry->response_body;
@@ -80,7 +80,7 @@ static void cache_forget(struct srv_cache *cache, struct cache_entry *entry) {
     free(entry);
 }
 
-/* forgets what was not used for longest until there are at most so many bytes */
+/* removes the least recently used entries until at most `bytes` remain */
 static void cache_forget_down_to(struct srv_cache *cache, size_t bytes) {
     while (!srv_list_empty(&cache->order) && atomic_load(&cache->bytes) > bytes)
         cache_forget(cache, cache_of_link(cache->order.next));
@@ -97,7 +97,7 @@ void srv_cache_free(struct srv_cache **cache) {
 }
 
 #ifndef NDEBUG
-/* what can be seen of a cache in no time; with the lock */
+/* true if the O(1) part of the invariant holds; call with the lock held */
 static int cache_sound(const struct srv_cache *cache) {
     size_t entries = atomic_load(&cache->entries), bytes = atomic_load(&cache->bytes);
     return entries == cache->table.count && bytes <= cache->cap &&
@@ -169,7 +169,7 @@ int srv_cache_valid(struct srv_cache *cache) {
         struct cache_entry *entry = cache_of_link(link);
         bytes += sizeof *entry + entry->node.bytes;
         entries++;
-        /* a response body counts once */
+        /* a shared response body is counted once */
         size_t earlier = 0;
         SRV_LIST_EACH (other, &cache->order) {
             if (other == link) break;

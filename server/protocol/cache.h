@@ -1,7 +1,7 @@
-/* Complete answers for later requests, in bounded memory, found by keys of any bytes.
+/* An LRU cache of complete answers in bounded memory; keys are arbitrary bytes.
  * Leaves to others: the contents of a key (compute).
- * Invariant: the sizes that the cache reports are those of its keys and response bodies, and
- * never exceed its bound; the least recently used key is removed first. */
+ * Invariant: the reported size equals the bytes of all keys and response bodies, and never exceeds
+ * the bound. */
 #ifndef SRV_CACHE_H
 #define SRV_CACHE_H
 
@@ -27,15 +27,15 @@ struct srv_cache;
  */
 PEND_MUST_CHECK enum pend_status srv_cache_new(struct srv_cache **cache, size_t cap, uint64_t salt);
 
-/** Drops all response bodies and frees the cache. */
+/** Releases all response bodies and frees the cache. */
 void srv_cache_free(struct srv_cache **cache);
 
-/** Returns the response body of a key, to be dropped by the caller, or NULL. Any thread;
- * O(bytes). */
+/** Returns a reference to the response body of a key, which the caller releases, or NULL. Any
+ * thread; O(bytes). */
 struct srv_response_body *srv_cache_find(struct srv_cache *cache, const void *key, size_t bytes);
 
 /**
- * Stores a response body under a key. Several keys may have one response body, whose memory counts
+ * Stores a response body under a key. Several keys may share a response body; its memory is counted
  * once.
  *
  * Does nothing if the response body or the key is too large, or memory is short.
@@ -43,15 +43,15 @@ struct srv_response_body *srv_cache_find(struct srv_cache *cache, const void *ke
 void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes,
                    struct srv_response_body *response_body);
 
-/** Removes the least recently used keys until the cache is so many bytes smaller, or empty. Any
- * thread. */
+/** Removes the least recently used keys until `bytes` are freed or the cache is empty. Any thread.
+ */
 void srv_cache_shrink(struct srv_cache *cache, size_t bytes);
 
 /** Returns true if the cache's bound is above 0. */
 int srv_cache_on(const struct srv_cache *cache);
 
-/** The bytes that the cache holds: the bodies of response bodies among them, and keys. Any
- * thread, without a lock. */
+/** The bytes in the cache, and those of response bodies among them; the number of keys. Any thread,
+ * without a lock. */
 struct srv_cache_size {
     size_t bytes, bodies, entries;
 };

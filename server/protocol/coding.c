@@ -18,8 +18,7 @@ const struct srv_coding_row *srv_coding_at(enum srv_coding coding) {
     return coding_table[coding];
 }
 
-/* thousandths of a q-value in the parameters of an element; 1000 where there is none, 0 where it
- * is none */
+/* the q-value in the parameters of an element, in thousandths; 1000 if absent, 0 if malformed */
 static int coding_quality(const char *at, const char *end) {
     while (at < end && *at != ';') at++;
     if (at == end) return 1000;
@@ -42,7 +41,7 @@ static int coding_named(const char *at, const char *end, const char *name) {
            (at + bytes == end || strchr("; \t", at[bytes]));
 }
 
-/* the q-value of every coding, 0 = it is not to be used */
+/* the q-value of every coding; 0 = not acceptable */
 static void coding_qualities(const char *accept, int quality[SRV_CODINGS]) {
     int named[SRV_CODINGS] = {0}, any = 0;
     memset(quality, 0, SRV_CODINGS * sizeof *quality);

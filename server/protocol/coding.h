@@ -1,7 +1,6 @@
-/* Content codings: the choice for a client, and compression piece by piece.
- * Leaves to others: the libraries (coding_gzip, coding_zstd), whether compression is worth it
- * (compute).
- * Invariant: a client can decode everything that was flushed without the bytes that follow. */
+/* Content codings: negotiation and streaming compression.
+ * Leaves to others: the libraries (coding_gzip, coding_zstd), whether to compress (compute).
+ * Invariant: a client can decode all flushed bytes without those that follow. */
 #ifndef SRV_CODING_H
 #define SRV_CODING_H
 
@@ -9,22 +8,21 @@
 
 enum srv_coding { SRV_IDENTITY, SRV_GZIP, SRV_ZSTD, SRV_CODINGS };
 
-/* What follows the bytes that were written so far. */
+/* What happens after the bytes of a write. */
 enum srv_coding_end { SRV_CODING_MORE, SRV_CODING_FLUSH, SRV_CODING_END };
 
 /* A row of the table: the functions of one library. */
 struct srv_coding_row {
     const char *name; /* as in Accept-Encoding and Content-Encoding */
-    size_t bytes;     /* of memory that a state takes, about */
-    /** Returns a state for one stream, NULL without memory. */
+    size_t bytes;     /* approximate memory of a state */
+    /** Returns a state for one stream; NULL if memory is short. */
     void *(*begin)(void);
-    /** Appends the compressed form of some bytes and of those before; fails as api_buffer_room
-     * does. */
+    /** Compresses some bytes and appends the output; fails as api_buffer_room does. */
     enum pend_status (*write)(void *state, const void *data, size_t bytes, enum srv_coding_end end,
                               struct api_buffer *out);
     void (*free)(void *state);
-    /** Appends the compressed form of a whole body, faster than by the three functions above;
-     * NULL if the library has no such function. */
+    /** Compresses a whole body and appends it, faster than the functions above; NULL if the library
+     * has no such function. */
     enum pend_status (*whole)(const void *data, size_t bytes, struct api_buffer *out);
 };
 
@@ -34,18 +32,16 @@ extern const struct srv_coding_row srv_coding_gzip, srv_coding_zstd;
 const struct srv_coding_row *srv_coding_at(enum srv_coding coding);
 
 /**
- * Returns the coding that a client prefers among those of the table: the greatest q-value; of
- * equals zstd, then gzip.
+ * Returns the coding with the greatest q-value; zstd before gzip among equals.
  *
- * accept  of Accept-Encoding, or NULL.
+ * accept  value of Accept-Encoding, or NULL.
  */
 enum srv_coding srv_coding_choose(const char *accept);
 
 /** Returns true if a client accepts a coding, even if it prefers another. */
 int srv_coding_accepts(const char *accept, enum srv_coding coding);
 
-/** Returns true for a media type whose bytes are text: binary numbers shrink too little for the
- * time that compression takes. */
+/** Returns true for text media types. Binary numbers compress too little to be worth the time. */
 int srv_coding_worth(const char *media_type);
 
 /** Compresses a whole body; fails as api_buffer_room does. */

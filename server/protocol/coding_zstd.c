@@ -3,8 +3,8 @@
 #include "server/protocol/coding.h"
 
 enum {
-    ZSTD_LEVEL = 1, /* of digits it makes the least bytes as well, 2.28 of 1, at 5 ms a megabyte */
-    ZSTD_WINDOW = 18, /* 256 KiB, the block that is sent at once */
+    ZSTD_LEVEL = 1,   /* the best ratio on digits too (2.28), at 5 ms per megabyte */
+    ZSTD_WINDOW = 18, /* 256 KiB, the size of a sent block */
     ZSTD_ROOM = 16384
 };
 

@@ -15,7 +15,7 @@ const char srv_cors_fields[] =
     "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
     "Job-Title, Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
 
-/* is an entry in a list of them? */
+/* true if the list contains the entry */
 static int cors_lists(const char *list, const char *entry) {
     size_t bytes = strlen(entry);
     for (const char *at = list; *at; at += strcspn(at, ","), at += *at == ',') {
@@ -35,8 +35,8 @@ const char *srv_cors_origin(const char *allowed, const char *origin, int closed)
     return listed ? origin : NULL;
 }
 
-/* is the origin the one that the host is of? The scheme is the proxy's business, and so is a
- * port that it took off */
+/* true if the origin has this host. The scheme is not compared: a proxy may terminate TLS, and may
+ * have removed the port. */
 static int cors_same(const char *origin, const char *host) {
     const char *at = strstr(origin, "://");
     if (!at || !host) return 0;

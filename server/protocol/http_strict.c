@@ -43,7 +43,7 @@ static const unsigned char strict_class[256] = {
 };
 /* clang-format on */
 
-/* The fields that say how a message is framed, and one of which libmicrohttpd makes much. */
+/* The fields that frame a message, and Cookie, for which libmicrohttpd allocates much memory. */
 enum { STRICT_OTHER, STRICT_HOST, STRICT_LENGTH, STRICT_CODING, STRICT_COOKIE };
 
 static const struct {
@@ -69,7 +69,7 @@ static void strict_go(struct srv_http_strict *strict, enum srv_http_strict_place
     strict->part = 0;
 }
 
-/* goes on where the one byte came that had to come */
+/* continues if the byte is the expected one */
 static void strict_expect(struct srv_http_strict *strict, unsigned char c, unsigned char wanted,
                           enum srv_http_strict_place place, const char *detail) {
     if (c == wanted)
@@ -147,7 +147,7 @@ static void strict_line(struct srv_http_strict *strict, unsigned char c) {
     }
 }
 
-/* counts a field that may come once, and not among the trailers */
+/* counts a field that may occur once, and not in the trailer section */
 static int strict_once(struct srv_http_strict *strict, int *count, const char *twice) {
     if (strict->trailer)
         strict_refuse(strict, 400,
@@ -187,7 +187,7 @@ static void strict_name(struct srv_http_strict *strict, unsigned char c) {
 static const char strict_no_length[] = "Content-Length must be a decimal number and nothing else";
 static const char strict_no_coding[] = "the only Transfer-Encoding that is known here is chunked";
 
-/* a byte of the value of a field that matters; part counts it already */
+/* a byte of the value of a known field; `part` already counts it */
 static void strict_known(struct srv_http_strict *strict, unsigned char c) {
     static const char coding[] = "chunked";
     switch (strict->field) {
@@ -290,7 +290,7 @@ static void strict_size_end(struct srv_http_strict *strict, unsigned char c) {
     strict->fields = strict->bytes = 0;
 }
 
-/* --- reading along --- */
+/* --- reading --- */
 
 static const char strict_no_lf[] = "a line must end with CR LF";
 
@@ -368,7 +368,7 @@ static void strict_byte(struct srv_http_strict *strict, unsigned char c) {
         strict_chunk_byte(strict, c);
 }
 
-/* passes over the bytes of a body, or of a value that nobody looks at; returns how many */
+/* skips bytes of a body or of an unknown field's value; returns their number */
 static size_t strict_skip(struct srv_http_strict *strict, const char *data, size_t bytes) {
     if (strict->place == SRV_STRICT_IN_VALUE && !strict->field) {
         size_t run = 0;
@@ -394,15 +394,14 @@ void srv_http_strict_init(struct srv_http_strict *strict) {
     *strict = (struct srv_http_strict){.place = SRV_STRICT_START};
 }
 
-/* is the strict reader within what is taken out: a chunk's extensions, or the value of a
- * cookie's field? */
+/* true within bytes that are removed: a chunk's extensions, or the value of Cookie */
 static int strict_takes_out(const struct srv_http_strict *strict) {
     int value = strict->place == SRV_STRICT_BEFORE_VALUE || strict->place == SRV_STRICT_IN_VALUE;
     return strict->place == SRV_STRICT_IN_EXTENSION || (value && strict->field == STRICT_COOKIE);
 }
 
 #ifndef NDEBUG
-/* nothing that a head may have is beyond its bound, and a refusal has its sentence */
+/* true if all counts are within their bounds, and a refusal has its sentence */
 static int strict_valid(const struct srv_http_strict *strict) {
     int refused = strict->place == SRV_STRICT_REFUSED;
     return refused == (strict->status != 0) && refused == (strict->detail != NULL) &&
@@ -420,7 +419,7 @@ size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t b
         int within = strict_takes_out(strict);
         size_t run = strict_skip(strict, data + i, bytes - i), count = run ? run : 1;
         if (!run) strict_byte(strict, (unsigned char)data[i]);
-        /* the colon that begins a value stays */
+        /* the colon before a removed value stays */
         if (run || !strict_takes_out(strict) || (data[i] == ':' && !within)) {
             if (kept != i) memmove(data + kept, data + i, count);
             kept += count;

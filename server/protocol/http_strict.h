@@ -1,17 +1,15 @@
-/* The strict reader of requests: it checks every byte of a connection before libmicrohttpd reads
- * it, and stops at the first byte that no request may have.
- * Leaves to others: receiving the bytes and answering the client (http), the meaning of a request
- * (request_head, router).
- * Invariant: the bytes that pass can be divided into requests in one way only, that of RFC 9112
- * without its leniencies. */
+/* The strict parser of requests: it checks every byte of a connection before libmicrohttpd reads
+ * it, and stops at the first invalid byte. This prevents request smuggling. Leaves to others:
+ * receiving the bytes and answering the client (http), the meaning of a request (request_head,
+ * router). Invariant: the bytes that pass can be divided into requests in one way only, that of RFC
+ * 9112 without its leniencies. */
 #ifndef SRV_HTTP_STRICT_H
 #define SRV_HTTP_STRICT_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* The bounds of a request's head; libmicrohttpd's memory for a connection is large enough for
- * them. */
+/* The limits of a request's head; libmicrohttpd's memory per connection suffices for them. */
 enum {
     SRV_STRICT_METHOD = 32,      /* bytes of the method */
     SRV_STRICT_TARGET = 1023,    /* bytes of the target */
@@ -49,17 +47,17 @@ enum srv_http_strict_place {
 
 struct srv_http_strict {
     enum srv_http_strict_place place;
-    long requests, complete; /* whose first byte was seen, whose last byte was seen */
-    int status;              /* HTTP status of the refusal; 0 = all is well */
-    const char *detail;      /* a sentence about it */
-    /* the request under way */
+    long requests, complete; /* requests begun, requests complete */
+    int status;              /* HTTP status of the refusal; 0 = none */
+    const char *detail;      /* its sentence */
+    /* the current request */
     int old;     /* HTTP/1.0 */
     int trailer; /* the head is over, the fields are those of the trailer section */
     int bytes;   /* of the head or the trailer section */
     int part;    /* bytes of the part of a line that is being read */
     int blanks;  /* empty lines before the request */
     int fields, parameters, hosts, lengths, codings;
-    int field;     /* which of the known fields the line is */
+    int field;     /* the known field that the line belongs to */
     uint64_t left; /* bytes of the body or of the chunk */
     char name[SRV_STRICT_NAME];
 };
@@ -70,15 +68,13 @@ void srv_http_strict_init(struct srv_http_strict *strict);
 /**
  * Checks the next bytes of a connection.
  *
- * The values of cookies are removed, however TCP has divided them: nothing uses them, and
- * libmicrohttpd would need much memory to parse them. The field stays, and is empty.
+ * The values of cookies are removed, because nothing uses them and libmicrohttpd would need much
+ * memory to parse them; the field remains, empty. Chunk extensions are removed too:
+ * libmicrohttpd 1.0 takes the end of such a line for the chunk's first byte.
  *
- * The extensions of chunks are removed as well: nothing uses them, and libmicrohttpd 1.0 takes the
- * end of such a line for the chunk's first byte.
- *
- * Returns how many bytes may be passed on, from `data` on: all that were not removed, or, once the
- * stream is refused, those of the requests that were complete before the one at fault. O(bytes), a
- * nanosecond or two a byte of a head, no time for a body.
+ * Returns how many bytes of `data` may be passed on: all that were not removed or, after a refusal,
+ * those of the complete requests before the invalid one. O(bytes): 1 to 2 ns per byte of a head,
+ * nothing for a body.
  */
 size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t bytes);
 

@@ -10,7 +10,7 @@
 static_assert((int)SRV_IDENTITY_KEY == (int)API_DIGEST_BYTES + 2,
               "a key is a digest with its kind before it");
 
-enum { IDENTITY_DIGITS = 12 /* of a digest, where it is shown */ };
+enum { IDENTITY_DIGITS = 12 /* digits of a digest in logs */ };
 
 const char srv_identity_rule[] =
     "a bearer token is a secret of at least 128 bits that the client draws at random: 22 "
@@ -52,7 +52,7 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
     return good;
 }
 
-/* how many of the 256 characters are there, whether all are hexadecimal digits */
+/* the number of different characters; hex: whether all are hexadecimal digits */
 static int identity_letters(const char *text, size_t bytes, int *hex) {
     unsigned char seen[256] = {0};
     int different = 0;
@@ -66,7 +66,7 @@ static int identity_letters(const char *text, size_t bytes, int *hex) {
     return different;
 }
 
-/* token68 of RFC 9110, 11.2, with enough in it that nobody guesses it */
+/* true for a token68 (RFC 9110, 11.2) with enough entropy */
 static int identity_good(const char *token) {
     static const char letters[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~+/";
@@ -76,12 +76,12 @@ static int identity_good(const char *token) {
            bytes >= (size_t)(hex ? SRV_TOKEN_LEAST_HEX : SRV_TOKEN_LEAST);
 }
 
-/* what follows Bearer; NULL where the scheme is another one */
+/* the credentials after Bearer; NULL for another scheme */
 static const char *identity_bearer(const char *authorization) {
     static const char scheme[] = "Bearer";
     size_t bytes = sizeof scheme - 1;
     if (!authorization || strncasecmp(authorization, scheme, bytes)) return NULL;
-    /* a scheme whose name goes on is another one */
+    /* a longer name, such as "BearerX", is another scheme */
     if (authorization[bytes] && !strchr(" \t,;=\"", authorization[bytes])) return NULL;
     return authorization + bytes + strspn(authorization + bytes, " ");
 }
@@ -98,7 +98,7 @@ int srv_identity_token(struct srv_identity *identity, const char *authorization)
     return 1;
 }
 
-/* the first word of a list that is a role */
+/* the first role in a list of words */
 static enum srv_role identity_role(const char *roles) {
     for (const char *at = roles; at && *at;) {
         at += strspn(at, ", \t");

@@ -1,8 +1,8 @@
-/* The lengths of response bodies by their entity tags. Some lengths are known only once the body
- * was written; with the length a range of such a body needs no first pass.
+/* Lengths of response bodies by entity tag. Some lengths are known only after a body was written
+ * once; a remembered length saves a pass when a client requests a range.
  * Leaves to others: the meaning of a tag (result).
  * Invariant: the table has SRV_LENGTHS rows; a new tag replaces the one in its row, whose length
- * is measured again when it is needed. */
+ * is measured again when needed. */
 #ifndef SRV_LENGTHS_H
 #define SRV_LENGTHS_H
 
@@ -23,14 +23,13 @@ struct srv_lengths {
 /** Initializes a table without lengths. */
 void srv_lengths_init(struct srv_lengths *lengths);
 
-/** Ends a table that no thread uses any more. */
+/** Frees a table that no thread uses any more. */
 void srv_lengths_clear(struct srv_lengths *lengths);
 
-/** Remembers the bytes of a response body by its strong entity tag. Any thread; O(1). */
+/** Stores the length of a response body by its strong entity tag. Any thread; O(1). */
 void srv_lengths_note(struct srv_lengths *lengths, const char *etag, long long bytes);
 
-/** Returns the bytes of the response body of that tag; -1 if they are not known. Any thread;
- * O(1). */
+/** Returns the length of the response body with that tag; -1 if unknown. Any thread; O(1). */
 long long srv_lengths_find(struct srv_lengths *lengths, const char *etag);
 
 #endif

@@ -7,14 +7,14 @@
 #include <string.h>
 #include <strings.h>
 
-/* an address as 16 bytes; 0 if it is none */
+/* parses an address to 16 bytes; returns 0 if it is invalid */
 static int peer_address(const char *text, unsigned char address[16]) {
     static const unsigned char mapped[12] = {[10] = 0xff, [11] = 0xff};
     memcpy(address, mapped, sizeof mapped);
     return inet_pton(AF_INET, text, address + 12) == 1 || inet_pton(AF_INET6, text, address) == 1;
 }
 
-/* one entry, "10.0.0.0/8" */
+/* parses one entry, "10.0.0.0/8" */
 static int peer_network(struct srv_peers *peers, char *text) {
     char *slash = strchr(text, '/'), *end = NULL;
     int family_bits = strchr(text, ':') ? 128 : 32, at = peers->count;
@@ -27,7 +27,7 @@ static int peer_network(struct srv_peers *peers, char *text) {
     return peer_address(text, peers->network[at].address);
 }
 
-/* cuts the next element of a list off; returns it without blanks, NULL at the end */
+/* removes the next element from a list; returns it without blanks, NULL at the end */
 static char *peer_next(char **list) {
     char *element = *list;
     if (!element) return NULL;
@@ -108,7 +108,7 @@ void srv_peer_shorten(const char *text, char shown[SRV_PEER_BYTES]) {
     inet_ntop(old ? AF_INET : AF_INET6, address + (old ? 12 : 0), shown, SRV_PEER_BYTES);
 }
 
-/* the value of for= in an element of Forwarded; "" where there is none */
+/* the value of for= in an element of Forwarded; "" if absent */
 static char *peer_for(char *element) {
     for (char *part = element; part; part = strchr(part, ';')) {
         part += strspn(part, "; \t");
@@ -120,7 +120,7 @@ static char *peer_for(char *element) {
     return element + strlen(element);
 }
 
-/* takes quotes, brackets and the port off an address */
+/* removes quotes, brackets and the port from an address */
 static char *peer_bare(char *text) {
     if (*text == '"') {
         text++;
@@ -143,7 +143,7 @@ void srv_peer_client(const struct srv_peers *peers, const char *peer, const char
     snprintf(client, SRV_PEER_BYTES, "%s", peer);
     if (!value || !*value || !srv_peer_names_addresses(header) || !srv_peer_trusted(peers, peer))
         return;
-    /* of a long list the end counts */
+    /* only the end of a long list matters */
     size_t bytes = strlen(value), cut = bytes < sizeof copy ? 0 : bytes - sizeof copy + 1;
     snprintf(copy, sizeof copy, "%s", value + cut);
     char *list = copy;

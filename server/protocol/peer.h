@@ -1,7 +1,7 @@
-/* Who a request comes from: the other end of the connection, or, behind a proxy that is trusted,
- * whom that names.
- * Leaves to others: what follows from it (clients, log).
- * Invariant: a header field of somebody who is not trusted changes nothing. */
+/* The client's address: the peer of the connection or, behind a trusted proxy, the address that the
+ * proxy reports.
+ * Leaves to others: its use (clients, log).
+ * Invariant: header fields from untrusted peers have no effect. */
 #ifndef SRV_PEER_H
 #define SRV_PEER_H
 
@@ -9,9 +9,9 @@
 
 enum { SRV_PEER_NETWORKS = 32, SRV_PEER_BYTES = 48 };
 
-/* Networks whose word is taken. */
+/* Networks of trusted proxies. */
 struct srv_peers {
-    int local; /* whoever connects by a path */
+    int local; /* non-zero: connections to a Unix socket are trusted */
     int count;
     struct {
         unsigned char address[16]; /* IPv4 as ::ffff:a.b.c.d */
@@ -22,43 +22,42 @@ struct srv_peers {
 /**
  * Reads a list of networks.
  *
- * text  "10.0.0.0/8, ::1"; an address without a length is that address alone; "unix" is whoever
- *       connects by the path of a socket; "none" is none.
+ * text  "10.0.0.0/8, ::1"; an address without a prefix length is that address alone; "unix" stands
+ *       for Unix sockets; "none" is the empty list.
  *
- * PEND_INVALID  error says which entry is none.
+ * PEND_INVALID  error names the invalid entry.
  */
 PEND_MUST_CHECK enum pend_status srv_peers_read(struct srv_peers *peers, const char *text,
                                                 struct pend_error *error);
 
-/** True where anybody's word is taken. */
+/** True if the list is not empty. */
 int srv_peers_any(const struct srv_peers *peers);
 
-/** True where the word of an address is taken: it is in one of the networks, or is "unix" and that
- * is in the list. */
+/** True if a peer is trusted: its address is in one of the networks, or it is "unix" and the list
+ * has that. */
 int srv_peer_trusted(const struct srv_peers *peers, const char *address);
 
 /** Returns true for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other
  * field names an account. */
 int srv_peer_names_addresses(const char *header);
 
-/** The network of an address, as text: of IPv6 that of 64 bits, which is what one household gets;
- * of an IPv4 address, also one that is written as IPv6, itself; of anything else the text. */
+/** Writes the network that stands for a client: the /64 of an IPv6 address (one household), an IPv4
+ * address itself (also if written as IPv6), any other text unchanged. */
 void srv_peer_network(const char *address, char network[SRV_PEER_BYTES]);
 
-/** An address as a log may tell it that is to name nobody: of IPv4 its first 24 bits, of IPv6 48,
- * of anything else nothing. */
+/** Writes an anonymized address for the log: the first 24 bits of IPv4, 48 of IPv6, nothing for
+ * other text. */
 void srv_peer_shorten(const char *text, char shown[SRV_PEER_BYTES]);
 
 /**
- * The address that a request comes from.
+ * Determines the client's address.
  *
- * peer    address at the other end, as text.
- * header  the field in which proxies tell, "X-Forwarded-For" or "Forwarded" (RFC 7239); of any
- *         other one the address is the peer.
- * value   of that field in the request, all of them joined by commas; NULL where there is none.
- * client  out: of the addresses that proxies told, from the last on, the first that is not of a
- *         trusted proxy itself; the peer where it is not trusted or tells nothing that is an
- *         address.
+ * peer    address of the connection's peer, as text.
+ * header  the field that proxies set, "X-Forwarded-For" or "Forwarded" (RFC 7239); with any other
+ *         field the result is the peer.
+ * value   values of that field, joined by commas; NULL if absent.
+ * client  out: the last reported address that is not a trusted proxy; the peer if it is not trusted
+ *         or reports no valid address.
  */
 void srv_peer_client(const struct srv_peers *peers, const char *peer, const char *header,
                      const char *value, char client[SRV_PEER_BYTES]);

@@ -5,7 +5,7 @@
 
 enum { RANGE_DIGITS = 18 };
 
-/* a number of at most 18 digits; its end, NULL where there is none */
+/* reads a number of at most 18 digits; returns its end, NULL if there is none */
 static const char *range_number(const char *at, long long *number) {
     size_t digits = strspn(at, "0123456789");
     *number = 0;

@@ -1,7 +1,6 @@
-/* The field Range of a request (RFC 9110, 14): the bytes of an answer that its client wants.
- * Leaves to others: cutting them out (api/call/call), the condition If-Range (compute).
- * Invariant: a field that is not one good range of bytes is ignored, and the whole answer is
- * sent. */
+/* The request field Range (RFC 9110, 14).
+ * Leaves to others: cutting out the bytes (api/call/call), the condition If-Range (compute).
+ * Invariant: a field that is not a single valid byte range is ignored: the whole answer is sent. */
 #ifndef SRV_RANGE_H
 #define SRV_RANGE_H
 
@@ -10,10 +9,10 @@
 /**
  * Reads the field.
  *
- * field  NULL = there is none.
+ * field  value of Range; NULL if absent.
  * range  out.
  *
- * Returns 1 for one range of bytes; 0 for none, for several, and for what makes no sense.
+ * Returns 1 for a single valid byte range, else 0.
  */
 int srv_range_read(const char *field, struct api_range *range);
 

@@ -4,9 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A long body has grown by doubling; what it does not need goes back, since it may be kept. Short
- * ones become buffer pool.
- */
+/* Long bodies grew by doubling and may be cached: their unused capacity is freed. The buffers of
+ * short ones go back to the pool. */
 static void response_body_trim(struct api_buffer *body) {
     if (body->cap > SRV_SPARE_BYTES) api_buffer_trim(body);
 }

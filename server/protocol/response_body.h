@@ -1,5 +1,6 @@
-/* The bytes of a result in one representation, which several exchanges and the cache may share.
- * Leaves to others: computing them (compute), sending them (http), keeping them (cache).
+/* The body of a response with its header fields, reference-counted: HTTP exchanges and the cache
+ * share it.
+ * Leaves to others: computing it (compute), sending it (http), keeping it (cache).
  * Invariant: a response body with more than one reference is not changed; dropping the last
  * reference frees it. */
 #ifndef SRV_RESPONSE_BODY_H
@@ -21,28 +22,27 @@ struct srv_response_body {
     int status;
     const char *media_type; /* a static string */
     struct api_buffer body;
-    char etag[SRV_ETAG_BYTES]; /* as the header field; "" where there is none */
+    char etag[SRV_ETAG_BYTES]; /* value of ETag; "" = none */
     struct {
         const char *name, *value; /* static, or in text */
     } header[SRV_RESPONSE_BODY_HEADERS];
     int headers;
-    long steps;                /* of the computation, for the log */
-    size_t kept;               /* the cache's: keys that lead here */
-    struct srv_memory *memory; /* where its bytes are counted */
-    atomic_int readers;        /* exchanges that have it as their answer */
+    long steps;                /* steps of the computation, for the log */
+    size_t kept;               /* cache keys that refer to it; owned by the cache */
+    struct srv_memory *memory; /* the account of its bytes */
+    atomic_int readers;        /* exchanges that send it */
     struct srv_buffer_pool *pool;
     size_t text_bytes, text_cap;
     char text[];
 };
 
 /**
- * Makes a response body without header fields; the caller has its only reference.
+ * Creates a response body without header fields; the caller owns the only reference.
  *
- * body    its memory is moved into the response body, or into the pool on failure; it is empty
- *         afterwards.
+ * body    moved into the response body (into the pool on failure); empty afterwards.
  * text    bytes of all values that srv_response_body_header will copy, each with its NUL.
- * memory  counts the body's bytes until the response body is freed.
- * pool    gets the body's memory when the response body is freed.
+ * memory  account of the body's bytes until the response body is freed.
+ * pool    receives the body's memory when the response body is freed.
  *
  * Returns NULL when memory is short.
  */
@@ -52,7 +52,7 @@ struct srv_response_body *srv_response_body_new(int status, const char *media_ty
                                                 struct srv_buffer_pool *pool);
 
 /** Adds a header field: the name is static, the value is copied. At most SRV_RESPONSE_BODY_HEADERS
- * fields, and the values must fit into the bytes that were asked for. */
+ * fields; all values together must fit into `text` bytes of srv_response_body_new. */
 void srv_response_body_header(struct srv_response_body *response_body, const char *name,
                               const char *value);
 
@@ -63,7 +63,7 @@ struct srv_response_body *srv_response_body_share(struct srv_response_body *resp
  * accepted. Any thread. */
 void srv_response_body_drop(struct srv_response_body **response_body);
 
-/** Returns the bytes of memory of a response body in all. */
+/** Returns the memory of a response body in bytes. */
 size_t srv_response_body_bytes(const struct srv_response_body *response_body);
 
 #endif
