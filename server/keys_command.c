@@ -30,10 +30,10 @@ static const char command_usage[] =
     "FILE may stand in the environment as PENDULUMD_KEYS. A server that runs with --keys FILE\n"
     "reads it again within a second.\n";
 
-/* What the command line says. */
+/* The parsed command line. */
 struct command {
     const char *keys, *name, *role, *quota, *expires;
-    char token[SRV_KEY_TOKEN]; /* out: of a new key */
+    char token[SRV_KEY_TOKEN]; /* out: a new key */
     int changed;               /* out: keys */
     int64_t now;
 };
@@ -84,7 +84,7 @@ static enum pend_status command_add(struct srv_keys *keys, void *context,
     return srv_keys_add(keys, &key, error);
 }
 
-/* the next key from i on that the command means; the number of keys where there is none */
+/* the next key from i on that the command refers to; the number of keys if there is none */
 static int command_next(const struct command *command, const struct srv_keys *keys, int i) {
     while (i < keys->count && !srv_keys_means(&keys->key[i], command->name)) i++;
     return i;
@@ -190,7 +190,7 @@ static int command_wrong(const char *subject, const char *verdict) {
     return 2;
 }
 
-/* reads the options behind the action; returns 0, or the exit status */
+/* parses the options after the action; returns 0, or the exit status */
 static int command_read(struct command *command, int argc, char *const argv[]) {
     static const char *const names[COMMAND_OPTIONS] = {"keys", "name", "role", "quota", "expires"};
     const char **const values[COMMAND_OPTIONS] = {&command->keys, &command->name, &command->role,
@@ -210,7 +210,7 @@ static int command_read(struct command *command, int argc, char *const argv[]) {
     return command->keys ? 0 : command_wrong("--keys FILE", "is wanted");
 }
 
-/* what each action does to the keys, and whether it makes their file */
+/* the function of each action, and whether it may create the file */
 static const struct {
     const char *word;
     enum pend_status (*change)(struct srv_keys *keys, void *context, struct pend_error *error);
@@ -219,7 +219,7 @@ static const struct {
                        {"revoke", command_revoke, 0}, {"expire", command_expire, 0},
                        {"remove", command_remove, 0}, {"role", command_role, 1}};
 
-/* does it, and prints what came of it; returns the exit status */
+/* runs the action and prints the result; returns the exit status */
 static int command_run(struct command *command, int action) {
     assert(command->keys && command->now > 0);
     struct pend_error error = {.text = ""};

@@ -1,14 +1,15 @@
-/* The command `pendulumd keys`: makes, lists, revokes, expires and removes keys, and sets what
- * roles may have. Leaves to others: the file (keys/key_file), what a running server makes of it
- * (keys/key_ring). Invariant: a key is printed once, where it is made, and nowhere kept. */
+/* The command `pendulumd keys`: creates, lists, revokes, expires and removes API keys, and sets the
+ * limits of roles.
+ * Leaves to others: the file (keys/key_file), reloading it in a running server (keys/key_ring).
+ * Invariant: a key is printed once, when it is created, and stored nowhere. */
 #ifndef SRV_KEYS_COMMAND_H
 #define SRV_KEYS_COMMAND_H
 
 /**
- * Runs `pendulumd keys ACTION ...`; argv as of main.
+ * Runs `pendulumd keys ACTION ...`; argv as for main.
  *
- * Returns the exit status: 0, 1 where the file or the system is in the way, 2 for a bad argument,
- * with a sentence on standard error.
+ * Returns the exit status: 0; 1 if the file or the system fails; 2 for a bad argument. Errors are a
+ * sentence on standard error.
  */
 int srv_keys_command(int argc, char *const argv[]);
 

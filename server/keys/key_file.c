@@ -45,7 +45,7 @@ static int key_file_lock(const char *path, struct pend_error *error) {
     return -1;
 }
 
-/* Writes the whole text and waits until the disk has it. */
+/* Writes the whole text and syncs it to disk. */
 static int key_file_fill(int fd, const struct api_buffer *text) {
     size_t done = 0;
     while (done < text->bytes) {
@@ -57,8 +57,8 @@ static int key_file_fill(int fd, const struct api_buffer *text) {
     return !fsync(fd);
 }
 
-/* Gives a new file the owner of the one that it replaces; one that root makes where there was none,
- * that of its directory, whose server is to read it. */
+/* Gives the new file the owner of the old one. If root creates the first file, its owner becomes
+ * that of the directory, so that the server can read it. */
 static int key_file_give(int fd, const struct stat *old, int directory) {
     struct stat owner = *old;
     if (!old->st_nlink && geteuid()) return 1;
@@ -67,7 +67,7 @@ static int key_file_give(int fd, const struct stat *old, int directory) {
     return !fchown(fd, owner.st_uid, owner.st_gid) || owner.st_uid == geteuid();
 }
 
-/* whether the directory that is locked has the file that was read, or none where there was none */
+/* true if the locked directory still has the file that was read (or still has none) */
 static int key_file_same(const char *name, const struct stat *old, int directory) {
     struct stat now;
     int there = !fstatat(directory, name, &now, 0);
@@ -75,9 +75,9 @@ static int key_file_same(const char *name, const struct stat *old, int directory
     return there && now.st_dev == old->st_dev && now.st_ino == old->st_ino;
 }
 
-/* Replaces the file by one with the text. old->st_nlink is 0 if there was no file. Whoever owns a
- * directory on the way may put another in its place meanwhile: all is done in the one that is
- * locked, or root would be led to make files of that owner elsewhere. */
+/* Replaces the file. old->st_nlink is 0 if there was no file. All operations use the descriptor of
+ * the locked directory: otherwise the owner of a parent directory could swap it and make root write
+ * files elsewhere. */
 static enum pend_status key_file_replace(const char *path, const struct stat *old,
                                          const struct api_buffer *text, int directory,
                                          struct pend_error *error) {
@@ -87,7 +87,7 @@ static enum pend_status key_file_replace(const char *path, const struct stat *ol
         return pend_fail(error, PEND_INVALID, -1, 0, "the path of the keys is too long");
     if (!key_file_same(name, old, directory))
         return pend_fail(error, PEND_INVALID, -1, 0, "%.150s was moved meanwhile", path);
-    /* A temporary file that exists was left by a process that died, because the lock is held. */
+    /* We hold the lock, so an existing temporary file was left by a process that died. */
     unlinkat(directory, fresh, 0);
     int fd = openat(directory, fresh, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return key_file_world("cannot write", fresh, error);

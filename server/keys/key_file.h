@@ -1,7 +1,6 @@
-/* The file of keys: read, and changed by one program at a time.
- * Leaves to others: what is changed (keys_command), which keys are in force (key_ring).
- * Invariant: whoever reads the file finds the keys of before or of after a change, whole, whatever
- * dies meanwhile; no other user can read them. */
+/* Reads and updates the file of API keys; one program at a time can change it.
+ * Leaves to others: the changes (keys_command), which keys are active (key_ring).
+ * Invariant: updates are atomic, even if the process dies; no other user can read the file. */
 #ifndef SRV_KEY_FILE_H
 #define SRV_KEY_FILE_H
 
@@ -10,25 +9,24 @@
 #include "server/keys/keys.h"
 
 /**
- * Reads the keys of a file, which must be nobody else's to read (srv_secret_read).
+ * Reads the keys of a file that only its owner can read (srv_secret_read).
  *
- * keys  from srv_keys_init; to be cleared by the caller, after a failure too.
- * seen  out: what the system says of the file; NULL = not wanted.
+ * keys  from srv_keys_init; the caller clears it, after a failure too.
+ * seen  out: the file's status; NULL = not wanted.
  *
- * PEND_INVALID, PEND_NO_MEMORY  error says what is wrong, and where.
+ * PEND_INVALID, PEND_NO_MEMORY  error names the fault and its line.
  */
 PEND_MUST_CHECK enum pend_status srv_key_file_read(const char *path, struct srv_keys *keys,
                                                    struct stat *seen, struct pend_error *error);
 
 /**
- * Changes the keys of a file: reads them, has them changed, writes them into a new file of mode
- * 0600 and the same owner, and puts that in the old one's place. Who else changes keys in the
- * same directory waits.
+ * Changes the keys of a file: reads them, calls `change`, writes a new file with mode 0600 and the
+ * same owner, and renames it over the old one. Concurrent changes in the same directory wait.
  *
- * make    non-zero: a file that is not there yet is made.
- * change  what is to be done; its failure leaves the file as it is.
+ * make    non-zero: creates the file if it does not exist.
+ * change  modifies the keys; if it fails, the file stays unchanged.
  *
- * PEND_INVALID, PEND_NO_MEMORY  error says what is wrong; or what `change` returned.
+ * PEND_INVALID, PEND_NO_MEMORY  error names the fault; or the result of `change`.
  */
 PEND_MUST_CHECK enum pend_status srv_key_file_change(
     const char *path, int make,

@@ -170,7 +170,7 @@ static int keys_span(const char *text, int64_t *seconds) {
     return 1;
 }
 
-/* The last instant that can be written with four digits of a year, as it is read. */
+/* The last instant of the year 9999. */
 #define KEYS_LATEST INT64_C(253402300799)
 
 int srv_keys_instant(const char *text, int64_t now, int64_t *instant) {
@@ -191,7 +191,7 @@ int srv_keys_instant(const char *text, int64_t now, int64_t *instant) {
         if (!end || *end || strlen(text) != lengths[i]) continue;
         same = part;
         *instant = (int64_t)timegm(&part);
-        /* A date such as the thirty-first of a short month does not exist. */
+        /* refuses dates that do not exist, such as 31 April */
         return *instant > 0 && part.tm_mday == same.tm_mday && part.tm_sec == same.tm_sec;
     }
     return 0;
@@ -228,7 +228,7 @@ static enum pend_status keys_field(struct srv_key *key, const char *field,
                      "%s must be like 2026-01-31T09:30:00Z, got '%.40s'", words[word], value);
 }
 
-/* Parses the fields behind "key". */
+/* Parses the fields after "key". */
 static enum pend_status keys_line_key(struct srv_keys *keys, char **rest,
                                       struct pend_error *error) {
     struct srv_key key = {.role = SRV_ROLE_NONE};
@@ -246,7 +246,7 @@ static enum pend_status keys_line_key(struct srv_keys *keys, char **rest,
     return srv_keys_add(keys, &key, error);
 }
 
-/* Parses the fields behind "role". */
+/* Parses the fields after "role". */
 static enum pend_status keys_line_role(struct srv_keys *keys, char **rest,
                                        struct pend_error *error) {
     const char *name = strtok_r(NULL, " \t\r", rest);

@@ -1,7 +1,7 @@
-/* Keys that an operator hands out: making them, the table of their digests, looking one up.
- * Leaves to others: the file that holds the table (key_file), which table is in force (key_ring).
- * Invariant: no key is kept, only its digest; every look-up compares all digests whole, so that the
- * time it takes tells nothing of them. */
+/* API keys: generation, the table of their digests, lookup.
+ * Leaves to others: the file that holds the table (key_file), which table is active (key_ring).
+ * Invariant: only digests of keys are stored; a lookup takes constant time, so that its duration
+ * reveals nothing. */
 #ifndef SRV_KEYS_H
 #define SRV_KEYS_H
 
@@ -11,29 +11,29 @@
 #include "server/keys/role.h"
 
 enum {
-    SRV_KEY_NAME = 33,  /* bytes of a name with its NUL: A-Z a-z 0-9 . _ - */
-    SRV_KEY_TOKEN = 43, /* bytes of a key with its NUL: pdk_, 32 letters with 160 bits, 6 digits
-                           that tell a slip of the pen */
-    SRV_KEY_ID = 8,     /* digits of the digest by which people name a key */
+    SRV_KEY_NAME = 33, /* bytes of a name with its NUL: A-Z a-z 0-9 . _ - */
+    SRV_KEY_TOKEN =
+        43, /* bytes of a key with its NUL: pdk_, 32 letters with 160 bits, 6 check digits */
+    SRV_KEY_ID = 8, /* digits of the digest that identify a key for people */
     SRV_KEYS_MOST = 4096,
-    SRV_KEYS_BYTES = 2 << 20, /* of a whole table as text */
+    SRV_KEYS_BYTES = 2 << 20, /* most bytes of a table as text */
     SRV_KEY_TIME = 24         /* bytes of an instant as text with its NUL */
 };
 
-/* A key, as it is kept. Instants are seconds since 1970, 0 = never. */
+/* A stored key. Instants are seconds since 1970, 0 = never. */
 struct srv_key {
-    char name[SRV_KEY_NAME]; /* who has it; several keys of one name are one client */
+    char name[SRV_KEY_NAME]; /* the client; keys with the same name belong to one client */
     char digest[API_DIGEST_BYTES];
     enum srv_role role;
     int64_t made, expires, revoked;
-    struct srv_limits limits; /* of its own; what is unset is the role's */
+    struct srv_limits limits; /* its own limits; an unset one is that of the role */
 };
 
-/* All keys of a server, and what their roles may have. */
+/* All keys of a server, and the limits of the roles. */
 struct srv_keys {
     struct srv_key *key;
     int count, room;
-    struct srv_limits role[SRV_ROLE_COUNT]; /* what is unset is the role's default */
+    struct srv_limits role[SRV_ROLE_COUNT]; /* an unset limit is the role's default */
 };
 
 /** A table without keys; ends with srv_keys_clear. */
@@ -43,12 +43,12 @@ void srv_keys_init(struct srv_keys *keys);
 void srv_keys_clear(struct srv_keys *keys);
 
 /**
- * Reads a table from text as srv_keys_write writes it; lines that are empty or begin with # are
- * passed over.
+ * Parses a table in the format of srv_keys_write; empty lines and lines that begin with # are
+ * skipped.
  *
- * keys  from srv_keys_init; to be cleared after a failure too.
+ * keys  from srv_keys_init; the caller clears it, after a failure too.
  *
- * PEND_INVALID    error names the line and what would be right.
+ * PEND_INVALID    error names the line and the correct form.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_keys_read(struct srv_keys *keys, const char *text,
@@ -58,43 +58,43 @@ PEND_MUST_CHECK enum pend_status srv_keys_read(struct srv_keys *keys, const char
 PEND_MUST_CHECK enum pend_status srv_keys_write(const struct srv_keys *keys,
                                                 struct api_buffer *out);
 
-/** Draws a new key. Returns 0 where the system has no random numbers. */
+/** Generates a new random key. Returns 0 if the system has no random numbers. */
 int srv_keys_draw(char token[SRV_KEY_TOKEN]);
 
-/** True where a token looks like a key of a server, whole or not: it begins with pdk_. */
+/** True if a token looks like an API key: it begins with pdk_. */
 int srv_keys_meant(const char *token);
 
-/** True where a token is a whole key: its length, its letters and its last six digits are right. */
+/** True if a token is a well-formed API key: length, letters and check digits are correct. */
 int srv_keys_whole(const char *token);
 
-/** The digest by which a key is kept. */
+/** Computes the digest that is stored for a key. */
 void srv_keys_digest(const char *token, char digest[API_DIGEST_BYTES]);
 
-/** True for what may be a key's name. */
+/** True for a valid name of a key. */
 int srv_keys_named(const char *name);
 
 /**
- * Adds a key; its digest is set already.
+ * Adds a key, whose digest must be set.
  *
- * PEND_LIMIT      there are SRV_KEYS_MOST.
- * PEND_INVALID    the name is none, the same key is there, or keys of this name have another role;
- *                 error says which.
+ * PEND_LIMIT      the table has SRV_KEYS_MOST keys.
+ * PEND_INVALID    the name is invalid, the key exists already, or keys of this name have another
+ *                 role; error says which.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_keys_add(struct srv_keys *keys, const struct srv_key *key,
                                               struct pend_error *error);
 
-/** The key of a digest, or NULL. O(keys), the same time whether and wherever it is there. Valid
- * until the table changes. */
+/** Returns the key with a digest, or NULL; valid until the table changes. O(keys); the time does
+ * not depend on the position. */
 struct srv_key *srv_keys_find(const struct srv_keys *keys, const char digest[API_DIGEST_BYTES]);
 
-/** True where a key has this name, or its digest begins with these SRV_KEY_ID digits. */
+/** True if a key has this name, or its digest begins with these SRV_KEY_ID digits. */
 int srv_keys_means(const struct srv_key *key, const char *name);
 
-/** What a key may have: its own limits, else its role's, else the role's defaults. */
+/** The limits of a key: its own, else its role's in the table, else the role's defaults. */
 struct srv_limits srv_keys_limits(const struct srv_keys *keys, const struct srv_key *key);
 
-/** What a role may have: what the table says of it, else its defaults. */
+/** The limits of a role: those in the table, else its defaults. */
 struct srv_limits srv_keys_role(const struct srv_keys *keys, enum srv_role role);
 
 /** Writes an instant as 2026-01-31T09:30:00Z, 0 as never. */
@@ -104,7 +104,7 @@ void srv_keys_time(int64_t instant, char text[SRV_KEY_TIME]);
  * Reads an instant: 2026-01-31, 2026-01-31T09:30:00Z, never, now, or a span from now such as 90d
  * (s, m, h, d or w).
  *
- * Returns 0 where the text is none of these, or beyond the year 9999.
+ * Returns 0 if the text is none of these, or later than the year 9999.
  */
 int srv_keys_instant(const char *text, int64_t now, int64_t *instant);
 

@@ -11,7 +11,7 @@ static const char *const role_words[SRV_ROLE_COUNT] = {"",        "anonymous", "
 
 #define MEGA 1048576.0
 
-/* A row for each role: requests a second, seconds of computation a minute, bytes of memory, bytes
+/* For each role: requests per second, seconds of computation per minute, bytes of memory, bytes
  * stored, open jobs, priority, class rooms. */
 static const struct srv_limits role_limits[SRV_ROLE_COUNT] = {
     [SRV_ROLE_NONE] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0, 10}},
