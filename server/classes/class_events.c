@@ -8,75 +8,76 @@
 #include "api/class/class_json.h"
 
 enum {
-    EVENTS_NUMBER = 1, /* the number of the topic among those of the service */
-    EVENTS_PAGES = 16, /* pages that are read in one question to the store */
-    EVENTS_BUDGET = 4 * SRV_CLASS_PAGE_BYTES, /* bytes that are expected of these pages */
-    EVENTS_PAGE = 4 << 20,                    /* more bytes than a page can have */
-    EVENTS_REPORT = 1 << 19 /* bytes counted for a page of a report until it is there */
+    EVENTS_NUMBER = 1,                        /* index of the topic in the service */
+    EVENTS_PAGES = 16,                        /* pages read by one query to the store */
+    EVENTS_BUDGET = 4 * SRV_CLASS_PAGE_BYTES, /* expected bytes of these pages */
+    EVENTS_PAGE = 4 << 20,                    /* upper bound of the bytes of a page */
+    EVENTS_REPORT = 1 << 19 /* bytes reserved for a page of a report until it is read */
 };
 
-/* Changes of those who have read all that was there before, and what was there: it is read after
- * the changes, but for one page of each question. */
+/* New changes for listeners that are up to date, and backlogs. New changes are read first, except
+ * that each query has one page of a backlog. */
 enum class_level { CLASS_NEW, CLASS_OLD, CLASS_LEVELS };
 
-/* Bytes that are expected of a page of changes, and of what was there. */
+/* Expected bytes of a page of new changes and of a backlog. */
 static const size_t class_expected[CLASS_LEVELS] = {SRV_EVENTS_TEXT, SRV_CLASS_PAGE_BYTES};
 
-/* A room that somebody listens to. */
+/* A room that has listeners. */
 struct class_room {
-    struct srv_list link, seats; /* the topic's; who listens */
+    struct srv_list link, seats; /* in the topic's list; the clients that listen */
     char code[SRV_CLASS_CODE];
     struct srv_turns_road road[CLASS_LEVELS];
-    struct class_room *next; /* whose version number is read after this one's */
+    struct class_room *next; /* the next room whose change number is read */
     int64_t version, shared;
     enum srv_stored stored;
 };
 
-/* Who listens in a room: one client, with any number of streams. */
+/* A client that listens to a room, with any number of streams. */
 struct class_seat {
-    struct srv_list link; /* the room's */
+    struct srv_list link; /* in the room's list */
     struct class_room *room;
     char who[SRV_NAME_BYTES];
     int users;
     struct srv_turns_lane lane[CLASS_LEVELS];
-    struct class_listener *reports; /* the one whose report is being made */
+    struct class_listener *reports; /* the listener whose report is in progress */
 };
 
 /* A stream of a room's events, or of a report. */
 struct class_listener {
     struct srv_listener listener;
     struct class_seat *seat;
-    struct srv_list turn;     /* while it waits for a page to be read */
-    struct class_page *asked; /* that is read for it, and for the ones beside it */
+    struct srv_list turn;     /* in the list of those that wait for a page */
+    struct class_page *asked; /* the page being read for it; other listeners may share it */
     struct class_listener *beside;
     enum class_level level;
     int teacher;
-    int64_t seen;           /* the change up to which the listener was told, or will be by `page` */
-    int lags;               /* there are changes after that */
-    int ended;              /* nothing more comes, whether or not all was told */
-    struct api_buffer page; /* the page that is sent next */
+    int64_t seen;                    /* the last change that was sent or is in `page` */
+    int lags;                        /* non-zero: there are later changes */
+    int ended;                       /* non-zero: the stream ends */
+    struct api_buffer page;          /* the next page to send */
     struct srv_class_report *report; /* NULL = events */
-    const char *code, *who;          /* where it gets its seat; not used afterwards */
+    const char *code, *who;          /* used to find its seat, not afterwards */
 };
 
-/* A page that is read for listeners of one seat that were told the same. While the store is asked
- * only the thread of the events uses it, but `reader` under the lock. */
+/* A page that is read for listeners of one seat with the same last change. During a query only the
+ * events' thread uses it, except `reader`, which the lock guards. */
 struct class_page {
-    struct class_listener *reader; /* the first; NULL once all are gone: then it owns the report */
+    struct class_listener
+        *reader; /* the first listener; NULL once all have left: then the page owns the report */
     struct srv_class_report *report;
     const struct class_seat *seat;
     char code[SRV_CLASS_CODE], who[SRV_NAME_BYTES];
     int64_t seen;
     int more;
     enum srv_stored stored;
-    struct api_buffer items, text; /* as they were read; what is told of them */
+    struct api_buffer items, text; /* the items as read; the text to send */
 };
 
 struct class_topic {
     struct srv_topic topic;
     struct srv_list rooms;
     struct srv_turns turns[CLASS_LEVELS];
-    struct class_room *marks; /* whose version numbers are read */
+    struct class_room *marks; /* the rooms whose change numbers are read */
     int pages;
     struct class_page page[EVENTS_PAGES];
 };
@@ -85,7 +86,7 @@ static struct class_listener *class_listener(const struct srv_listener *listener
     return SRV_CONTAINER_OF(listener, struct class_listener, listener);
 }
 
-/* --- rooms and who listens in them --- */
+/* --- rooms and their listeners --- */
 
 /* Gives a listener the seat of its client in its room. */
 static enum pend_status seat_take(struct srv_listener *listener) {
@@ -116,7 +117,7 @@ static enum pend_status seat_take(struct srv_listener *listener) {
     return seat ? PEND_OK : PEND_NO_MEMORY;
 }
 
-/* The room stays until no question to the store has it. */
+/* The room stays until no query refers to it. */
 static void seat_give(struct class_seat *seat) {
     if (--seat->users) return;
     srv_list_remove(&seat->link);
@@ -150,7 +151,7 @@ static void class_unturn(struct class_listener *own) {
     srv_turns_remove(&own->seat->room->road[own->level], &own->seat->lane[own->level], &own->turn);
 }
 
-/* Takes a listener away from the page that is read for it. */
+/* Detaches a listener from the page that is read for it. */
 static void class_unask(struct class_listener *own) {
     struct class_listener **link = &own->asked->reader;
     while (*link != own) link = &(*link)->beside;
@@ -196,9 +197,10 @@ void srv_class_events_open(struct srv_exchange *exchange, const struct srv_class
     srv_events_open(events, &made->listener);
 }
 
-/* --- what the store is asked --- */
+/* --- queries to the store --- */
 
-/* Keeps an item as it is: what is told of it is written when others can be asked again. */
+/* Copies an item unchanged: its text is written after the query, so that the store is free sooner.
+ */
 static enum srv_stored page_take(void *context, const struct srv_class_item *item) {
     struct api_buffer *items = context;
     enum pend_status status = api_buffer_add(items, item, sizeof *item);
@@ -209,7 +211,7 @@ static enum srv_stored page_take(void *context, const struct srv_class_item *ite
 static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
     struct class_topic *look = SRV_CONTAINER_OF(call, struct class_topic, topic.ask.call);
     enum srv_stored stored = SRV_STORED;
-    /* If the store is out of reach, it is not asked again for each room. */
+    /* If the store is unreachable, stop at the first room. */
     for (struct class_room *room = look->marks; room; room = room->next) {
         if (stored < SRV_STORED_AWAY)
             stored = srv_store_class_mark(store, room->code, &room->version, &room->shared);
@@ -230,7 +232,7 @@ static enum pend_status event_write(const struct srv_class_item *item, struct ap
     const struct api_class_item told = {item->name, item->version, item->changed, item->body,
                                         item->bytes};
     PEND_TRY(api_buffer_format(text, "event: item\nid: %lld\ndata:", (long long)item->version));
-    /* a colon, behind which no comma is written */
+    /* a colon, after which no comma is written */
     PEND_TRY(api_class_item_write(&told, text));
     return api_buffer_text(text, "\n\n");
 }
@@ -259,9 +261,9 @@ static void look_work(struct srv_topic *topic) {
     }
 }
 
-/* --- the numbers of rooms --- */
+/* --- change numbers of rooms --- */
 
-/* Lists the rooms, and frees those that nobody listens to any more. */
+/* Lists the rooms, and frees those without listeners. */
 static void marks_gather(struct class_topic *look) {
     struct srv_list *next;
     for (struct srv_list *link = look->rooms.next; link && link != &look->rooms; link = next) {
@@ -276,7 +278,7 @@ static void marks_gather(struct class_topic *look) {
     }
 }
 
-/* Compares a listener with the numbers of its room that were just read. */
+/* Compares a listener with the change number of its room that was just read. */
 static void mark_tell(struct class_listener *at) {
     const struct class_room *room = at->seat->room;
     if (room->stored == SRV_STORED_NONE) at->ended = 1;
@@ -288,7 +290,7 @@ static void mark_tell(struct class_listener *at) {
 
 /* --- pages --- */
 
-/* Lets the listeners that have sent all they had, and lag, wait for their turns. */
+/* Queues the listeners that are behind and have sent their last page. */
 static void turns_gather(struct class_topic *look, struct srv_list *listeners) {
     SRV_LIST_EACH (link, listeners) {
         struct srv_listener *listener = SRV_CONTAINER_OF(link, struct srv_listener, link);
@@ -304,7 +306,8 @@ static void turns_gather(struct class_topic *look, struct srv_list *listeners) {
     }
 }
 
-/* The page that a listener waits for, if it is read for another one; a report is never shared. */
+/* The page that a listener waits for, if another listener already requested it; reports are never
+ * shared. */
 static struct class_page *page_find(struct class_topic *look, const struct class_listener *at) {
     for (int i = 0; i < look->pages && !at->report; i++) {
         struct class_page *page = &look->page[i];
@@ -313,9 +316,8 @@ static struct class_page *page_find(struct class_topic *look, const struct class
     return NULL;
 }
 
-/* Asks for the page of the next one at a level. Returns the bytes that are expected of it, half
- * where it is only copied, 0 where nobody waits. A listener whose client has no memory left loses
- * its turn. */
+/* Requests the page of the next listener at a level. Returns its expected bytes (half if it is only
+ * copied), 0 if no listener waits. A listener whose client has no memory left loses its turn. */
 static size_t page_gather(struct class_topic *look, enum class_level level) {
     for (struct srv_list *turn; (turn = srv_turns_next(&look->turns[level]));) {
         struct class_listener *at = SRV_CONTAINER_OF(turn, struct class_listener, turn);
@@ -342,7 +344,7 @@ static size_t page_gather(struct class_topic *look, enum class_level level) {
     return 0;
 }
 
-/* What was there has one page in each question, and those that changes leave. */
+/* A backlog gets one page per query, and the pages that new changes leave. */
 static void pages_gather(struct class_topic *look) {
     size_t bytes = page_gather(look, CLASS_OLD);
     for (int level = CLASS_NEW; level < CLASS_LEVELS;) {
@@ -353,8 +355,9 @@ static void pages_gather(struct class_topic *look) {
     }
 }
 
-/* Gives a listener the text of a page, or a copy if others are to have it. Returns 0 without
- * memory. */
+/* Gives a listener the text of a page, or a copy if others need it too. Returns 0 if memory is
+ * short.
+ */
 static int page_text(struct class_listener *at, struct class_page *page) {
     if (page->reader && page->text.bytes)
         return api_buffer_add(&at->page, page->text.data, page->text.bytes) == PEND_OK;
@@ -363,15 +366,14 @@ static int page_text(struct class_listener *at, struct class_page *page) {
     return 1;
 }
 
-/* Gives the first listener of a page what was read for it. */
+/* Delivers a page to its first listener. */
 static void page_give(struct class_page *page) {
     struct class_listener *at = page->reader;
     page->reader = at->beside;
     at->asked = NULL;
     int stored = page->stored == SRV_STORED && page_text(at, page), report = at->report != NULL;
     int gone = page->stored == SRV_STORED_NONE || page->stored == SRV_STORED_CLASH;
-    /* What could not be read is asked for again after a while, but for a report, of which a part
-     * may have been taken in. */
+    /* A failed read is retried later, except that of a report, which may be half processed. */
     at->listener.kept = 0;
     if (stored) {
         assert(page->seen >= at->seen);

@@ -11,8 +11,8 @@
 #include "server/classes/class_request.h"
 
 enum {
-    REPORTS_PAGE = 1 << 20, /* bytes of items after which the rest waits for a further request */
-    REPORTS_STEP = 1 << 18  /* that are counted before they are read */
+    REPORTS_PAGE = 1 << 20, /* bytes of items per query to the store */
+    REPORTS_STEP = 1 << 18  /* bytes reserved before a page is read */
 };
 
 static struct api_class_item reports_item(const struct srv_class_item *item) {
@@ -51,7 +51,7 @@ static enum pend_status room_write(const struct srv_class_request *own, struct a
     return api_buffer_text(out, "]}");
 }
 
-/* Counts the memory of the next page, and of the answer that all pages are copied to. */
+/* Reserves the memory of the next page, and of the answer that all pages are copied to. */
 static enum srv_room room_hold(struct srv_store_request *asked) {
     size_t text = srv_class_request_of(asked)->text.cap + REPORTS_STEP;
     return srv_exchange_hold(asked->exchange, asked->exchange->body.cap + 2 * text);
@@ -100,7 +100,7 @@ void srv_class_reports_room(struct srv_exchange *exchange) {
     srv_store_request_end(asked);
 }
 
-/* --- what only the teacher may read --- */
+/* --- for the teacher only --- */
 
 /* The table, or the histogram of answers whose names begin with `name`. */
 struct reports_report {

@@ -11,15 +11,15 @@
 #include "server/store/store_class_pupils.h"
 #include "server/work/admission.h"
 
-/* Wrong codes that may come at once, and in a second: from one address, from its network of 24 bits
- * (48 of IPv6), and from everywhere. Beyond the first numbers they are told to wait, beyond the
- * second ones a code is looked for only in rooms that know the address. A guess is one of 2^30. */
+/* Limits of wrong codes (burst, rate per second): from one address, from its /24 network (/48 of
+ * IPv6), and globally. Beyond the first limits the client has to wait; beyond the second ones only
+ * rooms that know the address accept codes. There are 2^30 codes. */
 enum { REQUEST_ADDRESS, REQUEST_NETWORK, REQUEST_ALL, REQUEST_SOURCES };
 static const struct {
     double burst, a_second, tries, tries_a_second;
 } request_misses[REQUEST_SOURCES] = {{30, 0.5, 600, 20}, {120, 2, 2400, 60}, {1000, 10, 8000, 100}};
 
-/* bytes of a body; bytes of a text that is kept */
+/* bytes of a body; bytes of a stored text */
 enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 4 << 20 };
 
 static const char request_letters[] = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
@@ -50,15 +50,15 @@ int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     return 1;
 }
 
-/* For how many seconds one of the sources of a request has named too many wrong codes; 0 where it
- * has not, or without memory. `taken`: this one is counted too. */
+/* The seconds that a source must wait because of too many wrong codes; 0 if it need not, or if
+ * memory is short. `taken`: counts this code too. */
 static double request_wait(struct srv_exchange *exchange, int source, enum srv_pace pace,
                            int taken) {
     struct srv_clients *clients = exchange->service->clients;
     char key[8 + SRV_PEER_BYTES] = "misses", network[SRV_PEER_BYTES];
     int tries = pace == SRV_PACE_TRIES;
     if (source == REQUEST_NETWORK) {
-        /* an account comes from the proxy's address */
+        /* the address of an account is the proxy's */
         if (*exchange->identity.source != 'n') return 0;
         srv_peer_shorten(exchange->identity.network, network);
         snprintf(key, sizeof key, "misses %s", network);
@@ -75,8 +75,8 @@ static double request_wait(struct srv_exchange *exchange, int source, enum srv_p
     return wait;
 }
 
-/* The same of all sources of a request. Who is told to wait does not count for those who have the
- * next source in common. */
+/* As request_wait, for all sources of a request. A client that must wait is not counted for the
+ * wider sources. */
 static double request_waits(struct srv_exchange *exchange, enum srv_pace pace, int taken) {
     double wait = 0;
     for (int i = 0; i < REQUEST_SOURCES && wait <= 0; i++)
@@ -96,8 +96,8 @@ enum srv_stored srv_class_request_look(struct srv_store *store, struct srv_store
     return from ? SRV_STORED : SRV_STORED_NONE;
 }
 
-/* Answers 404, for a room that does not exist as for one that the client is not in; 429 where too
- * many wrong codes came before. */
+/* Answers 404, whether the room does not exist or the client is not in it; 429 after too many wrong
+ * codes. */
 static void request_nowhere(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!own->joins) {
@@ -143,7 +143,7 @@ static int request_who(struct srv_class_request *own) {
     return 1;
 }
 
-/* Returns 1 if the request may name a room; else it is answered. */
+/* Returns 1 if the client may send codes; else answers the request. */
 static int request_names(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!request_who(own)) return 0;
@@ -170,7 +170,7 @@ struct srv_store_request *srv_class_request_begin(struct srv_exchange *exchange,
     } else {
         own->exchange = exchange;
         own->joins = joins;
-        /* The first 20 bits of the digest: many addresses have the same, so it names none. */
+        /* the first 20 bits of the digest, which many addresses share */
         snprintf(own->source, sizeof own->source, "%s", exchange->identity.source + 2);
         api_buffer_init(&own->text, REQUEST_TEXT);
         if (request_names(own)) return asked;
@@ -196,7 +196,7 @@ int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, 
     struct srv_exchange *exchange = asked->exchange;
     struct srv_clients *clients = exchange->service->clients;
     assert(exchange->account && (!own || *srv_class_request_of(asked)->who));
-    /* Clients that share a key of the operator have a rate each. */
+    /* clients that share an API key have a rate each */
     struct srv_client *client =
         own ? srv_clients_take(clients, srv_class_request_of(asked)->who, exchange->identity.source)
             : exchange->account->source;
@@ -223,7 +223,7 @@ int srv_class_request_token(struct srv_store_request *asked) {
     struct srv_class_request *own = asked->more;
     struct srv_identity made = asked->exchange->identity;
     unsigned char bits[(SRV_CLASS_TOKEN - 1) / 2];
-    /* One draw in many millions has too few different letters to be accepted as random. */
+    /* one token in many millions has too few different letters: draw again */
     for (int i = 0; i < 4 && !*own->who; i++) {
         if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) break;
         for (size_t k = 0; k < sizeof bits; k++) snprintf(own->token + 2 * k, 3, "%02x", bits[k]);
@@ -261,7 +261,7 @@ int srv_class_request_again(struct srv_store_request *asked, enum srv_stored sto
     return stored == SRV_STORED_AGAIN && srv_class_request_of(asked)->tries++ < SRV_CLASS_TRIES;
 }
 
-/* Answers with the reason why nothing was written. */
+/* Answers with the reason for which nothing was written. */
 static void request_why(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     const struct srv_config *config = &exchange->service->config;

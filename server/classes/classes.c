@@ -14,10 +14,10 @@
 #include "server/store/store_class_pupils.h"
 #include "server/work/admission.h"
 
-/* bursts, and rates a second: rooms and joins of one address, writes of one client */
+/* bursts and rates per second: rooms and joins of an address, writes of a client */
 enum { CLASSES_ROOMS = 60, CLASSES_JOINS = 100, CLASSES_WRITES = 40, CLASSES_CODES = 16 };
-/* rooms that all of an address may have at least, and one in how many of all; us that a room is
- * there which nobody has joined */
+/* An address may have at least this many rooms, and at most this fraction of all rooms; lifetime,
+ * in us, of a room without pupils. */
 enum { CLASSES_ADDRESS = 10, CLASSES_TENTH = 10 };
 #define CLASSES_EMPTY_US INT64_C(3600000000)
 #define CLASSES_ROOMS_A_SECOND (1.0 / 60)
@@ -30,7 +30,7 @@ static struct srv_class_request *classes_own(struct srv_store_call *call) {
     return srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
 }
 
-/* Answers with the room as JSON; the request ends here. */
+/* Answers with the room as JSON and ends the request. */
 static void classes_tell(struct srv_store_request *asked, int status) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_class_request *own = srv_class_request_of(asked);
@@ -53,7 +53,7 @@ static void classes_tell(struct srv_store_request *asked, int status) {
 
 /* --- a new room --- */
 
-/* Reads a key of 1 to SRV_STORE_REQUEST_KEY visible characters, which may be missing. */
+/* Reads an optional key of 1 to SRV_STORE_REQUEST_KEY visible characters. */
 static int classes_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) {
     key[0] = 0;
     if (!text) return 1;
@@ -145,7 +145,7 @@ static enum srv_stored erase_run(struct srv_store *store, struct srv_store_call 
     return srv_store_class_end(store, &own->put, &own->room);
 }
 
-/* Continues after a write. Returns 0 if the store was asked again, or has refused. */
+/* Continues after a write. Returns 0 if it is repeated or was refused. */
 static int classes_written(struct srv_store_request *asked, enum srv_stored stored,
                            void (*answer)(struct srv_store_request *asked,
                                           enum srv_stored stored)) {
@@ -186,7 +186,7 @@ static void put_answer(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* The parts of a write that all writes share. */
+/* Initializes what all writes share. */
 static struct srv_class_put *classes_put(struct srv_class_request *own) {
     own->put.code = own->code;
     own->put.who = own->who;
@@ -199,13 +199,13 @@ static struct srv_class_put *classes_put(struct srv_class_request *own) {
 static int join_check(struct srv_store_request *asked) {
     struct srv_class_request *own = srv_class_request_of(asked);
     if (!srv_class_request_check(asked)) return 0;
-    /* a number may follow the fold */
+    /* leaves space for a number after the fold */
     int bytes = srv_nickname_fold(own->facts.nickname, own->fold, sizeof own->fold - 16);
     if (!bytes) srv_exchange_problem(asked->exchange, 422, "nickname has nothing that can be seen");
     return bytes > 0;
 }
 
-/* The code is right: those who come to this room from one address come at a pace. */
+/* The code is correct: limits the rate of joins to this room from one address. */
 static void join_looked(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored != SRV_STORED) {
         srv_class_request_refuse(asked, stored);
@@ -238,12 +238,12 @@ void srv_classes_erase(struct srv_exchange *exchange) {
 
 /* --- items --- */
 
-/* How a path names an item. */
+/* The kinds of items in a path. */
 static const struct {
     const char *kind, *id; /* id: NULL = any */
     enum api_class_kind body;
-    int own;          /* the item belongs to a pupil */
-    const char *base; /* the kind of item that it answers */
+    int own;          /* non-zero: the item belongs to a pupil */
+    const char *base; /* the kind of item that it is an answer to */
 } classes_kind[] = {
     {"stages", "class", API_CLASS_STAGE, 0, NULL},
     {"stages", "own", API_CLASS_OWN_STAGE, 1, NULL},
@@ -254,8 +254,7 @@ static const struct {
     {"handins", NULL, API_CLASS_HANDIN, 1, "worksheets"},
 };
 
-/* Finds the pupils whom a teacher may remove, numbers and ranges of them without leading zeros:
- * "pupils/3,7-12". */
+/* Parses the pupils to remove, numbers and ranges without leading zeros: "pupils/3,7-12". */
 static int classes_pupils(struct srv_class_request *own, const char *kind) {
     const char *list = strchr(own->exchange->argument, '/'), *at;
     int64_t from, to;
@@ -280,7 +279,7 @@ static int classes_find(struct srv_class_request *own, int removes) {
         if (!api_class_id_good(id)) return 0;
         own->kind = classes_kind[i].body;
         own->put.own = classes_kind[i].own;
-        /* The stage of a pupil is stages/NUMBER. */
+        /* the stage of a pupil is stages/NUMBER */
         snprintf(own->name, sizeof own->name, "%s%s%s", kind, only && own->put.own ? "" : "/",
                  only && own->put.own ? "" : id);
         if (!classes_kind[i].base) return 1;
@@ -333,14 +332,14 @@ void srv_classes_remove(struct srv_exchange *exchange) {
     struct srv_store_request *asked = classes_begin_item(exchange, 1);
     if (!asked) return;
     struct srv_class_request *own = srv_class_request_of(asked);
-    /* A class whose stage was removed is open again. */
+    /* removing the stage of the class opens the class again */
     if (own->kind == API_CLASS_STAGE && !strncmp(own->name, "stages/", 7)) own->put.shut = 0;
     srv_store_request_ask(asked, SRV_ASK_WRITE, put_run, gone_answer);
 }
 
 /* --- lists --- */
 
-/* Writes the rooms of a page; the code of the last one is the name to go on after. */
+/* Writes a page of rooms; the next page begins after the code of the last one. */
 static enum srv_stored list_run(struct srv_store *store, struct srv_store_call *call) {
     struct srv_class_request *own = classes_own(call);
     int operates = own->exchange->identity.role == SRV_ROLE_OPERATOR;

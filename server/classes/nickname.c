@@ -5,9 +5,11 @@
 
 #include "server/classes/nickname_table.h"
 
-enum { NICKNAME_CODES = 1024 /* of a fold; a character becomes 18 at most, a name has 32 */ };
+enum {
+    NICKNAME_CODES = 1024 /* characters of a fold: a name has 32, and each becomes at most 18 */
+};
 
-/* Reads a character of UTF-8; one that is damaged is U+FFFD. */
+/* Reads a UTF-8 character; a malformed one is U+FFFD. */
 static unsigned nickname_read(const char **text) {
     const unsigned char *at = (const unsigned char *)*text;
     unsigned first = *at++, more = first < 0xc0 ? 0 : first < 0xe0 ? 1 : first < 0xf0 ? 2 : 3;
@@ -57,7 +59,7 @@ int srv_nickname_fold(const char *name, char fold[], size_t cap) {
         const char *text = row ? srv_nickname_text + row->at : own;
         while (*text && count < NICKNAME_CODES) codes[count++] = nickname_read(&text);
     }
-    /* marks on one letter look the same in any order */
+    /* the order of combining marks does not matter */
     for (size_t i = 1; i < count; i++)
         for (size_t k = i; k > 0 && codes[k - 1] > codes[k] && nickname_mark(codes[k]) &&
                            nickname_mark(codes[k - 1]);

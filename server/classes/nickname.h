@@ -1,19 +1,19 @@
-/* Nicknames that look alike: what a nickname is folded to.
+/* Folds nicknames so that look-alikes are equal.
  * Leaves to others: which nicknames are in a room, and their numbers (store_class_pupils).
- * Invariant: names that differ in nothing that is seen at a glance have the same fold. */
+ * Invariant: names that look the same at a glance have the same fold. */
 #ifndef SRV_NICKNAME_H
 #define SRV_NICKNAME_H
 
 #include <stddef.h>
 
 /**
- * Folds a nickname: compatibility forms (full-width, mathematical letters) are what they stand for,
- * look-alikes of other scripts too (the skeleton of Unicode's UTS 39), small and capital letters
- * are the same, as are i, l and 1, and o and 0; blanks and what cannot be seen are left out.
+ * Folds a nickname: resolves compatibility forms (full-width, mathematical letters) and look-alikes
+ * of other scripts (the skeleton of Unicode's UTS 39), ignores case, equates i, l and 1, o and 0,
+ * and drops blanks and invisible characters.
  *
- * fold  out, cap bytes; UTF-8, cut at a character where it is longer.
+ * fold  out, cap bytes; UTF-8, truncated at a character.
  *
- * Returns the length of the fold, 0 where nothing can be seen. Any thread. O(bytes)
+ * Returns the length of the fold; 0 if the name has no visible character. Any thread. O(bytes).
  */
 int srv_nickname_fold(const char *name, char fold[], size_t cap);
 

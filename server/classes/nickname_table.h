@@ -1,4 +1,4 @@
-/* What characters of nicknames fold to; made by nickname_table.py from nickname_alike.txt.
+/* The folds of characters; nickname_table.py generates the table from nickname_alike.txt.
  * Leaves to others: folding a name (nickname).
  * Invariant: rows and marks are in the order of their characters. */
 #ifndef SRV_NICKNAME_TABLE_H
