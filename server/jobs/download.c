@@ -7,9 +7,7 @@
 
 #include "server/work/inflight.h"
 
-enum {
-    DOWNLOAD_AHEAD = 2
-}; /* the number of pieces in memory: one is encoded while the next is read */
+enum { DOWNLOAD_AHEAD = 2 }; /* pieces in memory: one is encoded while the next is read */
 
 struct download {
     struct srv_source source; /* first, because a source is converted to its download */
@@ -18,23 +16,22 @@ struct download {
     struct srv_hold hold; /* the reservation for the pieces */
     char id[SRV_ID_BYTES];
     long parts;
-    void *body; /* of the request */
+    void *body; /* the request */
 
-    /* Belongs to the storage thread while the store is asked: which piece, and where it is
-     * written. */
+    /* Owned by the storage thread during a query: the piece to read and its destination. */
     struct {
         long part, chunk;
         char *to;
         size_t bytes;
     } read;
 
-    pthread_mutex_t lock;     /* guards what follows; it is taken before the lock of srv_inflight */
-    struct srv_work *waiting; /* the work that rests until a piece arrives */
+    pthread_mutex_t lock; /* guards the following members; taken before the lock of srv_inflight */
+    struct srv_work *waiting; /* the work that is parked until a piece arrives */
     int asked;                /* the storage thread is reading a piece */
-    int stale;                /* the piece that is being read is not wanted any more */
+    int stale;                /* the piece being read is no longer needed */
     int gone; /* the work has ended; the thread that receives the piece frees the download */
-    long part, chunk;       /* the part and the chunk that follow upon what was read */
-    enum srv_stored stored; /* why nothing more can be read; SRV_STORED = no error */
+    long part, chunk;       /* the next part and chunk to read */
+    enum srv_stored stored; /* the error that ends reading; SRV_STORED = none */
     int first, count;       /* the ring of pieces that have arrived */
     size_t bytes[DOWNLOAD_AHEAD];
     char data[]; /* the memory of DOWNLOAD_AHEAD pieces */
@@ -61,7 +58,7 @@ static void download_end(struct download *download) {
     free(download);
 }
 
-/* --- what the threads of the storage do --- */
+/* --- on the storage threads --- */
 
 static enum srv_stored download_run(struct srv_store *store, struct srv_store_call *call) {
     struct download *download = SRV_CONTAINER_OF(call, struct download, ask.call);
@@ -69,7 +66,7 @@ static enum srv_stored download_run(struct srv_store *store, struct srv_store_ca
                            download->read.to, &download->read.bytes);
 }
 
-/* Asks for the next piece if the ring has room and there is one. The caller holds the lock. */
+/* Requests the next piece if there is one and the ring has space. The caller holds the lock. */
 static void download_ask(struct download *download) {
     assert(download_valid(download));
     int over = download->part == download->parts || download->stored != SRV_STORED;
@@ -87,11 +84,11 @@ static void download_ask(struct download *download) {
 static void download_take(struct download *download, enum srv_stored stored) {
     assert(download->count < DOWNLOAD_AHEAD);
     if (stored == SRV_STORED_NONE && !download->chunk && download->source.from.partial) {
-        /* The first part that is not there ends what is. */
+        /* the first missing part ends the available rows */
         download->parts = download->part;
         return;
     }
-    /* A part whose last piece is full ends where no other piece follows. */
+    /* the last piece of this part was full, so its end shows only now */
     int none = stored == SRV_STORED_NONE && download->chunk > 0;
     size_t bytes = none ? 0 : download->read.bytes;
     if (stored != SRV_STORED && !none) {
@@ -122,8 +119,7 @@ static void download_done(struct srv_ask *ask) {
         download->stale = 0;
         download_ask(download);
         if (download->waiting && download_has(download)) {
-            /* The work cannot end before the lock is released, whatever happens to its exchange
-             * meanwhile. */
+            /* the work cannot end before the lock is released */
             srv_inflight_unpark(download->waiting);
             download->waiting = NULL;
         }
@@ -132,7 +128,7 @@ static void download_done(struct srv_ask *ask) {
     if (gone) download_end(download);
 }
 
-/* --- what a worker does --- */
+/* --- on a worker --- */
 
 static int download_ready(void *context) {
     struct download *download = context;

@@ -13,7 +13,7 @@
 static const struct srv_store_request_words erasure_words = {
     "clients", "what was not erased is erased when it is asked for again"};
 
-/* Erases a piece of what is stored of the client `before`; count is 0 once nothing is left. */
+/* Erases a batch of the stored data of client `before`; count is 0 once nothing is left. */
 static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     int most = asked->piece;
@@ -25,7 +25,7 @@ static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_c
 }
 
 static void erasure_done(struct srv_store_request *asked, enum srv_stored stored) {
-    /* Removing needs space too, which a full disk has for few things at once. */
+    /* Deleting needs disk space too: on a full disk, retry with a smaller batch. */
     int smaller = stored == SRV_STORED_FULL && asked->piece > 1;
     if (smaller) asked->piece = 1;
     if (smaller || (stored == SRV_STORED && asked->count)) {
@@ -42,7 +42,7 @@ static void erasure_done(struct srv_store_request *asked, enum srv_stored stored
     srv_store_request_end(asked);
 }
 
-/* Finds the client that the path names. Returns 0 if the exchange was answered. */
+/* Determines the client that the path names. Returns 0 if the exchange was answered. */
 static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY]) {
     const struct srv_identity *identity = &exchange->identity;
     int self = !strcmp(exchange->argument, "me");

@@ -1,17 +1,18 @@
-/* The route that erases what is kept of a client: jobs with their results, and scenes.
- * Leaves to others: rooms of classes, which end by themselves or at their teacher's word (classes);
- * who may have it erased (admission).
- * Invariant: after 204 the store has no row that names the client; what was large of its results
- * goes within seconds. */
+/* The route that erases the stored data of a client: jobs with their results, and scenes.
+ * Leaves to others: class rooms, which expire or are deleted by their teacher (classes);
+ * authorization (admission).
+ * Invariant: after 204 no row of the store names the client; large results are deleted within
+ * seconds.
+ */
 #ifndef SRV_ERASURE_H
 #define SRV_ERASURE_H
 
 #include "server/work/exchange.h"
 
 /**
- * DELETE /v1/clients/{name}: of "me", whoever asks by a key, a token or an account; of key:NAME,
- * account:NAME or address:ADDRESS, for an operator. 204; 401 or 403 for others; 404 for a name of
- * another form.
+ * DELETE /v1/clients/{name}: "me" for the client itself (identified by key, token or account);
+ * key:NAME, account:NAME or address:ADDRESS for an operator. 204; 401 or 403 for others; 404 for
+ * any other name.
  */
 void srv_erasure(struct srv_exchange *exchange);
 

@@ -10,11 +10,11 @@
 #include "server/work/inflight.h"
 
 enum {
-    EVENTS_LOOK_MS = 500, /* ms between two questions to the store if no news arrive */
-    EVENTS_LEAST_MS = 40, /* ms that pass at least between two questions */
-    EVENTS_REST = 3, /* times that a question took: then what was there may be asked for again */
+    EVENTS_LOOK_MS = 500, /* ms between two queries without a notification */
+    EVENTS_LEAST_MS = 40, /* least ms between two queries */
+    EVENTS_REST = 3,      /* pause before the next backlog query, in durations of the last one */
     EVENTS_TOPICS = 2,
-    EVENTS_BYTES = SRV_EVENTS_TEXT + 2048 /* bytes of memory that a stream takes */
+    EVENTS_BYTES = SRV_EVENTS_TEXT + 2048 /* memory of a stream */
 };
 
 struct srv_events {
@@ -25,7 +25,7 @@ struct srv_events {
     int most, count, started, over;
     int news, draining;
     enum srv_more more;
-    int64_t rested; /* ns: when what was there before may be asked for again */
+    int64_t rested; /* ns: time of the next backlog query */
     struct srv_list listeners;
     struct srv_topic *topic[EVENTS_TOPICS]; /* `topics` of them are in use */
     int topics;
@@ -61,7 +61,7 @@ enum srv_room srv_events_keep(struct srv_listener *listener, size_t kept) {
     return room;
 }
 
-/* Puts the next event into the text that is sent. Returns 0 if there is none. */
+/* Copies the next event into the text to send. Returns 0 if there is none. */
 static int listener_next(struct srv_listener *listener) {
     enum pend_status status = PEND_OK;
     listener->text.bytes = listener->taken = 0;
@@ -77,7 +77,7 @@ static int listener_next(struct srv_listener *listener) {
     }
     listener->beat = 0;
     listener->beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000;
-    /* Without memory the stream ends, and the client comes again. */
+    /* if memory is short the stream ends, and the client reconnects */
     if (status != PEND_OK) listener->text.bytes = 0;
     listener->over |= status != PEND_OK;
     return listener->text.bytes > 0;
@@ -99,13 +99,13 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
     events->count--;
     atomic_fetch_sub(&events->service->listening, 1);
     srv_hold_set(&listener->hold, 0);
-    /* Another report may wait for the end of this one. */
+    /* another report may be waiting for this one */
     if (listener->media_type) events_more(events, SRV_MORE_OLD);
     api_buffer_clear(&listener->text);
     listener->topic->drop(listener);
 }
 
-/* Ends a wait: the topic answers the exchange, which goes on. */
+/* Ends a wait: the topic answers the exchange. */
 static void listener_answer(struct srv_events *events, struct srv_listener *listener) {
     struct srv_exchange *exchange = listener->exchange;
     assert(listener->until && exchange->listener == listener);
@@ -116,13 +116,13 @@ static void listener_answer(struct srv_events *events, struct srv_listener *list
     exchange->finish(exchange);
 }
 
-/* --- from outside --- */
+/* --- public functions --- */
 
 /* One share of the limit, at least 1. */
 static int events_part(int most, int share) { return most / share > 0 ? most / share : 1; }
 
-/* Returns 1 if a client has its share of the streams, or all clients of its address or account
- * have theirs. */
+/* Returns 1 if the client, or all clients of its address or account together, have used their share
+ * of the streams. */
 static int events_sated(const struct srv_events *events, const struct srv_identity *who) {
     int own = 0, all = 0;
     SRV_LIST_EACH (link, &events->listeners) {
@@ -134,8 +134,8 @@ static int events_sated(const struct srv_events *events, const struct srv_identi
            all >= events_part(3 * events->most, SRV_EVENTS_SHARE);
 }
 
-/* Adds a stream or a wait if it may be opened. *own is 1 if the client itself has too many. A wait
- * may be over before this returns. */
+/* Adds a stream or a wait if the limits allow it. *own is 1 if the client itself has too many. A
+ * wait may end before this returns. */
 static enum pend_status events_begin(struct srv_events *events, struct srv_listener *made,
                                      int *own) {
     struct srv_exchange *exchange = made->exchange;
@@ -205,7 +205,7 @@ void srv_events_open(struct srv_events *events, struct srv_listener *listener) {
     const char *type = listener->media_type;
     srv_exchange_static(exchange, 200, type ? type : "text/event-stream", NULL, 0);
     srv_exchange_header(exchange, "Cache-Control", "no-store");
-    /* nginx would buffer the events otherwise. */
+    /* keeps nginx from buffering the events */
     if (!type) srv_exchange_header(exchange, "X-Accel-Buffering", "no");
 }
 
@@ -279,8 +279,8 @@ void srv_events_news(struct srv_events *events) {
     pthread_mutex_unlock(&events->lock);
 }
 
-/* Wakes the streams for which there is an event, and answers the exchanges that need not wait any
- * more. The caller holds the lock. */
+/* Wakes the streams that have an event, and answers the exchanges whose wait is over. The caller
+ * holds the lock. */
 static void events_wake(struct srv_events *events) {
     int64_t now = srv_clock_now();
     struct srv_list *next;
@@ -310,13 +310,13 @@ void srv_events_drain(struct srv_events *events) {
     pthread_mutex_unlock(&events->lock);
 }
 
-/* --- the thread that looks --- */
+/* --- the polling thread --- */
 
-/* What is to be looked at. */
+/* What the thread does next. */
 enum events_task { EVENTS_END, EVENTS_MORE, EVENTS_DUE };
 
-/* Waits for something to do: at the time that is due for changes, until then for what topics have
- * begun. The caller holds the lock. */
+/* Waits for the next task: a query for changes when it is due, before that the pending work of
+ * topics. The caller holds the lock. */
 static enum events_task events_wait(struct srv_events *events, int64_t asked) {
     int64_t look = asked + (int64_t)EVENTS_LOOK_MS * 1000000,
             least = asked + (int64_t)EVENTS_LEAST_MS * 1000000;
@@ -324,7 +324,7 @@ static enum events_task events_wait(struct srv_events *events, int64_t asked) {
         int64_t now = srv_clock_now(), until = events->news ? least : look;
         if (!events->count) {
             srv_condition_wait(&events->some, &events->lock, SRV_CONDITION_NEVER);
-            /* A new stream has just been told the state, so the next question can wait. */
+            /* a new stream has just received the state, so the next query can wait */
             look = srv_clock_now() + (int64_t)EVENTS_LEAST_MS * 1000000;
         } else if (now >= until) {
             return EVENTS_DUE;
@@ -338,8 +338,7 @@ static enum events_task events_wait(struct srv_events *events, int64_t asked) {
     return EVENTS_END;
 }
 
-/* Lets a topic ask the store one question. The caller holds the lock, which is released
- * meanwhile. */
+/* Runs one query of a topic. The caller holds the lock, which is released during the query. */
 static void events_look(struct srv_events *events, struct srv_topic *topic, int due) {
     if (events->over || !topic->gather(topic, &events->listeners, due)) return;
     pthread_mutex_unlock(&events->lock);

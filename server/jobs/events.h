@@ -1,8 +1,8 @@
-/* Streams of server-sent events, whatever they tell of, answers that wait for a change, and the one
- * thread that asks the store for changes.
- * Leaves to others: what is told (a topic: job_events, classes/class_events), connections (http).
- * Invariant: an open stream holds the memory of one event, no worker and no thread; a slow reader
- * may miss events, but not the last one; no stream's events wait until another's are all read. */
+/* Streams of server-sent events, answers that wait for a change, and the one thread that queries
+ * the store for changes. Leaves to others: the contents (a topic: job_events,
+ * classes/class_events), connections (http). Invariant: an open stream holds the memory of one
+ * event, no worker and no thread; a slow reader may miss events, but not the last one; no stream
+ * waits until another's backlog is read. */
 #ifndef SRV_EVENTS_H
 #define SRV_EVENTS_H
 
@@ -10,115 +10,117 @@
 #include "server/work/exchange.h"
 
 enum {
-    SRV_EVENTS_BEAT_S = 10, /* a comment after so long without an event */
+    SRV_EVENTS_BEAT_S = 10, /* s without an event before a comment is sent */
     SRV_EVENTS_RETRY_MS = 2000,
-    SRV_EVENTS_SHARE =
-        4, /* one client may have an open stream in so many, all of an address three */
-    SRV_EVENTS_TEXT = 8192 /* bytes of an event that need not be counted by its topic */
+    SRV_EVENTS_SHARE = 4, /* a client may have 1/4 of all streams, the clients of one address 3/4 */
+    SRV_EVENTS_TEXT = 8192 /* bytes of an event that the topic need not account for */
 };
 
 struct srv_events;
 struct srv_topic;
 
-/* What a topic has to ask without news: nothing; what was there before, for which time is left to
- * others; what has changed, at once. */
+/* The queries that a topic still needs: none; a backlog, between pauses for others; new changes, at
+ * once. */
 enum srv_more { SRV_MORE_NONE, SRV_MORE_OLD, SRV_MORE_NEW };
 
-/* A stream that is open; a topic's own begins with it. Under the lock of the events. */
+/* An open stream; the first member of a topic's own struct. Guarded by the lock of the events. */
 struct srv_listener {
     struct srv_exchange *exchange;
     struct srv_topic *topic;
     struct srv_list link;
     int64_t beat_at;        /* ns: when a comment is due */
-    int beat, over;         /* a comment is due; nothing will come any more */
-    int waits;              /* suspended, for the next event */
-    int wants;              /* its topic is to look at once when the text was sent */
-    int64_t until;          /* ns: when an answer that waits is given; 0 = a stream */
-    const char *media_type; /* of a report, which has an end; NULL = a stream of events */
-    int whole;              /* nothing is missing of the report where it ends now */
-    struct api_buffer text; /* what is being sent */
-    size_t taken;           /* bytes of it that were */
-    size_t kept;            /* bytes of memory that its topic keeps for it, with its next event */
-    struct srv_hold hold;   /* of all that */
+    int beat, over;         /* a comment is due; the stream ends */
+    int waits;              /* suspended until the next event */
+    int wants;              /* its topic must query at once when the text is sent */
+    int64_t until;          /* ns: end of the wait of an answer; 0 = a stream */
+    const char *media_type; /* media type of a report, which ends; NULL = a stream of events */
+    int whole;              /* the report is complete */
+    struct api_buffer text; /* the text being sent */
+    size_t taken;           /* bytes already sent */
+    size_t kept;            /* memory that its topic holds for it, next event included */
+    struct srv_hold hold;   /* the account of all this memory */
 };
 
-/* What streams tell of. All but `run` of the ask and `work` are called with the lock of the
- * events. */
+/* A source of events. All functions are called with the lock of the events, except `ask.call.run`
+ * and `work`. */
 struct srv_topic {
-    struct srv_ask ask; /* of the thread; its call.run is the topic's */
-    /** Takes a listener in before it is opened; PEND_NO_MEMORY refuses it. NULL = nothing to do. */
+    struct srv_ask ask; /* the thread's query; the topic sets call.run */
+    /** Prepares a listener before it is opened; PEND_NO_MEMORY refuses it. NULL = nothing to do. */
     enum pend_status (*enter)(struct srv_listener *listener);
-    /** True when there is something to tell. */
+    /** True if there is something to send. */
     int (*news)(const struct srv_listener *listener);
-    /** Appends what there is to tell to listener->text. */
+    /** Appends the next event to listener->text. */
     enum pend_status (*next)(struct srv_listener *listener);
-    /** Answers the exchange of a listener that waits, because there is news, its time is up or it
-     * is over; NULL if the topic has no such listeners. */
+    /** Answers the exchange of a waiting listener, on a change, timeout or end; NULL if the topic
+     * has no such listeners. */
     void (*answer)(struct srv_listener *listener);
-    /** Lists what the store is to be asked in one question of bounded size: what may have changed
-     * if that is due, and what listeners wait for in any case. Returns 0 when that is nothing. */
+    /** Prepares one query of bounded size: for changes if `due`, and for what listeners wait for in
+     * any case. Returns 0 if there is nothing to query. */
     int (*gather)(struct srv_topic *topic, struct srv_list *listeners, int due);
-    /** Makes of what was found what is told, without the lock; NULL where nothing is to be made. */
+    /** Processes the result of the query, without the lock; NULL = nothing to do. */
     void (*work)(struct srv_topic *topic);
-    /** Tells the listeners what was found. Returns what there is to ask after the other topics. */
+    /** Passes the result to the listeners. Returns the queries still needed, which follow those of
+     * the other topics. */
     enum srv_more (*tell)(struct srv_topic *topic, struct srv_list *listeners);
-    /** Frees what a listener of the topic has beside its text, and then the listener. */
+    /** Frees a listener of the topic, except its text. */
     void (*drop)(struct srv_listener *listener);
     /** Frees the topic. */
     void (*free)(struct srv_topic *topic);
 };
 
 /**
- * Makes it, without listeners, topics and its thread.
+ * Creates the events, without listeners, topics and thread.
  *
- * service  outlives it.
- * most     streams that may be open.
+ * service  must outlive them.
+ * most     limit of open streams.
  *
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_events_new(struct srv_events **events,
                                                 struct srv_service *service, int most);
 
-/** Adds a topic, which is freed with the events; NULL is PEND_NO_MEMORY. Before the start. */
+/** Adds a topic, which is freed with the events; NULL gives PEND_NO_MEMORY. Call before
+ * srv_events_start. */
 PEND_MUST_CHECK enum pend_status srv_events_add(struct srv_events *events, struct srv_topic *topic);
 
-/** The topic that was added as number i. */
+/** Returns the i-th topic that was added. */
 struct srv_topic *srv_events_topic(const struct srv_events *events, int i);
 
-/** Starts its thread, once service->storage is there. PEND_NO_MEMORY when that cannot be had. */
+/** Starts the thread; service->storage must exist. PEND_NO_MEMORY if the thread cannot be created.
+ */
 PEND_MUST_CHECK enum pend_status srv_events_start(struct srv_events *events);
 
-/** Ends its thread; no stream may be open. */
+/** Stops the thread; no stream may be open. */
 void srv_events_end(struct srv_events *events);
 
-/** Frees, after the end. NULL is accepted. */
+/** Frees the events after srv_events_end. NULL is accepted. */
 void srv_events_free(struct srv_events **events);
 
-/** True when the counts agree with each other and with the list of streams; for assertions, under
- * its lock. O(1). */
+/** True if the counts agree with each other and with the list of streams; for assertions, with the
+ * lock held. O(1). */
 int srv_events_valid(const struct srv_events *events);
 
-/** Says that something in the store may have changed. Any thread; NULL is accepted. */
+/** Notifies that the store may have changed. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);
 
-/** Counts that a topic will keep so many bytes for a listener. Changes nothing where the memory or
- * the client's share of it has no room for that. */
+/** Reserves `kept` bytes that a topic will hold for a listener. Changes nothing if the memory
+ * account or the client's share has no space. */
 enum srv_room srv_events_keep(struct srv_listener *listener, size_t kept);
 
 /**
- * Answers an exchange with a stream: 200, or 429, or 503. That of a report is cut off where it ends
- * before it is whole.
+ * Answers an exchange with a stream: 200, or 429, or 503. An incomplete report is cut off, so that
+ * the client notices.
  *
- * listener  the topic's, malloc'ed, with exchange and topic set; it is taken, and freed where no
- *           stream is opened.
+ * listener  the topic's, malloc'ed, with exchange and topic set; ownership passes, also if no
+ * stream is opened.
  */
 void srv_events_open(struct srv_events *events, struct srv_listener *listener);
 
 /**
- * Lets an exchange wait until its topic has news of it, at most until listener->until; then the
+ * Suspends an exchange until its topic has a change for it, at most until listener->until; then the
  * topic answers it. An answer may be half a second late. Waiting exchanges count as streams.
  *
- * listener  as srv_events_open.
+ * listener  as for srv_events_open.
  *
  * Returns 1 if the exchange waits: its finish is called from here on. Returns 0 if it was answered
  * with 429 or 503, and the caller has to finish it.

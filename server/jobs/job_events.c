@@ -11,13 +11,13 @@
 /* A stream of a job's events. */
 struct job_listener {
     struct srv_listener listener;
-    struct srv_job job;      /* the job as it was read last */
-    char told[SRV_EVENT_ID]; /* the id of the event that was sent last; "" = none */
-    int gone;                /* the job is not stored any more */
+    struct srv_job job;      /* the job as last read */
+    char told[SRV_EVENT_ID]; /* id of the last event sent; "" = none */
+    int gone;                /* the job no longer exists */
     void (*answer)(struct srv_exchange *exchange, const struct srv_job *job);
 };
 
-/* All jobs that somebody listens to. */
+/* All jobs that have listeners. */
 struct job_topic {
     struct srv_topic topic;
     int count;
@@ -67,7 +67,7 @@ static enum pend_status job_next(struct srv_listener *listener) {
 
 static void job_drop(struct srv_listener *listener) { free(job_listener(listener)); }
 
-/* A listener of a job; without memory NULL, and the exchange is answered. */
+/* Creates a listener of a job; if memory is short, answers the exchange and returns NULL. */
 static struct job_listener *job_listen(struct srv_exchange *exchange, const struct srv_job *job) {
     assert(exchange->service->events && *job->id);
     struct job_listener *made = calloc(1, sizeof *made);
@@ -99,7 +99,7 @@ int srv_job_events_await(struct srv_exchange *exchange, const struct srv_job *jo
     return srv_events_await(exchange->service->events, &made->listener);
 }
 
-/* --- all of them --- */
+/* --- all listeners --- */
 
 static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
     struct job_topic *look = SRV_CONTAINER_OF(call, struct job_topic, topic.ask.call);
@@ -107,7 +107,7 @@ static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *
     for (int i = 0; i < look->count; i++) {
         char id[SRV_ID_BYTES];
         memcpy(id, look->job[i].id, sizeof id);
-        /* If the store is out of reach, it is not asked again for each job. */
+        /* if the store is unreachable, stop at the first job */
         if (stored < SRV_STORED_AWAY) stored = srv_store_job(store, id, &look->job[i]);
         look->stored[i] = stored;
         memcpy(look->job[i].id, id, sizeof id);
@@ -144,7 +144,7 @@ static enum srv_more look_tell(struct srv_topic *topic, struct srv_list *listene
         struct srv_job *job = &job_listener(at)->job;
         int i = look_find(look, job->id), found = i < look->count;
         if (found && look->stored[i] == SRV_STORED) *job = look->job[i];
-        /* The job is not stored any more; a client that comes again is told so. */
+        /* the job no longer exists; a client that reconnects gets 404 */
         if (found && look->stored[i] == SRV_STORED_NONE) at->over = job_listener(at)->gone = 1;
     }
     return SRV_MORE_NONE;

@@ -12,13 +12,13 @@
 
 enum { LIST_PAGE = 100, LIST_DEFAULT = 20, LIST_NEXT = 1024, LIST_VALUE = 3 * SRV_TITLE_BYTES };
 
-/* What a list's exchange has beside the request to the store. */
+/* The state of a list request. */
 struct list {
     struct srv_job_wish wish;
     int count;
     char operation[SRV_TITLE_BYTES], title[SRV_TITLE_BYTES], since[SRV_TITLE_BYTES],
         before[SRV_TITLE_BYTES];
-    char last[SRV_ID_BYTES]; /* where the next page begins; "" = there is none */
+    char last[SRV_ID_BYTES]; /* start of the next page; "" = none */
     struct srv_job job[LIST_PAGE];
 };
 
@@ -41,7 +41,7 @@ static const char *const list_names[] = {"before",    "limit", "status",
                                          "operation", "title", "since"};
 enum { BEFORE, LIMIT, STATUS, OPERATION, TITLE, SINCE, NAMES };
 
-/* The number of a name of the query; NAMES where a list does not know it. */
+/* The index of a query parameter; NAMES if it is unknown. */
 static int list_name(const char *name, size_t letters) {
     int i = 0;
     while (i < NAMES && (strlen(list_names[i]) != letters || strncmp(list_names[i], name, letters)))
@@ -49,7 +49,7 @@ static int list_name(const char *name, size_t letters) {
     return i;
 }
 
-/* Reads a value's text. A form writes a blank as a plus sign, which an instant may have itself. */
+/* Decodes a value. A plus sign is a blank, except in an instant. */
 static int list_value(int i, const char *value, size_t bytes, char text[SRV_TITLE_BYTES]) {
     char raw[LIST_VALUE];
     if (bytes > sizeof raw) return 0;
@@ -57,8 +57,7 @@ static int list_value(int i, const char *value, size_t bytes, char text[SRV_TITL
     return srv_jobs_title(raw, bytes, text);
 }
 
-/* Reads one name=value of the query. Returns 0 where it is not one that a list knows, or comes a
- * second time. */
+/* Reads one name=value of the query. Returns 0 if it is unknown or repeated. */
 static int list_read_one(const char *name, size_t letters, const char *value, size_t bytes,
                          struct list *list, unsigned *seen) {
     struct srv_job_wish *wish = &list->wish;
@@ -89,7 +88,7 @@ static int list_read_one(const char *name, size_t letters, const char *value, si
     }
 }
 
-/* Reads the query. Returns 0 for one that a list does not know. */
+/* Reads the query. Returns 0 if it is invalid. */
 static int list_read(const char *query, struct list *list) {
     unsigned seen = 0;
     list->wish = (struct srv_job_wish){.state = SRV_JOB_STATES, .most = LIST_DEFAULT};
@@ -106,7 +105,7 @@ static int list_read(const char *query, struct list *list) {
 
 /* --- the answer --- */
 
-/* Appends &name=value with every byte escaped that is no letter, digit or one of "-._". */
+/* Appends &name=value; percent-encodes all bytes except letters, digits and "-._". */
 static void list_write_one(char path[LIST_NEXT], const char *name, const char *value) {
     char text[LIST_VALUE + 1];
     size_t bytes = 0, had = strlen(path);
@@ -119,7 +118,7 @@ static void list_write_one(char path[LIST_NEXT], const char *name, const char *v
     snprintf(path + had, LIST_NEXT - had, "&%s=%s", name, bytes ? text : "");
 }
 
-/* The path of the next page, with what this one was asked for. */
+/* Writes the path of the next page, with the parameters of this one. */
 static void list_next(const struct list *list, char path[LIST_NEXT]) {
     const struct srv_job_wish *wish = &list->wish;
     snprintf(path, LIST_NEXT, "/v1/jobs?before=%s&limit=%d", list->last, wish->most);

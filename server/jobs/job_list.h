@@ -1,13 +1,13 @@
 /* The route that lists a client's jobs.
- * Leaves to others: one job (jobs), finding them (store), their JSON (api/call/job_json).
- * Invariant: a list holds jobs of the client that asks and of nobody else. */
+ * Leaves to others: single jobs (jobs), finding them (store), their JSON (api/call/job_json).
+ * Invariant: a list contains jobs of the requesting client only. */
 #ifndef SRV_JOB_LIST_H
 #define SRV_JOB_LIST_H
 
 #include "server/work/exchange.h"
 
-/** GET /v1/jobs: the client's own, newest first, a page at a time; the query says which of them.
- * 401 for a client without token and account, since many people may share an address. */
+/** GET /v1/jobs: the client's own jobs, newest first, in pages; the query filters them. 401 for a
+ * client without token and account, because many people may share an address. */
 void srv_job_list(struct srv_exchange *exchange);
 
 #endif

@@ -11,8 +11,8 @@
 #include "server/jobs/jobs.h"
 #include "server/protocol/range.h"
 
-/* Hands the exchange to a worker, which reads the response from the store.
- * partial  some parts may not be there yet. */
+/* Passes the exchange to a worker, which reads the response from the store.
+ * partial  non-zero: some parts may be missing. */
 static void results_deliver(struct srv_store_request *asked, int partial) {
     assert(asked->request && asked->job.parts >= 1);
     struct srv_exchange *exchange = asked->exchange;
@@ -36,7 +36,7 @@ static void results_deliver(struct srv_store_request *asked, int partial) {
     source->from.partial = partial;
     if (!strcmp(exchange->method, "GET") && !partial)
         source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
-    /* Ranges count the bytes of the response without a coding. */
+    /* ranges refer to the response without a content coding */
     if (source->ranged) exchange->coding = SRV_IDENTITY;
     exchange->source = source;
     exchange->op = (enum api_op_id)op;
@@ -52,7 +52,7 @@ static enum srv_stored results_find(struct srv_store *store, struct srv_store_ca
     return srv_store_job_request(store, asked->id, &asked->request, &asked->request_bytes);
 }
 
-/* Answers why there are no results, and ends the request to the store. */
+/* Answers why there are no results, and ends the request. */
 static void results_refuse(struct srv_store_request *asked, enum srv_stored stored) {
     struct srv_exchange *exchange = asked->exchange;
     const struct srv_job *job = &asked->job;
@@ -114,7 +114,7 @@ void srv_job_request(struct srv_exchange *exchange) {
     if (asked) srv_store_request_ask(asked, SRV_ASK_READ, request_find, request_found);
 }
 
-/* Delivers what there is of a job that may still run. */
+/* Delivers the available results of a job that may still run. */
 static void results_found_some(struct srv_store_request *asked, enum srv_stored stored) {
     const struct srv_job *job = &asked->job;
     int some = stored == SRV_STORED && job->state <= SRV_JOB_RUNNING && job->done > 0;

@@ -3,12 +3,12 @@
 const char *srv_job_word(enum srv_job_state state) {
     static const char *const word[SRV_JOB_STATES] = {"accepted", "running", "successful", "failed",
                                                      "dismissed"};
-    /* A state comes from the store and may be out of range; then the job counts as failed. */
+    /* a state from the store may be out of range: then the job counts as failed */
     return state >= 0 && state < SRV_JOB_STATES ? word[state] : "failed";
 }
 
-/* Seconds until the job is done at the pace of its parts so far; parts that are being computed
- * count half. -1 = unknown. */
+/* Seconds until the job is done, extrapolated from its completed parts; running parts count half.
+ * -1 = unknown. */
 static double job_remaining(const struct srv_job *job) {
     if (job->state != SRV_JOB_RUNNING || !job->done || !job->started) return -1;
     double done = 0.5 * (double)(job->done + job->begun - job->waiting);

@@ -1,4 +1,4 @@
-/* A job of the store as its client reads it.
+/* A stored job as its client sees it.
  * Leaves to others: the JSON (api/call/job_json), who may read it (jobs).
  * Invariant: every value comes from the store's row. */
 #ifndef SRV_JOB_VIEW_H
@@ -8,10 +8,10 @@
 #include "server/protocol/identity.h"
 #include "server/store/store.h"
 
-/** The word of a state, as OGC API - Processes has it: "running". */
+/** The name of a state in OGC API - Processes, such as "running". */
 const char *srv_job_word(enum srv_job_state state);
 
-/** The values that a job's JSON shows; the texts point into `job`. */
+/** The values of a job's JSON; the texts point into `job`. */
 struct api_job srv_job_view(const struct srv_job *job);
 
 /** True for a job in a final state. */

@@ -42,7 +42,7 @@ static void jobs_answer_job(struct srv_exchange *exchange, int status, const str
 
 /* --- Prefer, Idempotency-Key and Job-Title --- */
 
-/* The text behind a preference (RFC 7240) in the list, NULL if it is not there. */
+/* The text after a preference (RFC 7240) in the list; NULL if it is absent. */
 static const char *jobs_prefers(const char *list, const char *name) {
     size_t bytes = strlen(name);
     for (const char *at = list; at && *at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
@@ -53,8 +53,8 @@ static const char *jobs_prefers(const char *list, const char *name) {
     return NULL;
 }
 
-/* The seconds of a wait in the digits of a text that is followed by one of `ends`; more than
- * SRV_JOB_WAIT_S counts as one more than that, -1 for any other text. */
+/* Parses the seconds of a wait, whose digits must be followed by one of `ends`. Returns at most
+ * SRV_JOB_WAIT_S + 1, or -1 if malformed. */
 static int jobs_read_wait(const char *text, const char *ends) {
     size_t digits = strspn(text, "0123456789");
     if (!digits || (text[digits] && !strchr(ends, text[digits]))) return -1;
@@ -62,8 +62,8 @@ static int jobs_read_wait(const char *text, const char *ends) {
     return seconds > SRV_JOB_WAIT_S ? SRV_JOB_WAIT_S + 1 : seconds;
 }
 
-/* The seconds that a client prefers to wait for its new job, 0 to SRV_JOB_WAIT_S. A preference that
- * is malformed counts as none. */
+/* The seconds that a client prefers to wait for its new job, 0 to SRV_JOB_WAIT_S. A malformed
+ * preference is ignored. */
 static int jobs_waits(const struct srv_exchange *exchange) {
     const char *text = jobs_prefers(exchange->field[SRV_PREFER], "wait");
     int seconds = text && *text == '=' ? jobs_read_wait(text + 1, " \t,;") : 0;
@@ -71,7 +71,7 @@ static int jobs_waits(const struct srv_exchange *exchange) {
 }
 
 int srv_jobs_wanted(const struct srv_exchange *exchange) {
-    /* Only operations of the table compute; every other response is there at once. */
+    /* only operations that answer a table run as jobs */
     const struct api_op *op = api_op_at(exchange->op);
     if (exchange->method && !strcmp(exchange->method, "QUERY"))
         return 0; /* it is to change nothing */
@@ -96,7 +96,7 @@ static int jobs_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) 
     return 1;
 }
 
-/* The digit of a hexadecimal letter, -1 for any other. */
+/* The value of a hexadecimal digit; -1 for other characters. */
 static int jobs_hex(char letter) {
     static const char digits[] = "0123456789abcdefABCDEF";
     const char *at = letter ? strchr(digits, letter) : NULL;
@@ -123,7 +123,7 @@ int srv_jobs_title(const char *text, size_t bytes, char title[SRV_TITLE_BYTES]) 
 
 /* --- submitting --- */
 
-/* 130 random bits: whoever knows the id may read the job. */
+/* 130 random bits, because anyone with the id can read the job. */
 static int jobs_make_id(char id[SRV_ID_BYTES]) {
     unsigned char bits[SRV_ID_BYTES - 1];
     if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) return 0;
@@ -132,7 +132,7 @@ static int jobs_make_id(char id[SRV_ID_BYTES]) {
     return 1;
 }
 
-/* A limit of the client's role or key, at least 1; 0 = the role has none. */
+/* A limit of the client's role or key, at least 1; 0 = unlimited. */
 static double jobs_own(const struct srv_exchange *exchange, enum srv_limit limit) {
     double value = exchange->identity.limits.value[limit];
     return isinf(value) ? 0 : fmax(value, 1);
@@ -164,8 +164,8 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
     return srv_store_submit(store, &order, &asked->job);
 }
 
-/* Answers with a job that was accepted: 202, or 303 to its results if the client wished to wait and
- * they are there. `job` is NULL if it is not stored any more. */
+/* Answers with an accepted job: 202, or 303 to its results if the client preferred to wait and they
+ * are available. `job` is NULL if it no longer exists. */
 static void jobs_accepted(struct srv_exchange *exchange, const struct srv_job *job) {
     int seconds = jobs_waits(exchange), done = 0;
     char *location = srv_exchange_text(exchange, 64), *applied = srv_exchange_text(exchange, 64);
@@ -211,7 +211,7 @@ static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]
     }
 }
 
-/* Refuses a job that would fail for its size at its first or largest part. Returns 1 if it fits. */
+/* Refuses a job whose first or largest part would exceed a limit. Returns 1 if it fits. */
 static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, size_t body_bytes) {
     assert(plan->parts >= 1 && plan->bytes >= 0);
     const struct srv_config *config = srv_service_config(exchange->service);
@@ -246,7 +246,7 @@ static int jobs_plan(struct srv_store_request *asked) {
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    /* a form of files becomes canonical JSON: a line's end takes two bytes, "1e20," takes 22 */
+    /* a multipart form becomes canonical JSON: a line end takes two bytes, "1e20," takes 22 */
     api_buffer_init(&asked->body, 5 * exchange->body.bytes + JOBS_SPARE);
     int http = api_plan_read(&plan, &request, srv_service_job_limits(service),
                              service->config.job_part_seconds, &asked->body, &exchange->answer);
@@ -297,7 +297,7 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
 
 /* --- one job --- */
 
-/* Asks the store to end a job; SRV_STORED_CLASH if it belongs to another client. */
+/* Dismisses a job in the store; SRV_STORED_CLASH if it belongs to another client. */
 static enum srv_stored jobs_drop(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     enum srv_stored stored = srv_store_request_find(store, call);
@@ -314,7 +314,7 @@ static void jobs_found(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* Answers with a job whose end was waited for. */
+/* Answers with a job after a wait for its end. */
 static void jobs_awaited(struct srv_exchange *exchange, const struct srv_job *job) {
     if (job)
         jobs_answer_job(exchange, 200, job);
@@ -333,7 +333,7 @@ static void jobs_found_wait(struct srv_store_request *asked, enum srv_stored sto
         srv_store_request_end(asked);
 }
 
-/* Answers 403. That the job exists is no secret, because whoever knows its id may read it. */
+/* Answers 403. That the job exists is no secret: anyone with the id can read it. */
 static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job) {
     const char *owner = srv_identity_word(job->client);
     int named = exchange->identity.kind == SRV_IDENTITY_TOKEN ||
@@ -388,8 +388,7 @@ void srv_jobs_dismiss(struct srv_exchange *exchange) {
 
 /* --- events --- */
 
-/* Answers 204 to a client that has seen the last event and connects again, so that HTML's
- * EventSource stops. */
+/* Answers 204 to a client that reconnects after the last event, so that EventSource stops. */
 static int jobs_ended(struct srv_store_request *asked) {
     char id[SRV_EVENT_ID];
     const char *last = asked->exchange->field[SRV_LAST_EVENT_ID];

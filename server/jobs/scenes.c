@@ -47,7 +47,7 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
     }
 }
 
-/* Answers with a scene; its bytes never change. */
+/* Answers with a scene, which is immutable. */
 static void scenes_give(struct srv_exchange *exchange, int status, const char *id, const void *data,
                         size_t bytes) {
     if (api_buffer_add(&exchange->answer, data, bytes) != PEND_OK) {
@@ -68,9 +68,9 @@ static void scenes_give(struct srv_exchange *exchange, int status, const char *i
     exchange->bytes = 0;
 }
 
-/* --- keeping one --- */
+/* --- storing --- */
 
-/* Reads the scene request->id into request->kept. */
+/* Reads scene request->id into request->kept. */
 static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     free(asked->kept);
@@ -135,7 +135,7 @@ void srv_scenes_create(struct srv_exchange *exchange) {
     if (asked) srv_store_request_work(asked, scenes_check, scenes_put, scenes_kept);
 }
 
-/* --- reading one --- */
+/* --- reading --- */
 
 static void scenes_found(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored == SRV_STORED)
@@ -157,7 +157,7 @@ void srv_scenes_read(struct srv_exchange *exchange) {
     srv_store_request_end(asked);
 }
 
-/* --- letting one go --- */
+/* --- deleting --- */
 
 static enum srv_stored scenes_let_go(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);

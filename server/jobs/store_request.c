@@ -58,7 +58,7 @@ static void store_request_done(struct srv_ask *ask) {
     asked->answer(asked, ask->call.stored);
 }
 
-/* The question, unless nobody waits for the answer any more. */
+/* Runs the query, unless the client has left. */
 static enum srv_stored store_request_run(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     if (asked->reads && srv_inflight_left(asked->exchange) == SRV_STOP_LEFT)
@@ -66,7 +66,7 @@ static enum srv_stored store_request_run(struct srv_store *store, struct srv_sto
     return asked->run(store, call);
 }
 
-/* The question to the store, and the function that takes its response. */
+/* Submits a query, with the function that receives its result. */
 static void
 store_request_sends(struct srv_store_request *asked, enum srv_ask_kind kind,
                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
@@ -92,7 +92,8 @@ void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind ki
     srv_storage_ask(asked->service->storage, kind, &asked->ask);
 }
 
-/* Counts the memory of reading a long body. Returns 0, with the exchange answered, without room. */
+/* Reserves the memory to parse a long body. Returns 0, with the exchange answered, if there is no
+ * space. */
 static int store_request_room(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     size_t bytes = exchange->body.bytes;
@@ -220,7 +221,7 @@ void srv_store_request_end(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_service *service = asked->service;
     store_request_free(asked);
-    /* The answer is counted before the next one is made. */
+    /* the memory of the answer is accounted before the next answer is made */
     srv_exchange_settle(exchange);
     exchange->finish(exchange);
     atomic_fetch_sub(&service->computing, 1);
