@@ -78,6 +78,7 @@ struct api_op {
     int body;         /* needs a JSON body */
     int form;         /* or takes a form of files: its JSON and tables for `data` */
     int terms;        /* takes the terms of a real pendulum, not of an ideal one alone */
+    int pieces;       /* takes motions in pieces, by tables and other rules */
     int cart;         /* takes a pivot on a cart, whose place is one more number of a state */
     int samples; /* 0: only JSON; 1: a table of samples, in every representation but pictures; 2: a
                     table that can also be drawn */

@@ -441,6 +441,7 @@ const struct api_op api_op_trajectories = {
     .size = sizeof(struct trajectory),
     .body = 1,
     .terms = 1,
+    .pieces = 1,
     .cart = 1,
     .samples = 1,
     .read = trajectory_read,

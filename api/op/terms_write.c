@@ -3,6 +3,7 @@
 #include <assert.h>
 
 #include "api/read/terms_fields.h"
+#include "core/tree/rules.h"
 
 /* the first harmonic that drives this or a later one */
 static int first_harmonic(const struct pend_terms *terms, int drives) {
@@ -20,6 +21,26 @@ static int first_harmonic(const struct pend_terms *terms, int drives) {
 static int has_harmonics(const struct pend_terms *terms, int drives) {
     int h = first_harmonic(terms, drives);
     return h < terms->harmonics && terms->harmonic[h].drives == drives;
+}
+
+/* the table that drives an arm; NULL = there is none */
+static const struct pend_table *drive_table(const struct pend_terms *terms, int drives) {
+    for (int i = 0; terms->rules && i < terms->rules->tables; i++)
+        if (terms->rules->table[i].drives == drives) return &terms->rules->table[i];
+    return NULL;
+}
+
+static enum pend_status write_table(const struct pend_terms *terms, int drives,
+                                    struct api_buffer *out) {
+    static const char *const outside[] = {NULL, "hold", "zero"};
+    const struct pend_table *table = drive_table(terms, drives);
+    if (!table) return PEND_OK;
+    PEND_TRY(api_out_open(out, "table", '{'));
+    PEND_TRY(api_out_numbers(out, "t", table->count, table->t, 0));
+    PEND_TRY(api_out_numbers(out, "value", table->count, table->value, 0));
+    PEND_TRY(api_out_text(out, "hold", table->linear ? "linear" : "zero"));
+    if (table->outside) PEND_TRY(api_out_text(out, "outside", outside[table->outside]));
+    return api_buffer_text(out, "}");
 }
 
 /* writes the member "harmonics" of what drives an arm or the pivot */
@@ -66,7 +87,9 @@ static enum pend_status write_part(const struct pend_loads *loads,
 static enum pend_status write_field(const struct pend_loads *loads,
                                     const struct api_terms_row *field, int k,
                                     struct api_buffer *out) {
-    int drive = field->kind == API_TERMS_DRIVE && has_harmonics(loads->terms, k), says = drive;
+    int waves = field->kind == API_TERMS_DRIVE && has_harmonics(loads->terms, k),
+        drive = waves || (field->kind == API_TERMS_DRIVE && drive_table(loads->terms, k)),
+        says = drive;
     for (const struct api_terms_part *part = field->part; part->unit; part++)
         says |= part_says(loads, part, k);
     if (!says) return PEND_OK;
@@ -76,7 +99,8 @@ static enum pend_status write_field(const struct pend_loads *loads,
     for (const struct api_terms_part *part = field->part; part->unit; part++)
         if (part->needed || part_says(loads, part, k))
             PEND_TRY(write_part(loads, part, part->name, k, out));
-    if (drive) PEND_TRY(write_harmonics(loads, k, out));
+    if (waves) PEND_TRY(write_harmonics(loads, k, out));
+    if (drive) PEND_TRY(write_table(loads->terms, k, out));
     return api_buffer_text(out, "}");
 }
 
@@ -112,10 +136,12 @@ static enum pend_status write_pivot(const struct pend_loads *loads, struct api_b
 /* the force along the rail: a number, or a constant and harmonics */
 static enum pend_status write_cart_force(const struct pend_loads *loads, struct api_buffer *out) {
     double constant = pend_terms_get(loads->terms, loads->value, PEND_TERM_TORQUE, 0);
-    if (!has_harmonics(loads->terms, 0)) return api_out_number(out, "force", constant, 0);
+    int waves = has_harmonics(loads->terms, 0);
+    if (!waves && !drive_table(loads->terms, 0)) return api_out_number(out, "force", constant, 0);
     PEND_TRY(api_out_open(out, "force", '{'));
     PEND_TRY(api_out_number(out, "constant", constant, 0));
-    PEND_TRY(write_harmonics(loads, 0, out));
+    if (waves) PEND_TRY(write_harmonics(loads, 0, out));
+    PEND_TRY(write_table(loads->terms, 0, out));
     return api_buffer_text(out, "}");
 }
 

@@ -6,14 +6,14 @@
 #include "api/read/terms_fields.h"
 
 /* beyond the terms of arms: in the order of enum pend_term_one, then of what harmonics drive */
-static const char *const names[API_VARIED - PEND_TERM_ROWS] = {
+static const char *const names[API_VARIED - PEND_TERM_OWN_ROWS] = {
     "drag_per_mass",    "pivot_acceleration_x", "pivot_acceleration_y", "cart_angle",
     "torque_amplitude", "torque_omega",         "torque_phase",         "pivot_x_amplitude",
     "pivot_x_omega",    "pivot_x_phase",        "pivot_y_amplitude",    "pivot_y_omega",
     "pivot_y_phase",
 };
 
-enum { ONES = PEND_TERM_ROWS, WAVES = PEND_TERM_ROWS + PEND_TERM_ONES };
+enum { ONES = PEND_TERM_OWN_ROWS, WAVES = PEND_TERM_OWN_ROWS + PEND_TERM_OWN_ONES };
 
 const char *api_varied_name(int i) {
     assert(i >= 0 && i < API_VARIED);

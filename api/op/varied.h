@@ -23,7 +23,7 @@ enum api_quantity {
 };
 
 /* How many names of terms there are. */
-enum { API_VARIED = PEND_TERM_ROWS + PEND_TERM_ONES + 9 };
+enum { API_VARIED = PEND_TERM_OWN_ROWS + PEND_TERM_OWN_ONES + 9 };
 
 /* What varies, or what a derivative is with respect to. */
 struct api_target {

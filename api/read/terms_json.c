@@ -127,28 +127,37 @@ static void read_harmonics(struct api_terms *terms, int drives, const struct api
         read_harmonic(terms, drives, &item);
 }
 
+/* what a drive is the sum of */
+static const char *const drive_names[] = {"constant", "harmonics", "table", NULL};
+
+/* reads the member `table` of what drives something */
+static void read_table(struct api_terms *terms, int drives, const struct api_value *drive) {
+    struct api_value table = api_value_member(drive, "table");
+    if (api_value_kind(&table) == API_MISSING) return;
+    if (api_rules_read_table(&terms->rules, drives, &table, terms->problem) != PEND_OK)
+        terms->status = PEND_NO_MEMORY;
+}
+
 static void read_drive(struct api_terms *terms, const struct api_terms_row *field, int i,
                        const struct api_value *value) {
-    static const char *const names[] = {"constant", "harmonics", NULL};
     char found[API_FOUND_BYTES];
     if (api_value_kind(value) == API_NUMBER) {
         read_part(terms, field->part, i, value);
     } else if (api_value_kind(value) == API_OBJECT) {
-        (void)api_value_only(value, names, terms->problem);
+        (void)api_value_only(value, drive_names, terms->problem);
         read_part(terms, field->part, i, API_MEMBER(value, "constant"));
         read_harmonics(terms, i, value);
+        read_table(terms, i, value);
         api_value_usual_object(value);
     } else if (!api_problem_full(terms->problem)) {
         api_value_found(value, found);
         api_value_fault(value, terms->problem,
                         API_CODE_WRONG_TYPE
-                        "must be a number of N m, or an object with \"constant\" and "
-                        "\"harmonics\", got %s",
+                        "must be a number of N m, or an object with \"constant\", "
+                        "\"harmonics\" and \"table\", got %s",
                         found);
     }
 }
-
-enum { FAULTY = API_TERMS_FIELDS }; /* the bit of a set of fields: one of them has a fault */
 
 static const char *const field_names[API_TERMS_FIELDS] = {API_TERMS_OF_ARMS};
 
@@ -176,11 +185,7 @@ static void read_field(struct api_terms *terms, int f, int i, const struct api_v
     else
         read_drive(terms, field, i, value);
     terms->given[i] |= (unsigned short)(1U << f);
-    if (fault_count(terms->problem) > faults) terms->given[i] |= 1U << FAULTY;
-}
-
-static int arm_has(const struct api_terms *terms, int f, int i) {
-    return terms->given && terms->given[i] >> f & 1;
+    if (fault_count(terms->problem) > faults) terms->given[i] |= 1U << API_TERMS_FAULTY;
 }
 
 /* the whole */
@@ -194,6 +199,7 @@ void api_terms_clear(struct api_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++) free(terms->row[r]);
     free(terms->given);
     free(terms->harmonic);
+    api_rules_clear(&terms->rules);
     *terms = (struct api_terms){0};
 }
 
@@ -254,12 +260,12 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
 
 /* the force along the rail: a number, or a constant and harmonics */
 static void read_cart_force(struct api_terms *terms, const struct api_value *force) {
-    static const char *const names[] = {"constant", "harmonics", NULL};
     struct api_value constant = *force;
     if (api_value_kind(force) == API_OBJECT) {
-        (void)api_value_only(force, names, terms->problem);
+        (void)api_value_only(force, drive_names, terms->problem);
         constant = api_value_member(force, "constant");
         read_harmonics(terms, terms->n, force);
+        read_table(terms, terms->n, force);
         api_value_usual_object(force);
     }
     api_value_usual_number(&constant, 0);
@@ -339,151 +345,19 @@ int api_terms_bare(const struct api_terms *terms, int i) {
     assert(i >= 0 && i < terms->n);
     // without memory for what was read nothing is known, and that is what is told
     if (terms->status != PEND_OK) return 1;
-    return arm_has(terms, API_TERMS_ROD, i) || arm_has(terms, API_TERMS_BODY, i);
+    return api_terms_has(terms, API_TERMS_ROD, i) || api_terms_has(terms, API_TERMS_BODY, i);
 }
 
 void api_terms_check(const struct api_terms *terms, const int parent[], api_terms_fault_fn *fault,
                      void *context) {
     for (int i = 0; terms->given && i < terms->n; i++) {
-        if (parent[i] == -1 && arm_has(terms, API_TERMS_AT, i))
+        if (parent[i] == -1 && api_terms_has(terms, API_TERMS_AT, i))
             fault(context, "at", i,
                   "has no meaning for the arm at the pivot, which hangs on the pivot itself: leave "
                   "it out");
-        if (arm_has(terms, API_TERMS_REST, i) && !arm_has(terms, API_TERMS_STIFFNESS, i))
+        if (api_terms_has(terms, API_TERMS_REST, i) &&
+            !api_terms_has(terms, API_TERMS_STIFFNESS, i))
             fault(context, "rest", i,
                   "is the angle at which a spring is slack, and needs a \"stiffness\"");
     }
-}
-
-/* the list */
-
-/* whether the arm's place on its parent is another than its tip */
-static int arm_hung(const struct api_terms *terms, const struct pend_tree *tree, int i) {
-    int p = tree->parent[tree->place[i]];
-    if (terms->cart.given && p == 0) return 0;
-    if (!terms->row[PEND_TERM_AT_X] || isnan(terms->row[PEND_TERM_AT_X][i]) || p < 0) return 0;
-    return terms->row[PEND_TERM_AT_X][i] != tree->len[p] ||
-           (terms->row[PEND_TERM_AT_Y] && terms->row[PEND_TERM_AT_Y][i] != 0);
-}
-
-/* lays out the list; *made stays NULL if nothing is in it */
-static enum pend_status terms_lay_out(const struct api_terms *terms, const struct pend_tree *tree,
-                                      struct pend_terms **made, int place[]) {
-    unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
-    int any = terms->harmonics, hung = 0;
-    for (int i = 0; i < terms->n && !hung; i++) hung = arm_hung(terms, tree, i);
-    for (int r = 0; r < PEND_TERM_ROWS; r++) {
-        rows[r] = terms->row[r] && (hung || (r != PEND_TERM_AT_X && r != PEND_TERM_AT_Y));
-        any |= rows[r];
-    }
-    for (int one = 0; one < PEND_TERM_ONES; one++) any |= ones[one] = terms->one[one] != 0;
-    any |= ones[PEND_TERM_RAIL] = (unsigned char)(terms->cart.given != 0);
-    rows[PEND_TERM_DAMPING] |= terms->cart.damping != 0;
-    rows[PEND_TERM_STIFFNESS] |= terms->cart.stiffness != 0;
-    rows[PEND_TERM_TORQUE] |= terms->cart.force != 0;
-    if (!any) return PEND_OK;
-    int *drives = malloc(((size_t)terms->harmonics + 1) * sizeof *drives);
-    if (!drives) return PEND_NO_MEMORY;
-    for (int h = 0; h < terms->harmonics; h++) {
-        int arm = terms->harmonic[h].drives;
-        drives[h] = arm >= 0 ? tree->place[arm] : arm;
-    }
-    enum pend_status status =
-        pend_terms_new(made, tree->n, rows, ones, terms->harmonics, drives, place);
-    free(drives);
-    return status;
-}
-
-/* writes the numbers of a cart, stored arm 0 */
-static void cart_fill(const struct api_cart *cart, const struct pend_terms *made, double value[]) {
-    const int *row = made->row;
-    assert(pend_terms_cart(made) && cart->mass > 0);
-    value[made->one[PEND_TERM_RAIL]] = cart->angle;
-    if (row[PEND_TERM_DAMPING] >= 0) value[row[PEND_TERM_DAMPING]] = cart->damping;
-    if (row[PEND_TERM_STIFFNESS] >= 0) value[row[PEND_TERM_STIFFNESS]] = cart->stiffness;
-    if (row[PEND_TERM_TORQUE] >= 0) value[row[PEND_TERM_TORQUE]] = cart->force;
-}
-
-/* writes the numbers into the list */
-static void terms_fill(const struct api_terms *terms, const struct pend_tree *tree,
-                       struct pend_terms *made, const int place[], double value[]) {
-    pend_terms_clear(made, tree, value);
-    for (int r = 0; r < PEND_TERM_ROWS; r++) {
-        for (int i = 0; made->row[r] >= 0 && i < terms->n; i++) {
-            double *number = &value[made->row[r] + tree->place[i]];
-            int at = r == PEND_TERM_AT_X || r == PEND_TERM_AT_Y;
-            if (at ? arm_hung(terms, tree, i) : terms->row[r] != NULL)
-                *number = terms->row[r] ? terms->row[r][i] : 0;
-            else if (!at)
-                *number = api_terms_usual((enum pend_term_row)r);
-        }
-    }
-    if (terms->cart.given) cart_fill(&terms->cart, made, value);
-    for (int i = 0; i < terms->n; i++)
-        made->hung[tree->place[i]] = (unsigned char)arm_hung(terms, tree, i);
-    for (int one = 0; one < PEND_TERM_ONES; one++)
-        if (made->one[one] >= 0 && one != PEND_TERM_RAIL) value[made->one[one]] = terms->one[one];
-    for (int h = 0; h < made->harmonics; h++)
-        memcpy(&value[made->harmonic[h].at], terms->harmonic[place[h]].part,
-               sizeof terms->harmonic->part);
-}
-
-/* where the faults of the list go */
-struct list_faults {
-    const struct api_terms *terms;
-    const struct pend_tree *tree;
-    api_terms_fault_fn *fault;
-    void *context;
-    int count;
-};
-
-/* the ranges were checked number by number: what is left is an arm without inertia, which follows
- * from a fault where the arm has one */
-static void list_fault(void *context, const struct pend_terms_fault *found) {
-    struct list_faults *faults = context;
-    int i = found->arm >= 0 && found->row >= 0 ? faults->tree->order[found->arm] : -1;
-    if (i < 0 || i >= faults->terms->n || arm_has(faults->terms, FAULTY, i)) return;
-    faults->fault(faults->context, "mass", i, found->text);
-    faults->count++;
-}
-
-/* checks the numbers of a list together; returns the faults */
-static int list_check(struct list_faults *faults, const struct pend_terms *made,
-                      const double value[]) {
-    double sum = faults->tree->subtree_mass[0];
-    (void)pend_terms_check(made, faults->tree, value, list_fault, faults);
-    for (int k = 0; k < made->n; k++)
-        sum += pend_terms_get(made, value, PEND_TERM_ROD, k) +
-               pend_terms_get(made, value, PEND_TERM_BODY, k);
-    if (isfinite(sum)) return faults->count;
-    faults->fault(faults->context, "mass", -1,
-                  "the masses, with those of rods and bodies, must add up to a finite number");
-    return faults->count + 1;
-}
-
-enum pend_status api_terms_make(const struct api_terms *terms, const struct pend_tree *tree,
-                                struct pend_terms **made, double **value, api_terms_fault_fn *fault,
-                                void *context) {
-    struct list_faults faults = {terms, tree, fault, context, 0};
-    *made = NULL;
-    *value = NULL;
-    assert(terms->n + terms->cart.given == tree->n);
-    if (terms->status != PEND_OK) return terms->status;
-    int *place = malloc(((size_t)terms->harmonics + 1) * sizeof *place);
-    if (!place) return PEND_NO_MEMORY;
-    enum pend_status status = terms_lay_out(terms, tree, made, place);
-    if (status == PEND_OK && *made) {
-        *value = malloc(((size_t)(*made)->count + 1) * sizeof **value);
-        status = *value ? PEND_OK : PEND_NO_MEMORY;
-    }
-    if (status == PEND_OK && *made) {
-        terms_fill(terms, tree, *made, place, *value);
-        if (list_check(&faults, *made, *value)) status = PEND_INVALID;
-    }
-    free(place);
-    if (status == PEND_OK) return PEND_OK;
-    pend_terms_free(made);
-    free(*value);
-    *value = NULL;
-    return status;
 }

@@ -7,6 +7,7 @@
 #define API_TERMS_JSON_H
 
 #include "api/read/field.h"
+#include "api/read/rules_json.h"
 #include "api/read/terms_fields.h"
 
 enum {
@@ -37,7 +38,15 @@ struct api_terms {
     struct api_cart cart;
     struct api_harmonic *harmonic;
     int harmonics, room;
+    struct api_rules rules;
 };
+
+enum { API_TERMS_FAULTY = API_TERMS_FIELDS }; /* the bit of `given`: one of the fields is faulty */
+
+/** Non-zero if arm i has field f, or a faulty one. O(1). */
+static inline int api_terms_has(const struct api_terms *terms, int f, int i) {
+    return terms->given && terms->given[i] >> f & 1;
+}
 
 /** Tells of a fault at a field of the caller's arm i. */
 typedef void api_terms_fault_fn(void *context, const char *field, int i, const char *text);
@@ -86,6 +95,7 @@ void api_terms_check(const struct api_terms *terms, const int parent[], api_term
  *        them.
  * made   out; NULL if there are none, or on failure.
  * value  out, the numbers of the list, to be freed by free(); NULL where *made is NULL.
+ * rules  out, to be freed by free(), to which *made points; NULL if there are none.
  * fault  is told of arms that have no inertia; `field` is then "mass".
  *
  * PEND_INVALID    a fault was told.
@@ -95,6 +105,7 @@ void api_terms_check(const struct api_terms *terms, const int parent[], api_term
 PEND_MUST_CHECK enum pend_status api_terms_make(const struct api_terms *terms,
                                                 const struct pend_tree *tree,
                                                 struct pend_terms **made, double **value,
+                                                struct pend_rules **rules,
                                                 api_terms_fault_fn *fault, void *context);
 
 #endif

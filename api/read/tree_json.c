@@ -356,8 +356,8 @@ static enum pend_status read_whole(struct tree_reading *reading, struct api_tree
     if (tree->cart) hang_on_cart(reading);
     PEND_TRY(pend_tree_new_bare(&tree->tree, api_tree_stored(tree), reading->length, reading->mass,
                                 reading->bare, reading->parent, &sink));
-    PEND_TRY(api_terms_make(&reading->terms, tree->tree, &tree->terms, &tree->value, term_fault,
-                            reading));
+    PEND_TRY(api_terms_make(&reading->terms, tree->tree, &tree->terms, &tree->value, &tree->rules,
+                            term_fault, reading));
     tree->loads.terms = tree->terms;
     tree->loads.value = tree->value;
     return PEND_OK;
@@ -414,6 +414,7 @@ void api_tree_clear(struct api_tree *tree) {
     pend_tree_free(&tree->tree);
     pend_terms_free(&tree->terms);
     free(tree->value);
+    free(tree->rules);
     free(tree->names);
     *tree = (struct api_tree){0};
 }

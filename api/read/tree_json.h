@@ -17,6 +17,7 @@ struct api_tree {
     struct pend_loads loads;  /* what acts on the tree */
     struct pend_terms *terms; /* of a real pendulum, to which loads points; NULL = it is ideal */
     double *value;            /* their numbers, terms->count of them */
+    struct pend_rules *rules; /* of a motion in pieces, to which terms point; NULL = it is smooth */
     struct pend_tree *tree;   /* NULL if the description is faulty */
     const char **names;       /* n names, or NULL if no arm has a name; the name of an arm without
                                  one is its number, from "1" */

@@ -60,7 +60,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * heave_x, heave_y         conj(p - c) times it, which the parent's G has of it
  * base_x, base_y           acceleration of the base
  * speed_x, speed_y         velocity of the base
- * damping ... grip_scale   numbers of the joint's terms, in units of time
+ * damping ... slide        numbers of the joint's terms, in units of time
  * air_slow ... air_share   numbers of the air, the same; half the inverse of its root's order 0
  */
 #define BODIES_ARRAYS(X) \
@@ -77,7 +77,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
     X(give_yx) X(give_yy) X(wind_x) X(wind_y) X(known) X(next_x) X(next_y) X(next_known) \
     X(turned) X(pulled) X(couple) X(drag_x) X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) \
     X(reach_y) X(heave_x) X(heave_y) X(base_x) X(base_y) X(speed_x) X(speed_y) X(damping) \
-    X(stiffness) X(rest) X(friction) X(grip_scale) X(air_slow) X(air_fast) X(air_least) \
+    X(stiffness) X(rest) X(friction) X(grip_scale) X(slide) X(air_slow) X(air_fast) X(air_least) \
     X(air_share)
 /*
  * Series beside those of rates, forces and turns.
@@ -126,6 +126,8 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
         {PEND_TERM_FRICTION, BODIES_LOSSES | BODIES_GRIP},
         {PEND_TERM_STIFFNESS, BODIES_SPRINGS},
         {PEND_TERM_TORQUE, BODIES_DRIVES},
+        {PEND_TERM_INPUT, BODIES_DRIVES},
+        {PEND_TERM_SLIDE, BODIES_LOSSES},
         {PEND_TERM_DRAG, BODIES_AIR},
         {PEND_TERM_DRAG_QUADRATIC, BODIES_AIR | BODIES_FAST_AIR},
     };

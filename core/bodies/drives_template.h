@@ -12,6 +12,15 @@
 
 /* ---- drives */
 
+/* adds the input of a piece, a polynomial of degree 1 in time */
+static inline void bodies_input(const struct bodies_system *s, const struct bodies_moment *now,
+                                int a, num *drive) {
+    num rise = bodies_get(s, PEND_TERM_INPUT_RATE, a);
+    num since = num_add(num_sub(now->time, bodies_one(s, PEND_TERM_PIECE)), now->late);
+    drive[0] = num_add(drive[0], num_fma(rise, since, bodies_get(s, PEND_TERM_INPUT, a)));
+    drive[s->stride] = num_add(drive[s->stride], num_mul(rise, now->unit));
+}
+
 /* the series of the driven torques */
 static inline void bodies_drive(const struct bodies_system *s, const struct bodies_moment *now,
                                 int order) {
@@ -21,6 +30,7 @@ static inline void bodies_drive(const struct bodies_system *s, const struct bodi
         num *drive = s->drive + bodies_row(s, a);
         for (int j = 0; j <= order; j++) drive[(size_t)j * s->stride] = num_of(0);
         drive[0] = bodies_get(s, PEND_TERM_TORQUE, a);
+        if (s->terms->row[PEND_TERM_INPUT] >= 0) bodies_input(s, now, a, drive);
     }
     for (int i = 0; i < s->terms->harmonics; i++) {
         const struct pend_harmonic *h = &s->terms->harmonic[i];
@@ -44,6 +54,7 @@ static inline void bodies_scale(const struct bodies_system *s, const struct bodi
         s->damping[a] = num_mul(unit, bodies_get(s, PEND_TERM_DAMPING, a));
         s->stiffness[a] = num_mul(square, bodies_get(s, PEND_TERM_STIFFNESS, a));
         s->rest[a] = bodies_get(s, PEND_TERM_REST, a);
+        s->slide[a] = num_mul(square, bodies_get(s, PEND_TERM_SLIDE, a));
         if (!(s->need & BODIES_GRIP)) continue;
         s->friction[a] = num_mul(square, bodies_get(s, PEND_TERM_FRICTION, a));
         s->grip_scale[a] =
@@ -170,6 +181,8 @@ static inline arms bodies_torque(const struct bodies_system *s, int a, int k) {
         if (s->need & BODIES_GRIP)
             loss = arms_fma(arms_get(s->friction + a), bodies_grip(s, a, k), loss);
         loss = arms_neg(loss);
+        if (!k && s->terms->row[PEND_TERM_SLIDE] >= 0)
+            loss = arms_add(loss, arms_get(s->slide + a));
         arms_put(s->loss + now, loss);
         torque = arms_add(torque, loss);
     }

@@ -16,7 +16,9 @@ static const struct {
                 {PEND_TERM_FRICTION, PEND_TERM_FRICTION_SPEED},
                 {PEND_TERM_TORQUE, PEND_TERM_TORQUE},
                 {PEND_TERM_DRAG, PEND_TERM_DRAG},
-                {PEND_TERM_DRAG_QUADRATIC, PEND_TERM_DRAG_SPEED}};
+                {PEND_TERM_DRAG_QUADRATIC, PEND_TERM_DRAG_SPEED},
+                {PEND_TERM_INPUT, PEND_TERM_INPUT_RATE},
+                {PEND_TERM_SLIDE, PEND_TERM_SLIDE}};
 
 /* what the numbers of a term must be */
 enum range { RANGE_ANY, RANGE_NOT_NEGATIVE, RANGE_POSITIVE };
@@ -178,16 +180,20 @@ int pend_terms_fits(const struct pend_terms *terms, int place, double x) {
 }
 
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
-    static const enum pend_term_row changes[] = {PEND_TERM_DAMPING, PEND_TERM_FRICTION,
-                                                 PEND_TERM_DRAG, PEND_TERM_DRAG_QUADRATIC,
-                                                 PEND_TERM_TORQUE};
+    static const enum pend_term_row changes[] = {
+        PEND_TERM_DAMPING, PEND_TERM_FRICTION, PEND_TERM_DRAG,       PEND_TERM_DRAG_QUADRATIC,
+        PEND_TERM_TORQUE,  PEND_TERM_INPUT,    PEND_TERM_INPUT_RATE, PEND_TERM_SLIDE};
+    // what a later piece gives or takes is not in the list yet
+    if (terms->rules) return 0;
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++)
         for (int k = 0; k < terms->n; k++)
             if (pend_terms_get(terms, value, changes[i], k) != 0) return 0;
     for (int i = 0; i < terms->harmonics; i++)
         if (value[terms->harmonic[i].at] != 0) return 0;
     for (int i = 0; i < PEND_TERM_ONES; i++)
-        if (i != PEND_TERM_RAIL && terms->one[i] >= 0 && value[terms->one[i]] != 0) return 0;
+        if (i != PEND_TERM_RAIL && i != PEND_TERM_PIECE && terms->one[i] >= 0 &&
+            value[terms->one[i]] != 0)
+            return 0;
     return 1;
 }
 
@@ -233,6 +239,8 @@ double pend_terms_rate(const struct pend_terms *terms, const int parent[], const
         int p = pend_terms_holder(terms, parent, k), cart = !k && pend_terms_cart(terms);
         double parents = p < 0 ? 0 : 1 / pend_terms_inertia(terms, length[p], mass[p], value, p);
         double torque = fabs(pend_terms_get(terms, value, PEND_TERM_TORQUE, k)) +
+                        fabs(pend_terms_get(terms, value, PEND_TERM_INPUT, k)) +
+                        fabs(pend_terms_get(terms, value, PEND_TERM_SLIDE, k)) +
                         terms_drive(terms, value, k, &next);
         if (cart) torque /= l = terms_shortest(terms, length);
         torque += pend_terms_get(terms, value, PEND_TERM_STIFFNESS, k);

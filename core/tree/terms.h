@@ -30,7 +30,11 @@ enum pend_term_row {
     PEND_TERM_DRAG,           /* N s/m: force -(b + d sqrt(|v|^2 + e^2)) v on the tip */
     PEND_TERM_DRAG_QUADRATIC, /* N s^2/m^2, d */
     PEND_TERM_DRAG_SPEED,     /* m/s, e > 0 */
-    PEND_TERM_ROWS
+    PEND_TERM_INPUT,          /* N m, of a piece (rules.h): torque i + j (t - T) */
+    PEND_TERM_INPUT_RATE,     /* N m/s, j */
+    PEND_TERM_SLIDE,          /* N m, of a piece: a constant torque whose work is heat */
+    PEND_TERM_ROWS,
+    PEND_TERM_OWN_ROWS = PEND_TERM_INPUT /* those before are the pendulum's own, not a piece's */
 };
 
 /* Terms with one number for the pendulum. */
@@ -39,7 +43,9 @@ enum pend_term_one {
     PEND_TERM_PIVOT_ACCELERATION_X, /* m/s^2, of the pivot, from t = 0 at rest on */
     PEND_TERM_PIVOT_ACCELERATION_Y, /* m/s^2 */
     PEND_TERM_RAIL,                 /* rad, the direction of the cart's rail: there is a cart */
-    PEND_TERM_ONES
+    PEND_TERM_PIECE,                /* s, T: when the piece began whose inputs the list has */
+    PEND_TERM_ONES,
+    PEND_TERM_OWN_ONES = PEND_TERM_PIECE
 };
 
 /* A cart carries the pivot along a straight rail through 0. It is stored arm 0, of length 1 m and
@@ -57,6 +63,8 @@ struct pend_harmonic {
     int at;     /* of amplitude; omega, rad/s, and phase, rad, are the next two of the list */
 };
 
+struct pend_rules;
+
 struct pend_terms {
     int n;                   /* arms */
     int count;               /* numbers of the list */
@@ -66,6 +74,8 @@ struct pend_terms {
     struct pend_harmonic *harmonic;
     unsigned char *hung; /* n: non-zero where the arm hangs at AT_X, AT_Y; else at its parent's tip.
                           */
+    const struct pend_rules *rules; /* by which pieces of a motion differ; NULL = it is one; not
+                                       owned */
 };
 
 /**
@@ -114,10 +124,11 @@ static inline int pend_terms_holder(const struct pend_terms *terms, const int pa
     return parent[k] == 0 && pend_terms_cart(terms) ? -1 : parent[k];
 }
 
-/** Non-zero if whole turns of the angles of a start change nothing but the angles: springs tell
- * them apart, and a cart's place is no angle. O(1). */
+/** Non-zero if whole turns of the angles of a start change nothing but the angles: springs and
+ * rules (stops, say) tell them apart, and a cart's place is no angle. O(1). */
 static inline int pend_terms_whole_turns(const struct pend_terms *terms) {
-    return !terms || (terms->row[PEND_TERM_STIFFNESS] < 0 && !pend_terms_cart(terms));
+    return !terms ||
+           (terms->row[PEND_TERM_STIFFNESS] < 0 && !terms->rules && !pend_terms_cart(terms));
 }
 
 /**

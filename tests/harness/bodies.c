@@ -30,7 +30,10 @@ static const struct {
              {PEND_TERM_TORQUE, -1, 1},
              {PEND_TERM_DRAG, 0, 0.3},
              {PEND_TERM_DRAG_QUADRATIC, 0, 0.3},
-             {PEND_TERM_DRAG_SPEED, 0.3, 3}};
+             {PEND_TERM_DRAG_SPEED, 0.3, 3},
+             {PEND_TERM_INPUT, -1, 1},
+             {PEND_TERM_INPUT_RATE, -1, 1},
+             {PEND_TERM_SLIDE, -1, 1}};
 
 static void fill_rows(struct test_bodies *b, unsigned long long *seed) {
     for (int r = 0; r < PEND_TERM_ROWS; r++) {
@@ -77,6 +80,7 @@ static unsigned row_bit(enum pend_term_row row) {
     if (row == PEND_TERM_STIFFNESS || row == PEND_TERM_REST) return TEST_TERMS_SPRINGS;
     if (row == PEND_TERM_FRICTION || row == PEND_TERM_FRICTION_SPEED) return TEST_TERMS_FRICTION;
     if (row == PEND_TERM_TORQUE) return TEST_TERMS_TORQUES;
+    if (row >= PEND_TERM_INPUT) return TEST_TERMS_PIECES;
     return row >= PEND_TERM_DRAG ? TEST_TERMS_DRAG : TEST_TERMS_DAMPING;
 }
 
@@ -86,6 +90,7 @@ void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, uns
     int drives[5], place[5], harmonics = 0;
     for (int r = 0; r < PEND_TERM_ROWS; r++) rows[r] = (what & row_bit((enum pend_term_row)r)) != 0;
     if (what & TEST_TERMS_MIST) ones[PEND_TERM_DRAG_PER_MASS] = 1;
+    if (what & TEST_TERMS_PIECES) ones[PEND_TERM_PIECE] = 1;
     if (what & TEST_TERMS_CART) ones[PEND_TERM_RAIL] = 1;
     if (what & TEST_TERMS_TORQUES) {
         for (int i = 0; i < 2; i++) drives[harmonics++] = (int)(test_random(seed) * tree->n);

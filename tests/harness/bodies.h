@@ -18,8 +18,9 @@ enum test_terms {
     TEST_TERMS_TORQUES = 64, /* constant torques and two harmonics on some arms */
     TEST_TERMS_PIVOT = 128,  /* three harmonics and an acceleration of the pivot */
     TEST_TERMS_ALL = 255,
-    TEST_TERMS_CART = 256,          /* the first arm is a cart, on a rail of any direction */
-    TEST_TERMS_CART_ALL = 256 + 127 /* and all but a pivot that moves */
+    TEST_TERMS_CART = 256,           /* the first arm is a cart, on a rail of any direction */
+    TEST_TERMS_CART_ALL = 256 + 127, /* and all but a pivot that moves */
+    TEST_TERMS_PIECES = 512          /* the inputs of a piece, and joints that slide in it */
 };
 
 /* The terms of a pendulum and their numbers, which loads point to. */

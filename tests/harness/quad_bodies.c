@@ -136,6 +136,8 @@ static test_quad quad_torque(const struct quad_pendulum *q, int k) {
     test_quad swing = q->state->rate[k] - (p < 0 ? 0 : q->state->rate[p]);
     test_quad sum = quad_term(q, PEND_TERM_TORQUE, k) + quad_driven(q, k, 0);
     test_quad friction = quad_term(q, PEND_TERM_FRICTION, k);
+    sum += quad_term(q, PEND_TERM_INPUT, k) + quad_term(q, PEND_TERM_SLIDE, k);
+    sum += quad_term(q, PEND_TERM_INPUT_RATE, k) * (q->state->time - quad_one(q, PEND_TERM_PIECE));
     sum -= quad_term(q, PEND_TERM_DAMPING, k) * swing;
     sum -= quad_term(q, PEND_TERM_STIFFNESS, k) * (bend - quad_term(q, PEND_TERM_REST, k));
     if (friction > 0)

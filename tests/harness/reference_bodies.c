@@ -79,7 +79,10 @@ static double bodies_torque(const struct reference_bodies *b, int k) {
     double q = b->state->phi[k] - (p < 0 ? -M_PI_2 : b->state->phi[p]);
     if (bodies_cart(b, k)) q = b->state->phi[k];
     double r = b->state->rate[k] - (p < 0 ? 0 : b->state->rate[p]);
+    double since = b->state->time + b->state->late - bodies_whole(b, PEND_TERM_PIECE);
     double torque = bodies_number(b, PEND_TERM_TORQUE, k) + bodies_driven(b, k, 0);
+    torque += bodies_number(b, PEND_TERM_INPUT, k) + bodies_number(b, PEND_TERM_SLIDE, k);
+    torque += bodies_number(b, PEND_TERM_INPUT_RATE, k) * since;
     torque -= bodies_number(b, PEND_TERM_DAMPING, k) * r;
     torque -= bodies_number(b, PEND_TERM_STIFFNESS, k) * (q - bodies_number(b, PEND_TERM_REST, k));
     double friction = bodies_number(b, PEND_TERM_FRICTION, k);

@@ -228,7 +228,7 @@ TEST(law_an_ideal_tree_whose_terms_are_all_zero_moves_as_without_them) {
             struct answer quick, ideal;
             test_quad exact_acc[ARMS], exact_tip[ARMS];
             test_tree_init(&t, n, parent, 0.3, &seed);
-            test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
+            test_bodies_random(&b, t.tree, TEST_TERMS_ALL | TEST_TERMS_PIECES, &seed);
             pend_terms_clear(b.terms, t.tree, b.value);
             memset(b.terms->hung, 0, (size_t)n);
             answer_of(&t, &b.loads, 7, 0, &quick);

@@ -281,7 +281,7 @@ static int is_name(const char *name, const char *wanted, int length) {
 static struct name name_find(const char *wanted, int length) {
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (is_name(names[i].name, wanted, length)) return names[i];
-    for (int row = 0; row < PEND_TERM_ROWS; row++)
+    for (int row = 0; row < PEND_TERM_OWN_ROWS; row++)
         if (is_name(api_terms_varied((enum pend_term_row)row), wanted, length))
             return (struct name){"", arms, ROW, NULL, of_term, row};
     assert(!"a template names what there is");

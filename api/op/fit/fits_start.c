@@ -200,7 +200,7 @@ enum pend_status api_fit_write_fixed(const struct api_fit *fit, struct api_buffe
     PEND_TRY(api_out_open(out, "fixed", '['));
     PEND_TRY(write_arms(fit, "length", PEND_PARAMETER_LENGTH, -1, -1, out));
     PEND_TRY(write_arms(fit, "mass", PEND_PARAMETER_MASS, -1, -1, out));
-    for (int i = 0; i < PEND_TERM_ROWS + PEND_TERM_ONES; i++) {
+    for (int i = 0; i < PEND_TERM_OWN_ROWS + PEND_TERM_OWN_ONES; i++) {
         int one = api_varied_of_arm(i) ? -1 : api_varied_place(&fit->tree, i, -1, 1);
         if (api_varied_of_arm(i))
             PEND_TRY(write_arms(fit, api_varied_name(i), PEND_PARAMETER_TERM, i, -1, out));

@@ -24,8 +24,8 @@ static int is_alone(int row) {
 
 /* marks the term of a name; returns whether it is new */
 static int wanted_name(struct wanted *wanted, const char *name) {
-    for (int i = 0; i < PEND_TERM_ROWS + PEND_TERM_ONES; i++) {
-        int one = i - PEND_TERM_ROWS;
+    for (int i = 0; i < PEND_TERM_OWN_ROWS + PEND_TERM_OWN_ONES; i++) {
+        int one = i - PEND_TERM_OWN_ROWS;
         if (strcmp(name, api_varied_name(i)) != 0) continue;
         if (one < 0 ? !is_alone(i) : one == PEND_TERM_RAIL) return 0;
         unsigned char *mark = one < 0 ? &wanted->row[i] : &wanted->one[one], had = *mark;
@@ -36,8 +36,8 @@ static int wanted_name(struct wanted *wanted, const char *name) {
 }
 
 /* the numbers of the pendulum in their new places */
-static void terms_carry(const struct api_tree *tree, const struct pend_terms *made,
-                        const int place[], double value[]) {
+static void terms_carry(const struct api_tree *tree, struct pend_terms *made, const int place[],
+                        double value[]) {
     const struct pend_terms *had = tree->terms;
     pend_terms_clear(made, tree->tree, value);
     for (int r = 0; r < PEND_TERM_ROWS; r++)
@@ -53,6 +53,7 @@ static void terms_carry(const struct api_tree *tree, const struct pend_terms *ma
         memcpy(&value[made->harmonic[h].at], &tree->value[had->harmonic[place[h]].at],
                3 * sizeof *value);
     if (had) memcpy(made->hung, had->hung, (size_t)made->n);
+    if (had) made->rules = had->rules;
 }
 
 /* the terms that there are, and those that unknowns name; returns whether any is new */

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/horizon.h"
 #include "core/integrate/run/run_check.h"
 #include "core/taylor/jets/jets.h"
@@ -11,6 +12,7 @@
 struct pend_events {
     struct pend_events_problem problem;
     int n;
+    const struct pend_method *method;
     void *stepper;
     double reached;               /* s, the end of the last step */
     double stopped;               /* s; NaN = not yet */
@@ -30,7 +32,7 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
     const struct pend_events_problem *problem = &e->problem;
     double from = e->reached, end = problem->duration;
     struct pend_series series;
-    enum pend_status status = pend_method_taylor.step(e->stepper, end, &e->reached, error);
+    enum pend_status status = e->method->step(e->stepper, end, &e->reached, error);
     if (status != PEND_OK) {
         double time = problem->start + (error ? error->time : from);
         return pend_fail(error, status, -1, time, "at t = %.6g s: %s", time,
@@ -38,10 +40,10 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
     }
     if (e->horizon) {
         const struct pend_points points = {.phi = e->phi, .rate = e->rate};
-        pend_method_taylor.at(e->stepper, &e->reached, 1, &points);
+        e->method->at(e->stepper, &e->reached, 1, &points);
         pend_horizon_step(e->horizon, e->stepper, e->reached, e->phi, e->rate);
     }
-    pend_method_taylor.series(e->stepper, &series);
+    e->method->series(e->stepper, &series);
     pend_jets_forces(series.jets, series.order);
     struct event_step step = pend_event_series_step(&series, problem->tree, &problem->loads);
     step.time = problem->start + from;
@@ -61,7 +63,7 @@ static int events_give(struct pend_events *e, struct pend_hit *hit, double phi[]
     if (!next) return 0;
     *hit = *next;
     const struct pend_points points = {.phi = phi, .rate = rate};
-    pend_method_taylor.at(e->stepper, &hit->time, 1, &points);
+    e->method->at(e->stepper, &hit->time, 1, &points);
     if (stops) {
         e->stopped = hit->time;
         e->ended = 1;
@@ -103,9 +105,7 @@ double pend_events_held(const struct pend_events *e) {
     return copysign(fmin(fabs(pend_horizon_held(e->horizon, e->reached)), least), duration);
 }
 
-long pend_events_steps(const struct pend_events *e) {
-    return pend_method_taylor.counts(e->stepper).steps;
-}
+long pend_events_steps(const struct pend_events *e) { return e->method->counts(e->stepper).steps; }
 
 double pend_events_progress(const struct pend_events *e) {
     return e->ended ? 1 : fmin(1, e->reached / e->problem.duration);
@@ -151,7 +151,7 @@ enum pend_status pend_events_new(struct pend_events **events,
     if (!made)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %d conditions",
                          problem->count);
-    const struct pend_problem motion = {
+    struct pend_problem motion = {
         .tree = problem->tree,
         .loads = problem->loads,
         .phi = problem->phi,
@@ -162,9 +162,13 @@ enum pend_status pend_events_new(struct pend_events **events,
         .rtol = problem->rtol > 0 ? problem->rtol : pend_method_taylor.rtol_default,
         .atol = problem->atol,
         .accuracy = problem->accuracy};
-    enum pend_status status = pend_method_taylor.open(&made->stepper, &motion, error);
+    made->method = pend_pieces_method(&pend_method_taylor, problem->loads.terms);
+    enum pend_status status = made->method->open(&made->stepper, &motion, error);
+    if (status == PEND_OK)
+        motion.loads = made->problem.loads =
+            pend_pieces_loads(made->method, made->stepper, &problem->loads);
     if (status == PEND_OK && motion.accuracy > 0)
-        status = pend_horizon_new(&made->horizon, &pend_method_taylor, &motion, error);
+        status = pend_horizon_new(&made->horizon, made->method, &motion, error);
     made->problem.phi = made->problem.rate = NULL;
     made->problem.phi_low = made->problem.rate_low = NULL;
     if (status == PEND_OK)
@@ -178,7 +182,7 @@ enum pend_status pend_events_new(struct pend_events **events,
 void pend_events_free(struct pend_events **events) {
     if (!*events) return;
     pend_horizon_free(&(*events)->horizon);
-    if ((*events)->stepper) pend_method_taylor.close(&(*events)->stepper);
+    if ((*events)->stepper) (*events)->method->close(&(*events)->stepper);
     free(*events);
     *events = NULL;
 }

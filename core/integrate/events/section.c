@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/horizon.h"
-#include "core/integrate/methods/method.h"
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
@@ -19,6 +19,7 @@ struct section_look {
 struct pend_section {
     struct pend_section_problem problem;
     int n;
+    const struct pend_method *method;
     void *stepper;
     struct pend_horizon *horizon; /* NULL: no accuracy is given */
     double reached;               /* s, by the last step */
@@ -44,7 +45,7 @@ static struct section_look section_at(const struct pend_section *section, double
     const struct pend_points points = {
         .phi = section->phi, .rate = section->rate, .theta = section->theta};
     const double *angle = section->theta ? section->theta : section->phi;
-    pend_method_taylor.at(section->stepper, &time, 1, &points);
+    section->method->at(section->stepper, &time, 1, &points);
     return (struct section_look){time, angle[section->problem.arm],
                                  section->rate[section->problem.arm]};
 }
@@ -132,7 +133,7 @@ static void section_scan(struct pend_section *section, double from, double to) {
     const double *angle = section->theta ? section->theta : section->phi;
     for (int i = 0; i <= SECTION_LOOKS; i++) time[i] = from + (to - from) * i / SECTION_LOOKS;
     time[SECTION_LOOKS] = to;
-    pend_method_taylor.at(section->stepper, time, SECTION_LOOKS + 1, &points);
+    section->method->at(section->stepper, time, SECTION_LOOKS + 1, &points);
     for (int i = 0; i <= SECTION_LOOKS; i++) {
         size_t place = (size_t)i * (size_t)section->n + (size_t)section->problem.arm;
         look[i] = (struct section_look){time[i], angle[place], section->rate[place]};
@@ -155,7 +156,7 @@ static void section_scan(struct pend_section *section, double from, double to) {
 static enum pend_status section_step(struct pend_section *section, struct pend_error *error) {
     double from = section->reached, duration = section->problem.duration;
     enum pend_status status =
-        pend_method_taylor.step(section->stepper, duration, &section->reached, error);
+        section->method->step(section->stepper, duration, &section->reached, error);
     if (status != PEND_OK) {
         double time = error ? error->time : from;
         return pend_fail(error, status, -1, time, "at t = %.6g s: %s", time,
@@ -163,7 +164,7 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
     }
     if (section->horizon) {
         const struct pend_points end = {.phi = section->phi, .rate = section->rate};
-        pend_method_taylor.at(section->stepper, &section->reached, 1, &end);
+        section->method->at(section->stepper, &section->reached, 1, &end);
         pend_horizon_step(section->horizon, section->stepper, section->reached, end.phi, end.rate);
     }
     section->next = section->queued = 0;
@@ -176,7 +177,7 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
 static void section_give(struct pend_section *section, const struct pend_passage *passage,
                          double phi[], double rate[]) {
     const struct pend_points points = {.phi = phi, .rate = rate};
-    pend_method_taylor.at(section->stepper, &passage->time, 1, &points);
+    section->method->at(section->stepper, &passage->time, 1, &points);
     for (int k = 0; k < section->n; k++)
         phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
 }
@@ -285,12 +286,14 @@ enum pend_status pend_section_new(struct pend_section **section,
     PEND_TRY(section_check(problem, error));
     PEND_TRY(pend_loads_check_series(&problem->loads, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
-    const struct pend_method *method = &pend_method_taylor;
+    const struct pend_method *method =
+        pend_pieces_method(&pend_method_taylor, problem->loads.terms);
     size_t n = (size_t)problem->tree->n, looks = SECTION_LOOKS + 1;
     struct pend_section *made = calloc(1, sizeof *made + n * (3 * looks + 4) * sizeof(double));
     if (!made)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a section of %zu arms", n);
     made->problem = *problem;
+    made->method = method;
     made->n = problem->tree->n;
     if (problem->period > 0) {
         made->problem.arm = 0; // it is not looked at
@@ -301,7 +304,7 @@ enum pend_status pend_section_new(struct pend_section **section,
     made->rate = made->phi + n * looks;
     section_turn(made, made->rate + n * looks);
     section_aim(made, made->rest + 4 * n);
-    const struct pend_problem motion = {
+    struct pend_problem motion = {
         .tree = problem->tree,
         .loads = problem->loads,
         .phi = made->rest,
@@ -309,10 +312,11 @@ enum pend_status pend_section_new(struct pend_section **section,
         .rate = problem->rate,
         .rate_low = problem->rate_low,
         .times = {.count = 2, .start = problem->start, .span = problem->duration, .divisor = 1},
-        .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,
+        .rtol = problem->rtol > 0 ? problem->rtol : pend_method_taylor.rtol_default,
         .atol = problem->atol,
         .accuracy = problem->accuracy};
     enum pend_status status = method->open(&made->stepper, &motion, error);
+    if (status == PEND_OK) motion.loads = pend_pieces_loads(method, made->stepper, &problem->loads);
     if (status == PEND_OK && motion.accuracy > 0)
         status = pend_horizon_new(&made->horizon, method, &motion, error);
     made->problem.phi = made->problem.rate = made->problem.phi_low = made->problem.rate_low = NULL;
@@ -327,7 +331,7 @@ enum pend_status pend_section_new(struct pend_section **section,
 void pend_section_free(struct pend_section **section) {
     if (!*section) return;
     pend_horizon_free(&(*section)->horizon);
-    if ((*section)->stepper) pend_method_taylor.close(&(*section)->stepper);
+    if ((*section)->stepper) (*section)->method->close(&(*section)->stepper);
     free(*section);
     *section = NULL;
 }
@@ -339,7 +343,7 @@ double pend_section_held(const struct pend_section *section) {
 }
 
 long pend_section_steps(const struct pend_section *section) {
-    return pend_method_taylor.counts(section->stepper).steps;
+    return section->method->counts(section->stepper).steps;
 }
 
 double pend_section_progress(const struct pend_section *section) {

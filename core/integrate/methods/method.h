@@ -98,6 +98,13 @@ struct pend_series {
         reached; /* s; time and reached are the step's ends, relative to the first instant */
 };
 
+/* A state from which the next step is to start, n values each in stored order; low parts NULL = 0.
+ */
+struct pend_start {
+    double time; /* s, relative to the first instant */
+    const double *phi, *phi_low, *rate, *rate_low;
+};
+
 /* The work of a stepper. Evaluations are sweeps over the whole tree: right-hand sides, or orders of
  * a series. */
 struct pend_stepper_counts {
@@ -160,6 +167,13 @@ struct pend_method {
      * if the method's state cannot be saved.
      */
     void (*carry)(void *stepper, struct pend_checkpoint *checkpoint);
+    /**
+     * Ends the last step at t, relative to the first instant and inside the step; what it gave and
+     * lost is that up to t. NULL for a method that takes no motions in pieces.
+     */
+    void (*cut)(void *stepper, double t);
+    /** Changes the state that the next step starts from; see pend_start. NULL as `cut`. */
+    void (*put)(void *stepper, const struct pend_start *start);
     /** Frees a stepper and clears the pointer; NULL is accepted. */
     void (*close)(void **stepper);
 };

@@ -218,6 +218,33 @@ static void taylor_hold(const struct taylor *taylor) {
     }
 }
 
+/* the end of the step, and what was given by then */
+static void taylor_arrive(struct taylor *taylor) {
+    if (taylor->gives) taylor_power(taylor);
+    pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit,
+                      taylor->unit, &taylor->begin, &taylor->end);
+    if (taylor->kinetic > 0) taylor_hold(taylor);
+}
+
+static void taylor_cut(void *stepper, double t) {
+    struct taylor *taylor = stepper;
+    taylor->reached = t;
+    taylor_arrive(taylor);
+}
+
+static void taylor_put(void *stepper, const struct pend_start *start) {
+    struct taylor *taylor = stepper;
+    size_t bytes = (size_t)taylor->tree->n * sizeof(double);
+    double *to[] = {taylor->end.phi, taylor->end.phi_low, taylor->end.rate, taylor->end.rate_low};
+    const double *from[] = {start->phi, start->phi_low, start->rate, start->rate_low};
+    taylor->reached = start->time;
+    for (int i = 0; i < 4; i++)
+        if (from[i])
+            memcpy(to[i], from[i], bytes);
+        else
+            memset(to[i], 0, bytes);
+}
+
 static enum pend_status taylor_step(void *stepper, double limit, double *reached,
                                     struct pend_error *error) {
     struct taylor *taylor = stepper;
@@ -240,10 +267,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s",
                          x * taylor->unit);
     }
-    if (taylor->gives) taylor_power(taylor);
-    pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit,
-                      taylor->unit, &taylor->begin, &taylor->end);
-    if (taylor->kinetic > 0) taylor_hold(taylor);
+    taylor_arrive(taylor);
     taylor->next_unit = taylor_power_of_two(x * taylor->unit);
     taylor->counts.steps++;
     *reached = taylor->reached;
@@ -392,5 +416,7 @@ const struct pend_method pend_method_taylor = {
     .exchange = taylor_exchange,
     .series = taylor_series,
     .carry = taylor_carry,
+    .cut = taylor_cut,
+    .put = taylor_put,
     .close = taylor_close,
 };

@@ -9,6 +9,7 @@
 
 #include "core/dynamics/dynamics.h"
 #include "core/dynamics/kinematics_at.h"
+#include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/run_check.h"
 #include "core/integrate/run/run_samples.h"
 #include "core/tree/turns.h"
@@ -152,12 +153,15 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
     struct pend_problem checked = *problem;
     *run = NULL;
     PEND_TRY(pend_run_check(method, &checked, error));
+    method = pend_pieces_method(method, problem->loads.terms);
     struct pend_run *made = run_allocate(method, &checked);
     if (!made)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms",
                          problem->tree->n);
     run_start(made);
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
+    if (status == PEND_OK)
+        made->problem.loads = pend_pieces_loads(method, made->stepper, &made->problem.loads);
     if (status == PEND_OK && problem->accuracy > 0 && !(method->flags & PEND_METHOD_LINEAR)) {
         status = pend_horizon_new(&made->horizon, method, &made->problem, error);
         if (status != PEND_OK) method->close(&made->stepper);

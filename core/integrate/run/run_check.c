@@ -4,6 +4,8 @@
 #include <float.h>
 #include <math.h>
 
+#include "core/integrate/pieces/pieces.h"
+
 /* A grid's instants are monotonic; neighbours can be equal only if its step is of the size of the
  * rounding errors at its ends. */
 static int run_grid_is_wide(const struct pend_times *times) {
@@ -86,6 +88,11 @@ static enum pend_status run_check_terms(const struct pend_method *method,
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "method %s has no friction, drives, springs, rods or bodies: use method "
                          "taylor, or rkf45, rk8pd, msadams or ode23",
+                         method->name);
+    if (!pend_pieces_method(method, loads->terms))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "method %s computes no motions in pieces, by tables, controllers, dry "
+                         "friction or stops: use method taylor",
                          method->name);
     if (method->flags & PEND_METHOD_CONSERVES && !pend_terms_conserve(loads->terms, loads->value))
         return pend_fail(error, PEND_INVALID, -1, 0,

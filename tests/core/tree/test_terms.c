@@ -140,7 +140,7 @@ TEST(each_number_out_of_its_range_is_a_fault_of_its_own) {
         *number = -1;
         int signed_one = r == PEND_TERM_CENTER_X || r == PEND_TERM_CENTER_Y ||
                          r == PEND_TERM_AT_X || r == PEND_TERM_AT_Y || r == PEND_TERM_REST ||
-                         r == PEND_TERM_TORQUE;
+                         r == PEND_TERM_TORQUE || r >= PEND_TERM_INPUT;
         CHECK_INT(pend_terms_check(terms, tree, value, see, &seen), !signed_one);
         *number = 0;
         int speed = r == PEND_TERM_FRICTION_SPEED || r == PEND_TERM_DRAG_SPEED;
@@ -187,14 +187,14 @@ TEST(only_what_does_not_give_or_take_energy_keeps_it) {
     for (int r = 0; r < PEND_TERM_ROWS; r++) {
         double *number = &value[pend_terms_place(terms, (enum pend_term_row)r, 1)], kept = *number;
         int takes = r == PEND_TERM_TORQUE || r == PEND_TERM_DAMPING || r == PEND_TERM_FRICTION ||
-                    r == PEND_TERM_DRAG || r == PEND_TERM_DRAG_QUADRATIC;
+                    r == PEND_TERM_DRAG || r == PEND_TERM_DRAG_QUADRATIC || r >= PEND_TERM_INPUT;
         *number += 0.5;
         CHECK_INT(pend_terms_conserve(terms, value), !takes);
         *number = kept;
     }
     for (int i = 0; i < PEND_TERM_ONES; i++) {
         value[terms->one[i]] = 0.5;
-        CHECK_INT(pend_terms_conserve(terms, value), i == PEND_TERM_RAIL);
+        CHECK_INT(pend_terms_conserve(terms, value), i == PEND_TERM_RAIL || i == PEND_TERM_PIECE);
         value[terms->one[i]] = 0;
     }
     value[terms->harmonic[1].at + 1] = 3; // an omega without an amplitude

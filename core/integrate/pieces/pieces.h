@@ -1,0 +1,24 @@
+/* The loop over the pieces of a motion, as a method around another one.
+ * Leaves to others: the steps inside a piece (core/integrate/methods), the rules (rule_*).
+ * Invariant: no step crosses the end of a piece; a pendulum without rules never comes here. */
+#ifndef PEND_PIECES_H
+#define PEND_PIECES_H
+
+#include "core/integrate/methods/method.h"
+#include "core/tree/rules.h"
+
+/**
+ * Returns the method that computes a pendulum's motion in pieces by steps of `method`; `method`
+ * itself for a pendulum without rules; NULL if `method` takes none. O(1).
+ *
+ * Its `at` fills in the state before a change for an instant at which a piece ends.
+ */
+const struct pend_method *pend_pieces_method(const struct pend_method *method,
+                                             const struct pend_terms *terms);
+
+/** Returns the loads of the piece at hand, whose numbers change from piece to piece; the problem's
+ * own of another stepper. They live as long as the stepper. O(1). */
+struct pend_loads pend_pieces_loads(const struct pend_method *method, const void *stepper,
+                                    const struct pend_loads *loads);
+
+#endif

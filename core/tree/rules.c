@@ -1,0 +1,73 @@
+#include "core/tree/rules.h"
+
+#include <assert.h>
+#include <math.h>
+
+/* the number of instants of a table up to t, or below it where t itself does not count */
+static int table_before(const struct pend_table *table, double t, int itself) {
+    int low = 0, high = table->count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (table->t[middle] < t || (itself && table->t[middle] == t))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+double pend_rules_next(const struct pend_rules *rules, double now, int way) {
+    double next = copysign(INFINITY, way);
+    for (int i = 0; i < rules->tables; i++) {
+        const struct pend_table *table = &rules->table[i];
+        int at = way > 0 ? table_before(table, now, 1) : table_before(table, now, 0) - 1;
+        if (at >= 0 && at < table->count)
+            next = way > 0 ? fmin(next, table->t[at]) : fmax(next, table->t[at]);
+    }
+    return next;
+}
+
+/* a table's value at `now` and its slope in the piece on that side of it */
+static double table_look(const struct pend_table *table, double now, int way, double *slope) {
+    int last = table->count - 1, at = table_before(table, now, way > 0) - 1;
+    *slope = 0;
+    if (at < 0 || at == last)
+        return table->outside == PEND_OUTSIDE_ZERO ? 0 : table->value[at < 0 ? 0 : last];
+    if (!table->linear) return table->value[at];
+    *slope = (table->value[at + 1] - table->value[at]) / (table->t[at + 1] - table->t[at]);
+    // the nearer end's own value, so that nothing is lost at it
+    if (now - table->t[at] > table->t[at + 1] - now)
+        return table->value[at + 1] + *slope * (now - table->t[at + 1]);
+    return table->value[at] + *slope * (now - table->t[at]);
+}
+
+void pend_rules_inputs(const struct pend_rules *rules, const struct pend_terms *terms, double now,
+                       int way, double value[], size_t stride) {
+    int input = terms->row[PEND_TERM_INPUT], rise = terms->row[PEND_TERM_INPUT_RATE];
+    assert(input >= 0 && rise >= 0 && terms->one[PEND_TERM_PIECE] >= 0);
+    for (int k = 0; k < terms->n; k++)
+        value[(size_t)(input + k) * stride] = value[(size_t)(rise + k) * stride] = 0;
+    value[(size_t)terms->one[PEND_TERM_PIECE] * stride] = now;
+    for (int i = 0; i < rules->tables; i++) {
+        double slope, x = table_look(&rules->table[i], now, way, &slope);
+        value[(size_t)(input + rules->table[i].drives) * stride] += x;
+        value[(size_t)(rise + rules->table[i].drives) * stride] += slope;
+    }
+}
+
+enum pend_status pend_rules_check(const struct pend_rules *rules, const int order[], double first,
+                                  double last, struct pend_error *error) {
+    for (int i = 0; i < rules->tables; i++) {
+        const struct pend_table *table = &rules->table[i];
+        double from = table->t[0], to = table->t[table->count - 1];
+        int arm = order[table->drives];
+        if (table->outside != PEND_OUTSIDE_REFUSE) continue;
+        if (fmin(first, last) >= from && fmax(first, last) <= to) continue;
+        return pend_fail(error, PEND_INVALID, arm, fmin(first, last) < from ? first : last,
+                         "the motion goes from %.15g to %.15g s, but a table of arm %d only from "
+                         "%.15g to %.15g s: lengthen the table, or give \"outside\": \"hold\" or "
+                         "\"zero\"",
+                         first, last, arm + 1, from, to);
+    }
+    return PEND_OK;
+}
