@@ -9,8 +9,7 @@ void srv_sql_complain(struct srv_sql *sql, const char *text) {
     snprintf(sql->complaint, sizeof sql->complaint, "%.*s", (int)strcspn(text, "\n"), text);
 }
 
-/* What several statements have in common: {name of what} stands for the text, with what in place of
- * each %. */
+/* Macros of statements: {name of what} is replaced by the text, with `what` for each %. */
 static const struct {
     const char *name, *text;
 } sql_shorts[] = {
@@ -19,26 +18,25 @@ static const struct {
             "jobs.created, jobs.started, jobs.finished, jobs.expires, {now}, jobs.bytes, "
             "jobs.message, jobs.begun, jobs.waiting, jobs.chained, jobs.held, jobs.title, "
             "jobs.version, jobs.seal"},
-    /* a room, and the number and the bytes of the pupil whose token's key is $2 */
+    /* a room, with number and bytes of the pupil whose token has the key $2 */
     {"class", "code, teacher, created, ends, version, shared, pupils, numbered, bytes, empty_ends, "
               "share, near, source, shut, COALESCE((SELECT number FROM class_pupils WHERE "
               "class_pupils.code = $1 AND who = $2), 0), COALESCE((SELECT class_pupils.bytes FROM "
               "class_pupils WHERE class_pupils.code = $1 AND who = $2), 0)"},
-    /* a number that can have been counted, or a change of one: what was altered must not make a
-     * sum overflow */
+    /* a plausible count or change: an altered value must not overflow a sum */
     {"sane", "% BETWEEN 0 AND 9007199254740992"},
     {"bounded", "% BETWEEN -9007199254740992 AND 9007199254740992"},
     {"counted", "{sane bytes} AND {sane held} AND {sane parts} AND {sane begun} AND {sane waiting} "
                 "AND state BETWEEN 0 AND 4"},
     {"sum", "CAST(COALESCE(SUM(%), 0) AS BIGINT)"},
     {"count", "{sum CASE WHEN % THEN 1 ELSE 0 END}"},
-    /* the changes of a client's sum that are not in its row yet, and the sum with them */
+    /* the pending changes of a client's sum, and the sum including them */
     {"pending", "(SELECT {sum changes.%} FROM changes WHERE changes.name = clients.name AND "
                 "{bounded changes.%})"},
     {"late", "(clients.% + {pending %})"},
-    /* an id that no statement finds by its letters */
+    /* an id that no statement can find by its text */
     {"nameless", "(% IS NULL OR LENGTH(%) NOT BETWEEN 1 AND 26 OR CAST(% AS TEXT) <> %)"},
-    /* srv_store_rank of a job of which so many parts are left, less its creation: SRV_RANK_KNEE_US,
+    /* srv_store_rank of a job with % parts left, relative to its creation: SRV_RANK_KNEE_US,
      * SRV_RANK_TIMES and SRV_RANK_MOST_S */
     {"rank", "(CASE WHEN part_us * (%) < 57142857 THEN 64 * part_us * (%) ELSE part_us * (%) + "
              "3600000000 END)"},
@@ -46,8 +44,7 @@ static const struct {
 
 enum { SQL_SHORTS = sizeof sql_shorts / sizeof *sql_shorts, SQL_PIECE = 1024 };
 
-/* where a statement names its rows of values among its tables, and what stands before and after
- * them */
+/* the places where a statement lists its rows of values, and the text around them */
 static const struct {
     const char *token, *before, *after;
 } sql_lists[] = {{"{from ", "FROM ", ""}, {"{using ", "USING ", ""}, {"{beside ", "", ","}};
@@ -61,7 +58,7 @@ const char *srv_sql_columns(const char *text) {
     return found;
 }
 
-/* A text that is being written. */
+/* The text being written. */
 struct sql_text {
     const struct srv_sql_driver *driver;
     size_t bytes;
@@ -85,7 +82,7 @@ static void sql_rows(struct sql_text *to, int list, const char *letters, int col
     sql_write(to, text, (size_t)at);
 }
 
-/* writes what several statements have in common; returns 0 where the token is no such thing */
+/* expands a macro; returns 0 if the token is none */
 static int sql_short(struct sql_text *to, const char *token, size_t length) {
     char text[SQL_PIECE];
     size_t bytes = 0, name = strcspn(token, " }"), i = 0;
@@ -104,7 +101,7 @@ static int sql_short(struct sql_text *to, const char *token, size_t length) {
     return 1;
 }
 
-/* writes what a token between braces stands for */
+/* expands a token in braces */
 static void sql_token(struct sql_text *to, const char *token, size_t length) {
     const struct srv_sql_driver *driver = to->driver;
     for (const struct srv_sql_word *word = driver->words; word->token; word++)

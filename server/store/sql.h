@@ -1,5 +1,4 @@
-/* The interface that a database has to offer to a store: statements, rows, and the words that
- * differ between dialects.
+/* The driver interface of a database: statements, rows, and the words that differ between dialects.
  * Leaves to others: the statements (store_statements), the libraries (store_sqlite,
  * store_postgres).
  * Invariant: a connection is used by one thread at a time; data from outside are passed as
@@ -22,83 +21,83 @@ enum {
 /* The result of a call to a store. */
 enum srv_stored {
     SRV_STORED,         /* done, and on disk */
-    SRV_STORED_NONE,    /* there is no such thing */
-    SRV_STORED_CLASH,   /* the key or id is taken by another request */
+    SRV_STORED_NONE,    /* not found */
+    SRV_STORED_CLASH,   /* the key or id is in use by another request */
     SRV_STORED_QUOTA,   /* a quota would be exceeded */
-    SRV_STORED_LOST,    /* the lease was lost, or the job ended meanwhile; nothing was written */
-    SRV_STORED_DAMAGED, /* what is kept of it is not what can have been written; others are as
-                           before */
+    SRV_STORED_LOST,    /* the lease expired, or the job ended; nothing was written */
+    SRV_STORED_DAMAGED, /* the stored data are invalid; other data are unaffected */
     SRV_STORED_FULL,    /* the disk is full; nothing was written */
-    SRV_STORED_AGAIN,   /* another process was in the way; nothing was written */
-    SRV_STORED_AWAY,  /* the store cannot be reached now; whether the call took effect is unknown */
-    SRV_STORED_BROKEN /* the store is damaged, out of memory, or not what this version can read */
+    SRV_STORED_AGAIN,   /* conflict with another process; nothing was written */
+    SRV_STORED_AWAY,    /* the store is unreachable; whether the call took effect is unknown */
+    SRV_STORED_BROKEN   /* the store is damaged or has an unknown version, or memory is short */
 };
 
-/* Passes on what is not SRV_STORED. */
+/* Returns from the function unless the result is SRV_STORED. */
 #define SRV_STORED_TRY(call)                                                                       \
     do {                                                                                           \
         enum srv_stored stored_try_ = (call);                                                      \
         if (stored_try_ != SRV_STORED) return stored_try_;                                         \
     } while (0)
 
-/* A parameter, or a field of a row; data is borrowed. */
+/* A parameter, or a field of a row. It does not own its data. */
 struct srv_value {
     enum { SRV_SQL_NULL, SRV_SQL_WHOLE, SRV_SQL_STRING, SRV_SQL_BYTES } kind;
     int64_t whole;
-    const void *data; /* a text ends with a NUL that `bytes` does not count */
+    const void *data; /* a text ends with a NUL that is not included in `bytes` */
     size_t bytes;
 };
 
-/* A connection; a driver's own begins with it. */
+/* A connection; the first member of a driver's own struct. */
 struct srv_sql {
     const struct srv_sql_driver *driver;
-    char complaint[SRV_SQL_COMPLAINT]; /* what the database said of the last failure */
+    char complaint[SRV_SQL_COMPLAINT]; /* the database's message about the last failure */
 };
 
-/** Receives a row; its fields are valid during the call. Anything but SRV_STORED ends the
- * statement with that. */
+/** Receives a row; its fields are valid during the call. Any result other than SRV_STORED ends the
+ * statement with that result. */
 typedef enum srv_stored srv_row_fn(void *context, const struct srv_value field[]);
 
-/* What the process of a connection does, of bits; 0 = not known. */
+/* The roles of a connection's process, bits; 0 = unknown. */
 enum {
-    SRV_SQL_WORKS = 1, /* it computes parts of jobs */
-    SRV_SQL_ANSWERS =
-        2,             /* it answers requests; a process that only works leaves connections free */
-    SRV_SQL_BESIDE = 4 /* the connection is not the first one of its process */
+    SRV_SQL_WORKS = 1,   /* it computes parts of jobs */
+    SRV_SQL_ANSWERS = 2, /* it answers requests; worker processes leave connections free for it */
+    SRV_SQL_BESIDE = 4   /* a further connection of its process */
 };
 
-/* Whom a notification is for, of bits. */
+/* The recipients of a notification, bits. */
 enum {
     SRV_RING_WORK = 1, /* workers: a part can be claimed */
-    SRV_RING_STOP = 2, /* workers: a job of which they hold parts may have ended */
-    SRV_RING_ENDS = 4, /* processes that answer: a job or a class room has changed */
+    SRV_RING_STOP = 2, /* workers: a job whose parts they hold may have ended */
+    SRV_RING_ENDS = 4, /* api processes: a job or a class room has changed */
     SRV_RING_ALL = 7
 };
 
-/* A kind of database. */
+/* A database driver. */
 struct srv_sql_driver {
-    const char *scheme; /* what urls begin with: "sqlite:" */
-    int batch;          /* calls worth one transaction */
-    int distant;        /* it may be out of reach for a while */
-    int shared;         /* several processes may change it at the same time */
-    /* What stands in statements for {begin}; {now}, microseconds since 1970 by the database's
-     * clock; {lock} and {skip}: the rows read are locked, those that another transaction has locked
-     * are waited for, or left out; {alone}: tables are made by one process at a time; {ring}: wakes
-     * the processes that listen, once committed, {ring work} and {ring stop}: the workers alone;
-     * {crowd}: the number of processes that compute, and of the connections of all; {carries}: the
-     * connections that the database takes, and how many processes that only compute it carries
-     * beside one that answers; {bytes}: the type of byte strings; {hot}: what a table is told whose
-     * few rows change with every transaction. */
-    const struct srv_sql_word { const char *token, *text; } * words; /* up to one without a token */
-    /* It runs a statement on many rows of values at once. Such a statement has {1}, {2}, ... for
-     * a row's values, and one of {from twb}, {using twb} and {beside twb} where it names the
-     * rows among its tables, with a letter for the type of each value: t a text, w a whole
-     * number, b bytes. Elsewhere it is a statement on $1, $2, ... */
+    const char *scheme; /* prefix of urls: "sqlite:" */
+    int batch;          /* useful number of calls per transaction */
+    int distant;        /* a server that may be unreachable for a while */
+    int shared;         /* several processes may write at the same time */
+    /* The dialect's text for:
+     * {begin};
+     * {now}: microseconds since 1970 by the database's clock;
+     * {lock}, {skip}: locks the rows read; waits for rows locked by others, or skips them;
+     * {alone}: one process at a time creates tables;
+     * {ring}: notifies all listening processes after the commit; {ring work}, {ring stop}: only
+     * workers;
+     * {crowd}: processes that compute, and connections of all processes;
+     * {carries}: the limit of connections, and the worker processes supported besides an api
+     * process; {bytes}: the type of byte strings; {hot}: options of a table whose few rows change
+     * in every transaction. */
+    const struct srv_sql_word { const char *token, *text; } * words; /* ends with a null token */
+    /* Non-zero: the driver runs a statement for many rows of values at once. Such a statement has
+     * {1}, {2}, ... for a row's values, and one of {from twb}, {using twb} and {beside twb} where
+     * it lists the rows among its tables, with a letter for each value's type: t text, w integer, b
+     * bytes. Other drivers run it row by row on $1, $2, ... */
     int lists;
 
     /**
-     * Connects. Where the database cannot be reached just now the connection is like one that was
-     * lost.
+     * Connects. If the database is unreachable, the connection is in the same state as a lost one.
      *
      * PEND_INVALID, PEND_NO_MEMORY
      */
@@ -108,12 +107,11 @@ struct srv_sql_driver {
     /**
      * Runs one statement.
      *
-     * id     0 .. SRV_SQL_STATEMENTS - 1: prepared at its first use and kept; -1: run once.
-     * text   with $1, $2, ... for the values; a lost connection is made anew by a {begin} only.
-     * row    called for every row; NULL where none is of interest.
+     * id     0 .. SRV_SQL_STATEMENTS - 1: prepared at its first use; -1: run once.
+     * text   with $1, $2, ... for the values; only {begin} reconnects a lost connection.
+     * row    called for every row; NULL = rows are ignored.
      *
-     * A statement on rows of values runs on those that were posted to it since the last `run`, and
-     * on these.
+     * A statement on rows of values includes the rows posted to it since the last `run`.
      *
      * SRV_STORED_FULL, SRV_STORED_AGAIN, SRV_STORED_AWAY, SRV_STORED_BROKEN
      */
@@ -121,17 +119,17 @@ struct srv_sql_driver {
                            const struct srv_value value[], int count, srv_row_fn *row,
                            void *context);
     /**
-     * As run, of a statement of whose rows none is of interest. It may not wait: what became of it
-     * is then the answer to the next `run`, which fails where it did.
+     * As run, for a statement whose rows are ignored. It may return before the statement is
+     * executed; the next `run` then reports its failure.
      *
-     * text  {look} as well: reads will come, each a transaction of its own; a lost connection is
-     *       made anew. The rows of a statement on rows of values are gathered, and run before any
-     *       other statement does: no two of them may change the same row of a table.
+     * text  also {look}: reads follow, each its own transaction; reconnects a lost connection. Rows
+     *       for a statement on rows of values are collected, and run before any other statement: no
+     *       two of them may change the same row of a table.
      */
     enum srv_stored (*post)(struct srv_sql *sql, int id, const char *text,
                             const struct srv_value value[], int count);
-    /** Whether so many bytes of results may be written, and small things after them; NULL = it
-     * may be tried. */
+    /** Non-zero if there is disk space for this many bytes of results and some small writes; NULL =
+     * unknown, just try. */
     int (*room)(struct srv_sql *sql, size_t bytes);
     /** As srv_store_listen. */
     int (*listen)(struct srv_sql *sql, int timeout_ms, int wake);
@@ -139,17 +137,16 @@ struct srv_sql_driver {
 
 extern const struct srv_sql_driver srv_sql_sqlite, srv_sql_postgres;
 
-/** Keeps the first line of a message of the database. */
+/** Stores the first line of a message of the database. */
 void srv_sql_complain(struct srv_sql *sql, const char *text);
 
-/** The letters of the types of a statement on rows of values, up to a "}"; NULL where it is none.
- */
+/** The type letters of a statement on rows of values, up to a "}"; NULL for other statements. */
 const char *srv_sql_columns(const char *text);
 
 /**
  * Writes a statement in a driver's dialect.
  *
- * out  room for SRV_SQL_TEXT; longer is a bug of ours.
+ * out  space for SRV_SQL_TEXT bytes; a longer text is a bug.
  */
 void srv_sql_spell(const struct srv_sql_driver *driver, const char *text, char out[SRV_SQL_TEXT]);
 

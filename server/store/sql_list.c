@@ -6,12 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Before the elements stand the number of dimensions, whether some are NULL, the elements' type,
- * their number and the subscript of the first; before each element its length. All are numbers
- * of four bytes. */
+/* PostgreSQL's binary arrays: the number of dimensions, a NULL flag, the element type, the number
+ * of elements and the first subscript; then each element after its length. All are 4-byte integers.
+ */
 enum { LIST_HEAD = 20, LIST_LENGTH = 4, LIST_FIRST = 4096 };
 
-/* the types of elements, as PostgreSQL numbers them */
+/* PostgreSQL's OIDs of the element types */
 static uint32_t list_type(char letter) { return letter == 't' ? 25 : letter == 'w' ? 20 : 17; }
 
 static void list_number(char *at, uint32_t number) {

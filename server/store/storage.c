@@ -16,8 +16,8 @@ enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
     SWEEP_WORKERS = 8,
-    RING_MS = 10,     /* between two notifications of a process, */
-    RING_WORKERS = 5, /* and of those of work for each so many workers */
+    RING_MS = 10,     /* least time between two notifications of a process, */
+    RING_WORKERS = 5, /* multiplied, for notifications of work, by one for each this many workers */
     RING_WAKES = 1000,
     LISTEN_MS = 500,
     READERS = 1,
@@ -25,7 +25,7 @@ enum {
     THREADS = READERS + WRITERS + 1
 };
 
-/* The waiting questions of one kind. */
+/* The waiting queries of one kind. */
 struct storage_line {
     struct srv_turns turns;
     pthread_cond_t some;
@@ -38,26 +38,26 @@ struct storage_desk {
     enum srv_ask_kind kind;
     pthread_t thread;
     int runs;
-    int away; /* its connection did not reach the store the last time */
+    int away; /* the store was unreachable at the last attempt */
 };
 
 struct srv_storage {
     struct srv_log *log;
     void (*news)(void *context, int rings);
     void *context;
-    pthread_mutex_t lock; /* of the lines, the end and the figures */
+    pthread_mutex_t lock; /* guards the lines, the end and the figures */
     struct storage_line line[SRV_ASK_KINDS];
-    struct srv_asker own; /* asks what no client does */
+    struct srv_asker own; /* for queries of the process itself */
     int over;
     struct srv_store_figures figures;
-    int count; /* desks; 1 in a process that only computes, where one connection does everything */
-    int wake;  /* an eventfd that ends the wait of a single desk */
-    atomic_int away;                   /* connections that do not reach the store */
-    struct storage_desk desk[THREADS]; /* the writers', the readers', the one that listens */
+    int count;       /* number of desks; 1 in a worker process, which has one connection */
+    int wake;        /* an eventfd that ends the wait of a single desk */
+    atomic_int away; /* connections that cannot reach the store */
+    struct storage_desk desk[THREADS]; /* writers, readers, the listener */
 };
 
-/* notes whether the store answered a desk, and says so when it is out of reach for the first of
- * them, and when it is back for all: they try again at times of their own */
+/* Records whether the store answered a desk. Logs when the first desk loses the store, and when all
+ * have it back. */
 static void storage_note(struct storage_desk *desk, enum srv_stored stored) {
     struct srv_storage *storage = desk->storage;
     int away = stored == SRV_STORED_AWAY || stored == SRV_STORED_BROKEN;
@@ -75,7 +75,7 @@ static struct srv_turns_road *storage_road(struct srv_asker *asker, enum srv_ask
     return &(asker->origin ? asker->origin : asker)->at[kind].road;
 }
 
-/* removes the ask whose turn it is from its line; NULL if none waits. The caller holds the lock */
+/* removes the next ask in turn from its line; NULL if none waits. The caller holds the lock */
 static struct srv_ask *storage_next(struct srv_storage *storage, enum srv_ask_kind kind) {
     struct srv_list *link = srv_turns_next(&storage->line[kind].turns);
     if (!link) return NULL;
@@ -97,8 +97,8 @@ static void storage_hear(struct storage_desk *desk, int64_t until) {
     pthread_mutex_lock(&storage->lock);
 }
 
-/* takes the asks of a desk's line, most of them at once; waits until a time if there are none.
- * Returns their number */
+/* takes up to `most` asks of a desk's line; if there are none, waits until the given time. Returns
+ * their number */
 static int storage_take(struct storage_desk *desk, int most, int64_t until,
                         struct srv_store_call *call[]) {
     struct srv_storage *storage = desk->storage;
@@ -115,17 +115,15 @@ static int storage_take(struct storage_desk *desk, int most, int64_t until,
     return count;
 }
 
-/* The sweeps that a writing thread does between questions: rounds of pieces, one round a second.
- * While there is more to sweep, a round takes its whole second, and the next one begins at its
- * end. */
+/* The sweeps of a writing thread between queries: rounds of steps, one round per second. While
+ * there is more to sweep, a round lasts its whole second. */
 struct storage_round {
-    int64_t next, begun; /* ns: when a piece is due; when the round began */
-    int64_t before,
-        looked; /* us by the store's clock: when the rounds before this one and this one began */
-    int pieces; /* that this one has had; 0 = it has not begun */
+    int64_t next, begun;    /* ns: time of the next step; start of the round */
+    int64_t before, looked; /* us by the store's clock: start of the previous and of this round */
+    int pieces;             /* steps of this round so far; 0 = not begun */
 };
 
-/* a piece of a sweep; 1 when there is more */
+/* runs one step of a sweep; returns 1 if more remains */
 static int storage_piece(struct srv_storage *storage, struct srv_store *store,
                          struct storage_round *round, enum srv_stored *stored) {
     struct srv_store_sweep sweep;
@@ -157,7 +155,7 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     round->pieces = 0;
     if (stored == SRV_STORED) stored = srv_store_figures(store, &figures);
     storage_note(desk, stored);
-    /* many processes that only compute sweep in turns: one that answers does it each second */
+    /* an api process sweeps every second; worker processes share the task */
     int64_t seconds =
         storage->count == 1 && stored == SRV_STORED ? 1 + figures.workers / SWEEP_WORKERS : 1;
     if (!more) round->next = now + seconds * second;
@@ -167,7 +165,7 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     pthread_mutex_unlock(&storage->lock);
 }
 
-/* nothing is asked of a kind and nothing will be: what came while a desk swept is looked at too */
+/* true if no query of a kind waits and none will come, those that came during a sweep included */
 static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     pthread_mutex_lock(&storage->lock);
     int done = storage->over && srv_list_empty(&storage->line[kind].turns.roads);
@@ -175,20 +173,19 @@ static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     return done;
 }
 
-/* a desk that nobody asks looks by itself whether the store is back */
+/* an idle desk checks whether the store is reachable again */
 static void storage_knock(struct storage_desk *desk) {
     struct srv_store_figures figures;
     assert(desk->away);
     storage_note(desk, srv_store_figures(desk->store, &figures));
 }
 
-/* Notifications that a desk sends, each kind at most once in a while. Those of work the more rarely
- * the more workers there are: each of them looks at a random instant after the last one. PostgreSQL
- * wakes every connection that listens, whatever it listens to: so the notifications of ends that
- * all workers send together wake RING_WAKES connections a second at most. Whoever waits for an end
- * looks after any of them. */
+/* Rate-limits the notifications of a desk, by kind. Notifications of work become rarer with the
+ * number of workers, because each worker also polls at a random time. PostgreSQL wakes every
+ * listening connection, whatever its channel; all notifications of ended jobs together therefore
+ * wake at most RING_WAKES connections per second. */
 struct storage_rings {
-    int64_t work, others; /* ns: not before */
+    int64_t work, others; /* ns: earliest next notification */
 };
 
 static int64_t storage_ring(struct storage_desk *desk, struct storage_rings *rings) {
@@ -231,7 +228,7 @@ static void *storage_serve(void *context) {
         }
         rings_at = storage_ring(desk, &rings);
         if (desk->kind == SRV_ASK_READ && !count && desk->away) storage_knock(desk);
-        /* questions go first: they may extend leases that a sweep would end */
+        /* queries go first: they may extend leases that a sweep would end */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
             storage_sweep(desk, &round);
     } while (!storage_done(storage, desk->kind));
@@ -248,7 +245,7 @@ static void *storage_listen(void *context) {
     return NULL;
 }
 
-/* says how many processes the database carries */
+/* logs how many processes the database supports */
 static void storage_carries(struct storage_desk *desk) {
     int64_t connections, workers;
     if (srv_store_carries(desk->store, &connections, &workers) != SRV_STORED || !connections)
@@ -341,7 +338,7 @@ void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct
     pthread_mutex_unlock(&storage->lock);
 }
 
-/* A question that is asked in place of the asker's own, whose thread waits for the answer. */
+/* A query on behalf of a thread that waits for its result. */
 struct storage_waiter {
     struct srv_ask ask;
     struct srv_ask *own;

@@ -1,8 +1,7 @@
-/* The threads that call the store, so that no other thread waits for a disk or a database.
- * Leaves to others: the questions (store's calls), the use of the answers (the asker's `done`).
- * Invariant: a call that was accepted comes back through its `done`, once; addresses and clients
- * take turns, and the calls of one client that write are run in the order in which they came if
- * there is one writer. */
+/* The threads that access the store, so that no other thread waits for a disk or a database.
+ * Leaves to others: the queries (calls of the store), the use of the results (`done`).
+ * Invariant: `done` of an accepted query is called exactly once; addresses and clients take turns;
+ * with one writer, the writes of a client run in order. */
 #ifndef SRV_STORAGE_H
 #define SRV_STORAGE_H
 
@@ -11,28 +10,28 @@
 #include "server/store/store.h"
 
 enum srv_ask_kind {
-    SRV_ASK_WRITE, /* changes something */
-    SRV_ASK_READ,  /* does not, and need not see what is being written */
+    SRV_ASK_WRITE, /* writes */
+    SRV_ASK_READ,  /* reads, and need not see concurrent writes */
     SRV_ASK_KINDS
 };
 
-/* Who asks: a client. Begins as {0}; it may go while none of its questions waits. */
+/* A client that queries the store. Initialized with {0}; can be freed while none of its queries
+ * waits. */
 struct srv_asker {
     struct {
-        struct srv_turns_lane lane; /* its questions that wait */
-        struct srv_turns_road road; /* those of all whose origin it is */
+        struct srv_turns_lane lane; /* its waiting queries */
+        struct srv_turns_road road; /* the queries of all clients with this origin */
     } at[SRV_ASK_KINDS];
     struct srv_asker *origin; /* its address; NULL = itself */
 };
 
-/* A question to the store. It lies inside its owner's structure, so that asking allocates
- * nothing. */
+/* A query to the store. It is part of its owner's struct, so that queueing allocates nothing. */
 struct srv_ask {
-    struct srv_store_call call; /* first: run and, afterwards, stored */
+    struct srv_store_call call; /* first: `run`, and afterwards `stored` */
     void (*done)(
-        struct srv_ask *ask); /* on a thread of the storage: short, may end the ask's life */
-    struct srv_asker *asker;  /* whose turn it takes; NULL = the process's own */
-    struct srv_list link;     /* the storage's */
+        struct srv_ask *ask); /* called on a storage thread; must be short, may free the ask */
+    struct srv_asker *asker;  /* the client whose turn it takes; NULL = the process itself */
+    struct srv_list link;     /* used by the storage */
 };
 
 struct srv_storage;
@@ -41,13 +40,12 @@ struct srv_storage;
  * Opens the store and starts the threads.
  *
  * storage  out; NULL on failure.
- * news     called on a thread of the storage whenever there may be something to claim or to stop,
- *          by whomever, and when the store has come back, with bits of SRV_RING_; short.
- * log      hears when the store is lost, and when it is back; outlives the storage.
- * error    the sentence for the operator.
+ * news     called on a storage thread with SRV_RING_ bits after a notification, and when the store
+ * is reachable again; must be short. log      receives a line when the store becomes unreachable or
+ * reachable; must outlive the storage. error    the sentence for the operator.
  *
- * As srv_store_open, and PEND_NO_MEMORY when threads cannot be had. A database that cannot be
- * reached is waited for.
+ * As srv_store_open; also PEND_NO_MEMORY if threads cannot be created. An unreachable database is
+ * retried.
  */
 PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, const char *url,
                                                  const struct srv_store_rules *rules,
@@ -55,19 +53,20 @@ PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, c
                                                  void (*news)(void *context, int rings),
                                                  void *context, struct pend_error *error);
 
-/** Waits until all calls are answered, then ends the threads and closes the store. */
+/** Waits until all queries are answered, then ends the threads and closes the store. */
 void srv_storage_free(struct srv_storage **storage);
 
-/** Queues a call for a thread of the storage. Any thread; does not wait. Calls that are queued at
- * the same time share a write to disk. */
+/** Queues a query. Any thread; does not wait. Queries that are queued together share a sync to
+ * disk.
+ */
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
 
-/** Asks and waits for the answer; `done` is not called. Only for threads that may wait: neither
- * libmicrohttpd's nor a worker's. */
+/** Runs a query and waits for its result; `done` is not called. Only for threads that may block,
+ * not for libmicrohttpd's and the workers. */
 enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind,
                                  struct srv_ask *ask);
 
-/** Returns true while the store answers. */
+/** Returns true while the store is reachable. */
 int srv_storage_here(const struct srv_storage *storage);
 
 /** Returns false if the store cannot notify other processes; callers must poll. */

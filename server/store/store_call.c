@@ -7,7 +7,7 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_schema.h"
 
-/* UNSURE_NS: before a lost connection is tried again */
+/* UNSURE_NS: delay before a reconnection */
 enum { TRIES = 5, UNSURE_NS = 200000000 };
 
 static_assert((int)SQL_COUNT <= SRV_SQL_STATEMENTS, "a driver keeps every statement");
@@ -22,7 +22,7 @@ int srv_store_valid(const struct srv_store *store) {
            ahead->leases <= SRV_STORE_AHEAD && ahead->rows >= 0 && ahead->rows <= SRV_STORE_AHEAD;
 }
 
-/* whether rows that were read ahead are good after this statement */
+/* true if rows that were read ahead stay valid after this statement */
 static int call_spares(enum srv_statement id) {
     switch (id) {
     case SQL_JOB_PUT:
@@ -39,7 +39,7 @@ static int call_spares(enum srv_statement id) {
     }
 }
 
-/* what a statement means for the call that runs, and for the rows that its batch has read ahead */
+/* updates the state of the current call, and the rows that were read ahead, for a statement */
 static void call_notes(struct srv_store *store, enum srv_statement id) {
     store->wrote |= srv_statement_text[id][0] != 'S';
     if (!call_spares(id)) store->ahead.leases = store->ahead.rows = 0;
@@ -80,7 +80,7 @@ static enum srv_stored store_open(struct srv_store *store) {
     return SRV_POST(store, SQL_BEGIN);
 }
 
-/* counts anew the sums of those clients whose sums a transaction could not change */
+/* recounts the sums of clients whose sums a transaction could not update */
 static enum srv_stored store_mend(struct srv_store *store) {
     struct srv_tally tally = store->tally;
     SRV_STORED_TRY(store_open(store));
@@ -120,7 +120,7 @@ void srv_store_ring(struct srv_store *store, int rings) {
 enum srv_stored srv_store_fold(struct srv_store *store, const char *name) {
     assert(*name && store->sql->driver->lists);
     SRV_STORED_TRY(srv_store_begin(store));
-    /* should the database fail before this is on its disk, the changes are still there */
+    /* if the database fails before this is on disk, the changes still exist */
     enum srv_stored stored = SRV_POST(store, SQL_SOON);
     if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CHANGES_FOLD, name);
     if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CLIENT_LEAVES, name);
@@ -164,7 +164,7 @@ enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
     struct srv_row_wholes row = {.count = 2};
     if (!store->now) {
         SRV_STORED_TRY(SRV_RUN(store, SQL_NOW, srv_row_wholes, &row));
-        /* another program has changed the tables while this one ran */
+        /* another program changed the tables while this one ran */
         if (row.whole[1] != SRV_SCHEMA) {
             store->settled = 0;
             store->failed = 1;
@@ -194,8 +194,8 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     return stored;
 }
 
-/* runs a call twice on a full disk: the first try may free what it found in the way; and again when
- * the answer to its commit was lost */
+/* runs a call; repeats it on a full disk, since the first attempt may free space, and if the answer
+ * to its commit was lost */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
     for (int i = 0; i < TRIES; i++) {
         call->stored = call->run(store, call);
@@ -207,7 +207,7 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
     }
 }
 
-/* notes the parts that a batch is going to end, where their rows are worth being read at once */
+/* records the parts that a batch will finish, if reading their rows at once pays */
 static void batch_ahead(struct srv_store *store, struct srv_store_call *const calls[], int count) {
     struct srv_store_ahead *ahead = &store->ahead;
     for (int i = 0; i < count && store->sql->driver->lists && ahead->leases < SRV_STORE_AHEAD; i++)
@@ -216,7 +216,7 @@ static void batch_ahead(struct srv_store *store, struct srv_store_call *const ca
     if (ahead->leases == 1) ahead->leases = 0;
 }
 
-/* runs the calls of a batch; SRV_STORED when all of them are committed */
+/* runs the calls of a batch; SRV_STORED if all are committed */
 static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[],
                                    int count) {
     SRV_STORED_TRY(store_open(store));

@@ -9,16 +9,15 @@
 
 enum { SRV_STORE_AHEAD = 128 };
 
-/* What the store says of a part that is held. */
+/* The stored state of a claimed part. */
 struct srv_store_held {
     struct srv_job job;
     long part_state, attempt;
 };
 
-/* The rows of parts that a batch is going to end, of jobs of one part: locked and read by one
- * statement when the first of them is asked for. A row is good once, and as long as nothing was
- * written but by calls that finish, claim or submit: none of these changes a job whose only part
- * somebody else holds. */
+/* The rows of parts that a batch is about to finish, of single-part jobs. One statement locks and
+ * reads them when the first is needed. A row is used once; it stays valid while only finish, claim
+ * and submit calls write, because these never change a job whose only part another worker holds. */
 struct srv_store_ahead {
     int leases, rows, read;
     const struct srv_lease *lease[SRV_STORE_AHEAD];
@@ -27,44 +26,44 @@ struct srv_store_ahead {
 
 struct srv_store {
     struct srv_sql *sql;
-    const struct srv_blobs *blobs; /* where results lie */
+    const struct srv_blobs *blobs; /* storage of results */
     struct srv_store_rules rules;
-    int looking;  /* the call that runs has no transaction */
-    int together; /* a batch's transaction is open */
-    int settled;  /* the tables are there, as this version wants them */
-    int wrote;    /* the call that runs has changed something */
-    int failed;   /* a statement of the transaction has failed, or a call that has written something
-                   */
-    int unsure;   /* a commit was sent, and its answer was lost: its calls look whether they took
-                     effect before they do anything again */
-    int ring;     /* whom transactions that have ended are to wake, SRV_RING_ */
-    char crowded[SRV_NAME_BYTES]; /* a client of which many changes are not in its row; "" = none */
-    long workers;      /* processes that compute, when figures were last read; 0 = unknown */
-    int64_t mended_ns; /* when sums were last looked at because a claim found nothing */
-    int64_t now;       /* us by the store's clock, in this transaction; 0 = not known yet */
+    int looking;  /* the current call has no transaction */
+    int together; /* the transaction of a batch is open */
+    int settled;  /* the tables exist with this version's schema */
+    int wrote;    /* the current call has written */
+    int failed;   /* a statement of the transaction, or a call that had written, has failed */
+    int unsure;   /* a commit was sent but its answer was lost: calls check whether they took
+                     effect before they repeat anything */
+    int ring;     /* pending notifications, SRV_RING_ bits */
+    char crowded[SRV_NAME_BYTES]; /* a client with many changes not yet added to its row; "" = none
+                                   */
+    long workers;      /* processes that compute, at the last reading of figures; 0 = unknown */
+    int64_t mended_ns; /* when sums were last checked because a claim found nothing */
+    int64_t now;       /* us by the store's clock in this transaction; 0 = not read yet */
     struct srv_tally tally;
     struct srv_store_ahead ahead; /* empty unless a batch runs */
     struct {
-        int64_t from; /* us: no job that expired before is left but those that other processes had
-                         locked */
-        int64_t seen; /* us by the store's clock at the last sweep, 0 = there was none */
-        int64_t seen_ns; /* by the monotonic clock, then */
+        int64_t from; /* us: all jobs that expired earlier are deleted, except those locked by other
+                         processes */
+        int64_t seen; /* us by the store's clock at the last sweep; 0 = none yet */
+        int64_t seen_ns; /* the same by the monotonic clock */
         int64_t hold_ns; /* no job expires before this instant of the monotonic clock */
     } expiry;
 };
 
-/** Returns true if a store has a driver, and its call and its batch do not contradict each other.
- * O(1). */
+/** Returns true if a store has a driver, and the states of its call and batch are consistent. O(1).
+ */
 int srv_store_valid(const struct srv_store *store);
 
-/** Makes the tables where there are none, once the database can be reached. */
+/** Creates the tables if necessary, once the database is reachable. */
 enum srv_stored srv_store_settle(struct srv_store *store);
 
 /** Begins a call, with a transaction of its own unless it is one of a batch. */
 enum srv_stored srv_store_begin(struct srv_store *store);
 
-/** Begins a call of one statement, which reads: without a transaction where a statement is one by
- * itself. */
+/** Begins a call of one reading statement; without a transaction if the database makes a single
+ * statement one. */
 enum srv_stored srv_store_look(struct srv_store *store);
 
 /**
@@ -74,16 +73,16 @@ enum srv_stored srv_store_look(struct srv_store *store);
  */
 enum srv_stored srv_store_end(struct srv_store *store, enum srv_stored stored);
 
-/** Puts the changes of a client that are not in its row yet into it; a call of its own. */
+/** Adds a client's pending changes to its row; a call of its own. */
 enum srv_stored srv_store_fold(struct srv_store *store, const char *name);
 
-/** Runs a statement; row is called for each row that it answers with, or NULL. */
+/** Runs a statement; `row`, if not NULL, is called for each row of the result. */
 enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
                               const struct srv_value value[], int count, srv_row_fn *row,
                               void *context);
 
 /**
- * The store's clock, us since 1970: read once in a transaction, and a microsecond later at every
+ * The store's clock, us since 1970: read once per transaction, then a microsecond later at every
  * call.
  *
  * SRV_STORED_BROKEN  another program has changed the tables while this one ran.
@@ -91,8 +90,8 @@ enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
 enum srv_stored srv_store_now(struct srv_store *store, int64_t *now);
 
 /**
- * As srv_store_run, of a statement whose rows are of no interest: its failure may be that of a
- * later one, or of the call's end.
+ * As srv_store_run, for a statement whose rows are not needed. Its failure may be reported by a
+ * later statement, or at the end of the call.
  */
 enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
                                const struct srv_value value[], int count);
@@ -102,8 +101,8 @@ enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
     srv_store_run((store), (id), SRV_VALUES(__VA_ARGS__), (row), (context))
 #define SRV_POST(store, id, ...) srv_store_post((store), (id), SRV_VALUES(__VA_ARGS__))
 
-/** A whole call of one statement, of one parameter, that answers with one field of bytes:
- * malloc'ed, the caller's; and with what `whole` judges them by. */
+/** A whole call: runs a statement with one parameter and returns one field of bytes, malloc'ed,
+ * after `whole` has verified it. */
 enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name,
                                 srv_whole_fn *whole, void **data, size_t *bytes);
 

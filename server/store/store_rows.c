@@ -71,7 +71,7 @@ void srv_row_word(struct srv_row *row, size_t least, char text[], size_t cap, co
     if (!good && !row->flaw) row->flaw = column;
 }
 
-/* what the numbers of a job's row say together */
+/* checks the numbers of a job's row against each other */
 static const char *row_job_flaw(const struct srv_job *job) {
     int over = job->state > SRV_JOB_RUNNING;
     if (job->done > job->parts) return "done";
@@ -97,7 +97,7 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw) {
 
 static_assert(SRV_ROW_JOB + 4 <= SRV_SQL_PARAMETERS, "a row of a claim fits");
 
-/* the fields of JOB_COLUMNS behind the id */
+/* the fields of JOB_COLUMNS after the id */
 static void row_job_read(struct srv_job *job, struct srv_row *row) {
     srv_row_word(row, 1, job->client, sizeof job->client, "client");
     srv_row_word(row, 1, job->operation, sizeof job->operation, "operation");
@@ -135,7 +135,7 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     job->flaw = row.flaw ? row.flaw : row_job_flaw(job);
     if (job->flaw) srv_row_job_fail(job, job->flaw);
     if (rows->with_digest) {
-        /* one that is damaged is no request's: whoever uses the key again is told of a clash */
+        /* a damaged digest matches no request: reuse of the key is a clash */
         int good = row.next->kind == SRV_SQL_BYTES && row.next->bytes == SRV_DIGEST_BYTES;
         memset(rows->digest, 0, SRV_DIGEST_BYTES);
         if (good) memcpy(rows->digest, row.next->data, SRV_DIGEST_BYTES);
