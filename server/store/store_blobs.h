@@ -1,21 +1,20 @@
-/* Where the results of parts lie: today in rows of the database.
- * Leaves to others: who may write them (store_leases), when they go (store_sweep).
- * Invariant: what is put is there once the transaction is committed, and never before. */
+/* Storage of the results of parts; currently rows of the database.
+ * Leaves to others: who may write them (store_leases), when they are deleted (store_sweep).
+ * Invariant: a result is visible once its transaction is committed, never before. */
 #ifndef SRV_STORE_BLOBS_H
 #define SRV_STORE_BLOBS_H
 
 #include "server/store/store_call.h"
 
-/* A place for results. Its functions are called in a call that has begun. */
+/* A storage of results. Its functions run within a call that has begun. */
 struct srv_blobs {
-    /** Keeps the result of a part that is held. */
+    /** Stores the result of a leased part. */
     enum srv_stored (*put)(struct srv_store *store, const struct srv_lease *lease, const char *data,
                            size_t bytes);
-    /** Reads a chunk as srv_store_chunk; *bytes stays 0 unless it is whole. */
+    /** Reads a chunk as srv_store_chunk; *bytes stays 0 if it is damaged. */
     enum srv_stored (*get)(struct srv_store *store, const char *job, long part, long chunk,
                            void *data, size_t *bytes);
-    /** Removes results of a job. more: out, 1 = only a piece of them has gone; NULL: they are
-     * small, and all go. */
+    /** Deletes results of a job. more: out, 1 = some remain; NULL: they are small, delete all. */
     enum srv_stored (*drop)(struct srv_store *store, const char *job, int *more);
 };
 

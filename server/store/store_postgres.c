@@ -11,34 +11,33 @@
 #include "server/base/container_of.h"
 #include "server/store/store_postgres_line.h"
 
-/* bytes that are sent without waiting for an answer */
+/* bytes sent without waiting for a reply */
 enum { POST_BYTES = 1 << 20 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
-/* the longest waits for the database: ANSWER_MS for an answer; a
- * listener without news checks the connection after LISTEN_MS */
+/* longest waits: ANSWER_MS for a reply; LISTEN_MS until a silent listener checks its connection */
 enum { ANSWER_MS = 10000, LISTEN_MS = 5000 };
-/* connections that a process which only works leaves to those that answer: two of them can start */
+/* connections that worker processes leave free: enough for two api processes to start */
 enum { CONNECTIONS_LEFT = 8 };
 
 struct postgres_sql {
     struct srv_sql sql; /* first */
     PGconn *connection;
-    int64_t retry_ms; /* when a lost connection may be tried again */
-    int wait_ms;      /* from one try to the next */
-    int silent;       /* it gave no answer in time */
+    int64_t retry_ms; /* time of the next reconnection attempt */
+    int wait_ms;      /* delay between attempts */
+    int silent;       /* the database did not reply in time */
     char *url;
-    int role;    /* of its process, SRV_SQL_ */
-    int crowded; /* it would have been one of the last connections */
-    int pooled;  /* transactions of this connection are run by one server process and another */
-    int64_t listen_ms; /* when to say LISTEN, again */
+    int role;    /* SRV_SQL_ bits of its process */
+    int crowded; /* refused because it would use one of the last connections */
+    int pooled;  /* behind a transaction pooler: different server processes run its transactions */
+    int64_t listen_ms; /* time of the next LISTEN */
     char kept[SRV_SQL_STATEMENTS];
-    int round;  /* of preparations, in the names of prepared statements */
-    int unsure; /* statements were prepared since the last answer: should that be a failure they may
-                   not be */
-    size_t posted_bytes; /* of statements that were sent, or wait to be, since the last answer */
-    struct srv_sql_list
-        *list[SRV_SQL_STATEMENTS]; /* rows of values of each, NULL where there never were any */
-    int listed[SRV_SQL_STATEMENTS], lists; /* those that have rows, first come first */
+    int round;  /* generation number in the names of prepared statements */
+    int unsure; /* statements were prepared since the last reply; if that is a failure, they may not
+                   exist */
+    size_t posted_bytes; /* bytes of statements sent or queued since the last reply */
+    struct srv_sql_list *
+        list[SRV_SQL_STATEMENTS]; /* collected rows of values of each statement; NULL = never any */
+    int listed[SRV_SQL_STATEMENTS], lists; /* the statements with rows, in order of arrival */
 };
 
 static int64_t postgres_clock_ms(void) { return srv_clock_now() / 1000000; }
@@ -56,7 +55,7 @@ static void postgres_close(struct srv_sql *sql) {
 
 static void postgres_quiet(void *context, const char *message) { (void)context, (void)message; }
 
-/* waits until PQgetResult will not wait, or the time is over; queued bytes are sent meanwhile */
+/* waits until PQgetResult will not block, or until the timeout; sends queued bytes meanwhile */
 static int postgres_wait(PGconn *connection, int64_t until_ms) {
     int unsent;
     while ((unsent = PQflush(connection)) > 0 || (unsent == 0 && PQisBusy(connection))) {
@@ -68,7 +67,7 @@ static int postgres_wait(PGconn *connection, int64_t until_ms) {
     return 1;
 }
 
-/* the next result, NULL at the end of a statement's; a line on which none comes in time is cut */
+/* the next result; NULL at the end of a statement's results; closes the connection on a timeout */
 static PGresult *postgres_result_next(struct postgres_sql *own, int64_t until_ms) {
     if (!own->silent && !postgres_wait(own->connection, until_ms)) {
         own->silent = 1;
@@ -77,7 +76,7 @@ static PGresult *postgres_result_next(struct postgres_sql *own, int64_t until_ms
     return PQgetResult(own->connection);
 }
 
-/* the answer to what was said outside of a pipeline, the first complaint of several */
+/* the reply to a command outside a pipeline; the first error if there are several results */
 static PGresult *postgres_answer(struct postgres_sql *own, int said) {
     int64_t until_ms = postgres_clock_ms() + ANSWER_MS;
     PGresult *answer = NULL, *next;
@@ -90,8 +89,8 @@ static PGresult *postgres_answer(struct postgres_sql *own, int said) {
     return answer;
 }
 
-/* keeps a result that is an answer or the first complaint, and frees what it takes the place of;
- * frees other results */
+/* keeps a result that is the reply or the first error and frees its predecessor; frees other
+ * results */
 static void postgres_keep(PGresult *result, PGresult **answer, PGresult **bad) {
     ExecStatusType status = PQresultStatus(result);
     PGresult **place = status == PGRES_FATAL_ERROR ? bad : answer;
@@ -101,13 +100,13 @@ static void postgres_keep(PGresult *result, PGresult **answer, PGresult **bad) {
     if (!passing) *place = result;
 }
 
-/* the answer to the last statement of a pipeline, or the first complaint about those before it;
- * NULL when the line is lost */
+/* the reply to the last statement of a pipeline, or the first error before it; NULL if the
+ * connection is lost */
 static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     int64_t until_ms = postgres_clock_ms() + ANSWER_MS;
     PGresult *answer = NULL, *bad = NULL, *next;
     int over = !said || !PQpipelineSync(own->connection);
-    /* a NULL ends the results of one statement; two, or one on a lost line, end all */
+    /* one NULL ends the results of a statement; two, or one on a lost connection, end all */
     for (int ends = 0; !over && ends < 2;) {
         next = postgres_result_next(own, until_ms);
         ends = next ? 0 : ends + 1;
@@ -115,7 +114,7 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
                PQstatus(own->connection) != CONNECTION_OK;
         if (next) postgres_keep(next, &answer, &bad);
     }
-    /* some of them may be prepared all the same: their names are not used again */
+    /* some of them may exist nevertheless: their names are not used again */
     if (bad && own->unsure) {
         memset(own->kept, 0, sizeof own->kept);
         own->round++;
@@ -127,9 +126,8 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     return bad;
 }
 
-/* Every statement on the tables has an index that suits it. Its plan must use this index from
- * the first row on: a plan that was made while a table was empty, or before its statistics were
- * collected, would scan and sort the table. */
+/* Every statement has a suitable index, and its plan must use it from the first row on: a plan made
+ * for an empty table, or before statistics exist, would scan and sort the table. */
 #define POSTGRES_PLANS                                                                             \
     "SET plan_cache_mode = force_generic_plan; SET enable_seqscan = off; SET enable_bitmapscan = " \
     "off;"                                                                                         \
@@ -141,10 +139,10 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     "PgBouncer "                                                                                   \
     "with pool_mode = transaction): name the database itself, or a pool of sessions"
 
-/* false for a pooler of transactions, where statements are prepared on one connection and run on
- * another: a pooler does not know the server process that it will use, and a second connection gets
- * the one that the first has just used. And false for a worker that would take one of the last
- * connections. */
+/* Returns 0 behind a transaction pooler, where a statement may be prepared on one server connection
+ * and run on another. It is detected because a pooler reports no server process at connection, and
+ * gives a second connection the server process that the first has just used. Also returns 0 if a
+ * worker would use one of the last connections. */
 static int postgres_suits(struct postgres_sql *own) {
     int said = PQsendQuery(own->connection, SRV_POSTGRES_SERVER);
     long left, server = srv_postgres_server(postgres_answer(own, said), &left);
@@ -157,8 +155,8 @@ static int postgres_suits(struct postgres_sql *own) {
     return 0;
 }
 
-/* the settings of a connection: a process that was stopped in the middle of a transaction must
- * not hold its rows, and nobody waits for them without end */
+/* settings of a connection: a process that is suspended within a transaction must not lock rows for
+ * long, and no one waits for locks without limit */
 static int postgres_settle(struct postgres_sql *own) {
     if (PQsetnonblocking(own->connection, 1)) return 0;
     PQsetNoticeProcessor(own->connection, postgres_quiet, NULL);
@@ -173,7 +171,7 @@ static int postgres_settle(struct postgres_sql *own) {
     return good && postgres_suits(own) && PQenterPipelineMode(own->connection);
 }
 
-/* notes what the database said last, or that it said nothing */
+/* records the database's last message, or that there was no reply */
 static void postgres_complain(struct postgres_sql *own, const PGresult *result) {
     static_assert(ANSWER_MS == 10000, "the limit is in a text");
     static_assert(CONNECTIONS_LEFT == 8, "the number is in a text");
@@ -186,7 +184,7 @@ static void postgres_complain(struct postgres_sql *own, const PGresult *result) 
                                               : PQerrorMessage(own->connection));
 }
 
-/* notes why there is no connection, and when to try again */
+/* records why there is no connection, and when to retry */
 static void postgres_lost(struct postgres_sql *own) {
     postgres_complain(own, NULL);
     own->wait_ms = !own->wait_ms                     ? FIRST_WAIT_MS
@@ -208,8 +206,8 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int
     char *said = NULL;
     PQconninfoOption *options = PQconninfoParse(url, &said);
     if (!options) {
-        /* what the library quotes may be a piece of the password, unless it is the name of a
-         * parameter */
+        /* the text that the library quotes may be part of the password, unless it names a parameter
+         */
         if (said && strncmp(said, "invalid URI query parameter", 27) != 0)
             said[strcspn(said, "\"")] = 0;
         srv_sql_complain(&own->sql, said ? said : "out of memory");
@@ -221,7 +219,7 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int
     PQconninfoFree(options);
     PQfreemem(said);
     if (status == PEND_OK) own->connection = srv_postgres_connect(url, role);
-    /* a database that is away now may come: then the connection is like one that was lost */
+    /* an unreachable database may return: treat the connection as lost */
     if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own)))
         postgres_lost(own);
     if (own->pooled) status = pend_fail(error, PEND_INVALID, -1, 0, "%s", POSTGRES_POOLED);
@@ -232,7 +230,7 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int
     return status;
 }
 
-/* makes a lost connection anew; tries come further and further apart */
+/* reconnects; the delay between attempts grows */
 static int postgres_again(struct postgres_sql *own) {
     int64_t now = postgres_clock_ms();
     if (now < own->retry_ms || own->pooled) return 0;
@@ -253,10 +251,10 @@ static int postgres_again(struct postgres_sql *own) {
     return 0;
 }
 
-/* what PostgreSQL's five letters mean for a store */
+/* converts PostgreSQL's SQLSTATE */
 static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult *result) {
     static const struct {
-        const char *state; /* begins with */
+        const char *state; /* prefix of the SQLSTATE */
         enum srv_stored stored;
     } rows[] = {{"53100", SRV_STORED_FULL},
                 {"40", SRV_STORED_AGAIN},
@@ -268,10 +266,10 @@ static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult 
                 {"53", SRV_STORED_AWAY},
                 {"25P03", SRV_STORED_AGAIN},
                 {"25006", SRV_STORED_AWAY},
-                /* a statement that was prepared is not there, or one that was not is */
+                /* a prepared statement is missing, or exists already */
                 {"26000", SRV_STORED_AWAY},
                 {"42P05", SRV_STORED_AWAY},
-                /* a row holds a number that cannot be counted on, or a text that is none */
+                /* a row has an out-of-range number or an invalid text */
                 {"22", SRV_STORED_DAMAGED}};
     ExecStatusType status = PQresultStatus(result);
     if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return SRV_STORED;
@@ -284,8 +282,7 @@ static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult 
                                                                 : SRV_STORED_BROKEN;
 }
 
-/* puts a statement into the pipeline, and its preparation before it; returns 0 when that cannot
- * be */
+/* queues a statement in the pipeline, after its preparation if needed; returns 0 on failure */
 static int postgres_put(struct postgres_sql *own, int id, const char *text,
                         const struct srv_postgres_values *values, int count) {
     char spelt[SRV_SQL_TEXT], name[32];
@@ -303,7 +300,7 @@ static int postgres_put(struct postgres_sql *own, int id, const char *text,
                                values->binary, 1);
 }
 
-/* puts a statement on the rows of values that were gathered for it into the pipeline */
+/* queues a statement with its collected rows of values */
 static int postgres_put_list(struct postgres_sql *own, int id) {
     struct srv_sql_list *list = own->list[id];
     struct srv_postgres_values values = {0};
@@ -314,13 +311,13 @@ static int postgres_put_list(struct postgres_sql *own, int id) {
     return good;
 }
 
-/* drops the rows that were gathered, because their transaction has failed */
+/* discards the collected rows of a failed transaction */
 static void postgres_drop_lists(struct postgres_sql *own) {
     for (int i = 0; i < own->lists; i++) srv_sql_list_empty(own->list[own->listed[i]]);
     own->lists = 0;
 }
 
-/* puts all statements on rows into the pipeline, that of `last` behind the others */
+/* queues all statements with collected rows, statement `last` after the others */
 static int postgres_put_lists(struct postgres_sql *own, int last) {
     int good = 1;
     for (int i = 0; i + 1 < own->lists; i++)
@@ -333,7 +330,7 @@ static int postgres_put_lists(struct postgres_sql *own, int last) {
     return good;
 }
 
-/* keeps a row of values for a statement; returns 0 when memory is short */
+/* collects a row of values for a statement; returns 0 if memory is short */
 static int postgres_gather(struct postgres_sql *own, int id, const char *text,
                            const struct srv_value value[], int count) {
     if (!own->list[id] && !(own->list[id] = calloc(1, sizeof *own->list[id]))) return 0;
@@ -343,8 +340,8 @@ static int postgres_gather(struct postgres_sql *own, int id, const char *text,
     return 0;
 }
 
-/* puts a statement into the pipeline, behind those on rows that were gathered before it; with
- * `later` a statement on rows waits for more of them. Returns 0 when that cannot be */
+/* queues a statement after those with collected rows. With `later`, a statement on rows waits for
+ * more rows. Returns 0 on failure */
 static int postgres_send(struct postgres_sql *own, int id, const char *text,
                          const struct srv_value value[], int count, int later) {
     struct srv_postgres_values values;
@@ -358,7 +355,7 @@ static int postgres_send(struct postgres_sql *own, int id, const char *text,
     return postgres_put_lists(own, -1) && postgres_put(own, id, text, &values, count);
 }
 
-/* true when there is a connection; one that was lost is made anew where a transaction begins */
+/* true if there is a connection; reconnects at the beginning of a transaction */
 static int postgres_here(struct postgres_sql *own, const char *text) {
     if (PQstatus(own->connection) == CONNECTION_OK && !own->pooled) return 1;
     return (!strcmp(text, "{begin}") || !strcmp(text, "{look}")) && postgres_again(own);
@@ -385,8 +382,7 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count, 0));
     enum srv_stored stored = postgres_result(own, result);
-    /* a failed statement has spoilt the transaction: PostgreSQL says COMMIT to that, and rolls back
-     */
+    /* after a failed statement PostgreSQL accepts COMMIT but rolls back */
     if (stored == SRV_STORED && !strcmp(text, "COMMIT") && strcmp(PQcmdStatus(result), text))
         stored = SRV_STORED_AGAIN;
     int rows = stored == SRV_STORED ? PQntuples(result) : 0,
@@ -399,8 +395,9 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     return stored;
 }
 
-/* takes what has arrived; bits of SRV_RING_ for the notifications among it, all of them when the
- * connection is lost */
+/* reads pending input; returns the SRV_RING_ bits of notifications, all bits if the connection is
+ * lost
+ */
 static int postgres_heard(struct postgres_sql *own) {
     PGnotify *note;
     int heard = 0;
@@ -414,7 +411,7 @@ static int postgres_heard(struct postgres_sql *own) {
     return heard;
 }
 
-/* says what it listens to; returns 0 when the connection is lost */
+/* sends LISTEN; returns 0 if the connection is lost */
 static int postgres_says(struct postgres_sql *own) {
     int good = 1;
     if (own->role != SRV_SQL_WORKS) good = postgres_send(own, -1, "LISTEN pendulumd", NULL, 0, 0);
@@ -455,7 +452,7 @@ static const struct srv_sql_word postgres_words[] = {
      "(SELECT COUNT(*) FROM pg_stat_activity WHERE datname = current_database() AND "
      "application_name = 'pendulumd worker'), (SELECT COUNT(*) FROM pg_stat_activity WHERE "
      "datname = current_database() AND application_name LIKE 'pendulumd%')"},
-    /* 3: connections of a process that answers */
+    /* 3: connections of an api process */
     {"carries", "CAST(current_setting('max_connections') AS BIGINT), CAST(current_setting("
                 "'max_connections') AS BIGINT) - CAST(current_setting("
                 "'superuser_reserved_connections') AS BIGINT) - 3 - 8"},

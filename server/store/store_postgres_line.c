@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* the types that statements answer with, as PostgreSQL numbers them */
+/* PostgreSQL's OIDs of the result types */
 enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
-#define CONNECT_S "5" /* the longest wait for a connection */
+#define CONNECT_S "5" /* connection timeout, s */
 
 void srv_postgres_values(struct srv_postgres_values *out, const struct srv_value value[],
                          int count) {

@@ -1,7 +1,6 @@
-/* A connection to PostgreSQL before statements run on it, and what libpq is given and gives:
- * parameters and rows.
- * Leaves to others: statements, waiting, what is lost (store_postgres).
- * Invariant: numbers travel in binary, in the order of the network. */
+/* Connecting to PostgreSQL, and converting parameters and rows for libpq.
+ * Leaves to others: statements, timeouts, lost connections (store_postgres).
+ * Invariant: numbers are sent in binary, in network byte order. */
 #ifndef SRV_STORE_POSTGRES_LINE_H
 #define SRV_STORE_POSTGRES_LINE_H
 
@@ -9,7 +8,7 @@
 
 #include "server/store/sql.h"
 
-/* Parameters as libpq wants them. */
+/* Parameters in libpq's form. */
 struct srv_postgres_values {
     Oid type[SRV_SQL_PARAMETERS];
     const char *data[SRV_SQL_PARAMETERS];
@@ -17,15 +16,15 @@ struct srv_postgres_values {
     int64_t whole[SRV_SQL_PARAMETERS];
 };
 
-/** Writes the parameters of a statement; they lend the values' data. */
+/** Converts the parameters of a statement; they point into the values. */
 void srv_postgres_values(struct srv_postgres_values *out, const struct srv_value value[],
                          int count);
 
-/** Reads the fields of a row; they are valid as long as the result. */
+/** Reads the fields of a row; they are valid until the result is freed. */
 void srv_postgres_fields(const PGresult *result, int row, struct srv_value field[], int count);
 
-/** Connects; a connection that broke silently is noticed in about ten seconds, unless the url says
- * otherwise. role: bits of SRV_SQL_, told by the name under which the database lists it. */
+/** Connects. Keepalives detect a dead connection within about ten seconds, unless the url overrides
+ * them. role: SRV_SQL_ bits, encoded in the application name. */
 PGconn *srv_postgres_connect(const char *url, int role);
 
 #define SRV_POSTGRES_SERVER                                                                        \
@@ -36,15 +35,15 @@ PGconn *srv_postgres_connect(const char *url, int role);
 /**
  * Reads and frees the answer to SRV_POSTGRES_SERVER.
  *
- * left  out: the connections that the database has left.
+ * left  out: free connections of the database.
  *
- * Returns the server process that runs the connection's statements, 0 for no answer. A pooler does
- * not know it when it accepts a connection: PQbackendPID differs.
+ * Returns the server process of the connection; 0 without a reply. Behind a pooler PQbackendPID
+ * differs.
  */
 long srv_postgres_server(PGresult *result, long *left);
 
-/** Whether a second connection is served by the same process while the first one rests: then a
- * pooler gives each transaction whichever process is free. */
+/** Returns non-zero if a second connection gets the same server process while the first is idle:
+ * then a transaction pooler is in between. */
 int srv_postgres_pooled(const char *url, int role, long server);
 
 #endif

@@ -4,8 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* clients of one address that take a turn each; of more of them each claim counts for more
- * turns, so that together they take few more than so many */
+/* Up to this many clients of an address take one turn each. With more clients each claim counts for
+ * more turns, so that together they take about this many. */
 enum { SOURCE_TURNS = 8 };
 
 enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *name, int64_t bytes) {
@@ -43,7 +43,7 @@ enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_jo
     return srv_store_count_bytes(store, is->client, is->bytes + is->held - was->bytes - was->held);
 }
 
-/* whether the disk has room */
+/* checks the disk space */
 static enum srv_stored quotas_disk(struct srv_store *store, size_t bytes) {
     const struct srv_sql_driver *driver = store->sql->driver;
     return driver->room && !driver->room(store->sql, bytes) ? SRV_STORED_FULL : SRV_STORED;

@@ -1,32 +1,31 @@
-/* The jobs, scenes and bytes that clients have in the store, and their quotas.
+/* The jobs, scenes and bytes of clients in the store, and their quotas.
  * Leaves to others: the consequences of an exceeded quota (store_jobs, store_leases, store_scenes).
- * Invariant: sums are changed in the transaction that changes what they count, so that they
- * always equal a recount. */
+ * Invariant: sums change in the same transaction as the rows that they count, so they always equal
+ * a recount. */
 #ifndef SRV_STORE_QUOTAS_H
 #define SRV_STORE_QUOTAS_H
 
 #include "server/store/store_call.h"
 
-/** Adds to the bytes kept for a client's jobs, and to the sum of all clients. */
+/** Adds to the bytes of a client's jobs, and to the sum of all clients. */
 enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *client, int64_t bytes);
 
 /**
- * Counts a client's jobs, bytes and scenes anew, and all sums: what was kept of them cannot be.
- * What this transaction has changed so far is written already. O(all jobs)
+ * Recounts a client's jobs, bytes and scenes, and all sums, because the stored ones are impossible.
+ * The changes of this transaction must be written already. O(all jobs).
  */
 enum srv_stored srv_store_recount(struct srv_store *store, const char *client);
 
 /** Returns the number of parts of a job that can be claimed now. */
 long srv_job_claimable(const struct srv_job *job);
 
-/** Counts what became of a job between two readings of it: its state, its parts that can be
- * claimed, its bytes. */
+/** Updates the sums for the change between two states of a job: state, claimable parts, bytes. */
 enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was,
                                     const struct srv_job *is);
 
 /**
- * Whether a client may keep so many bytes more for its jobs: under its quota, under that of all,
- * and on the disk.
+ * Checks whether a client may store this many more bytes for its jobs: its quota, that of all
+ * clients, and the disk.
  *
  * SRV_STORED_FULL
  * SRV_STORED_QUOTA  message says which.
@@ -35,11 +34,11 @@ enum srv_stored srv_store_room(struct srv_store *store, const char *client, size
                                char message[SRV_REQUEST_HEAD_BYTES]);
 
 /**
- * Whether all clients of an address or account together may have one more open job; O(clients of
- * the source).
+ * Checks whether all clients of an address or account together may have one more open job.
+ * O(clients of the source).
  *
- * client  whose changes in this transaction are known; notes its source.
- * source  NULL, or the client itself: the client's own quotas say all.
+ * client  the client, whose changes in this transaction are known; records its source.
+ * source  NULL, or the client itself: only the client's own quotas apply.
  *
  * SRV_STORED_QUOTA  message says which.
  */
@@ -47,10 +46,10 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *client, co
                                  char message[SRV_REQUEST_HEAD_BYTES]);
 
 /**
- * Whether a client may keep one more scene.
+ * Checks whether a client may store one more scene.
  *
- * bytes  that it is counted for.
- * anew   non-zero: nobody keeps it yet, so that it takes room on the disk as well.
+ * bytes  counted for the scene.
+ * anew   non-zero: no other client stores it, so it needs disk space too.
  *
  * SRV_STORED_FULL, SRV_STORED_QUOTA
  */

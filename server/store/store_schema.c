@@ -5,31 +5,30 @@
 
 #include "server/store/store_rows.h"
 
-/* The tables, a statement each. */
+/* The tables, one statement each. */
 static const char *const schema[] = {
-    /* source: the address or account that a client comes from; turn: when it may claim next, and
-     * weight: turns that a claim counts for; sums: open jobs, jobs of which a part can be claimed,
-     * bytes kept, scenes */
+    /* source: address or account of the client; turn: order of its next claim; weight: turns per
+     * claim; sums: open jobs, jobs with claimable parts, stored bytes, scenes */
     "CREATE TABLE clients (name TEXT PRIMARY KEY, source TEXT NOT NULL, turn BIGINT NOT NULL, "
     "weight BIGINT NOT NULL, jobs BIGINT NOT NULL, ready BIGINT NOT NULL, bytes BIGINT NOT NULL, "
     "scenes BIGINT NOT NULL, scene_bytes BIGINT NOT NULL)",
     "CREATE INDEX clients_source ON clients (source)",
     "CREATE INDEX clients_ready ON clients (turn, name) WHERE ready > 0",
     "CREATE INDEX clients_open ON clients (turn) WHERE jobs > 0",
-    /* changes of clients' sums that are not in their rows yet */
+    /* pending changes of clients' sums */
     "CREATE TABLE changes (name TEXT NOT NULL, turn BIGINT NOT NULL, jobs BIGINT NOT NULL, ready "
     "BIGINT NOT NULL, bytes BIGINT NOT NULL)",
     "CREATE INDEX changes_name ON changes (name)",
-    /* the sums of all clients, in several rows that are added up */
+    /* the sums of all clients; several rows that are added up */
     "CREATE TABLE totals (place BIGINT PRIMARY KEY, accepted BIGINT NOT NULL, running BIGINT NOT "
     "NULL, successful BIGINT NOT NULL, failed BIGINT NOT NULL, dismissed BIGINT NOT NULL, waiting "
     "BIGINT NOT NULL, bytes BIGINT NOT NULL, scenes BIGINT NOT NULL, scene_bytes BIGINT NOT NULL) "
     "{hot}",
     "INSERT INTO totals VALUES (0, 0, 0, 0, 0, 0, 0, 0, 0, 0)",
-    /* begun: parts that a worker has held, ever; waiting: of these, those that nobody holds and
-     * that are not done; carry: what the next part of a chained job starts from; ready: a part can
-     * be claimed; rank: srv_store_rank; part_us: computation of a part, estimated; held: bytes that
-     * the row and the request are counted for; version: of the program that took the job in */
+    /* begun: parts that have been claimed at least once; waiting: those of them that are neither
+     * done nor held; carry: checkpoint for the next part of a chained job; ready: a part can be
+     * claimed; rank: srv_store_rank; part_us: estimated time of a part; held: bytes counted for the
+     * row and the request; version: of the program that accepted the job */
     "CREATE TABLE jobs (id TEXT PRIMARY KEY, client TEXT NOT NULL, operation TEXT NOT NULL, "
     "title TEXT NOT NULL, version TEXT NOT NULL, request {bytes} NOT NULL, seal {bytes} NOT NULL, "
     "key TEXT, digest {bytes} NOT NULL, state BIGINT NOT NULL DEFAULT 0, parts BIGINT NOT NULL, "
@@ -42,8 +41,8 @@ static const char *const schema[] = {
     "CREATE INDEX jobs_ready ON jobs (client, rank, created) WHERE ready = 1",
     "CREATE INDEX jobs_client ON jobs (client, created, id)",
     "CREATE INDEX jobs_expires ON jobs (expires) WHERE expires > 0",
-    /* kills: workers that ended while they computed it alone; aside: it is to be computed alone,
-     * because a worker that held it with others has ended */
+    /* kills: workers that died while they computed only this part; aside: compute it alone, because
+     * a worker died while it held this and other parts */
     "CREATE TABLE parts (job TEXT NOT NULL, number BIGINT NOT NULL, state BIGINT NOT NULL, "
     "attempt BIGINT NOT NULL, kills BIGINT NOT NULL, aside BIGINT NOT NULL DEFAULT 0, worker TEXT "
     "NOT NULL, lease BIGINT NOT NULL, start {bytes}, bytes BIGINT NOT NULL, PRIMARY KEY (job, "
@@ -53,8 +52,8 @@ static const char *const schema[] = {
     "CREATE INDEX parts_waiting ON parts (job, number) WHERE state = 0",
     "CREATE TABLE results (job TEXT NOT NULL, part BIGINT NOT NULL, chunk BIGINT NOT NULL, data "
     "{bytes} NOT NULL, seal {bytes} NOT NULL, PRIMARY KEY (job, part, chunk))",
-    /* results of jobs that ended without success, until they are gone; the row '.' stays, so that
-     * the table has a page already where a full disk is to be emptied */
+    /* results of unsuccessful jobs, until they are deleted; the row '.' stays, so that the table
+     * has a page when a full disk must be emptied */
     "CREATE TABLE removals (job TEXT PRIMARY KEY, client TEXT NOT NULL, bytes BIGINT NOT NULL)",
     "INSERT INTO removals (job, client, bytes) VALUES ('.', '.', 0)",
     "CREATE TABLE scenes (id TEXT PRIMARY KEY, body {bytes} NOT NULL, created BIGINT NOT NULL, "
@@ -63,9 +62,9 @@ static const char *const schema[] = {
     "BIGINT NOT NULL, PRIMARY KEY (scene, client))",
     "CREATE INDEX keepers_client ON keepers (client)",
     "CREATE INDEX keepers_source ON keepers (source)",
-    /* source: the mark of the address that made the room; near: of the one from which its teacher
-     * wrote last; empty_ends: when it ends while nobody has joined (0 = not before `ends`); share:
-     * pupils that one address may have (0 = the default) */
+    /* source: digest bits of the address that created the room; near: of the address of its
+     * teacher's last write; empty_ends: expiry while no pupil has joined (0 = at `ends`); share:
+     * most pupils of one address (0 = the default) */
     "CREATE TABLE classes (code TEXT PRIMARY KEY, teacher TEXT NOT NULL, key TEXT, source TEXT NOT "
     "NULL, near TEXT NOT NULL DEFAULT '', created BIGINT NOT NULL, ends BIGINT NOT NULL, "
     "empty_ends BIGINT NOT NULL, version BIGINT NOT NULL DEFAULT 0, shared BIGINT NOT NULL DEFAULT "
@@ -93,7 +92,7 @@ static enum srv_stored schema_run(struct srv_sql *sql, const char *text) {
     return sql->driver->run(sql, -1, text, NULL, 0, NULL, NULL);
 }
 
-/* the tables' version; 0 where none is written */
+/* reads the schema version; 0 if there is none */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(
@@ -104,7 +103,7 @@ static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {
     return SRV_STORED_BROKEN;
 }
 
-/* makes the tables unless another process has made them meanwhile */
+/* creates the tables unless another process has done so meanwhile */
 static enum srv_stored schema_make(struct srv_sql *sql, int64_t *version) {
     SRV_STORED_TRY(schema_run(sql, "{alone}"));
     SRV_STORED_TRY(
@@ -128,7 +127,7 @@ enum srv_stored srv_schema_other(struct srv_sql *sql, int64_t version) {
 
 enum srv_stored srv_schema_settle(struct srv_sql *sql) {
     int64_t version = 0;
-    /* tables that are there are only read: a start waits for nobody who writes */
+    /* existing tables are only read, so that a start does not wait for writers */
     if (schema_read(sql, &version) != SRV_STORED || !version) {
         SRV_STORED_TRY(schema_run(sql, "{begin}"));
         enum srv_stored stored = schema_make(sql, &version);

@@ -1,24 +1,23 @@
-/* The tables, and how a database gets them.
- * Leaves to others: the statements on them (store_statements), when it is time (store_call).
- * Invariant: tables are made in one transaction, by one process at a time; those of another
- * version are left alone. */
+/* The tables and their creation.
+ * Leaves to others: the statements on them (store_statements), when to create them (store_call).
+ * Invariant: tables are created in one transaction, by one process at a time; tables of another
+ * version are left unchanged. */
 #ifndef SRV_STORE_SCHEMA_H
 #define SRV_STORE_SCHEMA_H
 
 #include "server/store/sql.h"
 
-enum { SRV_SCHEMA = 1 }; /* the version of the tables that this program knows */
+enum { SRV_SCHEMA = 1 }; /* the schema version of this program */
 
 /**
- * Makes the tables where there are none.
+ * Creates the tables if they do not exist.
  *
- * SRV_STORED_BROKEN  they are of another version: the connection's complaint says so.
- * SRV_STORED_AWAY    the database cannot be reached yet.
+ * SRV_STORED_BROKEN  they have another version; the connection's complaint says so.
+ * SRV_STORED_AWAY    the database is unreachable.
  */
 enum srv_stored srv_schema_settle(struct srv_sql *sql);
 
-/** Says that the tables are of another version than this program knows. Returns
- * SRV_STORED_BROKEN. */
+/** Sets the complaint that the tables have another version. Returns SRV_STORED_BROKEN. */
 enum srv_stored srv_schema_other(struct srv_sql *sql, int64_t version);
 
 #endif

@@ -11,7 +11,7 @@ static int seal_equals(const struct srv_value *field, const unsigned char *want,
 
 /* --- jobs --- */
 
-/* the seal of the row, given the seal of the request */
+/* computes the seal of the row from that of the request */
 static void seal_row(unsigned char seal[API_SEAL_BYTES], const struct srv_job *job,
                      const unsigned char request[API_SEAL_BYTES]) {
     char place[SRV_ID_BYTES + 2 * SRV_NAME_BYTES + SRV_TITLE_BYTES + SRV_VERSION_BYTES + 64];

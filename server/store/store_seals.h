@@ -1,53 +1,49 @@
-/* Seals: checksums that show whether a row came back from the database as it was written, and from
- * the place that it was written to.
- * Leaves to others: the rows themselves (store_rows), and the treatment of a damaged one.
- * Invariant: every row of a job, a chunk of results, a scene or an item of a room has a seal. No
- * secret goes into a seal: it detects accidents and exchanged rows, not a forger who can write
- * to the database. */
+/* Seals: checksums of rows and of their place, which show whether a row is unchanged.
+ * Leaves to others: the rows (store_rows), and the treatment of damaged ones.
+ * Invariant: every job, chunk of results, scene and room item has a seal. A seal has no secret: it
+ * detects accidents and exchanged rows, not an attacker who can write to the database. */
 #ifndef SRV_STORE_SEALS_H
 #define SRV_STORE_SEALS_H
 
 #include "api/call/digest.h"
 #include "server/store/store.h"
 
-/* of a job's row: the seal of its request, then the seal of that with all of the row that never
- * changes */
+/* the seal of a job's row: the seal of its request, then that of all constant columns */
 enum { SRV_SEAL_JOB_BYTES = 2 * API_SEAL_BYTES };
 
-/** Makes the seal of a job's row from its id, client, operation, parts, chained, created, title
- * and version, and from its request. O(bytes). */
+/** Computes the seal of a job's row from its id, client, operation, parts, chained, created, title
+ * and version, and its request. O(bytes). */
 void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job,
                   const void *request, size_t bytes);
 
-/** Returns whether a job's row is what was written, but for its request. O(1). */
+/** Returns non-zero if a job's row, without its request, is unchanged. O(1). */
 int srv_seal_job_whole(const struct srv_job *job, const struct srv_value *seal);
 
-/** Returns whether a job's request is what was written; `seal` is that of the row. O(bytes). */
+/** Returns non-zero if a job's request is unchanged; `seal` is that of the row. O(bytes). */
 int srv_seal_request_whole(const struct srv_value *seal, const void *request, size_t bytes);
 
-/** Makes the seal of a chunk of results: of its bytes, its job, its part and its number in that.
- * O(bytes). */
+/** Computes the seal of a chunk of results from its bytes, job, part and index. O(bytes). */
 void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk,
                     const void *data, size_t bytes);
 
-/** Returns whether a chunk is what was written for this place. O(bytes). */
+/** Returns non-zero if a chunk is unchanged and in its place. O(bytes). */
 int srv_seal_chunk_whole(const struct srv_value *seal, const char *job, long part, long chunk,
                          const void *data, size_t bytes);
 
-/** Makes the seal of a scene: of its id and its body. O(bytes). */
+/** Computes the seal of a scene from its id and body. O(bytes). */
 void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body,
                     size_t bytes);
 
-/** Returns whether a scene is what was written. O(bytes). */
+/** Returns non-zero if a scene is unchanged. O(bytes). */
 int srv_seal_scene_whole(const struct srv_value *seal, const char *id, const void *body,
                          size_t bytes);
 
-/** Makes the seal of an item of a room: of the room's code, the item's name, who may read it, the
- * change that wrote it, its flag and its body. O(bytes). */
+/** Computes the seal of a room item from the room's code, the item's name, its readers, its change
+ * number, flag and body. O(bytes). */
 void srv_seal_item(unsigned char seal[API_SEAL_BYTES], const char *code, const char *name,
                    const int64_t number[3], const void *body, size_t bytes);
 
-/** Returns whether an item is what was written. O(bytes). */
+/** Returns non-zero if an item is unchanged. O(bytes). */
 int srv_seal_item_whole(const struct srv_value *seal, const char *code, const char *name,
                         const int64_t number[3], const void *body, size_t bytes);
 

@@ -16,8 +16,8 @@
 #include "server/base/container_of.h"
 #include "server/store/store_sqlite_disk.h"
 
-/* how long this process waits for others: for writers, and for readers too when the log of
- * writes is to be carried over */
+/* waits for other processes: for writers; for readers too before a checkpoint; between two attempts
+ */
 enum { BUSY_MS = 5000, CARRY_MS = 100, BUSY_NAP_US = 1000 };
 
 struct sqlite_sql {
@@ -25,16 +25,17 @@ struct sqlite_sql {
     sqlite3 *db;
     struct srv_sqlite_disk disk;
     sqlite3_stmt *kept[SRV_SQL_STATEMENTS];
-    sqlite3_stmt *rollback; /* made beforehand: it ends a transaction when memory is short, too */
-    int full;               /* the disk was, in the last transaction */
-    int ringing;            /* others are to be woken, once it is committed */
-    int ear;                /* hears their rings; -1 = does not listen yet */
-    int64_t busy_ms;        /* when it began to wait for another process */
-    int patience_ms;        /* how long it waits */
+    sqlite3_stmt *
+        rollback; /* prepared in advance, so that a transaction can be rolled back without memory */
+    int full;     /* the disk was full in the last transaction */
+    int ringing;  /* a notification must be sent after the commit */
+    int ear;      /* inotify descriptor for notifications; -1 = not listening yet */
+    int64_t busy_ms; /* start of the wait for another process */
+    int patience_ms; /* longest wait */
 };
 
-/* another process writes, for some milliseconds: SQLite's own handler naps up to a tenth of a
- * second between two looks, and comes too late again and again where there is much to write */
+/* Busy handler: another process writes, for some milliseconds. SQLite's own handler sleeps up to a
+ * tenth of a second, and starves when others write much. */
 static int sqlite_busy(void *context, int tries) {
     struct sqlite_sql *own = context;
     const struct timespec nap = {0, BUSY_NAP_US * 1000};
@@ -44,7 +45,7 @@ static int sqlite_busy(void *context, int tries) {
     return 1;
 }
 
-/* the wall clock, in microseconds: SQLite's own has milliseconds */
+/* the wall clock in microseconds; SQLite's has milliseconds */
 static void sqlite_now(sqlite3_context *context, int count, sqlite3_value **value) {
     struct timespec now;
     (void)count, (void)value;
@@ -52,8 +53,8 @@ static void sqlite_now(sqlite3_context *context, int count, sqlite3_value **valu
     sqlite3_result_int64(context, (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000);
 }
 
-/* a ring is heard by whoever watches the file's times, in any process; nobody opens the file for
- * it, as closing it would end SQLite's locks */
+/* Notifies by changing the file's times, which all processes watch. The file is not opened for
+ * that, because closing it would release SQLite's locks. */
 static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **value) {
     struct sqlite_sql *own = sqlite3_user_data(context);
     (void)count, (void)value;
@@ -61,7 +62,7 @@ static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **val
     sqlite3_result_int(context, 1);
 }
 
-/* a connection that was opened: only one that has a database is used */
+/* true for an open connection */
 PEND_VALIDATOR sqlite_valid(const struct sqlite_sql *own) {
     return own->sql.driver && own->db && own->rollback && own->ear >= -1 && own->patience_ms > 0;
 }
@@ -76,23 +77,22 @@ static void sqlite_close(struct srv_sql *sql) {
     free(own);
 }
 
-/* the settings of a connection: every commit is on disk before it returns, and readers do not
- * wait for the writer */
+/* settings of a connection: commits are synced to disk, and readers do not wait for the writer */
 static const char *const sqlite_settings =
     "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
     "MEMORY; PRAGMA journal_size_limit = 4194304;";
 
-/* A new store's file can be read and written by its owner only, whatever the process's umask;
- * SQLite gives the log and its index the same mode. An existing file keeps its mode, which its
- * owner may have widened on purpose. If the file cannot be made, the library reports it. */
+/* Creates a new store's file with mode 0600, whatever the umask; SQLite gives the log and its index
+ * the same mode. An existing file keeps its mode, which may be wider on purpose. The library
+ * reports a file that cannot be created. */
 static void sqlite_private(const char *path) {
     int fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
     if (fd >= 0) close(fd);
 }
 
-/* Limits what a file from elsewhere can do to its own rows: its triggers call no function that
- * could do more, views are off, and the schema cannot be written. Plain triggers stay: an
- * operator may count or audit with one, as the drill does. */
+/* Restricts a file of unknown origin: its triggers cannot call unsafe functions, views are off, and
+ * the schema is read-only. Plain triggers stay, because operators may audit with them, as the drill
+ * does. */
 static int sqlite_distrust(sqlite3 *db) {
     int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
     if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
@@ -142,12 +142,12 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, int r
     return status;
 }
 
-/* what the library's result code means for a store */
+/* converts the library's result code */
 static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
     if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
     srv_sql_complain(&own->sql,
                      code == SQLITE_FULL ? sqlite3_errstr(code) : sqlite3_errmsg(own->db));
-    /* a NULL where there can be none was added to */
+    /* a NULL in an altered row was added to */
     if (code == SQLITE_CONSTRAINT_NOTNULL) return SRV_STORED_DAMAGED;
     switch (code & 0xff) {
     case SQLITE_FULL:
@@ -156,7 +156,7 @@ static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
     case SQLITE_LOCKED:
     case SQLITE_CONSTRAINT:
         return SRV_STORED_AGAIN;
-    /* a write that came up short is what some file systems answer in place of "no space" */
+    /* some file systems report a short write instead of "no space" */
     case SQLITE_IOERR:
         return code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE ? SRV_STORED_FULL
                                                                           : SRV_STORED_AWAY;
@@ -218,8 +218,8 @@ static void sqlite_fields(sqlite3_stmt *statement, struct srv_value field[], int
     }
 }
 
-/* A transaction whose end failed is not left open: it would keep every other process from
- * writing, and this one from beginning another. */
+/* Rolls back a transaction whose commit failed. Left open, it would block all other writers, and
+ * the next transaction here. */
 static void sqlite_leave(struct sqlite_sql *own) {
     if (sqlite3_get_autocommit(own->db)) return;
     sqlite3_step(own->rollback);
@@ -246,7 +246,7 @@ static void sqlite_committed(struct sqlite_sql *own) {
     own->patience_ms = BUSY_MS;
 }
 
-/* makes a statement that is not kept yet, and binds its values */
+/* prepares a statement unless it is cached, and binds its values */
 static int sqlite_prepare(struct sqlite_sql *own, sqlite3_stmt **statement, const char *text,
                           int keep, const struct srv_value value[], int count) {
     int code = SQLITE_OK;
@@ -259,7 +259,7 @@ static int sqlite_prepare(struct sqlite_sql *own, sqlite3_stmt **statement, cons
     return code == SQLITE_OK ? sqlite_bind(*statement, value, count) : code;
 }
 
-/* passes the rows of a statement to `row`, up to the first that it does not accept */
+/* passes the rows of a statement to `row`, until that returns an error */
 static enum srv_stored sqlite_step(struct sqlite_sql *own, sqlite3_stmt *statement, srv_row_fn *row,
                                    void *context) {
     assert(statement);
@@ -281,7 +281,7 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     assert(sqlite_valid(own) && id >= -1 && id < SRV_SQL_STATEMENTS);
     sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
     int code = SQLITE_OK, commit = !strcmp(text, "COMMIT");
-    /* SQLite has ended some failed transactions itself: what it said of the failure stays */
+    /* SQLite rolls back some failed transactions itself; its message is kept */
     if (!strcmp(text, "ROLLBACK") && sqlite3_get_autocommit(own->db)) return SRV_STORED;
     if (!strcmp(text, "{begin}")) sqlite_before(own);
     if (commit) code = srv_sqlite_disk_take(&own->disk);

@@ -5,13 +5,13 @@
 #include <sys/statvfs.h>
 
 enum {
-    LOG_PAGES = 1000,      /* the log is carried over when it has so many */
+    LOG_PAGES = 1000,      /* pages of the log that start a checkpoint */
     FILE_STEP = 256 << 10, /* bytes by which the file grows */
-    /* bytes of the disk that results leave alone, so that a full one has room for the ends of
-     * jobs; half of it for the log of writes */
+    /* disk space that results must leave free, so that jobs can end on a full disk; half of it for
+     * the log */
     DISK_SPARE = 4 << 20,
-    /* and those that the file leaves alone for whatever it grows: without a log nothing at all
-     * can be written */
+    /* disk space that the file must leave free whatever it grows for: without a log nothing can be
+     * written */
     DISK_LOG = 1 << 20,
     CHECKPOINT_LOCK =
         1 /* WAL_CKPT_LOCK of SQLite's file format, among the locks of the shared memory */
@@ -24,7 +24,7 @@ static int disk_hook(void *context, sqlite3 *db, const char *name, int pages) {
     return SQLITE_OK;
 }
 
-/* the whole number that a pragma answers with */
+/* reads the integer result of a pragma */
 static int disk_pragma(sqlite3_stmt *pragma, sqlite3_int64 *value) {
     int code = sqlite3_step(pragma);
     *value = code == SQLITE_ROW ? sqlite3_column_int64(pragma, 0) : 0;
@@ -64,15 +64,14 @@ static const char *disk_file(const struct srv_sqlite_disk *disk) {
     return sqlite3_db_filename(disk->db, "main");
 }
 
-/* bytes that the disk has left; much where that cannot be known */
+/* free bytes of the disk; a huge number if unknown */
 static double disk_left(const struct srv_sqlite_disk *disk) {
     struct statvfs state;
     return statvfs(disk_file(disk), &state) ? 1e18
                                             : (double)state.f_bavail * (double)state.f_frsize;
 }
 
-/* the bytes of all pages, those of this transaction among them, and by how much the file is
- * shorter */
+/* the bytes of all pages including this transaction's, and how many of them the file lacks */
 static int disk_measure(const struct srv_sqlite_disk *disk, sqlite3_int64 *bytes,
                         sqlite3_int64 *shorter) {
     struct stat file;
@@ -94,15 +93,15 @@ int srv_sqlite_disk_room(struct srv_sqlite_disk *disk, size_t bytes) {
     if (disk_measure(disk, &whole, &shorter) != SQLITE_OK ||
         disk_pragma(disk->unused, &unused) != SQLITE_OK)
         return 0;
-    /* pages that are unused serve as well */
+    /* unused pages can be used too */
     file -= (double)(unused * disk->page_bytes);
     return left >= log + (double)shorter + (file > 0 ? file : 0);
 }
 
-/* Lengthens the file. SQLite does so by writing single bytes into blocks that it believes to be
- * new, which would spoil the pages that a checkpoint of another process, ours or an
- * administrator's, puts there at the same time. So the lock of checkpoints is held meanwhile. A
- * file that is being carried over to is left as it is: it grows by that. */
+/* Extends the file. SQLite does so by writing single bytes into blocks that it believes to be new,
+ * which would corrupt pages that a checkpoint of another process writes there at the same time. The
+ * lock of checkpoints is therefore held. If a checkpoint is in progress, the file is left alone: it
+ * grows by that. */
 static int disk_lengthen(struct srv_sqlite_disk *disk, sqlite3_int64 bytes) {
     sqlite3_file *file = NULL;
     int code = sqlite3_file_control(disk->db, "main", SQLITE_FCNTL_FILE_POINTER, &file);
@@ -123,7 +122,7 @@ int srv_sqlite_disk_take(struct srv_sqlite_disk *disk) {
     if (disk_left(disk) >= (double)shorter + FILE_STEP + DISK_LOG &&
         disk_lengthen(disk, bytes) == SQLITE_OK)
         return SQLITE_OK;
-    /* who only reads is not refused: a file that others left short, or a failing machine, may be */
+    /* readers are not refused, even if another process left the file too short */
     return sqlite3_total_changes(disk->db) == disk->changes ? SQLITE_OK : SQLITE_FULL;
 }
 

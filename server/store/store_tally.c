@@ -21,7 +21,7 @@ void srv_tally_clear(struct srv_tally *tally) {
 
 enum srv_stored srv_tally_client(struct srv_tally *tally, const char *name,
                                  struct srv_tally_client **client) {
-    /* the one that was asked for last is likely to be asked for again */
+    /* the last one is likely to be needed again */
     for (int i = tally->count - 1; i >= 0; i--)
         if (!strcmp((*client = &tally->client[i])->name, name)) return SRV_STORED;
     if (tally->count == SRV_TALLY_CLIENTS) return SRV_STORED_AGAIN;
@@ -66,8 +66,8 @@ enum srv_stored srv_tally_look(struct srv_tally *tally, const char *name,
     return found->known ? SRV_STORED : SRV_STORED_DAMAGED;
 }
 
-/* the totals of all places; they are known unless a sum is less than nothing, a row holds what
- * cannot be added, or there is no row */
+/* adds up the rows of totals; they are valid unless a sum is negative, a row has an invalid number,
+ * or there is no row */
 static enum srv_stored tally_row(void *context, const struct srv_value field[]) {
     struct srv_tally *tally = context;
     int64_t rows = field[SRV_TALLY_SUMS].whole, good = field[SRV_TALLY_SUMS + 1].whole;

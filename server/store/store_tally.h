@@ -1,94 +1,94 @@
-/* What a transaction changes in the sums that the store keeps: of each client, and of all.
- * Leaves to others: when a sum is too large (store_quotas), the transaction (store_call).
- * Invariant: sums are written once a transaction, as its last writes, clients in the order of
- * their names and then the totals: so transactions of several processes wait for each other in
- * one order only, and not for long. On PostgreSQL a transaction that adds no open job and no job
- * that can be claimed, as a claim or the end of a part, changes no client's row: it inserts a row
- * into `changes`, which is folded into the client's later. So transactions of many workers do not
- * wait for each other, and a client's row never has fewer open jobs than there are. */
+/* The changes of a transaction in the stored sums, of each client and of all.
+ * Leaves to others: quotas (store_quotas), the transaction (store_call).
+ * Invariant: sums are written once per transaction, as its last writes, clients in the order of
+ * their names and then the totals. Transactions therefore lock rows in one order, and only briefly.
+ * On PostgreSQL a transaction that adds no open and no claimable job (a claim, the end of a part)
+ * changes no client's row: it inserts a row into `changes`, which is added to the client's row
+ * later. Workers therefore do not wait for each other, and a client's row never shows too few open
+ * jobs. */
 #ifndef SRV_STORE_TALLY_H
 #define SRV_STORE_TALLY_H
 
 #include "server/store/store_rows.h"
 
 enum {
-    SRV_TALLY_CLIENTS = 640, /* in one transaction */
-    SRV_TALLY_PLACES = 64    /* rows of totals, so that processes do not wait for one row */
+    SRV_TALLY_CLIENTS = 640, /* most clients per transaction */
+    SRV_TALLY_PLACES = 64    /* rows of totals, so that processes rarely wait for the same row */
 };
 
-/* The sums of all: jobs of each enum srv_job_state, and: */
+/* The sums of all clients: jobs of each enum srv_job_state, and: */
 enum {
-    SRV_TALLY_PARTS = SRV_JOB_STATES, /* that can be claimed */
-    SRV_TALLY_BYTES,                  /* kept for jobs */
+    SRV_TALLY_PARTS = SRV_JOB_STATES, /* claimable parts */
+    SRV_TALLY_BYTES,                  /* bytes of jobs */
     SRV_TALLY_SCENES,
     SRV_TALLY_SCENE_BYTES,
     SRV_TALLY_SUMS
 };
 
-/* What is kept for one client. */
+/* The sums of one client. */
 struct srv_tally_client {
     char name[SRV_NAME_BYTES];
-    char source[SRV_NAME_BYTES]; /* its address or account; "" = not known here */
-    int known;                   /* `jobs_were` and what follows it were read */
+    char source[SRV_NAME_BYTES]; /* its address or account; "" = unknown */
+    int known;                   /* `jobs_were` and the following members are read */
     int64_t jobs_were, bytes_were, scenes_were, scene_bytes_were; /* before this transaction */
-    /* changes: open jobs, jobs of which a part can be claimed, turns, bytes kept, scenes */
+    /* changes: open jobs, jobs with claimable parts, turns, bytes, scenes */
     int64_t jobs, ready, turn, bytes, scenes, scene_bytes;
-    int64_t weight; /* turns that a claim of its jobs counts for, where `source` is known */
+    int64_t weight; /* turns per claim of its jobs, if `source` is known */
 };
 
-/* The changes of one transaction; begins as {.sql, .place}. */
+/* The changes of one transaction; initialized with {.sql, .place}. */
 struct srv_tally {
     struct srv_sql *sql;
     int place; /* this connection's row of the totals */
     int count, known;
-    int ring;                    /* whom to wake: bits of SRV_RING_ */
-    char source[SRV_NAME_BYTES]; /* the one that was read last; "" = none was */
-    int64_t source_clients, source_jobs, source_bytes; /* of it, before this transaction */
-    int64_t source_open;             /* clients of it with open jobs, before this transaction */
-    int64_t were[SRV_TALLY_SUMS];    /* once known: before this transaction */
-    int64_t changes[SRV_TALLY_SUMS]; /* of the sums of all */
+    int ring;                    /* notifications: SRV_RING_ bits */
+    char source[SRV_NAME_BYTES]; /* the last source read; "" = none */
+    int64_t source_clients, source_jobs,
+        source_bytes;                /* sums of `source` before this transaction */
+    int64_t source_open;             /* its clients with open jobs before this transaction */
+    int64_t were[SRV_TALLY_SUMS];    /* before this transaction, if known */
+    int64_t changes[SRV_TALLY_SUMS]; /* of the sums of all clients */
     struct srv_tally_client client[SRV_TALLY_CLIENTS];
 };
 
-/** True where there are changes of at most SRV_TALLY_CLIENTS clients and the client that was added
- * last is among them once. O(clients). */
+/** True if there are changes of at most SRV_TALLY_CLIENTS clients, and the last one added occurs
+ * once. O(clients). */
 int srv_tally_valid(const struct srv_tally *tally);
 
-/** Forgets all changes: the transaction was rolled back, or has ended. */
+/** Discards all changes, after the transaction has ended. */
 void srv_tally_clear(struct srv_tally *tally);
 
-/** The changes of a client. SRV_STORED_AGAIN when the transaction has too many clients. */
+/** Returns the changes of a client. SRV_STORED_AGAIN if the transaction has too many clients. */
 enum srv_stored srv_tally_client(struct srv_tally *tally, const char *name,
                                  struct srv_tally_client **client);
 
 /**
- * Counts the sums of the client `name` anew from its rows; what this transaction has changed of
- * them must be written. The client's row is locked by a statement of its own first: the rows are
- * then counted as they are once everybody has committed who had changed these sums, so that no
- * change is lost or counted twice. O(rows of the client); for sums that are damaged or out of step.
+ * Recounts the sums of client `name` from its rows, for damaged or inconsistent sums; this
+ * transaction's changes of them must be written. A separate statement locks the client's row first,
+ * so that the count sees all transactions that changed these sums, and no change is lost or counted
+ * twice. O(rows of the client).
  */
 enum srv_stored srv_tally_count_anew(struct srv_tally *tally, const char *name);
 
-/** Counts the sums of all anew, with what this transaction has written so far. O(all that is kept)
- */
+/** Recounts the sums of all clients, including this transaction's writes. O(all stored rows). */
 enum srv_stored srv_tally_count_all(struct srv_tally *tally);
 
-/** As srv_tally_client, and reads what there was before. */
+/** As srv_tally_client, and reads the sums before this transaction. */
 enum srv_stored srv_tally_look(struct srv_tally *tally, const char *name,
                                struct srv_tally_client **client);
 
-/** A sum of all: of before, and of this transaction. One that cannot have been counted is counted
- * anew, O(all that is kept). */
+/** Returns a sum of all clients, including this transaction. An impossible sum is recounted,
+ * O(all stored rows). */
 enum srv_stored srv_tally_total(struct srv_tally *tally, int which, int64_t *sum);
 
 /**
- * What all clients of an address or account have: clients with jobs, open jobs, bytes; of before,
- * and of this transaction. O(clients of it).
+ * Returns the sums of all clients of an address or account, including this transaction: clients
+ * with jobs, open jobs, bytes. O(clients of the source).
  */
 enum srv_stored srv_tally_source(struct srv_tally *tally, const char *source, int64_t *clients,
                                  int64_t *jobs, int64_t *bytes);
 
-/** Writes the changes, and on SQLite wakes other processes. */
+/** Writes the changes; on SQLite also notifies other processes. */
 enum srv_stored srv_tally_write(struct srv_tally *tally);
 
 #endif
