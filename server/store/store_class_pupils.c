@@ -43,7 +43,7 @@ int64_t srv_store_class_share(const struct srv_store *store) {
     return quarter > SRV_CLASS_SHARE ? quarter : SRV_CLASS_SHARE;
 }
 
-/* Which numbers of a fold are taken; 1 is that of the name without one. */
+/* The numbers in use for a fold; 1 stands for the name without a number. */
 struct row_fold {
     const char *fold;
     size_t bytes;
@@ -107,7 +107,7 @@ enum srv_stored srv_store_class_mark(struct srv_store *store, const char *code, 
     return srv_store_end(store, stored);
 }
 
-/* --- the end of rooms --- */
+/* --- expiry of rooms --- */
 
 enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code) {
     assert(*code);
@@ -117,7 +117,7 @@ enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code)
     return SRV_POST(store, SQL_CLASS_REMOVE, code);
 }
 
-/* The code of a room that has ended. */
+/* The code of an expired room. */
 struct row_ended {
     int rows;
     char code[SRV_NAME_BYTES];
@@ -135,7 +135,7 @@ enum srv_stored srv_store_class_sweep(struct srv_store *store, int64_t now, int 
     assert(now > 0);
     SRV_STORED_TRY(SRV_RUN(store, SQL_CLASS_ENDED, row_ended, &ended, now));
     if (!ended.rows) return SRV_STORED;
-    /* a code that was altered names no room */
+    /* an altered code matches no room */
     if (strlen(ended.code) != SRV_CLASS_CODE - 1) return SRV_POST(store, SQL_CLASSES_NAMELESS, now);
     *more = 1;
     return srv_store_class_erase(store, ended.code);

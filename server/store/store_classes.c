@@ -41,7 +41,7 @@ static enum srv_stored row_class(void *context, const struct srv_value field[]) 
     return SRV_STORED;
 }
 
-/* the room that a statement finds, if it has not ended */
+/* reads the room that a statement finds, unless it has expired */
 static enum srv_stored class_find(struct srv_store *store, enum srv_statement id, const char *code,
                                   const char *who, struct srv_class *room) {
     struct row_class row = {.room = room, .who = who};
@@ -56,8 +56,8 @@ static enum srv_stored class_find(struct srv_store *store, enum srv_statement id
     return room->ends > now && !empty ? SRV_STORED : SRV_STORED_NONE;
 }
 
-/* the room, locked; a room that another process has locked is not waited for: a transaction that
- * has locked one room and waits for another could wait for one that waits for it */
+/* Reads and locks a room; does not wait if another process has locked it, because two transactions
+ * with one locked room each could deadlock. */
 static enum srv_stored class_lock(struct srv_store *store, const struct srv_class_put *put,
                                   struct srv_class *room) {
     enum srv_stored stored = class_find(store, SQL_CLASS_LOCK, put->code, put->who, room);
@@ -82,14 +82,14 @@ static enum srv_stored class_refuse(struct srv_class_put *put, enum srv_class_wh
 
 /* --- items --- */
 
-/* An item that stands in the room. */
+/* An existing item of the room. */
 struct class_there {
     const char *code;
     int rows;
     struct srv_class_item item; /* its body is malloc'ed */
 };
 
-/* an item of a room. SRV_STORED_DAMAGED: it is not what was written */
+/* reads an item of a room. SRV_STORED_DAMAGED: its checksum is wrong */
 static enum srv_stored class_item(const struct srv_value field[], const char *code,
                                   struct srv_class_item *item) {
     struct srv_row row = {field, NULL};
@@ -120,10 +120,10 @@ static enum srv_stored row_there(void *context, const struct srv_value field[]) 
     return SRV_STORED;
 }
 
-/* the bytes that an item is counted for */
+/* the bytes counted for an item */
 static int64_t class_weight(size_t bytes) { return SRV_CLASS_ITEM_BYTES + (int64_t)bytes; }
 
-/* writes an item whose room is there for, as the room's next change */
+/* writes an item as the room's next change; the caller has checked the space */
 static enum srv_stored class_write(struct srv_store *store, struct srv_class *room,
                                    const struct srv_class_item *item) {
     int64_t now;
@@ -139,11 +139,11 @@ static enum srv_stored class_write(struct srv_store *store, struct srv_class *ro
                     srv_value_bytes(seal, sizeof seal));
 }
 
-/* whether the room, and the pupil whose item it is, may be counted for `more` bytes */
+/* checks whether the room, and the item's pupil, may have `more` bytes */
 static enum srv_stored class_room(const struct srv_store *store, struct srv_class_put *put,
                                   const struct srv_class *room, int64_t more) {
     assert(put->own == 0 || room->pupil > 0 || more > 0);
-    /* a sum that cannot have been counted */
+    /* an impossible sum */
     if (room->bytes + more < 0 || room->pupil_bytes + more < 0)
         return put->own || room->bytes + more < 0 ? SRV_STORED_DAMAGED : SRV_STORED;
     if (more <= 0) return SRV_STORED;
@@ -155,7 +155,7 @@ static enum srv_stored class_room(const struct srv_store *store, struct srv_clas
     return driver->room && !driver->room(store->sql, (size_t)more) ? SRV_STORED_FULL : SRV_STORED;
 }
 
-/* what the item answers must be there, and take it */
+/* checks that the item's base exists and accepts it */
 static enum srv_stored class_base(struct srv_store *store, struct srv_class_put *put) {
     struct class_there base = {.code = put->code};
     if (!put->base || !put->body) return SRV_STORED;
@@ -169,7 +169,7 @@ static enum srv_stored class_base(struct srv_store *store, struct srv_class_put 
     return SRV_STORED;
 }
 
-/* who may come in from now on; whether that is another rule than before */
+/* sets the rules for joining; returns non-zero if they change */
 static int class_door(const struct srv_class_put *put, struct srv_class *room) {
     int other =
         (put->shut >= 0 && put->shut != room->shut) || (put->share && put->share != room->share);
@@ -178,7 +178,7 @@ static int class_door(const struct srv_class_put *put, struct srv_class *room) {
     return other;
 }
 
-/* writes the item in place of the one that is there, unless they are the same */
+/* replaces the existing item, unless both are equal */
 static enum srv_stored class_replace(struct srv_store *store, struct srv_class_put *put,
                                      struct srv_class *room, const struct srv_class_item *item,
                                      const struct class_there *there) {
@@ -191,7 +191,7 @@ static enum srv_stored class_replace(struct srv_store *store, struct srv_class_p
                    : !item->bytes;
     if (!class_door(put, room) && same) return SRV_STORED;
     SRV_STORED_TRY(class_room(store, put, room, more));
-    /* who could read what is there must hear that it goes */
+    /* readers of the old item must learn that it is gone */
     struct srv_class_item told = *item;
     if (!told.bytes && there->rows) told.reader = there->item.reader;
     SRV_STORED_TRY(class_write(store, room, &told));
@@ -223,7 +223,7 @@ static enum srv_stored class_put(struct srv_store *store, struct srv_class_put *
     return stored;
 }
 
-/* --- who comes and goes --- */
+/* --- pupils --- */
 
 static enum srv_stored class_join(struct srv_store *store, struct srv_class_put *put,
                                   struct srv_class *room) {
@@ -253,7 +253,7 @@ static enum srv_stored class_join(struct srv_store *store, struct srv_class_put 
     return class_change(store, room);
 }
 
-/* The names of a pupil's items that are to go. */
+/* The names of a pupil's items to delete. */
 struct class_own {
     const char *code;
     int count;
@@ -274,7 +274,7 @@ static enum srv_stored row_own(void *context, const struct srv_value field[]) {
     return SRV_STORED;
 }
 
-/* takes a pupil away with all items of it, which are told as gone */
+/* removes a pupil with all its items, which readers see as deleted */
 static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *room,
                                      int64_t number) {
     struct srv_row_wholes gone = {.count = 1};
@@ -293,7 +293,7 @@ static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *
             room->bytes -= own->weight[i];
             stored = room->bytes < 0 ? SRV_STORED_DAMAGED : class_write(store, room, &own->item[i]);
         }
-        /* those that were just written as gone are not looked at again */
+        /* skip items that were just written as deleted */
         if (own->version > before) break;
     }
     free(own);
@@ -301,14 +301,14 @@ static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *
     if (!room->pupils) return SRV_STORED_DAMAGED;
     assert(room->version >= before);
     room->pupils--;
-    /* its stream, if it has one, is to look and to find that it is over */
+    /* makes the pupil's stream, if any, query and find that it has ended */
     room->shared = room->version;
     return class_change(store, room);
 }
 
 /* --- calls --- */
 
-/* runs a piece of work in a room that is locked, for whom it may be done */
+/* runs an operation in a locked room, after checking the client's permission */
 static enum srv_stored
 class_call(struct srv_store *store, struct srv_class_put *put, struct srv_class *room,
            enum srv_stored (*work)(struct srv_store *store, struct srv_class_put *put,
@@ -321,7 +321,7 @@ class_call(struct srv_store *store, struct srv_class_put *put, struct srv_class 
     return srv_store_end(store, stored);
 }
 
-/* what only a teacher, or only a pupil, may do */
+/* checks operations that only a teacher, or only a pupil, may do */
 static enum srv_stored class_may(struct srv_class_put *put, const struct srv_class *room, int own) {
     if (!room->teacher && !room->pupil) return class_refuse(put, SRV_CLASS_STRANGER);
     if (own && !room->pupil) return class_refuse(put, SRV_CLASS_NO_PUPIL);
@@ -368,7 +368,7 @@ static enum srv_stored class_new(struct srv_store *store, const struct srv_class
     struct srv_class_codes known = {.count = 0};
     struct srv_row_wholes count = {.count = 3}, put = {.count = 1};
     int64_t now;
-    /* the same call may have been committed, and the answer was lost */
+    /* the same call may have been committed although its reply was lost */
     if (store->unsure && class_find(store, SQL_CLASS, made->code, made->who, room) == SRV_STORED &&
         room->teacher)
         return SRV_STORED;
@@ -377,7 +377,7 @@ static enum srv_stored class_new(struct srv_store *store, const struct srv_class
             SRV_RUN(store, SQL_CLASS_OF_KEY, srv_row_class_code, &known, made->who, made->key));
     if (known.count) {
         enum srv_stored stored = class_find(store, SQL_CLASS, known.code[0], made->who, room);
-        /* a room that has ended, and is not swept yet, is nobody's */
+        /* an expired room that is not deleted yet has no teacher */
         if (stored != SRV_STORED_NONE) return stored;
         SRV_STORED_TRY(srv_store_class_erase(store, known.code[0]));
     }
@@ -412,7 +412,7 @@ static enum srv_stored class_forget(struct srv_store *store, const char *client,
     const struct srv_class_put put = {.code = in.code[0], .who = client};
     enum srv_stored stored = class_lock(store, &put, &room);
     if (stored == SRV_STORED && !room.teacher) return class_dismiss(store, &room, room.pupil);
-    /* a room that has ended, and is not swept yet, goes too */
+    /* an expired room that is not deleted yet is deleted too */
     return stored == SRV_STORED || stored == SRV_STORED_NONE
                ? srv_store_class_erase(store, put.code)
                : stored;
@@ -432,7 +432,7 @@ enum srv_stored srv_store_class(struct srv_store *store, const char *code, const
     return srv_store_end(store, class_find(store, SQL_CLASS, code, who, room));
 }
 
-/* Who takes the items that are read. */
+/* The receiver of the items read. */
 struct class_taker {
     const char *code;
     srv_class_item_fn *take;
@@ -464,7 +464,7 @@ static enum srv_stored class_items(struct srv_store *store, int64_t *since, int 
         SRV_STORED_TRY(
             SRV_RUN(store, SQL_CLASS_ITEMS_OF, row_taken, taker, room->code, *since, room->pupil));
     *more = taker->full || taker->count == SQL_CLASS_ITEMS_MOST;
-    /* the room's row was read first: what it does not count may be among the items, never less */
+    /* the room's row was read first: there may be newer items than it counts, never fewer */
     *since = *more || taker->version > room->version ? taker->version : room->version;
     return SRV_STORED;
 }

@@ -9,8 +9,8 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-/* LIST_ROWS: that one statement of a list asks for; RING_PARTS: more parts that wait than all
- * workers claim within a transaction */
+/* LIST_ROWS: rows per statement of a list; RING_PARTS: more waiting parts than all workers can
+ * claim within a transaction */
 enum { LIST_ROWS = 100, RING_PARTS = 512 };
 
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
@@ -37,10 +37,10 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, job->id, job->client, job->operation,
                            job->message, job->created, job->finished, job->expires, job->held,
                            srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
-    /* its parts and results are removed later, piece by piece */
+    /* its parts and results are deleted later, in steps */
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, job->id, job->client, 0));
     store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
-    /* the sums cannot be reduced by what a damaged row says */
+    /* the numbers of a damaged row cannot be subtracted from the sums */
     return srv_store_recount(store, job->client);
 }
 
@@ -51,7 +51,7 @@ enum srv_stored srv_store_lock(struct srv_store *store, const char *id, struct s
 
 int srv_job_open(const struct srv_job *job) { return job->state <= SRV_JOB_RUNNING; }
 
-/* the key of a job that failed, was dismissed or is past its time is free */
+/* true if a job's key can be used again: it failed, was dismissed or has expired */
 static int submit_spent(const struct srv_job *job) {
     return job->state >= SRV_JOB_FAILED || (job->expires > 0 && job->expires < job->now);
 }
@@ -68,13 +68,13 @@ static enum srv_stored submit_known(struct srv_store *store, const struct srv_jo
     return memcmp(rows.digest, order->digest, SRV_DIGEST_BYTES) ? SRV_STORED_CLASH : SRV_STORED;
 }
 
-/* what a job is counted for before it has results */
+/* the bytes counted for a job without results */
 static long long submit_held(const struct srv_job_order *order) {
     return SRV_ROW_BYTES + (long long)order->request_bytes +
            SRV_PART_BYTES * (long long)(order->parts - 1);
 }
 
-/* the job as the statement SQL_JOB_PUT makes it */
+/* fills in the job that the statement SQL_JOB_PUT creates */
 static void submit_job(const struct srv_job_order *order, int64_t now, struct srv_job *job) {
     *job = (struct srv_job){.parts = order->parts,
                             .chained = order->chained,
@@ -93,7 +93,7 @@ static enum srv_stored submit_count(struct srv_store *store, const struct srv_jo
     SRV_STORED_TRY(srv_tally_client(&store->tally, job->client, &client));
     client->jobs++;
     client->ready++;
-    /* where many parts wait, every worker that is free claims already */
+    /* if many parts wait, all idle workers are claiming already */
     int64_t *changes = store->tally.changes;
     if (store->tally.were[SRV_TALLY_PARTS] + changes[SRV_TALLY_PARTS] < RING_PARTS)
         store->tally.ring |= SRV_RING_WORK;
@@ -102,7 +102,7 @@ static enum srv_stored submit_count(struct srv_store *store, const struct srv_jo
     return srv_store_count_bytes(store, job->client, job->held);
 }
 
-/* whether the client may have one more open job, and its bytes, by its own limits */
+/* checks the client's own limits for one more open job and its bytes */
 static enum srv_stored submit_allowed(const struct srv_store *store,
                                       const struct srv_job_order *order,
                                       const struct srv_tally_client *client,
@@ -163,8 +163,8 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
     assert(!order->title || strlen(order->title) < SRV_TITLE_BYTES);
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    /* of two processes that keep the same key at one instant the second is told so by the index,
-     * and tries again */
+    /* if two processes insert the same key at once, the unique index refuses the second, which
+     * retries */
     enum srv_stored stored = order->key ? submit_known(store, order, job) : SRV_STORED_NONE;
     /* the same call may have been committed, and the answer was lost */
     if (stored == SRV_STORED_NONE && store->unsure)
@@ -182,7 +182,7 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
     return srv_store_end(store, stored);
 }
 
-/* a job that failed or was dismissed has no request any more */
+/* verifies a request; a failed or dismissed job has none */
 static int request_whole(const struct srv_value field[], const char *id, const void *request,
                          size_t bytes) {
     (void)id;
@@ -190,7 +190,7 @@ static int request_whole(const struct srv_value field[], const char *id, const v
     return !kept || srv_seal_request_whole(field, request, bytes);
 }
 
-/* a job whose request is damaged cannot be computed, nor its results be written for its client */
+/* ends a job with a damaged request: it can neither be computed nor encoded */
 static enum srv_stored request_condemn(struct srv_store *store, const char *id) {
     struct srv_job job;
     SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, id, &job));
@@ -210,7 +210,7 @@ enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, v
     return stored == SRV_STORED ? SRV_STORED_DAMAGED : stored;
 }
 
-/* jobs after one, or the first */
+/* reads the jobs after one, or the first jobs */
 static enum srv_stored list_after(struct srv_store *store, const char *client, const char *before,
                                   struct srv_row_jobs *rows) {
     struct srv_row_wholes created = {.count = 1};
@@ -227,7 +227,7 @@ static int list_suits(const struct srv_job_wish *wish, const struct srv_job *job
     return !wish->title || strcasestr(job->title, wish->title);
 }
 
-/* fills the page from as many jobs as a call may look at; `some` is room for LIST_ROWS */
+/* fills the page from at most SRV_LIST_LOOKED jobs; `some` has space for LIST_ROWS */
 static enum srv_stored list_page(struct srv_store *store, const char *client,
                                  const struct srv_job_wish *wish, struct srv_job some[],
                                  struct srv_job job[], int *count, char last[SRV_ID_BYTES]) {
@@ -239,7 +239,7 @@ static enum srv_stored list_page(struct srv_store *store, const char *client,
         SRV_STORED_TRY(list_after(store, client, before, &rows));
         last[0] = 0;
         for (int i = 0; i < rows.count; i++) {
-            /* when a damaged one was made is not believed: it is listed, and the list goes on */
+            /* the time of a damaged job is not trusted: it is listed, and the list continues */
             if (!some[i].flaw && some[i].created < wish->since) return SRV_STORED;
             if (list_suits(wish, &some[i])) job[(*count)++] = some[i];
             if (*count < wish->most && i + 1 < cap) continue;
@@ -268,7 +268,7 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client,
     return stored;
 }
 
-/* removes its parts: a few at once, many later with its results */
+/* deletes its parts: a few now, many later with its results */
 static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *job) {
     if (job->bytes > 0 || job->begun > SRV_FEW_PARTS)
         return SRV_POST(store, SQL_REMOVAL_PUT, job->id, job->client, job->bytes);
@@ -281,7 +281,7 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
     assert(*job->id && state >= SRV_JOB_FAILED && state < SRV_JOB_STATES && message);
     struct srv_job was = *job;
     SRV_STORED_TRY(srv_store_now(store, &job->now));
-    /* a job that has ended is removed when it was said to be */
+    /* a job that has already ended keeps its time of expiry */
     if (srv_job_open(&was)) {
         job->finished = job->now;
         job->expires = job->now + store->rules.keep_us;
@@ -291,7 +291,7 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
     job->state = state;
     job->held = SRV_ROW_BYTES;
     job->waiting = 0;
-    /* the results are counted until they are gone */
+    /* results are counted until they are deleted */
     SRV_STORED_TRY(srv_store_count_job(store, &was, job));
     job->bytes = 0;
     char text[SRV_REQUEST_HEAD_BYTES];

@@ -22,7 +22,7 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
     return srv_store_end(store, stored);
 }
 
-/* a part and its job, both locked */
+/* reads a part and its job, both locked */
 static enum srv_stored row_held(void *context, const struct srv_value field[]) {
     struct srv_store_ahead *ahead = context;
     if (ahead->rows == SRV_STORE_AHEAD) return SRV_STORED;
@@ -40,8 +40,8 @@ static int ahead_order(const void *a, const void *b) {
                   (*(const struct srv_lease *const *)b)->job);
 }
 
-/* locks and reads the rows of all parts that the batch is going to end, in the order of their
- * jobs, so that two processes that lock some of the same rows do not wait for each other */
+/* locks and reads the rows of all parts that the batch will finish, in the order of their jobs, so
+ * that two processes cannot deadlock */
 static enum srv_stored ahead_read(struct srv_store *store) {
     struct srv_store_ahead *ahead = &store->ahead;
     int last = ahead->leases - 1;
@@ -53,7 +53,7 @@ static enum srv_stored ahead_read(struct srv_store *store) {
                    ahead->lease[last]->part);
 }
 
-/* takes the row of a part that was read ahead; returns 0 where there is none */
+/* takes the row of a part that was read ahead; returns 0 if there is none */
 static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lease,
                       struct srv_store_held *held) {
     for (int i = 0; i < ahead->rows && lease->parts == 1; i++) {
@@ -126,8 +126,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return srv_store_end(store, stored);
-    /* all that is read comes before what is written: the latter is gathered over the calls of a
-     * batch */
+    /* read before writing: writes are collected over the calls of a batch */
     stored = srv_store_room(store, job.client, bytes, message);
     if (stored == SRV_STORED) stored = srv_store_now(store, &now);
     if (stored == SRV_STORED_QUOTA) {
@@ -137,7 +136,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
         if (stored == SRV_STORED) stored = store->blobs->put(store, lease, data, bytes);
         if (stored == SRV_STORED)
             stored = SRV_POST(store, SQL_PART_END, lease->job, lease->part, bytes);
-        /* a job that makes progress does not kill its workers */
+        /* progress resets the count of vanished workers */
         if (stored == SRV_STORED && job.parts > 1)
             stored = SRV_POST(store, SQL_PARTS_CLEARED, lease->job);
         if (stored == SRV_STORED) stored = finish_step(store, &job, bytes, carry, carry_bytes);
@@ -174,15 +173,15 @@ static enum srv_stored row_part(void *context, const struct srv_value field[]) {
     return SRV_STORED;
 }
 
-/* returns a part to those that wait; `mark`: its lease ran out, which counts against it */
+/* returns a part to the queue; `mark`: its lease expired, which counts against it */
 static enum srv_stored part_back(struct srv_store *store, const char *id, int64_t number, int mark,
                                  struct srv_store_sweep *sweep) {
     struct srv_row_wholes row = {.count = 1};
     struct srv_job job;
     char message[SRV_REQUEST_HEAD_BYTES];
     enum srv_stored stored = srv_store_lock(store, id, &job);
-    /* what no open job has any more is not looked at again and again; a job that ended while its
-     * row was waited for keeps its parts that are done */
+    /* deletes parts without an open job, so that they are not examined again; a job that ended
+     * during the wait for its row keeps its completed parts */
     if (stored == SRV_STORED_NONE) return SRV_RUN(store, SQL_PARTS_REMOVE_SOME, NULL, NULL, id);
     if (stored == SRV_STORED && !srv_job_open(&job))
         return SRV_RUN(store, SQL_PARTS_HELD_REMOVE, NULL, NULL, id);

@@ -1,7 +1,8 @@
-/* Scenes in the store: storing, reading and removing them.
+/* Scenes in the store: storing, reading and deleting them.
  * Leaves to others: the contents of a scene, and its id (scenes).
- * Invariant: a stored scene never changes; it is removed with the last of its keepers, so that
- * no keeper's link ends before. */
+ * Invariant: a stored scene is immutable; it is deleted when the last client that stored it removes
+ * it.
+ */
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,8 +12,8 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-/* whether one more scene is within the bounds of a client and of its source; anew: nobody keeps
- * it yet */
+/* checks the quotas of a client and of its source for one more scene; anew: no client stores it yet
+ */
 static enum srv_stored scene_room(struct srv_store *store, const char *client, const char *source,
                                   size_t bytes, int anew) {
     const struct srv_store_rules *rules = &store->rules;
@@ -23,7 +24,7 @@ static enum srv_stored scene_room(struct srv_store *store, const char *client, c
     return all.whole[0] < rules->source_scenes ? SRV_STORED : SRV_STORED_QUOTA;
 }
 
-/* changes the number of scenes that a client keeps by one, up or down */
+/* changes the number of a client's scenes by one, up or down */
 static enum srv_stored scene_count(struct srv_store *store, const char *name, const char *source,
                                    int count, size_t bytes) {
     assert(count == 1 || count == -1);
@@ -56,7 +57,7 @@ static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id,
     return scene_count(store, client, source, 1, bytes);
 }
 
-/* adds a keeper to a scene that is stored and locked */
+/* adds a client to a stored, locked scene */
 static enum srv_stored scene_keep(struct srv_store *store, const char *id, const char *client,
                                   const char *source, size_t bytes) {
     int keeps;
@@ -66,7 +67,7 @@ static enum srv_stored scene_keep(struct srv_store *store, const char *id, const
     return scene_keeper_put(store, id, client, source, bytes);
 }
 
-/* locks a scene, so that no other process removes it meanwhile */
+/* locks a scene, so that no other process deletes it */
 static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_t *bytes) {
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_LOCK, srv_row_wholes, &row, id));
@@ -137,12 +138,12 @@ static enum srv_stored scene_drop(struct srv_store *store, const char *id, const
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client) {
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = scene_drop(store, id, client);
-    /* the same call may have been committed, and the answer was lost */
+    /* the same call may have been committed although its reply was lost */
     int done = store->unsure && (stored == SRV_STORED_NONE || stored == SRV_STORED_CLASH);
     return srv_store_end(store, done ? SRV_STORED : stored);
 }
 
-/* Scenes that a client keeps. */
+/* The scenes of a client. */
 struct row_kept {
     int count;
     char id[SQL_KEPT_MOST][SRV_ID_BYTES];
@@ -164,12 +165,12 @@ static enum srv_stored erase_scenes(struct srv_store *store, const char *client,
     if (rows.count > most) rows.count = most;
     for (int i = 0; i < rows.count; i++) {
         enum srv_stored stored = scene_drop(store, rows.id[i], client);
-        if (stored == SRV_STORED_CLASH) continue; /* it was let go meanwhile */
+        if (stored == SRV_STORED_CLASH) continue; /* it was removed meanwhile */
         if (stored != SRV_STORED_NONE) {
             SRV_STORED_TRY(stored);
             continue;
         }
-        /* a row of a scene that somebody has taken out of the tables by hand */
+        /* the scene was deleted from the tables by hand */
         SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_REMOVE, rows.id[i], client));
         SRV_STORED_TRY(srv_tally_count_anew(&store->tally, client));
     }

@@ -1,10 +1,8 @@
-/* Every statement on the store's tables, in the dialect that both databases share.
- * Leaves to others: the tables (store_schema), what is done with rows (the files of the store),
- * the dialects (sql).
- * Invariant: what comes from outside is a parameter; a statement that may find many rows says
- * how many it takes, and finds them through an index, so that its cost does not depend on how
- * many rows are kept. What is done to many jobs in one transaction are statements on rows of
- * values ({from ...} and the like, see sql). */
+/* All SQL statements, in the dialect that both databases share.
+ * Leaves to others: the tables (store_schema), processing rows (the other files), dialects (sql).
+ * Invariant: external data are parameters only; a statement that may match many rows has a LIMIT
+ * and uses an index, so that its cost does not depend on the number of rows. Changes of many jobs
+ * in one transaction are statements on rows of values ({from ...} and similar, see sql). */
 #ifndef SRV_STORE_STATEMENTS_H
 #define SRV_STORE_STATEMENTS_H
 
@@ -235,20 +233,20 @@ enum srv_statement {
         SQL_COUNT
 };
 
-/* The LIMITs of KEEPERS_OF, PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME and RESULTS_REMOVE_SOME: as
- * many rows mean that there may be more. And the most rows that JOBS_EXPIRED is asked for: with 512
- * a submit to PostgreSQL waits longer while a sweep runs, and the sweep gains little. */
+/* The LIMITs of KEEPERS_OF, PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME and RESULTS_REMOVE_SOME: if
+ * a statement returns as many rows, there may be more. Then the most rows of JOBS_EXPIRED: 512
+ * would delay submits to PostgreSQL during a sweep, for little gain. */
 enum {
     SQL_KEPT_MOST = 64,
     SQL_PARTS_MOST = 64,
     SQL_PARTS_REMOVED = 512,
     SQL_CHUNKS_MOST = 64,
     SQL_EXPIRED_MOST = 128,
-    SQL_CLASS_ITEMS_MOST = 64, /* and the LIMIT of CLASS_ITEMS, _OF and _OWN */
+    SQL_CLASS_ITEMS_MOST = 64, /* LIMIT of CLASS_ITEMS, _OF and _OWN */
     SQL_CLASSES_MOST = 64
 };
 
-/* the text of each */
+/* the text of each statement */
 extern const char *const srv_statement_text[SQL_COUNT];
 
 #endif

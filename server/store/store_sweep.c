@@ -1,8 +1,7 @@
-/* Sweeping: returning parts whose leases ran out and removing dismissed and expired jobs; erasing a
- * client's jobs; and the store's figures.
- * Leaves to others: the times of sweeps (storage).
- * Invariant: a sweep does one piece at a time, so that no other call waits long; any process may
- * sweep at any time; a job is not removed before the time that its client was given. */
+/* Sweeping: returning parts with expired leases, deleting dismissed and expired jobs, erasing a
+ * client's jobs; and the store's figures. Leaves to others: when to sweep (storage). Invariant: a
+ * sweep works in small steps, so that no other call waits long; any process may sweep at any time;
+ * no job is deleted before the time announced to its client. */
 #include <assert.h>
 #include <string.h>
 
@@ -14,15 +13,15 @@
 #include "server/store/store_quotas.h"
 #include "server/store/store_rows.h"
 
-/* bytes of results that are removed together with their job; of larger ones a piece at a time.
- * And by how much the store's clock may run ahead of this process' from one sweep to the next,
- * and for how long it is not trusted then */
+/* Results up to SWEEP_SMALL bytes are deleted with their job, larger ones in steps. If the store's
+ * clock gains more than SWEEP_JUMP_S on ours between two sweeps, it is not trusted for
+ * SWEEP_HOLD_S. */
 enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 
-/* the bytes of results after which a piece ends */
+/* bytes of results per step */
 enum { SWEEP_PIECE = 16 << 20 };
 
-/* A job that is dismissed or removed and whose parts and results are still there. */
+/* A dismissed or deleted job whose parts and results still exist. */
 struct row_removal {
     int rows;
     char job[SRV_ID_BYTES], client[SRV_NAME_BYTES];
@@ -41,7 +40,7 @@ static enum srv_stored row_removal(void *context, const struct srv_value field[]
     return SRV_STORED;
 }
 
-/* removes a piece of a job's results and parts; the last piece settles the client's account */
+/* deletes some of a job's results and parts; the last step updates the client's sums */
 static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
     struct row_removal removal = {0};
     struct srv_row_wholes parts = {.count = 1};
@@ -59,7 +58,7 @@ static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_s
                         : srv_store_count_bytes(store, removal.client, -removal.bytes);
 }
 
-/* counts a job that is removed; what is large stays a while, and is counted as long */
+/* updates the sums for a deleted job; large results count until they are deleted */
 static enum srv_stored expired_count(struct srv_store *store, const struct srv_job *job,
                                      int large) {
     assert(!srv_job_open(job) && job->bytes >= 0 && job->held >= 0);
@@ -70,9 +69,9 @@ static enum srv_stored expired_count(struct srv_store *store, const struct srv_j
     return SRV_POST(store, SQL_REMOVAL_PUT, job->id, job->client, job->bytes);
 }
 
-/* removes a job, together with its parts and results if they are small */
+/* deletes a job, together with its parts and results if they are small */
 static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job *job) {
-    /* one that failed or was dismissed has a removal of its own already, if it needs one */
+    /* a failed or dismissed job already has a removal if it needs one */
     int kept = job->state == SRV_JOB_SUCCESSFUL,
         large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_PARTS);
     SRV_STORED_TRY(expired_count(store, job, large));
@@ -81,7 +80,7 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     return SRV_POST(store, SQL_JOBS_REMOVE, job->id);
 }
 
-/* false for a while after the store's clock has jumped ahead */
+/* false for a while after the store's clock jumped ahead */
 static int sweep_trusts(struct srv_store *store, int64_t now) {
     int64_t now_ns = srv_clock_now(), passed_us = (now_ns - store->expiry.seen_ns) / 1000;
     if (store->expiry.seen &&
@@ -100,8 +99,8 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
     SRV_STORED_TRY(srv_store_class_sweep(store, now, &sweep->more));
     SRV_STORED_TRY(
         SRV_RUN(store, SQL_JOBS_EXPIRED, srv_row_job, &rows, store->expiry.from, SQL_EXPIRED_MOST));
-    /* the next piece does not look again at the places of those that were removed; when nothing
-     * is left all places are looked at once more, because other processes may have locked some */
+    /* The next step skips the range of deleted jobs. When nothing is left, the whole range is
+     * examined again, because other processes may have locked some. */
     store->expiry.from = 0;
     for (int64_t i = 0, bytes = 0; i < rows.count && bytes <= SWEEP_PIECE; i++) {
         if (job[i].flaw) continue;
@@ -111,7 +110,7 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
         sweep->more = 1;
         sweep->expired++;
     }
-    /* a damaged one is removed once it has been written anew, when that is past its time */
+    /* a damaged job is rewritten first, and deleted when that one expires */
     for (int i = 0; i < rows.count; i++)
         if (job[i].flaw) SRV_STORED_TRY(srv_store_condemn(store, &job[i]));
     return rows.nameless ? SRV_RUN(store, SQL_JOBS_NAMELESS, NULL, NULL) : SRV_STORED;
@@ -122,11 +121,11 @@ static enum srv_stored row_changed(void *context, const struct srv_value field[]
     return SRV_STORED;
 }
 
-/* puts the changes of clients into their rows, those of one client in a transaction */
+/* adds pending changes to the rows of their clients, one client per transaction */
 static enum srv_stored sweep_changes(struct srv_store *store) {
     enum srv_stored stored = SRV_STORED;
     char name[SRV_NAME_BYTES] = "", was[SRV_NAME_BYTES];
-    /* of many processes about one does this in a second */
+    /* among many processes about one does this each second */
     if (store->workers > 1 && srv_clock_now() / 1000 % store->workers) return SRV_STORED;
     for (int more = store->sql->driver->lists, i = 0; more && stored == SRV_STORED && i < 64; i++) {
         SRV_STORED_TRY(srv_store_look(store));
@@ -156,7 +155,7 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
     return srv_store_end(store, stored);
 }
 
-/* erases one job of a client, which may have gone meanwhile */
+/* erases one job of a client; it may be gone already */
 static enum srv_stored erase_job(struct srv_store *store, const char *id) {
     struct srv_job job;
     enum srv_stored stored = srv_store_lock(store, id, &job);
