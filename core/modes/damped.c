@@ -61,6 +61,43 @@ enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct
     return status;
 }
 
+/* B or S: what hangs on a cart turns against the ground */
+static void damped_paths(const struct pend_tree *tree, const struct pend_loads *loads,
+                         enum pend_matrix which, double out[]) {
+    size_t n = (size_t)tree->n, cart = (size_t)tree->order[0];
+    for (size_t i = 0; i < n; i++) pend_matrix_row(tree, loads, NULL, which, (int)i, out + i * n);
+    for (size_t i = 0; i < n && pend_terms_cart(loads->terms); i++)
+        if (i != cart) out[i * n + cart] = out[cart * n + i] = 0;
+}
+
+enum pend_status pend_damped_matrix(const struct pend_tree *tree, const struct pend_loads *loads,
+                                    const double phi[], enum pend_matrix which, double out[]) {
+    size_t n = (size_t)tree->n;
+    if (which == PEND_MATRIX_S || which == PEND_MATRIX_B) {
+        damped_paths(tree, loads, which, out);
+        return PEND_OK;
+    }
+    double *mass = malloc((3 * n + 1) * n * sizeof *mass);
+    if (!mass) return PEND_NO_MEMORY;
+    double *damping = mass + n * n, *stiffness = damping + n * n, *column = stiffness + n * n;
+    const double *from = which == PEND_MATRIX_M   ? mass
+                         : which == PEND_MATRIX_C ? damping
+                                                  : stiffness;
+    enum pend_status status = pend_damped_matrices(tree, loads, phi, mass, damping, stiffness);
+    gsl_matrix_view m = gsl_matrix_view_array(mass, n, n);
+    gsl_vector_view right = gsl_vector_view_array(column, n);
+    if (status == PEND_OK && which == PEND_MATRIX_A && gsl_linalg_cholesky_decomp1(&m.matrix))
+        status = PEND_NOT_FINITE;
+    for (size_t j = 0; j < n && status == PEND_OK; j++) {
+        for (size_t i = 0; i < n; i++) column[i] = from[i * n + j];
+        if (which == PEND_MATRIX_A) gsl_linalg_cholesky_svx(&m.matrix, &right.vector);
+        for (size_t i = 0; i < n; i++)
+            out[(size_t)tree->order[i] * n + (size_t)tree->order[j]] = column[i];
+    }
+    free(mass);
+    return status;
+}
+
 void pend_damped_free(struct pend_damped **damped) {
     if (*damped) {
         pend_still_free(&(*damped)->still);

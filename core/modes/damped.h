@@ -6,6 +6,7 @@
 #ifndef PEND_DAMPED_H
 #define PEND_DAMPED_H
 
+#include "core/modes/matrix.h"
 #include "core/modes/still.h"
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -50,6 +51,23 @@ PEND_MUST_CHECK enum pend_status pend_damped_matrices(const struct pend_tree *tr
                                                       const struct pend_loads *loads,
                                                       const double phi[], double mass[],
                                                       double damping[], double stiffness[]);
+
+/**
+ * Fills in one of the matrices of M x'' + C x' + K x = B u, u the torques of the joints; A is
+ * M^-1 K, S the path matrix.
+ *
+ * phi  n angles of an equilibrium, rad, stored order.
+ * out  n x n row-major, in the caller's order; a cart's own entry of B and S is the only one in
+ *      its row and column.
+ *
+ * PEND_NO_MEMORY
+ * PEND_NOT_FINITE  M is numerically not positive definite.
+ * O(n^2), A O(n^3).
+ */
+PEND_MUST_CHECK enum pend_status pend_damped_matrix(const struct pend_tree *tree,
+                                                    const struct pend_loads *loads,
+                                                    const double phi[], enum pend_matrix which,
+                                                    double out[]);
 
 /**
  * Finds all modes about the equilibrium that Newton's method finds from a start.

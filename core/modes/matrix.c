@@ -3,6 +3,10 @@
 #include <assert.h>
 #include <string.h>
 
+const char *const pend_matrix_names[PEND_MATRIX_COUNT + 1] = {
+    [PEND_MATRIX_A] = "A", [PEND_MATRIX_M] = "M", [PEND_MATRIX_S] = "S",
+    [PEND_MATRIX_B] = "B", [PEND_MATRIX_C] = "C", [PEND_MATRIX_K] = "K"};
+
 static double matrix_sign(const unsigned char up[], int k) { return up && up[k] ? -1 : 1; }
 
 /* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k, which is not zero for the arm itself, its parent, its
@@ -46,8 +50,14 @@ void pend_matrix_row(const struct pend_tree *tree, const struct pend_loads *load
     case PEND_MATRIX_S:
         for (int k = j; k >= 0; k = tree->parent[k]) row[tree->order[k]] = 1;
         break;
-    default: /* B */
+    case PEND_MATRIX_B:
         row[arm] = 1;
         for (int c = j + 1; c < tree->end[j]; c = tree->end[c]) row[tree->order[c]] = -1;
+        break;
+    case PEND_MATRIX_K:
+        row[arm] = matrix_sign(up, j) * loads->gravity * tree->len[j] * tree->subtree_mass[j];
+        break;
+    default: /* C */
+        break;
     }
 }

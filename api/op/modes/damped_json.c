@@ -66,9 +66,11 @@ static int damped_tells(const struct api_damped *damped, int column) {
 }
 
 void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],
-                     const struct api_format *format, int digits, int vectors) {
+                     const struct api_format *format, int digits, int vectors,
+                     const char include[PEND_MATRIX_COUNT]) {
     assert(tree->loads.terms);
-    *damped = (struct api_damped){.tree = tree, .phi = phi, .format = format, .vectors = vectors};
+    *damped = (struct api_damped){
+        .tree = tree, .phi = phi, .format = format, .vectors = vectors, .include = include};
     damped->table.digits = digits;
     damped->table.rows = 2 * (long)api_tree_stored(tree);
     damped->table.rows_later = 1;
@@ -207,8 +209,29 @@ static enum pend_status damped_vectors(const struct api_damped *damped, struct a
     return api_buffer_text(out, "}");
 }
 
+/* the matrices that were asked for, with a cart as the last row and column */
+static enum pend_status damped_matrices(const struct api_damped *damped, struct api_buffer *out,
+                                        struct pend_error *error) {
+    const struct api_tree *tree = damped->tree;
+    size_t n = (size_t)api_tree_stored(tree);
+    for (int i = 0; i < PEND_MATRIX_COUNT; i++) {
+        if (!damped->include[i]) continue;
+        double *matrix = malloc(n * n * sizeof *matrix);
+        if (!matrix) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a matrix");
+        enum pend_status status = pend_damped_matrix(tree->tree, &tree->loads, damped->found->phi,
+                                                     (enum pend_matrix)i, matrix);
+        if (status == PEND_OK)
+            status =
+                api_out_matrix(out, pend_matrix_names[i], (int)n, matrix, damped->table.digits);
+        free(matrix);
+        PEND_TRY(status);
+    }
+    return PEND_OK;
+}
+
 /* the equilibrium once, then lists with one entry a mode, then the shapes */
-static enum pend_status damped_json(const struct api_damped *damped, struct api_buffer *out) {
+static enum pend_status damped_json(const struct api_damped *damped, struct api_buffer *out,
+                                    struct pend_error *error) {
     int digits = damped->table.digits;
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(
@@ -218,6 +241,7 @@ static enum pend_status damped_json(const struct api_damped *damped, struct api_
                                  c == MODE ? 0 : digits));
     PEND_TRY(damped_cart(damped, out));
     PEND_TRY(damped_vectors(damped, out));
+    PEND_TRY(damped_matrices(damped, out, error));
     PEND_TRY(api_remarks_json(&damped->stats, out));
     return api_buffer_text(out, "}");
 }
@@ -229,7 +253,7 @@ enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *ou
     if (!found) return PEND_OK;
     if (damped->format == &api_format_json) {
         *done = 1;
-        return damped_json(damped, out);
+        return damped_json(damped, out, error);
     }
     if (damped->writer) return api_writer_finish(damped->writer, &damped->stats, out, done);
     PEND_TRY(api_writer_new(&damped->writer, damped->format, &damped->table, out));
@@ -243,8 +267,10 @@ double api_damped_cost(const struct api_damped *damped) {
 }
 
 double api_damped_bytes(const struct api_damped *damped) {
-    double n = api_tree_stored(damped->tree);
-    return sizeof(double) * n * ((damped_loses(damped) ? 32 : 12) * n + 64) +
+    double n = api_tree_stored(damped->tree), text = 0;
+    for (int i = 0; i < PEND_MATRIX_COUNT; i++)
+        text += damped->include[i] ? n * n * API_OUT_NUMBER_BYTES : 0;
+    return sizeof(double) * n * ((damped_loses(damped) ? 32 : 12) * n + 64) + text +
            (damped->format == &api_format_json ? 0
                                                : api_writer_bytes(damped->format, &damped->table));
 }

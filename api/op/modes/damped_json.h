@@ -26,6 +26,7 @@ struct api_damped {
     const struct api_format *format;
     struct api_table table; /* one row a mode */
     int vectors;            /* the shapes are answered */
+    const char *include;    /* PEND_MATRIX_COUNT flags: the matrices that are answered; not owned */
     struct pend_damped *found;
     double *column[API_COLUMNS];     /* one block */
     const double *told[API_COLUMNS]; /* those that are answered */
@@ -42,7 +43,8 @@ struct api_damped {
  * table   the rows are the most that there can be, two an arm.
  */
 void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],
-                     const struct api_format *format, int digits, int vectors);
+                     const struct api_format *format, int digits, int vectors,
+                     const char include[PEND_MATRIX_COUNT]);
 
 /** Frees what was found. */
 void api_damped_clear(struct api_damped *damped);

@@ -9,12 +9,6 @@
 static const char *const modes_fields[] = {"pendulum", "about",   "select", "vectors", "normalize",
                                            "include",  "initial", "digits", NULL};
 
-const char *const api_modes_matrices[] = {[PEND_MATRIX_A] = "A",
-                                          [PEND_MATRIX_M] = "M",
-                                          [PEND_MATRIX_S] = "S",
-                                          [PEND_MATRIX_B] = "B",
-                                          NULL};
-
 /* reads ["down", "up", ...], one for each arm */
 static enum pend_status read_about(struct api_modes *modes, const struct api_value *value,
                                    struct api_problem *problem) {
@@ -22,7 +16,7 @@ static enum pend_status read_about(struct api_modes *modes, const struct api_val
     const struct pend_tree *tree = modes->tree.tree;
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) == API_MISSING) return PEND_OK;
-    if (api_value_kind(value) != API_ARRAY || (tree && api_value_count(value) != tree->n)) {
+    if (api_value_kind(value) != API_ARRAY || (tree && api_value_count(value) != modes->tree.n)) {
         api_value_fault(value, problem,
                         API_CODE_WRONG_COUNT
                         "must be an array with \"down\" or \"up\" for each of the %d arms",
@@ -114,19 +108,23 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
                         API_CODE_WRONG_TYPE "must be an array of names of matrices, as [\"A\"]");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         int matrix = 0;
-        if (api_field_word(&item, api_modes_matrices, &matrix, problem) <= 0) continue;
+        if (api_field_word(&item, pend_matrix_names, &matrix, problem) <= 0) continue;
         if (modes->include[matrix])
             api_value_fault(&item, problem, API_CODE_DUPLICATE "\"%s\" is in the list already",
-                            api_modes_matrices[matrix]);
+                            pend_matrix_names[matrix]);
         modes->include[matrix] = 1;
     }
-    if (api_value_count(value) && modes->tree.n > reading->limits->matrix_arms)
+    double most = reading->limits->matrix_arms;
+    if (modes->tree.loads.terms) most = fmin(most, PEND_DAMPED_DENSE);
+    if (api_value_count(value) && modes->tree.n > most)
         api_value_fault(
             value, problem,
             API_CODE_LIMIT
-            "matrices are answered for at most %.0f arms (the limit max-matrix-arms), and "
-            "here are %d: leave it out",
-            reading->limits->matrix_arms, modes->tree.n);
+            "matrices are answered for at most %.0f arms (%s), and here are %d: leave it out",
+            most,
+            most < reading->limits->matrix_arms ? "of a real pendulum"
+                                                : "the limit max-matrix-arms",
+            modes->tree.n);
     if (api_value_count(value) && reading->format != &api_format_json &&
         reading->format != &api_format_raw)
         api_value_fault(
@@ -153,17 +151,20 @@ static void read_style(struct api_modes *modes, const struct api_value *root,
 
 /* what the modes of a real pendulum have not: their equilibrium is looked for, and all are found */
 static void check_real(const struct api_modes *modes, const struct api_reading *reading) {
-    static const char *const absent[] = {"about", "select", "normalize", "include"};
+    static const char *const absent[] = {"select", "normalize"};
     static const char *const way[] = {
-        "a real pendulum's equilibrium is looked for near \"initial\": give that instead",
         "all modes of a real pendulum are answered: leave it out",
-        "the shapes of a real pendulum have an entry of 1, the largest: leave it out",
-        "the matrices of a real pendulum are not answered: leave it out"};
+        "the shapes of a real pendulum have an entry of 1, the largest: leave it out"};
     for (size_t i = 0; i < sizeof absent / sizeof *absent; i++) {
         struct api_value field = api_value_member(reading->root, absent[i]);
         if (api_value_kind(&field) != API_MISSING)
             api_value_fault(&field, reading->problem, API_CODE_NOT_APPLICABLE "%s", way[i]);
     }
+    struct api_value about = api_value_member(reading->root, "about");
+    if (modes->up && modes->start)
+        api_value_fault(&about, reading->problem,
+                        API_CODE_CONFLICT
+                        "and \"initial\" both say where the equilibrium is: leave one out");
     const struct pend_loads *loads = &modes->tree.loads;
     int loses = pend_loads_lose(loads);
     int most = loses ? API_DAMPED_ARMS : API_STILL_ARMS;

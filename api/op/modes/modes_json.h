@@ -20,9 +20,6 @@ struct api_modes {
     char include[PEND_MATRIX_COUNT]; /* non-zero for the matrices that are answered */
 };
 
-/* The names of the matrices, ended by NULL. */
-extern const char *const api_modes_matrices[];
-
 /**
  * Reads and checks a request.
  *

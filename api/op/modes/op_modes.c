@@ -139,10 +139,11 @@ static enum pend_status modes_begin_real(struct modes *modes, const struct api_r
     size_t n = (size_t)api_tree_stored(&modes->asked.tree);
     modes->near = malloc(n * sizeof *modes->near);
     if (!modes->near) return PEND_NO_MEMORY;
-    for (size_t k = 0; k < n; k++) modes->near[k] = -pi / 2;
+    for (size_t k = 0; k < n; k++)
+        modes->near[k] = modes->asked.up && modes->asked.up[k] ? pi / 2 : -pi / 2;
     if (modes->asked.tree.cart) modes->near[0] = 0;
     api_damped_init(&modes->damped, &modes->asked.tree, modes->near, reading->format,
-                    modes->asked.digits, modes->asked.vectors);
+                    modes->asked.digits, modes->asked.vectors, modes->asked.include);
     api_reading_check_size(reading, &modes->damped.table, reading->root, "modes",
                            "no shapes, by \"vectors\": false");
     return PEND_OK;
@@ -284,7 +285,7 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
         return api_buffer_text(out, "}");
     }
     if (part_wanted(modes, part) && !modes->row)
-        PEND_TRY(api_out_open(out, part ? api_modes_matrices[part - 1] : "vectors", '['));
+        PEND_TRY(api_out_open(out, part ? pend_matrix_names[part - 1] : "vectors", '['));
     if (!part_wanted(modes, part) || modes->row == rows) {
         if (part_wanted(modes, part)) PEND_TRY(api_buffer_text(out, "]"));
         modes->part++;

@@ -21,7 +21,7 @@ TEST(what_modes_and_sections_do_not_have_is_no_nameless_fault) {
         const char *rest, *pointer, *code;
     } row[] = {
         {API_OP_MODES, ",\"damping\":[1]},\"normalize\":\"mass\"", "/normalize", "not_applicable"},
-        {API_OP_MODES, ",\"damping\":[1]},\"about\":[\"up\"]", "/about", "not_applicable"},
+        {API_OP_MODES, ",\"damping\":[1]},\"about\":[\"up\"],\"initial\":{}", "/about", "conflict"},
         {API_OP_SECTIONS, "},\"duration\":1,\"section\":{\"period\":\"drive\"}", "/section/period",
          "not_applicable"},
         {API_OP_SECTIONS,

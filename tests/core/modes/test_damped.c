@@ -10,6 +10,7 @@
 
 #include "core/bodies/bodies.h"
 #include "core/modes/modes.h"
+#include "core/modes/rest.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
@@ -29,6 +30,73 @@ static void accelerations(const struct test_tree *t, const struct test_bodies *b
     if (!work) abort();
     pend_bodies_at(t->tree, &b->loads, &state, work, acc, NULL);
     free(work);
+}
+
+/* the largest difference of M times the derivatives of accelerations by angles, rates or torques,
+ * from K, C or B, in parts of the matrix's largest entry */
+static double matrix_wrong(const struct test_tree *t, struct test_bodies *b, const double phi[],
+                           enum pend_matrix which, const double mass[], const double want[]) {
+    const double step = which == PEND_MATRIX_B ? 1 : 0x1p-17;
+    const int n = t->tree->n, *order = t->tree->order;
+    double worst = 0, size = 0;
+    for (int k = 0; k < n; k++) {
+        double acc[2][ARMS], at[ARMS], rate[ARMS] = {0};
+        double *torque = b->value + pend_terms_place(b->terms, PEND_TERM_TORQUE, k), kept = *torque;
+        for (int side = 0; side < 2; side++) {
+            double move = side ? step : -step;
+            memcpy(at, phi, (size_t)n * sizeof *at);
+            if (which == PEND_MATRIX_K) at[k] += move;
+            if (which == PEND_MATRIX_C) rate[k] = move;
+            if (which == PEND_MATRIX_B) *torque = kept + move;
+            accelerations(t, b, at, rate, acc[side]);
+        }
+        *torque = kept;
+        for (int i = 0; i < n; i++) {
+            double entry = want[order[i] * n + order[k]], sum = 0;
+            for (int j = 0; j < n; j++)
+                sum += mass[order[i] * n + order[j]] * (acc[1][j] - acc[0][j]) / (2 * step);
+            worst = fmax(worst, fabs((which == PEND_MATRIX_B ? sum : -sum) - entry));
+            size = fmax(size, fabs(entry));
+        }
+    }
+    return worst / size;
+}
+
+TEST(damped_matrices_are_the_derivatives_of_accelerations_at_a_rest) {
+    static const enum pend_matrix which[] = {PEND_MATRIX_K, PEND_MATRIX_C, PEND_MATRIX_B};
+    unsigned long long seed = 12;
+    double worst[3] = {0}, product = 0, value[4][ARMS * ARMS];
+    for (int round = 0; round < 60; round++) {
+        int n = 2 + round % (ARMS - 1);
+        struct test_tree t;
+        struct test_bodies b;
+        double phi[ARMS], size = 0, wrong = 0;
+        test_tree_random(&t, round % TEST_TREE_KINDS, n, 0.3, &seed);
+        unsigned terms = LOSES | TEST_TERMS_TORQUES | (round % 2 ? TEST_TERMS_CART : 0);
+        test_bodies_random(&b, t.tree, terms, &seed);
+        for (int h = 0; h < b.terms->harmonics; h++) b.value[b.terms->harmonic[h].at] = 0;
+        for (int k = 0; k < n; k++) phi[k] = 6 * test_random(&seed) - 3;
+        REQUIRE(pend_rest_find(t.tree, &b.loads, phi, NULL, NULL) == PEND_OK);
+        REQUIRE(pend_damped_matrix(t.tree, &b.loads, phi, PEND_MATRIX_M, value[3]) == PEND_OK);
+        for (int i = 0; i < 3; i++) {
+            REQUIRE(pend_damped_matrix(t.tree, &b.loads, phi, which[i], value[i]) == PEND_OK);
+            worst[i] = fmax(worst[i], matrix_wrong(&t, &b, phi, which[i], value[3], value[i]));
+        }
+        REQUIRE(pend_damped_matrix(t.tree, &b.loads, phi, PEND_MATRIX_A, value[1]) == PEND_OK);
+        for (int i = 0; i < n * n; i++) {
+            double sum = -value[0][i];
+            for (int j = 0; j < n; j++) sum += value[3][i / n * n + j] * value[1][j * n + i % n];
+            wrong = fmax(wrong, fabs(sum));
+            size = fmax(size, fabs(value[0][i]));
+        }
+        product = fmax(product, wrong / size);
+        test_bodies_clear(&b);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst[0], 1e-8, "K against differences of accelerations");
+    CHECK_RESIDUAL(worst[1], 1e-8, "C against the same");
+    CHECK_RESIDUAL(worst[2], 1e-11, "B against the same");
+    CHECK_RESIDUAL(product, 1e-13, "M A against K");
 }
 
 TEST(damped_modes_stand_at_a_rest_of_the_equations_of_motion) {

@@ -53,3 +53,25 @@ TEST(modes_of_more_than_a_thousand_damped_arms_are_refused) {
     CHECK(test_reply_has_fault(&reply, "/pendulum", "at most 1000, or 2000 without friction"));
     test_reply_free(&reply);
 }
+
+TEST(the_matrices_of_a_cart_with_an_upright_arm_are_the_textbooks) {
+    struct test_reply reply = test_post(
+        API_OP_MODES, "{\"pendulum\":{\"length\":[0.5],\"mass\":[2],\"parent\":[0],\"gravity\":10,"
+                      "\"damping\":[0.1],\"pivot\":{\"cart\":{\"mass\":3,\"damping\":1}}},"
+                      "\"about\":[\"up\"],\"include\":[\"A\",\"M\",\"B\",\"C\",\"K\",\"S\"]}");
+    static const struct {
+        const char *row;
+        double want[2];
+    } rows[] = {{"/M/0", {0.5, -1}},       {"/M/1", {-1, 5}},       {"/C/0", {0.1, 0}},
+                {"/C/1", {0, 1}},          {"/K/0", {-10, 0}},      {"/K/1", {0, 0}},
+                {"/B/0", {1, 0}},          {"/B/1", {0, 1}},        {"/S/0", {1, 0}},
+                {"/A/0", {-100.0 / 3, 0}}, {"/A/1", {-20.0 / 3, 0}}};
+    CHECK_INT(reply.status, 200);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        for (int j = 0; j < 2; j++) {
+            char pointer[20];
+            snprintf(pointer, sizeof pointer, "%s/%d", rows[i].row, j);
+            CHECK(fabs(test_reply_number(&reply, pointer) - rows[i].want[j]) < 1e-13);
+        }
+    test_reply_free(&reply);
+}
