@@ -61,7 +61,7 @@ size_t pend_bodies_bytes(const struct pend_tree *tree, const struct pend_terms *
 
 /* the force of the rail on a cart, along and across it */
 static void bodies_rail(const struct bodies_system *s, const struct bodies_forces *forces) {
-    double c = -s->point_y[0], z = s->point_x[0], x = s->haul_x[0], y = s->haul_y[0];
+    double c = -s->point_y[0], z = s->point_x[0], x = s->pivot_force_x[0], y = s->pivot_force_y[0];
     assert(s->terms->one[PEND_TERM_RAIL] >= 0);
     double along = c * x + z * y, across = c * y - z * x;
     if (forces->joint_along) forces->joint_along[0] = along;

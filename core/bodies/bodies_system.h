@@ -77,8 +77,8 @@ typedef double num; /* files that lay out memory count it in doubles and compute
     X(give_yx) X(give_yy) X(wind_x) X(wind_y) X(known) X(next_x) X(next_y) X(next_known) \
     X(turned) X(pulled) X(couple) X(drag_x) X(drag_y) X(asked_x) X(asked_y) X(answer) X(reach_x) \
     X(reach_y) X(heave_x) X(heave_y) X(base_x) X(base_y) X(speed_x) X(speed_y) X(damping) \
-    X(stiffness) X(rest) X(friction) X(grip_scale) X(slide) X(air_slow) X(air_fast) X(air_least) \
-    X(air_share)
+    X(stiffness) X(rest) X(friction) X(friction_scale) X(slide) X(air_slow) X(air_fast) \
+    X(air_least) X(air_share)
 /*
  * Series beside those of rates, forces and turns.
  *
@@ -89,14 +89,16 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * way_x, way_y             velocity of the tip
  * air_x, air_y             the air's force on the tip
  * air_part                 sqrt(|v|^2 + e^2), which has the unit's sign
- * grip, grip_rest          w = (1 - |tanh|) / 2 of the joint's speed, and w - w^2
+ * friction_curve,
+ * friction_rest            w = (1 - |tanh|) / 2 of the joint's speed, and w - w^2
  * base_way_x, base_way_y   velocity of the joint
  */
 #define BODIES_SERIES(X) \
     X(push_x, 1) X(push_y, 1) X(tip_x, 1) X(tip_y, 1) X(swing, BODIES_JOINTS) \
     X(loss, BODIES_LOSSES) X(drive, BODIES_DRIVES) X(way_x, BODIES_AIR) X(way_y, BODIES_AIR) \
-    X(air_x, BODIES_AIR) X(air_y, BODIES_AIR) X(air_part, BODIES_FAST_AIR) X(grip, BODIES_GRIP) \
-    X(grip_rest, BODIES_GRIP) X(base_way_x, BODIES_MIST) X(base_way_y, BODIES_MIST)
+    X(air_x, BODIES_AIR) X(air_y, BODIES_AIR) X(air_part, BODIES_FAST_AIR) \
+    X(friction_curve, BODIES_FRICTION) X(friction_rest, BODIES_FRICTION) \
+    X(base_way_x, BODIES_DRAG_PER_MASS) X(base_way_y, BODIES_DRAG_PER_MASS)
 // clang-format on
 
 /* Which series a pendulum needs. */
@@ -105,8 +107,8 @@ enum bodies_need {
     BODIES_DRIVES = 4,
     BODIES_AIR = 8,
     BODIES_FAST_AIR = 16,
-    BODIES_GRIP = 32,
-    BODIES_MIST = 64,
+    BODIES_FRICTION = 32,
+    BODIES_DRAG_PER_MASS = 64,
     BODIES_SPRINGS = 128,
     BODIES_PIVOT = 256,
     BODIES_SHAPE = 512, /* masses that are not points at tips, arms that hang elsewhere */
@@ -123,7 +125,7 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
         {PEND_TERM_BODY, BODIES_SHAPE},
         {PEND_TERM_AT_X, BODIES_SHAPE},
         {PEND_TERM_DAMPING, BODIES_LOSSES},
-        {PEND_TERM_FRICTION, BODIES_LOSSES | BODIES_GRIP},
+        {PEND_TERM_FRICTION, BODIES_LOSSES | BODIES_FRICTION},
         {PEND_TERM_STIFFNESS, BODIES_SPRINGS},
         {PEND_TERM_TORQUE, BODIES_DRIVES},
         {PEND_TERM_INPUT, BODIES_DRIVES},
@@ -139,7 +141,7 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
         need |= terms->harmonic[i].drives < 0 ? BODIES_PIVOT : BODIES_DRIVES;
     if (one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0 || one[PEND_TERM_PIVOT_ACCELERATION_Y] >= 0)
         need |= BODIES_PIVOT;
-    if (one[PEND_TERM_DRAG_PER_MASS] >= 0) need |= BODIES_MIST;
+    if (one[PEND_TERM_DRAG_PER_MASS] >= 0) need |= BODIES_DRAG_PER_MASS;
     return need;
 }
 
@@ -156,7 +158,8 @@ struct bodies_system {
     num *lift_x, *lift_y; /* of the pivot: z'' + 2 gamma z', and gravity, order + 1 coefficients */
     num *slide_x, *slide_y; /* z' of the pivot, order + 1 coefficients */
     num *share;             /* 1 / (j + 1), order + 1 numbers */
-    num *haul_x, *haul_y;   /* the force that the pivot exerts, in the axes, order coefficients */
+    num *pivot_force_x,
+        *pivot_force_y; /* the force that the pivot exerts, in the axes, order coefficients */
 #define X(name) num *name;
     BODIES_ARRAYS(X)
 #undef X
@@ -212,7 +215,7 @@ static inline void bodies_lay(struct bodies_system *s, size_t seats, size_t seri
     size_t pivot = (size_t)(order + 8) / 8 * 8;
     s->lift_x = at, s->lift_y = at + pivot;
     s->slide_x = at + 2 * pivot, s->slide_y = at + 3 * pivot;
-    s->haul_x = at + 4 * pivot, s->haul_y = at + 5 * pivot;
+    s->pivot_force_x = at + 4 * pivot, s->pivot_force_y = at + 5 * pivot;
     s->share = at + 6 * pivot;
 }
 

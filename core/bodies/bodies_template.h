@@ -65,7 +65,7 @@ VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num 
                                arms Ti, arms known) {
     size_t now = bodies_row(s, a) + (size_t)k * s->stride, next = now + s->stride;
     arms more = arms_of(k + 1), spun = arms_mul(more, Tr), turned = spun, pulled = arms_neg(Ti);
-    if (s->need & BODIES_MIST) {
+    if (s->need & BODIES_DRAG_PER_MASS) {
         // (u' / i)_k - phi'_k = T_{k-1}, and no difference of the two
         arms twice = arms_all(num_mul(num_of(2), gamma));
         if (k) spun = arms_fma(twice, arms_get(s->wind_x + a), spun);
@@ -271,10 +271,10 @@ static inline void bodies_press(const struct bodies_system *s, size_t row, int a
 }
 
 /* what the pivot exerts, which is the force at the first joint, in the axes */
-VEC_INLINE void bodies_haul_first(const struct bodies_system *s, int k) {
+VEC_INLINE void bodies_pivot_force_first(const struct bodies_system *s, int k) {
     num C = s->cosine[0], Z = s->sine[0], x = s->reach_x[0], y = s->reach_y[0];
-    s->haul_x[k] = num_sub(num_mul(C, x), num_mul(Z, y));
-    s->haul_y[k] = num_fma(Z, x, num_mul(C, y));
+    s->pivot_force_x[k] = num_sub(num_mul(C, x), num_mul(Z, y));
+    s->pivot_force_y[k] = num_fma(Z, x, num_mul(C, y));
 }
 
 /* the coefficients of order k of forces, and of order k + 1 of rates and turns */
@@ -293,7 +293,7 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
         arms_put(s->turn_im + next + s->stride, arms_mul(arms_add(rate, Tr), turn_share));
     }
     if (pend_terms_cart(s->terms)) bodies_cart_still(s, k + 2);
-    bodies_haul_first(s, k);
+    bodies_pivot_force_first(s, k);
     for (int a = 1; a < s->n && s->need & BODIES_SHAPE; a++) {
         size_t up = bodies_row(s, s->parent[a]) + now;
         s->push_x[up] = num_add(s->push_x[up], s->heave_x[a]);

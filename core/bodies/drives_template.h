@@ -55,9 +55,9 @@ static inline void bodies_scale(const struct bodies_system *s, const struct bodi
         s->stiffness[a] = num_mul(square, bodies_get(s, PEND_TERM_STIFFNESS, a));
         s->rest[a] = bodies_get(s, PEND_TERM_REST, a);
         s->slide[a] = num_mul(square, bodies_get(s, PEND_TERM_SLIDE, a));
-        if (!(s->need & BODIES_GRIP)) continue;
+        if (!(s->need & BODIES_FRICTION)) continue;
         s->friction[a] = num_mul(square, bodies_get(s, PEND_TERM_FRICTION, a));
-        s->grip_scale[a] =
+        s->friction_scale[a] =
             num_div(num_of(1), num_mul(unit, bodies_get(s, PEND_TERM_FRICTION_SPEED, a)));
     }
     for (int a = 0; a < s->n && s->need & BODIES_AIR; a++) {
@@ -110,23 +110,23 @@ VEC_INLINE num bodies_swing(const struct bodies_system *s, int a, int k) {
  * relative accuracy: an error of w = 1e-20 grows as w itself does while the joint comes to rest,
  * where one of 1e-16 in tanh x would become 1e-4.
  */
-static inline arms bodies_grip(const struct bodies_system *s, int a, int k) {
+static inline arms bodies_friction(const struct bodies_system *s, int a, int k) {
     size_t row = bodies_row(s, a), stride = s->stride, last = row + (size_t)k * stride;
-    arms scale = arms_get(s->grip_scale + a), w = arms_of(0), tanh_x;
+    arms scale = arms_get(s->friction_scale + a), w = arms_of(0), tanh_x;
     arms start = arms_mul(arms_get(s->swing + row), scale), sign = arms_sign(start);
     arms twice = arms_mul(arms_of(-2), sign);
     if (k) {
         for (int j = 1; j <= k; j++) {
             arms x = arms_mul(arms_get(s->swing + row + (size_t)j * stride), arms_of(j));
-            w = arms_fma(x, arms_get(s->grip_rest + last - (size_t)j * stride), w);
+            w = arms_fma(x, arms_get(s->friction_rest + last - (size_t)j * stride), w);
         }
         w = arms_mul(w, arms_mul(arms_mul(twice, scale), arms_all(s->share[k - 1])));
         tanh_x = arms_mul(twice, w);
     } else {
         tanh_x = arms_mul(sign, arms_tanh(arms_mul(sign, start), &w));
     }
-    arms_put(s->grip + last, w);
-    arms_put(s->grip_rest + last, arms_sub(w, bodies_square(s, s->grip + row, k, 0)));
+    arms_put(s->friction_curve + last, w);
+    arms_put(s->friction_rest + last, arms_sub(w, bodies_square(s, s->friction_curve + row, k, 0)));
     return tanh_x;
 }
 
@@ -143,7 +143,7 @@ static inline num bodies_reach(const struct bodies_system *s, num far) {
     arms least = arms_all(far);
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
         size_t row = bodies_row(s, a);
-        arms scale = arms_get(s->grip_scale + a), part = arms_of(2);
+        arms scale = arms_get(s->friction_scale + a), part = arms_of(2);
         for (int k = 0; k <= ORDERS; k++) {
             arms x = arms_mul(arms_get(s->swing + row + (size_t)k * s->stride), scale);
             x = arms_mul(x, arms_sign(x));
@@ -178,8 +178,8 @@ static inline arms bodies_torque(const struct bodies_system *s, int a, int k) {
     }
     if (s->need & BODIES_LOSSES) {
         arms loss = arms_mul(arms_get(s->damping + a), arms_get(s->swing + now));
-        if (s->need & BODIES_GRIP)
-            loss = arms_fma(arms_get(s->friction + a), bodies_grip(s, a, k), loss);
+        if (s->need & BODIES_FRICTION)
+            loss = arms_fma(arms_get(s->friction + a), bodies_friction(s, a, k), loss);
         loss = arms_neg(loss);
         if (!k && s->terms->row[PEND_TERM_SLIDE] >= 0)
             loss = arms_add(loss, arms_get(s->slide + a));
@@ -227,8 +227,8 @@ static inline void bodies_move(const struct bodies_system *s, int k) {
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
         size_t row = bodies_row(s, a) + now;
         arms vx = arms_get(s->speed_x + a), vy = arms_get(s->speed_y + a);
-        if (s->need & BODIES_MIST) arms_put(s->base_way_x + row, vx);
-        if (s->need & BODIES_MIST) arms_put(s->base_way_y + row, vy);
+        if (s->need & BODIES_DRAG_PER_MASS) arms_put(s->base_way_x + row, vx);
+        if (s->need & BODIES_DRAG_PER_MASS) arms_put(s->base_way_y + row, vy);
         if (!(s->need & BODIES_AIR)) continue;
         arms l = arms_mul(arms_get(s->len + a), arms_of(k + 1));
         row += s->stride;
@@ -240,8 +240,8 @@ static inline void bodies_move(const struct bodies_system *s, int k) {
 }
 
 /* sqrt(|v|^2 + e^2) of the tips of arms from arm a on, order k */
-static inline void bodies_rush(const struct bodies_system *s, const struct bodies_moment *now,
-                               int a, int k) {
+static inline void bodies_air_speed(const struct bodies_system *s, const struct bodies_moment *now,
+                                    int a, int k) {
     size_t row = bodies_row(s, a), last = row + (size_t)k * s->stride;
     arms sum = bodies_square(s, s->way_x + row, k, 0);
     sum = arms_add(sum, bodies_square(s, s->way_y + row, k, 0));
@@ -259,14 +259,14 @@ static inline void bodies_rush(const struct bodies_system *s, const struct bodie
 }
 
 /* the air's forces on the tips of arms from arm a on, order k */
-static inline void bodies_blow(const struct bodies_system *s, const struct bodies_moment *now,
-                               int a, int k) {
+static inline void bodies_air_force(const struct bodies_system *s, const struct bodies_moment *now,
+                                    int a, int k) {
     size_t row = bodies_row(s, a), last = row + (size_t)k * s->stride;
     arms b = arms_get(s->air_slow + a), none = arms_of(0);
     arms x = arms_mul(b, arms_get(s->way_x + last)), y = arms_mul(b, arms_get(s->way_y + last));
     if (s->need & BODIES_FAST_AIR) {
         arms d = arms_get(s->air_fast + a);
-        bodies_rush(s, now, a, k);
+        bodies_air_speed(s, now, a, k);
         x = arms_fma(d, bodies_product(s, s->air_part + row, s->way_x + row, k, none), x);
         y = arms_fma(d, bodies_product(s, s->air_part + row, s->way_y + row, k, none), y);
     }
@@ -281,8 +281,9 @@ static inline void bodies_blow(const struct bodies_system *s, const struct bodie
 static inline void bodies_load(const struct bodies_system *s, const struct bodies_moment *now,
                                int k) {
     if (s->need & BODIES_JOINTS) bodies_couple(s, k);
-    if (s->need & (BODIES_AIR | BODIES_MIST)) bodies_move(s, k);
-    for (int a = 0; a < s->n && s->need & BODIES_AIR; a += BODIES_ARMS) bodies_blow(s, now, a, k);
+    if (s->need & (BODIES_AIR | BODIES_DRAG_PER_MASS)) bodies_move(s, k);
+    for (int a = 0; a < s->n && s->need & BODIES_AIR; a += BODIES_ARMS)
+        bodies_air_force(s, now, a, k);
 }
 
 /* ---- power */
@@ -331,15 +332,16 @@ static inline arms bodies_taken(const struct bodies_system *s, int a, int k, int
         heat = bodies_product(s, s->air_y + row, s->way_y + row, left, heat);
     }
     heat = arms_neg(heat);
-    return s->need & BODIES_MIST ? arms_fma(twice, bodies_sweep(s, a, k, low), heat) : heat;
+    return s->need & BODIES_DRAG_PER_MASS ? arms_fma(twice, bodies_sweep(s, a, k, low), heat)
+                                          : heat;
 }
 
 /* the pivot's power, order k: Re(conj(F) z'), F the force that it exerts */
 static inline num bodies_haul(const struct bodies_system *s, int k, int low) {
     num sum = num_of(0);
     for (int j = low; j <= k - low; j++) {
-        sum = num_fma(s->haul_x[j], s->slide_x[k - j], sum);
-        sum = num_fma(s->haul_y[j], s->slide_y[k - j], sum);
+        sum = num_fma(s->pivot_force_x[j], s->slide_x[k - j], sum);
+        sum = num_fma(s->pivot_force_y[j], s->slide_y[k - j], sum);
     }
     return sum;
 }
@@ -356,9 +358,9 @@ static inline num bodies_haul(const struct bodies_system *s, int k, int low) {
  */
 static inline void bodies_power(const struct bodies_system *s, num unit, int order, int count,
                                 num work[], num heat[]) {
-    num mist = num_mul(num_of(2), bodies_one(s, PEND_TERM_DRAG_PER_MASS));
-    num cart = num_mul(num_of(2), num_mul(mist, unit));
-    arms twice = arms_all(num_mul(mist, unit));
+    num drag_per_mass = num_mul(num_of(2), bodies_one(s, PEND_TERM_DRAG_PER_MASS));
+    num cart = num_mul(num_of(2), num_mul(drag_per_mass, unit));
+    arms twice = arms_all(num_mul(drag_per_mass, unit));
     int driven = s->need & BODIES_PIVOT;
     assert(order >= 1 && order <= BODIES_ORDERS && count >= order && count < 2 * order);
     for (int k = 0; k < count; k++) {
@@ -372,10 +374,10 @@ static inline void bodies_power(const struct bodies_system *s, num unit, int ord
                     bodies_product(s, s->drive + row, s->swing + row, k - 2 * low, arms_of(0));
                 bodies_gain(s, a, gain, &work[k]);
             }
-            if (s->need & (BODIES_LOSSES | BODIES_AIR | BODIES_MIST))
+            if (s->need & (BODIES_LOSSES | BODIES_AIR | BODIES_DRAG_PER_MASS))
                 bodies_gain(s, a, bodies_taken(s, a, k, low, twice), &heat[k]);
         }
-        if (s->need & BODIES_MIST && pend_terms_cart(s->terms))
+        if (s->need & BODIES_DRAG_PER_MASS && pend_terms_cart(s->terms))
             heat[k] = num_fma(cart, bodies_cart_sweep(s, k, low), heat[k]);
     }
 }

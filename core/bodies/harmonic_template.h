@@ -54,7 +54,7 @@ static inline void bodies_drive_pivot(const struct bodies_system *s,
         s->lift_y[j] = num_mul(num_of(j + 1), s->slide_y[j + 1]);
     }
     s->lift_y[0] = num_add(s->lift_y[0], now->gravity);
-    if (!(s->need & BODIES_MIST)) return;
+    if (!(s->need & BODIES_DRAG_PER_MASS)) return;
     num twice = num_mul(num_mul(num_of(2), now->unit), bodies_one(s, PEND_TERM_DRAG_PER_MASS));
     for (int j = 0; j < order; j++) {
         s->lift_x[j] = num_fma(twice, s->slide_x[j], s->lift_x[j]);

@@ -32,7 +32,7 @@ static void kernel_orders(const struct bodies_system *s, const struct bodies_sta
 }
 
 static double kernel_reach(const struct bodies_system *s, double far) {
-    return s->need & BODIES_GRIP ? bodies_reach(s, far) : far;
+    return s->need & BODIES_FRICTION ? bodies_reach(s, far) : far;
 }
 
 const struct bodies_kernel KERNEL_NAME(pend_kernel_bodies_) = {

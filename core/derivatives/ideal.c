@@ -24,9 +24,9 @@ static void ideal_lay_known(struct ideal *ideal, int n, int order, int real, cha
     struct ideal_known *known = &ideal->known;
     size_t tiles = ((size_t)n + LANES - 1) / LANES;
     known->tile = (size_t)LANES * (size_t)(order + IDEAL_BEYOND);
-    double **series[] = {&known->rate,    &known->force,   &known->turn_re,
-                         &known->turn_im, &known->acc_re,  &known->acc_im,
-                         &known->across,  &known->haul_re, &known->haul_im};
+    double **series[] = {&known->rate,    &known->force,          &known->turn_re,
+                         &known->turn_im, &known->acc_re,         &known->acc_im,
+                         &known->across,  &known->pivot_force_re, &known->pivot_force_im};
     for (size_t i = 0; i < (real ? 9 : 6); i++)
         *series[i] = ideal_take(base, used, tiles * known->tile + 2 * LANES);
     double **own[] = {&known->inertia, &known->hold,        &known->stiff,

@@ -19,16 +19,16 @@ static void ideal_hauls(const struct ideal_known *s) {
         double m = s->system.mass[k];
         for (int j = 0; j < s->order; j++) {
             size_t at = ideal_place(s, k, j);
-            s->haul_re[at] = m * s->acc_re[at];
-            s->haul_im[at] = m * s->acc_im[at];
+            s->pivot_force_re[at] = m * s->acc_re[at];
+            s->pivot_force_im[at] = m * s->acc_im[at];
         }
         for (int c = k + 1; c < s->system.end[k]; c = s->system.end[c]) {
             double C = s->system.cosine[c], Z = s->system.sine[c];
             for (int j = 0; j < s->order; j++) {
                 size_t at = ideal_place(s, k, j), from = ideal_place(s, c, j);
-                double re = s->haul_re[from], im = s->haul_im[from];
-                s->haul_re[at] += C * re - Z * im;
-                s->haul_im[at] += Z * re + C * im;
+                double re = s->pivot_force_re[from], im = s->pivot_force_im[from];
+                s->pivot_force_re[at] += C * re - Z * im;
+                s->pivot_force_im[at] += Z * re + C * im;
             }
         }
     }
@@ -62,8 +62,9 @@ static void ideal_forces(const struct ideal_known *s) {
     for (int k = 0; k < s->n; k += IDEAL_LANES)
         for (int p = 0; p < VEC8 && k + p < s->n; p += WIDE) {
             size_t from = ideal_place(s, k, 0) + (size_t)p;
-            ideal_unwind(s, from, s->haul_re, s->haul_im, 1, s->force);
-            if (s->lengths) ideal_unwind(s, from, s->haul_im, s->haul_re, -1, s->across);
+            ideal_unwind(s, from, s->pivot_force_re, s->pivot_force_im, 1, s->force);
+            if (s->lengths)
+                ideal_unwind(s, from, s->pivot_force_im, s->pivot_force_re, -1, s->across);
         }
 }
 

@@ -41,8 +41,9 @@ struct ideal_known {
     /* n, of bodies: what the tip of an arm yields to a force across, and its joint to accelerations
      * along and across; what the joint opposes to one along; J' / l^2 (ideal_bodies_factor) */
     double *yield, *slip_along, *slip_across, *bear, *twist;
-    double *haul_re, *haul_im; /* series of the forces on tips, in the arms' frames of the start */
-    double *across;            /* series of the forces across, where lengths vary */
+    double *pivot_force_re,
+        *pivot_force_im; /* series of the forces on tips, in the arms' frames of the start */
+    double *across;      /* series of the forces across, where lengths vary */
     const double *lift_x, *lift_y; /* series of the pivot's acceleration and gravity; NULL = that
                                     * of a pivot at rest */
 };

@@ -179,7 +179,7 @@ static double derivatives_expand(const struct derivatives_pass *pass, double log
     bodies_orders(&s, &now, pass->order);
     if (!derivatives_finite(&s, pass->order)) return NAN;
     double reach = derivatives_reach(&s, pass->order, log_rtol, log_atol);
-    return s.need & BODIES_GRIP ? bodies_reach(&s, num_of(reach)).value : reach;
+    return s.need & BODIES_FRICTION ? bodies_reach(&s, num_of(reach)).value : reach;
 }
 
 static void derivatives_press(const struct derivatives_pass *pass) {
@@ -388,7 +388,7 @@ static void derivatives_forces(const struct bodies_system *s, const struct bodie
     if (!pend_terms_cart(s->terms)) return;
     // what the rail exerts on the cart, across it
     num c = num_neg(s->point_y[0]), z = s->point_x[0];
-    num across = num_sub(num_mul(c, s->haul_y[0]), num_mul(z, s->haul_x[0]));
+    num across = num_sub(num_mul(c, s->pivot_force_y[0]), num_mul(z, s->pivot_force_x[0]));
     if (view->joint_across) derivatives_number(view->joint_across)[0] = across;
 }
 

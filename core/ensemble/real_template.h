@@ -78,7 +78,7 @@ static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *l
 
 /* the step of x units, or a shorter one that the joints' dry friction asks for */
 static num real_reach(const struct bodies_system *b, num x) {
-    return b->need & BODIES_GRIP ? bodies_reach(b, x) : x;
+    return b->need & BODIES_FRICTION ? bodies_reach(b, x) : x;
 }
 
 /* What the pivot gives in x units beyond the orders of its power, as pend_exchange_beyond, over the
@@ -88,8 +88,8 @@ static num real_beyond(const struct bodies_system *b, int order, num x) {
     for (int k = 2 * order - 2; k >= order; k--) {
         num part = num_of(0);
         for (int j = k - order + 1; j < order; j++) {
-            part = num_fma(b->haul_x[j], b->slide_x[k - j], part);
-            part = num_fma(b->haul_y[j], b->slide_y[k - j], part);
+            part = num_fma(b->pivot_force_x[j], b->slide_x[k - j], part);
+            part = num_fma(b->pivot_force_y[j], b->slide_y[k - j], part);
         }
         sum = num_fma(sum, x, part * (1.0 / (k + 1)));
     }

@@ -193,7 +193,7 @@ static int extended_step(struct extended_motion *motion) {
          left = (stop - time) / unit;
     if (motion->terms) {
         struct bodies_system b = extended_real(motion, &s);
-        if (b.need & BODIES_GRIP) x = bodies_reach(&b, num_from(x)).high;
+        if (b.need & BODIES_FRICTION) x = bodies_reach(&b, num_from(x)).high;
     }
     wide_mask lands = (wide_mask)(x >= left);
     wide next = WIDE_(pick)(lands, stop, time + x * unit);

@@ -50,7 +50,8 @@ enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct
     memset(damping, 0, bytes);
     memset(stiffness, 0, bytes);
     if (status == PEND_OK) damped_form(&arms, 0, mass);
-    for (size_t i = 0; status == PEND_OK && i < n * n; i++) damping[i] += 2 * arms.mist * mass[i];
+    for (size_t i = 0; status == PEND_OK && i < n * n; i++)
+        damping[i] += 2 * arms.drag_per_mass * mass[i];
     for (size_t k = 0; status == PEND_OK && k < n; k++) {
         stiffness[k * n + k] += arms.arm[k].fall;
         damped_joint(&arms, k, arms.arm[k].spring, stiffness);

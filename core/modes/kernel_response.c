@@ -1,6 +1,6 @@
 /* Leaf to root, with b the displacement of an arm's joint, x its angle and x_p its parent's:
  *
- *     s = -w^2 + 2 i w mist,  d = i w drag,  kappa = spring + i w damper
+ *     s = -w^2 + 2 i w drag_per_mass,  d = i w drag,  kappa = spring + i w damper
  *     form = s mass + d,  cross = s moment + d lever,  own = s inertia + d span + fall
  *     each child, of base b + place x, adds its form, cross and own in that base
  *     D = own + kappa,  x = (couple - <cross, b> + kappa x_p) / D
@@ -290,7 +290,7 @@ void KERNEL_NAME(pend_response_)(const struct linear_arms *arms, struct response
     const wave pivot[2] = {wave_get(&sweep->pivot[0]), wave_get(&sweep->pivot[1])};
     memcpy(&shift.omega, sweep->omega, sizeof shift.omega);
     shift.mass.re = -(shift.omega * shift.omega);
-    shift.mass.im = shift.omega * (2 * arms->mist);
+    shift.mass.im = shift.omega * (2 * arms->drag_per_mass);
     kernel_factor(arms, &shift, node);
     for (int k = 0; k < arms->n; k++) {
         wave_put(&node[k].angle, none);

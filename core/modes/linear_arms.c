@@ -49,10 +49,10 @@ enum pend_status pend_linear_arms_init(struct linear_arms *arms, const struct pe
                                        const struct pend_loads *loads, const double phi[]) {
     assert(pend_tree_valid(tree));
     size_t n = (size_t)tree->n;
-    int mist = loads->terms ? loads->terms->one[PEND_TERM_DRAG_PER_MASS] : -1;
+    int drag_per_mass = loads->terms ? loads->terms->one[PEND_TERM_DRAG_PER_MASS] : -1;
     struct linear_arm *arm = malloc(n * sizeof *arm);
     struct rest_body *mass = malloc(2 * n * sizeof *mass);
-    *arms = (struct linear_arms){tree->n, mist < 0 ? 0 : loads->value[mist], arm};
+    *arms = (struct linear_arms){tree->n, drag_per_mass < 0 ? 0 : loads->value[drag_per_mass], arm};
     if (!arm || !mass) {
         free(mass);
         return PEND_NO_MEMORY;

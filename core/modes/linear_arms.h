@@ -27,7 +27,7 @@ struct linear_arm {
 
 struct linear_arms {
     int n;
-    double mist; /* 1/s: drag per mass */
+    double drag_per_mass; /* 1/s: drag per mass */
     struct linear_arm *arm;
 };
 

@@ -80,8 +80,9 @@ static struct dual dual_inverse(struct dual a) {
 /* ---- the form at p */
 
 static struct lossy_factors lossy_at(const struct pend_lossy *s, double complex p) {
-    double mist = s->arms.mist;
-    return (struct lossy_factors){{p * (p + 2 * mist), 2 * (p + mist)}, {p, 1}, 1};
+    double drag_per_mass = s->arms.drag_per_mass;
+    return (struct lossy_factors){
+        {p * (p + 2 * drag_per_mass), 2 * (p + drag_per_mass)}, {p, 1}, 1};
 }
 
 /* mass m + loss b */
@@ -231,7 +232,7 @@ static void lossy_apply(const struct pend_lossy *s, double complex p, int derive
 
 /* what a mode without losses, of unit size in M, loses: x^T C x */
 static double lossy_loss(const struct pend_lossy *s, const double x[]) {
-    double sum = 2 * s->arms.mist;
+    double sum = 2 * s->arms.drag_per_mass;
     for (int k = 0; k < s->n; k++) {
         const struct linear_arm *arm = s->arms.arm + k;
         double square = 0, bent = arm->holder < 0 ? x[k] : x[k] - x[arm->holder];

@@ -124,7 +124,7 @@ static void response_tips(const struct pend_response *response, double omega, in
     for (int k = 0; k < response->tree->n; k++) {
         const struct linear_arm *arm = response->arms.arm + k;
         const struct response_node *node = response->node + k;
-        double complex shift = -omega * omega + 2 * I * omega * response->arms.mist;
+        double complex shift = -omega * omega + 2 * I * omega * response->arms.drag_per_mass;
         double complex weight = shift * response->tree->mass[k] + I * omega * arm->drag;
         double complex angle = response_of(&node->angle, lane);
         for (int i = 0; i < 2; i++)

@@ -35,9 +35,9 @@ enum {
  *
  * lift_x, lift_y    acceleration of the pivot and gravity
  * slide_x, slide_y  velocity of the pivot
- * haul_x, haul_y    the force that the pivot exerts, along the first arm's axes
+ * pivot_force_x, pivot_force_y    the force that the pivot exerts, along the first arm's axes
  */
-#define LOADS_SERIES(X) X(lift_x) X(lift_y) X(slide_x) X(slide_y) X(haul_x) X(haul_y)
+#define LOADS_SERIES(X) X(lift_x) X(lift_y) X(slide_x) X(slide_y) X(pivot_force_x) X(pivot_force_y)
 
 /*
  * Of trees of more than eight arms with torques between them: numbers a seat, with LOADS_MARGIN
@@ -79,15 +79,15 @@ struct bodies_system;
 
 struct jets_loads {
     const struct pend_terms *terms;
-    const double *value; /* of the terms, those of the expansion at hand */
-    double unit;         /* of time, of that expansion */
-    int couples;         /* torques act between arms */
-    int shaped;          /* masses are not all points at tips */
-    int springs, losses; /* among them those of springs and of friction */
-    int drives, moves;   /* harmonics among the torques; the pivot moves */
-    double mist;         /* drag_per_mass: 2 gamma in units, of the expansion at hand */
-    int orders;          /* of the forces, whose real parts in fixed axes stand where lambda will;
-                          * of bodies those of G over the arms' lengths, but for order 0 */
+    const double *value;  /* of the terms, those of the expansion at hand */
+    double unit;          /* of time, of that expansion */
+    int couples;          /* torques act between arms */
+    int shaped;           /* masses are not all points at tips */
+    int springs, losses;  /* among them those of springs and of friction */
+    int drives, moves;    /* harmonics among the torques; the pivot moves */
+    double drag_per_mass; /* drag_per_mass: 2 gamma in units, of the expansion at hand */
+    int orders;           /* of the forces, whose real parts in fixed axes stand where lambda will;
+                           * of bodies those of G over the arms' lengths, but for order 0 */
     struct bodies_system *bodies; /* of masses that are not points at tips, of arms that hang
                                    * elsewhere, or with drag per mass: their numbers and
                                    * factorization; else NULL */

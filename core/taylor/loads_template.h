@@ -19,7 +19,7 @@ static void loads_pivot(const struct jets_system *s, const struct bodies_moment 
     struct bodies_system pivot = {.terms = loads->terms,
                                   .value = loads->value,
                                   .share = (num *)s->share,
-                                  .need = loads->mist != 0 ? BODIES_MIST : 0,
+                                  .need = loads->drag_per_mass != 0 ? BODIES_DRAG_PER_MASS : 0,
                                   .lift_x = loads->lift_x,
                                   .lift_y = loads->lift_y,
                                   .slide_x = loads->slide_x,
@@ -89,8 +89,8 @@ static void loads_number(const struct jets_system *s, const double *value,
 static void loads_begin(const struct jets_system *s, const double *value,
                         const struct bodies_moment *now, int order, int from) {
     struct jets_loads *loads = s->loads;
-    int mist = loads->terms->one[PEND_TERM_DRAG_PER_MASS];
-    loads->mist = mist < 0 ? 0 : 2 * value[mist] * now->unit;
+    int drag_per_mass = loads->terms->one[PEND_TERM_DRAG_PER_MASS];
+    loads->drag_per_mass = drag_per_mass < 0 ? 0 : 2 * value[drag_per_mass] * now->unit;
     loads_number(s, value, now, order);
     if (!loads->bodies) loads_lift(s, loads->moves ? order : 1);
     if (loads->bodies) loads->bodies->value = value;
@@ -161,17 +161,17 @@ static void loads_haze(const struct jets_system *s, int order, double *sum) {
                 spin = wide_fma(wide_get(way.rate[j] + a), wide_get(way.rate[k - j] + a), spin);
             }
             all = wide_fma(wide_get(way.inertia + a), spin, all);
-            for (int i = 0; i < WIDE; i++) sum[k] += s->loads->mist * all[i];
+            for (int i = 0; i < WIDE; i++) sum[k] += s->loads->drag_per_mass * all[i];
         }
 }
 
 /* the power of the pivot, orders below `order` */
-static void loads_haul(const struct jets_system *s, int order, double *sum) {
+static void loads_pivot_force(const struct jets_system *s, int order, double *sum) {
     const struct jets_loads *loads = s->loads;
     double C = s->cosine[0], Z = s->sine[0], force[2][LOADS_ORDERS];
     for (int k = 0; k < order; k++) {
-        force[0][k] = C * loads->haul_x[k] - Z * loads->haul_y[k];
-        force[1][k] = Z * loads->haul_x[k] + C * loads->haul_y[k];
+        force[0][k] = C * loads->pivot_force_x[k] - Z * loads->pivot_force_y[k];
+        force[1][k] = Z * loads->pivot_force_x[k] + C * loads->pivot_force_y[k];
     }
     loads_product(force[0], loads->slide_x, order, sum);
     loads_product(force[1], loads->slide_y, order, sum);

@@ -47,6 +47,6 @@ int pend_loads_lose(const struct pend_loads *loads) {
     for (size_t i = 0; i < sizeof takes / sizeof *takes; i++)
         for (int k = 0; terms && k < terms->n; k++)
             if (pend_terms_get(terms, loads->value, takes[i], k) != 0) return 1;
-    int mist = terms ? terms->one[PEND_TERM_DRAG_PER_MASS] : -1;
-    return mist >= 0 && loads->value[mist] != 0;
+    int drag_per_mass = terms ? terms->one[PEND_TERM_DRAG_PER_MASS] : -1;
+    return drag_per_mass >= 0 && loads->value[drag_per_mass] != 0;
 }

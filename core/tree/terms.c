@@ -229,7 +229,7 @@ static double terms_shortest(const struct pend_terms *terms, const double length
 double pend_terms_rate(const struct pend_terms *terms, const int parent[], const double length[],
                        const double mass[], const double value[], double *decay) {
     assert(pend_terms_valid(terms));
-    int mist = terms->one[PEND_TERM_DRAG_PER_MASS], next = 0;
+    int drag_per_mass = terms->one[PEND_TERM_DRAG_PER_MASS], next = 0;
     double most = 0, fade = 0, pull = terms_drive(terms, value, PEND_DRIVE_PIVOT_X, &next);
     for (int i = PEND_TERM_PIVOT_ACCELERATION_X; i <= PEND_TERM_PIVOT_ACCELERATION_Y; i++)
         if (terms->one[i] >= 0) pull += fabs(value[terms->one[i]]);
@@ -256,8 +256,8 @@ double pend_terms_rate(const struct pend_terms *terms, const int parent[], const
         most = fmax(most, rate);
         fade = fmax(fade, loss * (yields + parents) + drag * l * l * yields);
     }
-    if (decay) *decay = fade + (mist >= 0 ? 2 * value[mist] : 0);
-    return most + (mist >= 0 ? 2 * value[mist] : 0);
+    if (decay) *decay = fade + (drag_per_mass >= 0 ? 2 * value[drag_per_mass] : 0);
+    return most + (drag_per_mass >= 0 ? 2 * value[drag_per_mass] : 0);
 }
 
 double pend_terms_drive_rate(const struct pend_terms *terms, const double value[]) {

@@ -89,7 +89,7 @@ void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, uns
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     int drives[5], place[5], harmonics = 0;
     for (int r = 0; r < PEND_TERM_ROWS; r++) rows[r] = (what & row_bit((enum pend_term_row)r)) != 0;
-    if (what & TEST_TERMS_MIST) ones[PEND_TERM_DRAG_PER_MASS] = 1;
+    if (what & TEST_TERMS_DRAG_PER_MASS) ones[PEND_TERM_DRAG_PER_MASS] = 1;
     if (what & TEST_TERMS_PIECES) ones[PEND_TERM_PIECE] = 1;
     if (what & TEST_TERMS_CART) ones[PEND_TERM_RAIL] = 1;
     if (what & TEST_TERMS_TORQUES) {

@@ -9,14 +9,14 @@
 
 /* What a random pendulum has; bits. */
 enum test_terms {
-    TEST_TERMS_RODS = 1,     /* rods, bodies with centers anywhere, arms hung anywhere */
-    TEST_TERMS_SPRINGS = 2,  /* springs with rest angles */
-    TEST_TERMS_DAMPING = 4,  /* viscous friction in the joints */
-    TEST_TERMS_FRICTION = 8, /* dry friction */
-    TEST_TERMS_DRAG = 16,    /* linear and quadratic drag of tips */
-    TEST_TERMS_MIST = 32,    /* drag per mass */
-    TEST_TERMS_TORQUES = 64, /* constant torques and two harmonics on some arms */
-    TEST_TERMS_PIVOT = 128,  /* three harmonics and an acceleration of the pivot */
+    TEST_TERMS_RODS = 1,           /* rods, bodies with centers anywhere, arms hung anywhere */
+    TEST_TERMS_SPRINGS = 2,        /* springs with rest angles */
+    TEST_TERMS_DAMPING = 4,        /* viscous friction in the joints */
+    TEST_TERMS_FRICTION = 8,       /* dry friction */
+    TEST_TERMS_DRAG = 16,          /* linear and quadratic drag of tips */
+    TEST_TERMS_DRAG_PER_MASS = 32, /* drag per mass */
+    TEST_TERMS_TORQUES = 64,       /* constant torques and two harmonics on some arms */
+    TEST_TERMS_PIVOT = 128,        /* three harmonics and an acceleration of the pivot */
     TEST_TERMS_ALL = 255,
     TEST_TERMS_CART = 256,           /* the first arm is a cart, on a rail of any direction */
     TEST_TERMS_CART_ALL = 256 + 127, /* and all but a pivot that moves */

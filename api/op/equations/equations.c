@@ -94,7 +94,7 @@ static int has_pivot(const struct place *p) {
             (harmonics(p) > 0 && !drives_torque(p, 0)));
 }
 static int moves(const struct place *p) { return has_pivot(p) || on_cart(p); }
-static int has_mist(const struct place *p) {
+static int has_drag_per_mass(const struct place *p) {
     return p->terms && p->terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
 }
 static int has_air(const struct place *p) {
@@ -222,7 +222,7 @@ static const struct name names[] = {
     {"motor", has_motor, NOTHING, NULL, NULL, 0},
     {"joints", has_joints, NOTHING, NULL, NULL, 0},
     {"air", has_air, NOTHING, NULL, NULL, 0},
-    {"mist", has_mist, NOTHING, NULL, NULL, 0},
+    {"drag_per_mass", has_drag_per_mass, NOTHING, NULL, NULL, 0},
     {"diagonal", is_diagonal, NOTHING, NULL, NULL, 0},
     {"is_related", is_related, NOTHING, NULL, NULL, 0},
     {"is_other", is_other, NOTHING, NULL, NULL, 0},

@@ -137,8 +137,8 @@ static int nodes_sideways(const struct pend_terms *terms) {
 static void nodes_haul(const struct jets_system *s, const struct at_nodes *x, int order,
                        struct at_nodes *power) {
     const struct jets_loads *loads = s->loads;
-    struct at_nodes along = nodes_sum(x, loads->haul_x, NULL, 1, order);
-    struct at_nodes across = nodes_sum(x, loads->haul_y, NULL, 1, order);
+    struct at_nodes along = nodes_sum(x, loads->pivot_force_x, NULL, 1, order);
+    struct at_nodes across = nodes_sum(x, loads->pivot_force_y, NULL, 1, order);
     struct at_nodes up = nodes_sum(x, loads->slide_y, NULL, 1, order);
     double C = s->cosine[0], Z = s->sine[0];
     nodes_add(power, Z, &along, &up);

@@ -163,7 +163,8 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
     const struct jets_loads *loads = &taylor->jets.loads;
     double square = taylor->unit * taylor->unit, turned[2][PEND_EXCHANGE_ORDERS];
     if (taylor->jets.general) {
-        const double *force[2] = {s->haul_x, s->haul_y}, *speed[2] = {s->slide_x, s->slide_y};
+        const double *force[2] = {s->pivot_force_x, s->pivot_force_y},
+                     *speed[2] = {s->slide_x, s->slide_y};
         if (!(s->need & BODIES_PIVOT)) return 0;
         return pend_exchange_beyond(force, speed, taylor->order, taylor->exchange.order, x) /
                square;
@@ -172,8 +173,8 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
     // along the first arm's axes
     double C = taylor->jets.system.cosine[0], Z = taylor->jets.system.sine[0];
     for (int j = 0; j < taylor->order; j++) {
-        turned[0][j] = C * loads->haul_x[j] - Z * loads->haul_y[j];
-        turned[1][j] = Z * loads->haul_x[j] + C * loads->haul_y[j];
+        turned[0][j] = C * loads->pivot_force_x[j] - Z * loads->pivot_force_y[j];
+        turned[1][j] = Z * loads->pivot_force_x[j] + C * loads->pivot_force_y[j];
     }
     const double *force[2] = {turned[0], turned[1]}, *speed[2] = {loads->slide_x, loads->slide_y};
     return pend_exchange_beyond(force, speed, taylor->order, taylor->exchange.order, x) / square;

@@ -156,7 +156,7 @@ static void lanes_tips(const struct lanes_loads *x, int order) {
         bodies_down(b, k);
         for (int a = 0; a < b->n; a++) bodies_tip(b, (size_t)k * b->stride + (size_t)a, a);
         for (int a = 1; a < b->n; a++) bodies_tip_child(b, a, k);
-        bodies_haul_first(b, k);
+        bodies_pivot_force_first(b, k);
     }
 }
 

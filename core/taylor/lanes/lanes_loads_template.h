@@ -132,8 +132,8 @@ static inline void lanes_single(const struct lanes_loads *x) {
         num way = s->len[0] * num_of((k + 1) * (k + 2)), C = s->cosine[0], Z = s->sine[0];
         num fx = mass * num_fma(way, u.re[k + 2], u.along[k]);
         num fy = mass * num_fma(way, u.im[k + 2], u.across[k]);
-        x->b->haul_x[k] = C * fx - Z * fy;
-        x->b->haul_y[k] = num_fma(Z, fx, C * fy);
+        x->b->pivot_force_x[k] = C * fx - Z * fy;
+        x->b->pivot_force_y[k] = num_fma(Z, fx, C * fy);
     }
 }
 
@@ -274,8 +274,8 @@ static inline void lanes_several(const struct lanes_loads *x) {
     for (int k = 0; k < x->order && x->moves; k++) {
         size_t at = (size_t)k * s->stride;
         num fx = s->force[at], fy = x->b->tip_y[at], C = s->cosine[0], Z = s->sine[0];
-        x->b->haul_x[k] = C * fx - Z * fy;
-        x->b->haul_y[k] = num_fma(Z, fx, C * fy);
+        x->b->pivot_force_x[k] = C * fx - Z * fy;
+        x->b->pivot_force_y[k] = num_fma(Z, fx, C * fy);
     }
     if (x->forces) lanes_along(x);
 }

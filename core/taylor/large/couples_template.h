@@ -197,16 +197,16 @@ static void couples_haul(const struct jets_system *s, int order) {
     for (int k = 0; k < order; k++) {
         size_t at = row + (size_t)k * COUPLES_ARMS;
         force[k] = s->force[at];
-        loads->haul_x[k] = loads->couples ? force[k] : 0;
-        loads->haul_y[k] = loads->couples ? loads->cross[at] : 0;
+        loads->pivot_force_x[k] = loads->couples ? force[k] : 0;
+        loads->pivot_force_y[k] = loads->couples ? loads->cross[at] : 0;
         turn[0][LOADS_MARGIN + k] = k ? s->turn_re[at] : 1;
         turn[1][LOADS_MARGIN + k] = k ? s->turn_im[at] : 0;
     }
     assert(order <= LOADS_ORDERS);
     if (loads->couples) return;
-    for (int k = order; k % WIDE; k++) loads->haul_x[k] = loads->haul_y[k] = 0;
-    loads_product(force, turn[0] + LOADS_MARGIN, order, loads->haul_x);
-    loads_product(force, turn[1] + LOADS_MARGIN, order, loads->haul_y);
+    for (int k = order; k % WIDE; k++) loads->pivot_force_x[k] = loads->pivot_force_y[k] = 0;
+    loads_product(force, turn[0] + LOADS_MARGIN, order, loads->pivot_force_x);
+    loads_product(force, turn[1] + LOADS_MARGIN, order, loads->pivot_force_y);
 }
 
 /* sums of an order over the arms of a lane */
@@ -284,7 +284,7 @@ static void couples_power(const struct jets_system *s, int order, double *work, 
     if (loads->losses) couples_waste(s, order, heat);
     if (loads->drives) couples_effort(s, order, work);
     if (loads->terms->row[PEND_TERM_TORQUE] >= 0) couples_constant(s, order, work);
-    if (loads->moves) loads_haul(s, order, work);
+    if (loads->moves) loads_pivot_force(s, order, work);
 }
 
 #endif

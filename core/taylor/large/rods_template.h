@@ -208,8 +208,8 @@ static void rods_haul(const struct jets_system *s, int order) {
     for (int k = 0; k < order; k++) {
         size_t at = (size_t)k * CHAIN_ARMS;
         double x = loads->lift_x[k], y = loads->lift_y[k];
-        loads->haul_x[k] = s->force[at] + own * (C * x + Z * y);
-        loads->haul_y[k] = loads->cross[at] + own * (C * y - Z * x);
+        loads->pivot_force_x[k] = s->force[at] + own * (C * x + Z * y);
+        loads->pivot_force_y[k] = loads->cross[at] + own * (C * y - Z * x);
     }
 }
 

@@ -191,11 +191,11 @@ VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
             int j = k + i < order ? k + i : order - 1, way = (j + 1) * (j + 2);
             const double *row = loads->across + (j + 1) * LOADS_STRIDE + LANES;
             double kr = -way * s->turn_re[(j + 2) * 8 + a], chi = way * s->turn_im[(j + 2) * 8 + a];
-            if (loads->mist != 0) {
+            if (loads->drag_per_mass != 0) {
                 double re, im;
                 loads_turn(s, a, j + 1, &re, &im);
-                kr += (j + 1) * loads->mist * re;
-                chi += (j + 1) * loads->mist * im;
+                kr += (j + 1) * loads->drag_per_mass * re;
+                chi += (j + 1) * loads->drag_per_mass * im;
             }
             asked->pulled[a][i] = kr;
             asked->moment[a][i] = l * row[a] + I * chi;
@@ -216,12 +216,12 @@ static void SMALL(ends)(const struct jets_system *s, int order, int across) {
         SMALL(climb)(b, &asked, &up);
         SMALL(descend)(b, &asked, &up, 1, &told);
         PART x = asked.lift_x, y = asked.lift_y;
-        PART haul_x = b->form_xx[0] * x + b->form_xy[0] * y + told.root_x;
-        PART haul_y = b->form_xy[0] * x + b->form_yy[0] * y + told.root_y;
+        PART pivot_force_x = b->form_xx[0] * x + b->form_xy[0] * y + told.root_x;
+        PART pivot_force_y = b->form_xy[0] * x + b->form_yy[0] * y + told.root_y;
         for (int i = 0; i < PART_WIDTH && k + i < order; i++) {
             double *row = loads->across + (k + i + 1) * LOADS_STRIDE + LANES;
-            loads->haul_x[k + i] = haul_x[i];
-            loads->haul_y[k + i] = haul_y[i];
+            loads->pivot_force_x[k + i] = pivot_force_x[i];
+            loads->pivot_force_y[k + i] = pivot_force_y[i];
             for (int a = 0; a < s->n && across; a++) row[a] = told.tip_y[a][i];
             for (int a = 0; a < s->n && (across || !(k + i)); a++)
                 SMALL(forces)(s, k + i + 1, 0)[a] = told.tip_x[a][i];

@@ -103,12 +103,12 @@ VEC_INLINE void SMALL(haze)(const struct jets_system *s, int k, struct SMALL(pai
                             struct SMALL(pair) * minus_re) {
     PART share = PART_(of)(s->share[k]);
     for (int p = 0; p < TURNS; p++) {
-        PART mist = SMALL(factor)(s->loads->mist, 0, p);
+        PART drag_per_mass = SMALL(factor)(s->loads->drag_per_mass, 0, p);
         const double *turn = s->turn_re + (k + 1) * 8 + p * PART_WIDTH;
         PART im = PART_(get)(s->turn_im + (turn - s->turn_re));
         PART more = im - share * PART_(get)(SMALL(motion)(s, k, p));
-        question->part[p] = PART_(fma)(mist, PART_(get)(turn), question->part[p]);
-        minus_re->part[p] -= mist * more;
+        question->part[p] = PART_(fma)(drag_per_mass, PART_(get)(turn), question->part[p]);
+        minus_re->part[p] -= drag_per_mass * more;
     }
 }
 
@@ -116,7 +116,7 @@ VEC_INLINE void SMALL(haze)(const struct jets_system *s, int k, struct SMALL(pai
 VEC_INLINE void SMALL(clear)(const struct jets_system *s, int k, struct SMALL(pair) * answer) {
     for (int p = 0; p < TURNS; p++) {
         const double *im = k ? s->turn_im + (k + 1) * 8 + p * PART_WIDTH : SMALL(motion)(s, 0, p);
-        answer->part[p] -= SMALL(factor)(s->loads->mist, 0, p) * PART_(get)(im);
+        answer->part[p] -= SMALL(factor)(s->loads->drag_per_mass, 0, p) * PART_(get)(im);
     }
 }
 
@@ -223,11 +223,12 @@ static void SMALL(along)(const struct jets_system *s, int order) {
 }
 
 /* the force that the pivot exerts, order k, which is that of the first arm */
-VEC_INLINE void SMALL(haul)(const struct jets_system *s, int k, const struct SMALL(pair) * question,
-                            const struct SMALL(pair) * answer) {
+VEC_INLINE void SMALL(pivot_force)(const struct jets_system *s, int k,
+                                   const struct SMALL(pair) * question,
+                                   const struct SMALL(pair) * answer) {
     const int lane = PARTS == 1 ? LANES : 0;
-    s->loads->haul_x[k] = (k + 1) * answer->part[FORCES][lane];
-    s->loads->haul_y[k] = (k + 1) * question->part[FORCES][lane];
+    s->loads->pivot_force_x[k] = (k + 1) * answer->part[FORCES][lane];
+    s->loads->pivot_force_y[k] = (k + 1) * question->part[FORCES][lane];
 }
 
 /* an order from its question: the coefficients, and what the pivot exerts */
@@ -236,7 +237,7 @@ VEC_INLINE void SMALL(order)(const struct jets_system *s, const struct SMALL(tab
                              const struct SMALL(known) * known, struct SMALL(pair) * question,
                              struct SMALL(pair) * answer, struct SMALL(pair) * motion,
                              struct SMALL(pair) * across, struct SMALL(turn) * turn) {
-    int hazy = bodies && s->loads->mist != 0;
+    int hazy = bodies && s->loads->drag_per_mass != 0;
     struct SMALL(pair) real = known->minus_re;
     SMALL(give)(s, joints, k, question);
     if (hazy && k) SMALL(haze)(s, k, question, &real);
@@ -249,7 +250,7 @@ VEC_INLINE void SMALL(order)(const struct jets_system *s, const struct SMALL(tab
         SMALL(cross)(s, joints, k, question, motion, across);
     else
         *across = *motion;
-    if (s->loads->moves && !joints) SMALL(haul)(s, k, question, answer);
+    if (s->loads->moves && !joints) SMALL(pivot_force)(s, k, question, answer);
 }
 
 /* the table of responses of point masses */
@@ -322,8 +323,8 @@ static void SMALL(loaded_orders)(const struct jets_system *s, const double *valu
     }
     SMALL(loaded)(s, now->unit, order, 1, 0);
     for (int k = 0; k < order; k++) {
-        loads->haul_x[k] = *SMALL(forces)(s, k + 1, 0);
-        loads->haul_y[k] = loads->across[(k + 1) * LOADS_STRIDE + LANES];
+        loads->pivot_force_x[k] = *SMALL(forces)(s, k + 1, 0);
+        loads->pivot_force_y[k] = loads->across[(k + 1) * LOADS_STRIDE + LANES];
     }
 }
 
@@ -376,11 +377,11 @@ VEC_INLINE void SMALL(waste)(const struct jets_system *s, int order, double *sum
 static void SMALL(power)(const struct jets_system *s, int order, double *work, double *heat) {
     const struct jets_loads *loads = s->loads;
     if (loads->losses) SMALL(waste)(s, order, heat);
-    if (loads->mist != 0) loads_haze(s, order, heat);
+    if (loads->drag_per_mass != 0) loads_haze(s, order, heat);
     if (loads->couples && (loads->drives || loads->terms->row[PEND_TERM_TORQUE] >= 0))
         SMALL(effort)(s, loads->drives ? order : 1, order, work);
     if (loads->moves && loads->bodies && loads->orders) SMALL(ends)(s, order, 0);
-    if (loads->moves) loads_haul(s, order, work);
+    if (loads->moves) loads_pivot_force(s, order, work);
 }
 
 #undef SMALL_RATE

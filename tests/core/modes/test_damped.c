@@ -20,7 +20,8 @@ enum { ARMS = 7 };
 /* what conserves, then what damps: no drives that depend on time */
 enum { STILL = TEST_TERMS_RODS | TEST_TERMS_SPRINGS };
 enum {
-    LOSES = STILL | TEST_TERMS_DAMPING | TEST_TERMS_FRICTION | TEST_TERMS_DRAG | TEST_TERMS_MIST
+    LOSES = STILL | TEST_TERMS_DAMPING | TEST_TERMS_FRICTION | TEST_TERMS_DRAG |
+            TEST_TERMS_DRAG_PER_MASS
 };
 
 static void accelerations(const struct test_tree *t, const struct test_bodies *b,

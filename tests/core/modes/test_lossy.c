@@ -15,7 +15,7 @@
 
 enum {
     LOSES = TEST_TERMS_RODS | TEST_TERMS_SPRINGS | TEST_TERMS_DAMPING | TEST_TERMS_FRICTION |
-            TEST_TERMS_DRAG | TEST_TERMS_MIST,
+            TEST_TERMS_DRAG | TEST_TERMS_DRAG_PER_MASS,
     MOST = 320
 };
 
@@ -149,7 +149,7 @@ TEST(lossy_finds_as_many_roots_of_like_branches_as_there_are) {
     struct found f;
     test_tree_random(&t, TEST_TREE_STAR, N, 0, &seed);
     for (int k = 0; k < N; k++) CHECK(t.tree->len[k] > 0);
-    test_bodies_random(&b, t.tree, TEST_TERMS_MIST, &seed);
+    test_bodies_random(&b, t.tree, TEST_TERMS_DRAG_PER_MASS, &seed);
     found_of(&f, &t, &b.loads);
     CHECK_INT(f.count, N);
     CHECK_SAYING(residual(&t, &b.loads, &f) < 1e-12, "%g", residual(&t, &b.loads, &f));

@@ -23,7 +23,7 @@ enum { REAL = TEST_TERMS_ALL & ~TEST_TERMS_PIVOT };
 
 /* the terms of test number i: every fourth pendulum has drag alone, every fourth is on a cart */
 static unsigned real_terms(int i) {
-    return i % 4 == 0 ? TEST_TERMS_MIST : i % 4 == 1 ? REAL | TEST_TERMS_CART : REAL;
+    return i % 4 == 0 ? TEST_TERMS_DRAG_PER_MASS : i % 4 == 1 ? REAL | TEST_TERMS_CART : REAL;
 }
 
 /* what is computed of a few frequencies */

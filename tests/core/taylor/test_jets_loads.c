@@ -19,7 +19,7 @@
 enum { ARMS = 104, ORDER = 20 };
 
 static const unsigned loads[] = {TEST_TERMS_SPRINGS, TEST_TERMS_DAMPING, TEST_TERMS_TORQUES,
-                                 TEST_TERMS_PIVOT,   TEST_TERMS_RODS,    TEST_TERMS_MIST};
+                                 TEST_TERMS_PIVOT,   TEST_TERMS_RODS,    TEST_TERMS_DRAG_PER_MASS};
 enum { LOADS = sizeof loads / sizeof *loads };
 
 /* a state and the series about it */
