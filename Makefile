@@ -7,7 +7,7 @@ MODE ?= release
 B := build/$(MODE)
 # of what the compiler makes, which may be a cross compiler; before one is installed, this machine
 ARCH ?= $(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null || uname -m)))
-# tests, and who tries the server by make, may be root in a container; an installed server may not (server/walls)
+# tests, and who tries the server by make, may be root in a container; an installed server may not (server/sandbox_setup)
 export PENDULUMD_ALLOW_ROOT ?= on
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 

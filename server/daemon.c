@@ -14,7 +14,7 @@
 #include "server/config/listen.h"
 #include "server/service_setup.h"
 #include "server/reload.h"
-#include "server/walls.h"
+#include "server/sandbox_setup.h"
 #include "server/jobs/part_runner.h"
 #include "server/work/workers.h"
 
@@ -28,15 +28,15 @@ struct srv_daemon {
     struct srv_watch *watch;
     struct srv_workers *workers;
     struct srv_http *http, *probes; /* for all; for probes and metrics, or NULL */
-    double connections;             /* that were asked for; the system may allow fewer */
+    double connections;             /* as configured; the system may allow fewer */
     int64_t drained;                /* ns: since when it drains; 0 = it does not */
     int probe_fd;                   /* -1 = none, or probes has it */
     char url[SRV_URL_BYTES], probe_url[SRV_URL_BYTES];
-    char lack[SRV_CONFIG_TEXT]; /* walls that are not up; "" = all are */
+    char lack[SRV_CONFIG_TEXT]; /* missing layers of the sandbox; "" = none */
 };
 
-/* As many open files as the system lets us have; fewer connections where that is not enough, and
- * an eighth of the files for sockets that linger. Returns how many of these there may be. */
+/* Raises the limit of open files as far as the system allows, and lowers the number of connections
+ * if that is not enough. An eighth of the files is for lingering sockets; returns their number. */
 static int daemon_files(struct srv_config *config, struct srv_log *log) {
     struct rlimit files;
     int lingering = SRV_WATCH_LINGERING;
@@ -58,7 +58,7 @@ static int daemon_files(struct srv_config *config, struct srv_log *log) {
     return lingering;
 }
 
-/* opens the file of the deeds; returns 0 where it cannot be opened, with errno set */
+/* opens the audit log; returns 0 if that fails, with errno set */
 static int daemon_audit(struct srv_daemon *daemon, const struct srv_config *config) {
     int audit = srv_reload_audit(config);
     if (audit != -2) {
@@ -96,7 +96,7 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         return pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s",
                          config->log, strerror(errno));
     }
-    enum pend_status status = srv_walls_raise(config, daemon->lack, error);
+    enum pend_status status = srv_sandbox_enter(config, daemon->lack, error);
     if (status != PEND_OK) {
         close(fd);
         return status;

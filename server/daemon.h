@@ -20,11 +20,10 @@ PEND_MUST_CHECK enum pend_status srv_daemon_new(struct srv_daemon **daemon,
                                                 const struct srv_config *config,
                                                 struct pend_error *error);
 
-/** Where it listens: "http://127.0.0.1:8080". */
+/** The url at which it listens: "http://127.0.0.1:8080". */
 const char *srv_daemon_url(const struct srv_daemon *daemon);
 
-/** Which walls this kernel or build does not have, as srv_walls_raise tells; "" where none lacks.
- */
+/** The layers of the sandbox that this kernel or build lacks; "" = none. */
 const char *srv_daemon_lack(const struct srv_daemon *daemon);
 
 /** The log, for messages. */
@@ -39,7 +38,7 @@ PEND_MUST_CHECK enum pend_status srv_daemon_reload(struct srv_daemon *daemon,
                                                    const struct srv_config *next,
                                                    struct pend_error *error);
 
-/** True where the server has keys, whose file is to be looked at now and then. */
+/** True if the server has API keys, whose file must be checked regularly. */
 int srv_daemon_has_keys(const struct srv_daemon *daemon);
 
 /** Reads the keys again if their file has changed. One thread at a time; may wait for the disk. */

@@ -67,7 +67,7 @@ static int healthy_internet(const char *address) {
     return fd;
 }
 
-/* asks, and takes the first line of the answer; returns its status, 0 where there is none */
+/* sends the request and reads the status line; returns the status, 0 if there is none */
 static int healthy_ask(int fd) {
     static const char request[] = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n"
                                   "Connection: close\r\n\r\n";
@@ -90,7 +90,7 @@ int srv_healthy_command(int argc, char *const argv[], char *const environment[])
     struct pend_error error = {.text = ""};
     struct srv_config config;
     assert(argc > 1);
-    /* the word stands where the program's name does */
+    /* argv[1], the subcommand, takes the place of the program's name */
     if (srv_config_load(&config, argc - 1, argv + 1, environment, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd healthy: %s\n", error.text);
         return 2;

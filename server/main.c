@@ -1,6 +1,6 @@
-/* pendulumd: reads its options, serves until it is told to stop, drains, and ends.
+/* pendulumd: reads its options, serves until a signal stops it, drains, and exits.
  * Leaves to others: everything else.
- * Invariant: exit status 0 after an orderly end, 1 where the world is in the way, 2 for a bad
+ * Invariant: exit status 0 after an orderly end, 1 after a failure of the system, 2 for a bad
  * option. */
 #include <errno.h>
 #include <fcntl.h>
@@ -20,13 +20,13 @@
 #include "server/keys_command.h"
 #include "server/base/log.h"
 #include "server/base/notify.h"
-#include "server/walls.h"
+#include "server/sandbox_setup.h"
 
 extern char **environ;
 
 enum { MAIN_LOOK_MS = 100, MAIN_KEYS_MS = 500 };
 
-/* What main's thread is told by signals; a closed pipe is an error of write, and no signal. */
+/* Signals received by the main thread; SIGPIPE is ignored, so that write fails with EPIPE. */
 struct main_ears {
     sigset_t all;
     int terminal; /* standard input is one: a hangup may be its end */
@@ -67,7 +67,7 @@ static int main_signal(const struct main_ears *ears, int ms) {
     }
 }
 
-/* what was asked for is a text */
+/* prints the help or the table of options */
 static int main_print(enum srv_config_task task) {
     struct api_buffer text;
     enum pend_status status = PEND_OK;
@@ -83,15 +83,14 @@ static int main_print(enum srv_config_task task) {
     return good ? 0 : 1;
 }
 
-/* which walls this kernel, or build, does not have */
-static void main_tell_walls(const struct srv_daemon *daemon) {
+/* logs the missing layers of the sandbox */
+static void main_tell_sandbox(const struct srv_daemon *daemon) {
     if (srv_daemon_lack(daemon)[0])
-        srv_log_message(srv_daemon_log(daemon), "walls: not all are up: %s",
-                        srv_daemon_lack(daemon));
+        srv_log_message(srv_daemon_log(daemon), "sandbox: incomplete: %s", srv_daemon_lack(daemon));
 }
 
-/* does a signal end the server? A hangup does where its terminal is gone, and asks for a reload
- * otherwise */
+/* true if a signal ends the server. SIGHUP ends it if its terminal is gone; otherwise it reloads.
+ */
 static int main_ends(const struct main_ears *ears, int number) {
     struct pollfd terminal = {.fd = STDIN_FILENO};
     if (number != SIGHUP) return number == SIGTERM || number == SIGINT;
@@ -108,7 +107,7 @@ static void main_reload(struct srv_daemon *daemon, int argc, char **argv) {
         srv_log_message(srv_daemon_log(daemon), "reload: nothing has changed: %s", error.text);
 }
 
-/* where jobs lie, before a file's name; the url of a database may hold a password */
+/* describes the store for the log; the url of a database may contain a password */
 static const char *main_kept(const struct srv_config *config) {
     if (!strcmp(config->store, "none")) return "no jobs are kept";
     if (!strcmp(config->store, "sqlite"))
@@ -117,8 +116,7 @@ static const char *main_kept(const struct srv_config *config) {
                                                 : "jobs are kept in ";
 }
 
-/* serves until a signal that ends it, or until there was nothing to compute for so many seconds,
- * > 0 */
+/* serves until a signal ends it or, with exit-idle-seconds > 0, until it was idle for that time */
 static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle,
                        int argc, char **argv) {
     int look = idle > 0 ? MAIN_LOOK_MS : srv_daemon_has_keys(daemon) ? MAIN_KEYS_MS : -1;
@@ -135,7 +133,7 @@ static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, 
     }
 }
 
-/* lets what runs finish within its time; a second signal to end ends the patience */
+/* drains: running requests may finish within the drain time; a second signal ends the wait */
 static void main_drain(struct srv_daemon *daemon, const struct main_ears *ears) {
     int64_t limit = srv_clock_now() + srv_clock_span(srv_daemon_patience(daemon));
     int hurry = 0;
@@ -145,7 +143,7 @@ static void main_drain(struct srv_daemon *daemon, const struct main_ears *ears) 
     srv_daemon_free(&daemon);
 }
 
-/* does what a first word that is no option asks for, and returns the exit status; -1 without one */
+/* runs the subcommand named by the first argument; returns its exit status, -1 if there is none */
 static int main_word(int argc, char **argv) {
     const char *word = argc > 1 ? argv[1] : "";
     if (!strcmp(word, "keys")) return srv_keys_command(argc, argv);
@@ -159,7 +157,7 @@ int main(int argc, char **argv) {
     struct srv_daemon *daemon;
     struct main_ears ears;
     if (!main_streams()) return 1;
-    /* what it writes, jobs and logs, is nobody else's to read */
+    /* files that it creates, jobs and logs, are private */
     umask(0077);
     int worded = main_word(argc, argv);
     if (worded >= 0) return worded;
@@ -169,7 +167,7 @@ int main(int argc, char **argv) {
     }
     if (config.task != SRV_CONFIG_SERVE) return main_print(config.task);
     main_listen(&ears);
-    if (srv_walls_root(&config, &error) != PEND_OK ||
+    if (srv_sandbox_root(&config, &error) != PEND_OK ||
         srv_daemon_new(&daemon, &config, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 1;
@@ -179,7 +177,7 @@ int main(int argc, char **argv) {
         srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s",
                         main_kept(&config),
                         strncmp(config.store, "sqlite:", 7) ? "" : config.store + 7);
-    main_tell_walls(daemon);
+    main_tell_sandbox(daemon);
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
     main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);

@@ -9,7 +9,7 @@
 
 #include "server/config/hosts.h"
 
-/* what is looked up at every use; the limits of requests are as well (api/base/limits.h) */
+/* options that are read at every use; so are the limits of requests (api/base/limits.h) */
 static const char *const reload_names[] = {
     "compress-above",     "cors-origins",     "hosts",
     "trusted-proxy",      "client-header",    "max-queue",
@@ -49,7 +49,7 @@ int srv_reload_audit(const struct srv_config *config) {
     return strcmp(config->audit_log, "-") ? reload_open(config->audit_log) : STDOUT_FILENO;
 }
 
-/* opens both logs; returns 0 with the error said where one cannot be opened */
+/* opens both logs; returns 0 after logging the error if one cannot be opened */
 static int reload_logs(const struct srv_config *config, int *log, int *audit,
                        struct pend_error *error) {
     const char *path = config->log;
@@ -66,7 +66,7 @@ static int reload_logs(const struct srv_config *config, int *log, int *audit,
     return 0;
 }
 
-/* what is to be in force: options that want a restart keep their values */
+/* merges the new values; options that need a restart keep theirs */
 static void reload_mix(struct srv_config *config, const struct srv_config *now,
                        const struct srv_config *next) {
     struct srv_option row;
@@ -75,7 +75,7 @@ static void reload_mix(struct srv_config *config, const struct srv_config *now,
         if (srv_reload_may(row.name)) srv_config_take(config, next, i);
 }
 
-/* tells what is new, and what is not yet; returns how many options are new */
+/* logs the changed options, and those that need a restart; returns the number of changes */
 static int reload_tell(struct srv_log *log, const struct srv_config *now,
                        const struct srv_config *next) {
     struct srv_option row;

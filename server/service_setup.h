@@ -7,10 +7,10 @@
 #include "server/work/service.h"
 
 /**
- * Makes all parts that the config asks for, except the log and threads. Ends with
+ * Creates all parts of the service except the log and the threads. Free with
  * srv_service_setup_clear, after a failure too.
  *
- * service  zeroed but for config.
+ * service  zero except `config`.
  *
  * PEND_NO_MEMORY
  * PEND_INVALID    error says which option is wrong.
@@ -19,8 +19,8 @@ PEND_MUST_CHECK enum pend_status srv_service_setup_init(struct srv_service *serv
                                                         struct pend_error *error);
 
 /**
- * Opens the store and starts computing jobs, as the config says; service->log, the queue and its
- * workers must exist.
+ * Opens the store and starts computing jobs, if configured; service->log, the queue and its workers
+ * must exist.
  *
  * PEND_NO_MEMORY
  * PEND_INVALID    error says what is wrong with the store.

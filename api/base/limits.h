@@ -19,9 +19,9 @@
     X(steps, "max-steps", 100000000, 100, 1000000000000, "steps",                                  \
       "integration steps of one request")                                                          \
     X(matrix_arms, "max-matrix-arms", 1000, 1, 20000, "arms",                                      \
-      "arms of a pendulum whose n x n matrices are answered")                                      \
+      "arms of a pendulum in requests for n x n matrices")                                         \
     X(mode_arms, "max-mode-arms", 5000, 1, 20000, "arms",                                          \
-      "arms of a pendulum all of whose modes are asked for")                                       \
+      "arms of a pendulum in requests for all modes")                                              \
     X(depth, "max-json-depth", 16, 4, 64, "levels", "nesting of a request's JSON")
 
 struct api_limits {

@@ -34,7 +34,7 @@ struct srv_config {
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
         drain_idle_seconds;
     double least_rate; /* bytes/s */
-    double walls;      /* 0, 1 or SRV_CONFIG_AUTO: as far as the kernel has them */
+    double sandbox;    /* 0, 1 or SRV_CONFIG_AUTO: as far as the kernel supports it */
     double allow_root; /* 1 = root may run it */
     double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 where its lines go to no terminal */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;

@@ -1,16 +1,17 @@
-/* What a process may do as the user that it runs as, and no more.
- * Leaves to others: files (fence), system calls (calls), when this is given up (server/walls).
- * Invariant: what was given up is so for every program that the process starts, too. */
+/* Drops all privileges beyond those of the process's user.
+ * Leaves to others: files (sandbox_landlock), system calls (sandbox_seccomp), when to drop
+ * (server/sandbox_setup).
+ * Invariant: dropped privileges are lost for every program that the process starts, too. */
 #ifndef SRV_PRIVILEGES_H
 #define SRV_PRIVILEGES_H
 
 #include "core/base/status.h"
 
 /**
- * Sets no_new_privs and drops all capabilities, for this thread and those that it will start, for
- * good: no program that it could start gains anything.
+ * Sets no_new_privs and drops all capabilities, irrevocably, for this thread and all threads that
+ * it starts. No program that it starts gains privileges.
  *
- * PEND_INVALID  the kernel refuses; error says what.
+ * PEND_INVALID  the kernel refuses; error says which call.
  */
 PEND_MUST_CHECK enum pend_status srv_privileges_drop(struct pend_error *error);
 

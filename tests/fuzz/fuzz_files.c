@@ -76,7 +76,7 @@ static const struct fuzz_reader files[] = {
     {"options",
      read_options,
      {"listen = 127.0.0.1:8080\n# a comment\nworkers = 2\nmax-held-bytes = 1G\n",
-      "role=worker\nstore = postgresql:///x\nheader-seconds = 0.5\nwalls = auto\n",
+      "role=worker\nstore = postgresql:///x\nheader-seconds = 0.5\nsandbox = auto\n",
       "hosts = *.example.org, [::1]:8080\nframe-ancestors = https://a.example\nlog-client = "
       "none\n"},
      0},

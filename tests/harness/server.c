@@ -194,9 +194,9 @@ static const char *noise(const char *log) {
         const char *end = strchr(log, '\n');
         if (!end) return log;
         int json = log[0] == '{' && end[-1] == '}';
-        int wall = !strncmp(log, "walls: not all are up", 21);
+        int sandbox = !strncmp(log, "sandbox: incomplete: ", 21);
         int carries = !strncmp(log, "the database's max_connections", 30);
-        if (!json && !wall && !carries && end != log && strncmp(log, "listening on ", 13) != 0)
+        if (!json && !sandbox && !carries && end != log && strncmp(log, "listening on ", 13) != 0)
             return log;
         log = end + 1;
     }

@@ -1,8 +1,8 @@
 #!/bin/bash
 # Looks with readelf for what OpenSSF's guide for hardened C asks: in the programs, and in every object that they are made of.
 # usage: hardened.sh BUILD     (build/release)
-# Leaves to others: what the flags are and whom they are spared (Makefile, HARD); walls that the process builds itself
-# (tests/wire/test_walls.c).
+# Leaves to others: what the flags are and whom they are spared (Makefile, HARD); the sandbox
+# (tests/wire/test_sandbox.c).
 # Invariant: a program that is built without is found to lack each of them, so a check that sees nothing cannot pass.
 set -u
 build=$1

@@ -15,7 +15,7 @@ pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|st
 # an outside library's headers, and the files that are its door
 doors=(
     '^gsl/|^gsl_ ^core/(integrate/methods/method_gsl|fit/fit|fit/fit_pieces|fit/fit_told|fit/fit_verdict|orbits/orbit_algebra|modes/damped|dynamics/reference)[.]c$'
-    '^sys/mman[.]h$ ^(core/modes/hugepage|server/sandbox/calls)[.]c$' # advice about huge pages; rights of memory
+    '^sys/mman[.]h$ ^(core/modes/hugepage|server/sandbox/sandbox_seccomp)[.]c$' # advice about huge pages; rights of memory
     '^cjson/ ^api/(json/json_(scan|in)|clients/browser/missing)[.]c$'
     '^curl/ ^api/clients/cli/remote[.]c$'
     '^libdeflate[.]h$ ^(api/encode/encode_npz|api/call/zip|server/protocol/coding_gzip)[.]c$'
@@ -28,8 +28,8 @@ doors=(
     '^zstd[.]h$ ^server/protocol/coding_zstd[.]c$'
     '^sqlite3[.]h$ ^server/store/store_sqlite([.]c|_disk[.][ch])$'
     '^libpq-fe[.]h$ ^server/store/store_postgres(_line[.]h|[.]c)$'
-    '^seccomp[.]h$ ^server/sandbox/calls[.]c$'
-    '^linux/(landlock|capability)[.]h$ ^server/sandbox/(fence|privileges)[.]c$'
+    '^seccomp[.]h$ ^server/sandbox/sandbox_seccomp[.]c$'
+    '^linux/(landlock|capability)[.]h$ ^server/sandbox/(sandbox_landlock|privileges)[.]c$'
     '^(pthread|threads)[.]h$ ^server/'
 )
 

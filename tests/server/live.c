@@ -17,7 +17,7 @@ struct srv_config live_config(const char *const options[]) {
                                         "off",
                                         "--store",
                                         "none",
-                                        "--walls",
+                                        "--sandbox",
                                         "off",
                                         "--max-wait-seconds",
                                         "3600",

@@ -1,6 +1,6 @@
-/* The walls of a live daemon: what it has given up, and what the kernel says where it tries all the
- * same. The test attaches to the daemon as a debugger does and has one of its threads make a call,
- * which is what an intruder's code would do. */
+/* The sandbox of a live daemon: which privileges it has, and how the kernel answers forbidden
+ * calls. The test attaches to the daemon as a debugger does and makes one of its threads execute a
+ * call, as an attacker's code would. */
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -22,15 +22,15 @@
 
 enum { PATH = 4096 };
 
-/* the daemon without what it might be refused with elsewhere: is it of this build, on this kernel,
- * walled in? */
-static struct test_server *walled(void) {
-    const char *const options[] = {"--walls", "on", NULL};
+/* starts a daemon with the full sandbox; skips the test if this build or kernel does not support it
+ */
+static struct test_server *sandboxed(void) {
+    const char *const options[] = {"--sandbox", "on", NULL};
     char said[PATH];
-    const char *const brief[] = {"--walls", "on",     "--listen", "127.0.0.1:0", "--store",
-                                 "none",    "--role", "worker",   NULL};
+    const char *const brief[] = {"--sandbox", "on",     "--listen", "127.0.0.1:0", "--store",
+                                 "none",      "--role", "worker",   NULL};
     int status = test_server_run(brief, said, sizeof said);
-    if (getenv("TEST_UNDER") || (status == 1 && strstr(said, "walls: "))) {
+    if (getenv("TEST_UNDER") || (status == 1 && strstr(said, "sandbox: "))) {
         test_skip(getenv("TEST_UNDER") ? "it runs under another program" : said);
         return NULL;
     }
@@ -38,7 +38,7 @@ static struct test_server *walled(void) {
 }
 
 TEST(a_live_server_has_no_privileges_and_a_filter) {
-    struct test_server *server = walled();
+    struct test_server *server = sandboxed();
     if (!server) return;
     int pid = test_server_pid(server);
     CHECK_INT(ask_process(pid, "NoNewPrivs", 10), 1);
@@ -117,7 +117,7 @@ static long long opened(int pid, const char *path, long flags) {
 }
 
 TEST(a_call_that_is_not_listed_fails_and_is_told) {
-    struct test_server *server = walled();
+    struct test_server *server = sandboxed();
     struct test_reply reply;
     if (!server) return;
     int pid = test_server_pid(server);
@@ -135,7 +135,7 @@ TEST(a_call_that_is_not_listed_fails_and_is_told) {
     CHECK_INT(test_request(server, &reply, "GET", "/healthz", "", NULL), 200);
     test_reply_clear(&reply);
     char line[96];
-    snprintf(line, sizeof line, "walls: refused the system call %04d,", SYS_sethostname);
+    snprintf(line, sizeof line, "sandbox: refused the system call %04d,", SYS_sethostname);
     CHECK_SAYING(strstr(test_server_log(server), line) != NULL, "%s", test_server_log(server));
     test_server_drop(&server);
 }
@@ -143,7 +143,7 @@ TEST(a_call_that_is_not_listed_fails_and_is_told) {
 TEST(a_call_that_only_an_intruder_makes_ends_the_process) {
     static const long calls[] = {SYS_execve, SYS_ptrace, SYS_setuid};
     for (size_t i = 0; i < sizeof calls / sizeof *calls; i++) {
-        struct test_server *server = walled();
+        struct test_server *server = sandboxed();
         struct user_regs_struct before;
         if (!server) return;
         int pid = test_server_pid(server);
@@ -158,12 +158,12 @@ TEST(a_call_that_only_an_intruder_makes_ends_the_process) {
 
 TEST(files_that_no_option_names_stay_shut) {
     char own[PATH], made[PATH + 16];
-    struct test_server *server = walled();
+    struct test_server *server = sandboxed();
     if (!server) return;
     int pid = test_server_pid(server);
     ssize_t bytes = readlink("/proc/self/exe", own, sizeof own - 1);
     own[bytes > 0 ? bytes : 0] = 0;
-    snprintf(made, sizeof made, "%s.walls", own);
+    snprintf(made, sizeof made, "%s.sandbox", own);
     if (attached(pid)) {
         CHECK_INT(opened(pid, own, O_RDONLY), -EACCES);
         CHECK_INT(opened(pid, made, O_WRONLY | O_CREAT), -EACCES);

@@ -1,4 +1,4 @@
-#include "server/sandbox/calls.h"
+#include "server/sandbox/sandbox_seccomp.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -37,7 +37,7 @@ static const char *const calls_listed[] = {
     "rt_sigsuspend", "rt_sigtimedwait", "sched_getaffinity", "sched_getparam", "sched_getscheduler",
     "sched_setaffinity", "sched_yield", "set_robust_list", "set_tid_address", "sigaltstack",
     "tgkill", "time", "times",
-    /* what it asks of itself and the machine */
+    /* queries about the process and the machine */
     "getegid", "geteuid", "getgid", "getgroups", "getpgrp", "getpid", "getppid", "getpriority",
     "getrandom", "getresgid", "getresuid", "getrlimit", "getrusage", "getuid", "prlimit64",
     "setrlimit", "sysinfo", "umask", "uname",
@@ -105,11 +105,11 @@ static const int calls_settings[] = {PR_SET_NAME, PR_GET_NAME};
 
 enum { CALLS_TOLD = 16, CALLS_THREAD = 0x00010000 /* CLONE_THREAD */ };
 
-/* a signal's handler: tells of a call that was refused, and has it fail as one that is unknown */
+/* signal handler: logs a refused call, and makes it fail with ENOSYS */
 static void calls_refused(int number, siginfo_t *why, void *where) {
     static atomic_int told;
     int before = errno, was = atomic_fetch_add(&told, 1);
-    char text[] = "walls: refused the system call 0000, which the server does not need\n";
+    char text[] = "sandbox: refused the system call 0000, which the server does not need\n";
     char *digit = strchr(text, '0');
     (void)number;
     for (int call = why->si_syscall, i = 3; i >= 0; i--, call /= 10) digit[i] += (char)(call % 10);
@@ -178,7 +178,7 @@ static int calls_load(scmp_filter_ctx filter) {
     return failed ? failed : seccomp_load(filter);
 }
 
-enum pend_status srv_calls_restrict(struct pend_error *error) {
+enum pend_status srv_sandbox_seccomp(struct pend_error *error) {
     if (CALLS_SANITIZED)
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "this build has a sanitizer, whose own system calls are others");
