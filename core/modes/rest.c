@@ -265,6 +265,27 @@ static struct rest_node *rest_nodes(const struct pend_tree *tree, const struct p
     return node;
 }
 
+enum pend_status pend_rest_torques(const struct pend_tree *tree, const struct pend_loads *loads,
+                                   const double phi[], double torque[], double size[]) {
+    struct rest_node *node = rest_nodes(tree, loads);
+    double pull[2];
+    if (!node) return PEND_NO_MEMORY;
+    (void)rest_slopes(tree, loads, phi, node);
+    pend_rest_pull(loads, pull);
+    for (int k = tree->n - 1; k >= 0; k--) {
+        const struct rest_body *body = &node[k].body;
+        int cart = rest_cart(loads, k);
+        double arm = cart ? body->mass : hypot(body->moment[0], body->moment[1]);
+        int p = pend_terms_holder(loads->terms, tree->parent, k);
+        torque[k] = node[k].slope;
+        size[k] = hypot(pull[0], pull[1]) * arm + (cart ? 0 : node[k].spring);
+        if (!(size[k] > 0)) size[k] = body->inertia;
+        if (p >= 0) node[p].slope += torque[k];
+    }
+    free(node);
+    return PEND_OK;
+}
+
 enum pend_status pend_rest_find(const struct pend_tree *tree, const struct pend_loads *loads,
                                 double phi[], int *stable, struct pend_error *error) {
     struct rest_node *node = rest_nodes(tree, loads);

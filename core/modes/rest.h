@@ -47,6 +47,21 @@ void pend_rest_gather(const struct pend_tree *tree, const struct pend_loads *loa
 void pend_rest_pull(const struct pend_loads *loads, double pull[2]);
 
 /**
+ * Computes the torques of the joints that hold a pendulum at rest where it is.
+ *
+ * phi     n angles, rad, stored order.
+ * torque  out, n: N m, N of a cart; 0 at an equilibrium.
+ * size    out, n: what holds the arm and all that it carries horizontally, and its spring bent by 1
+ *         rad; of a cart the weight. Of a pendulum without either its inertia times 1/s^2.
+ *
+ * PEND_NO_MEMORY  O(n).
+ */
+PEND_MUST_CHECK enum pend_status pend_rest_torques(const struct pend_tree *tree,
+                                                   const struct pend_loads *loads,
+                                                   const double phi[], double torque[],
+                                                   double size[]);
+
+/**
  * Finds the equilibrium near a state, by Newton's method with the tree's own elimination; where
  * that leads nowhere, downhill from there, which ends where the potential energy is a minimum.
  *

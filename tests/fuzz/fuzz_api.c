@@ -127,9 +127,9 @@ static int read_class(char *text, size_t bytes) {
 /* the first byte says of which operation the rest is a request; what the store keeps of it has the
  * same plan */
 static int read_plan(char *text, size_t bytes) {
-    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES,   API_OP_MODES,
-                                         API_OP_ENSEMBLES,    API_OP_LYAPUNOV, API_OP_SECTIONS,
-                                         API_OP_RESPONSE,     API_OP_FITS,     API_OP_ORBITS};
+    static const enum api_op_id ops[] = {
+        API_OP_TRAJECTORIES, API_OP_FORCES,   API_OP_MODES, API_OP_ENSEMBLES, API_OP_LYAPUNOV,
+        API_OP_SECTIONS,     API_OP_RESPONSE, API_OP_FITS,  API_OP_ORBITS,    API_OP_CONTROLLERS};
     struct api_limits limits;
     struct api_plan plan, again;
     struct api_buffer kept, twice, out;

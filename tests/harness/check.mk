@@ -5,7 +5,7 @@
 ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: what others need or what waits longest, the rest
 ALL := build-release web release-core release-wire build-asan build-tsan valgrind-core release-server release-api asan-wire tsan-wire \
-	drill histories school asan-core asan-server valgrind-api same tsan-server valgrind-server valgrind-laws valgrind-fuzz clients equations \
+	drill histories school asan-core asan-server valgrind-api same tsan-server valgrind-server valgrind-laws valgrind-fuzz clients equations gains \
 	asan-laws layers valgrind-wire readback asan-fuzz asan-api base-core base-api replies examples guides deploy nginx restart operators \
 	release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch \
 	image
@@ -99,7 +99,7 @@ layout types words clang openapi:
 engine: build-release
 	@$(MAKE) --no-print-directory build/release/tests/engine/native
 	$(job) tests/rules/engine.sh build/release
-clients deploy equations examples guides nginx operators restart: build-release
+clients deploy equations gains examples guides nginx operators restart: build-release
 	$(job) /usr/bin/python3 -B tests/rules/$@.py build/release
 tour: build-release
 	$(job) /usr/bin/python3 -B tests/rules/tour.py build/release --check

@@ -39,6 +39,9 @@ static const struct {
      "application/json", "\"equilibrium\""},
     {"POST", "/v1/response", "{\"pendulum\":" DRIVEN ",\"poles\":true}", "application/json",
      "\"damping_ratio\""},
+    {"POST", "/v1/controllers",
+     "{\"pendulum\":" ASK_DOUBLE ",\"actuators\":{\"joints\":[1]},\"period\":0.1}",
+     "application/json", "\"multipliers\""},
     {"POST", "/v1/fits",
      "{\"pendulum\":" ASK_DOUBLE
      ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0."

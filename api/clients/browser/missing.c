@@ -110,5 +110,6 @@ FORMAT(raw, "", 1);
 OPERATION(ensembles);
 OPERATION(lyapunov);
 OPERATION(sections);
+OPERATION(controllers);
 OPERATION(response);
 OPERATION(fits);

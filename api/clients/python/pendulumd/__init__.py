@@ -488,7 +488,7 @@ class Pendulum:
 
     tree, modes = functools.partialmethod(ask, "trees"), functools.partialmethod(ask, "modes")
     ensemble, lyapunov = functools.partialmethod(ask, "ensembles"), functools.partialmethod(ask, "lyapunov")
-    response = functools.partialmethod(ask, "response")
+    response, controller = functools.partialmethod(ask, "response"), functools.partialmethod(ask, "controllers")
     fits, orbits = functools.partialmethod(ask, "fits"), functools.partialmethod(ask, "orbits")
     section, equations = functools.partialmethod(ask, "sections"), functools.partialmethod(ask, "equations")
 

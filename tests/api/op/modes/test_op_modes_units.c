@@ -132,6 +132,17 @@ static const struct law laws[] = {
      1e-6,
      "{" FREE ",\"initial\":" SPIN ",\"duration\":<6 0 0 1>,\"samples\":2,\"count\":\"all\"}",
      {{"/exponents/1/#", {0, 0, -1}}, {"/stats/frequency", {0, 0, -1}}}},
+    {API_OP_CONTROLLERS,
+     1e-9,
+     "{" ON_A_CART ",\"equilibrium\":{\"theta\":[0.18,0.19]},\"actuators\":{\"joints\":[1],"
+     "\"cart\":true},\"period\":<0.1 0 0 1>,\"delay\":1}",
+     {{"/control/0/law/feedback/gains/0", {2, 1, -2}},
+      {"/control/1/law/feedback/gains/4", {0, 1, -2}},
+      {"/control/1/law/feedback/gains/5", {0, 1, -1}},
+      {"/multipliers/re/#", {0, 0, 0}},
+      {"/margins/0/phase", {0, 0, 0}},
+      {"/A/0/0", {0, 0, 0}},
+      {"/modes/reach/#", {0, 0, 0}}}},
 };
 
 /* the largest gap of the numbers at a pointer over the largest of them */
