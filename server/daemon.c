@@ -62,7 +62,7 @@ static int daemon_files(struct srv_config *config, struct srv_log *log) {
 static int daemon_audit(struct srv_daemon *daemon, const struct srv_config *config) {
     int audit = srv_reload_audit(config);
     if (audit != -2) {
-        srv_log_turn(daemon->service.log, SRV_LOG_DEEDS, audit);
+        srv_log_turn(daemon->service.log, SRV_LOG_AUDIT, audit);
         return 1;
     }
     srv_log_message(daemon->service.log,

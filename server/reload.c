@@ -116,19 +116,19 @@ enum pend_status srv_reload(struct srv_service *service, const struct srv_config
     atomic_store_explicit(&service->reloaded, made, memory_order_release);
     srv_queue_bound(service->queue, (int)made->config.queue, (int)made->config.client_queue);
     srv_log_turn(service->log, SRV_LOG_REQUESTS, log);
-    srv_log_turn(service->log, SRV_LOG_DEEDS, audit);
+    srv_log_turn(service->log, SRV_LOG_AUDIT, audit);
     srv_log_message(service->log,
                     changed == 1 ? "reload: %d option has changed"
                                  : "reload: %d options have changed",
                     changed);
     char count[16];
     snprintf(count, sizeof count, "%d", changed);
-    srv_log_deed(service->log, &(struct srv_log_deed){.id = "",
-                                                      .who = "operator",
-                                                      .role = "",
-                                                      .what = "reload of options",
-                                                      .of = count,
-                                                      .outcome = "done"});
+    srv_log_audit_entry(service->log, &(struct srv_log_audit_entry){.id = "",
+                                                                    .who = "operator",
+                                                                    .role = "",
+                                                                    .what = "reload of options",
+                                                                    .of = count,
+                                                                    .outcome = "done"});
     if (next->warning[0]) srv_log_message(service->log, "%s", next->warning);
     return PEND_OK;
 }

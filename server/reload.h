@@ -15,7 +15,7 @@ int srv_reload_may(const char *name);
  * set, if it cannot be opened. */
 int srv_reload_log(const struct srv_config *config);
 
-/** Opens the file of the deeds, as srv_reload_log does. */
+/** Opens the audit log, as srv_reload_log does. */
 int srv_reload_audit(const struct srv_config *config);
 
 /**

@@ -7,8 +7,7 @@
 #include <stdint.h>
 #include <time.h>
 
-/* A wall clock reading as text. It is kept from one reading to the next, because most of the
- * text stays the same for a second. */
+/* A wall clock reading as text, cached because most of the text stays the same for a second. */
 struct srv_stamp {
     int64_t second; /* of the text; 0 at first */
     char text[25];  /* 2026-01-31T09:30:00.125Z */
@@ -17,14 +16,14 @@ struct srv_stamp {
 /** Returns the nanoseconds since some fixed instant; the value never decreases. Any thread. */
 int64_t srv_clock_now(void);
 
-/** Sets the clock ahead by so many ns, > 0: for tests, which need not wait then. A thread that
- * waits already wakes no earlier. Any thread. */
+/** Advances the clock by `ns` > 0, so that tests need not wait. Threads that already wait do not
+ * wake earlier. Any thread. */
 void srv_clock_advance(int64_t ns);
 
 /** Returns srv_clock_now in seconds, in the form of api_call_clock; context is ignored. */
 double srv_clock_seconds(void *context);
 
-/** Returns the nanoseconds in so many seconds, 0 .. 9e9. */
+/** Converts seconds, 0 .. 9e9, to nanoseconds. */
 int64_t srv_clock_span(double seconds);
 
 /** Converts an instant of srv_clock_now, at least 0, to CLOCK_MONOTONIC, for system calls. */

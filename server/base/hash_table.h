@@ -40,7 +40,7 @@ uint64_t srv_hash_bytes(uint64_t salt, const void *key, size_t bytes);
  * lock. */
 uint64_t srv_hash_table_hash(const struct srv_hash_table *table, const void *key, size_t bytes);
 
-/** The node of a key whose hash is known; NULL where there is none. O(bytes). */
+/** Returns the node of a key with a known hash; NULL if absent. O(bytes). */
 struct srv_hash_node *srv_hash_table_find(const struct srv_hash_table *table, uint64_t hash,
                                           const void *key, size_t bytes);
 

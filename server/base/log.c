@@ -41,7 +41,7 @@ struct srv_log {
     pthread_cond_t wake;
     pthread_t thread;
     int idle, stopping; /* idle: the thread waits for a first line */
-    struct log_stream requests, deeds, messages;
+    struct log_stream requests, audit, messages;
     struct srv_stamp stamp;
 };
 
@@ -59,7 +59,7 @@ static int log_writable(struct srv_log *log, int fd, int *patience) {
     }
 }
 
-/* writes what is in `writing`; what cannot be written is lost */
+/* writes the contents of `writing`; lines that cannot be written are lost */
 static void log_write(struct srv_log *log, struct log_stream *stream, int *patience) {
     const char *at = stream->writing.data;
     size_t left = stream->writing.bytes;
@@ -100,12 +100,11 @@ static int log_stream_empty(const struct log_stream *stream) {
 }
 
 static int log_empty(const struct srv_log *log) {
-    return log_stream_empty(&log->requests) && log_stream_empty(&log->deeds) &&
+    return log_stream_empty(&log->requests) && log_stream_empty(&log->audit) &&
            log_stream_empty(&log->messages);
 }
 
-/* what is written from now on goes there; what it was written to before is closed, but for the
- * standard streams */
+/* redirects a stream; closes the old descriptor unless it is a standard stream */
 static void log_stream_to(struct log_stream *stream, int fd) {
     struct stat file;
     int plain = fd >= 0 && !fstat(fd, &file) && S_ISREG(file.st_mode),
@@ -136,17 +135,17 @@ static void *log_main(void *argument) {
                srv_condition_wait(&log->wake, &log->lock, until))
             continue;
         /* what waits for its first file must not be written to none */
-        log_turned(&log->deeds);
+        log_turned(&log->audit);
         log_swap(&log->requests, "{\"lost_lines\":", "}");
-        log_swap(&log->deeds, "{\"lost_lines\":", "}");
+        log_swap(&log->audit, "{\"lost_lines\":", "}");
         log_swap(&log->messages, "", " messages were lost");
         pthread_mutex_unlock(&log->lock);
         log_write(log, &log->messages, &patience);
-        log_write(log, &log->deeds, &patience);
+        log_write(log, &log->audit, &patience);
         log_write(log, &log->requests, &patience);
         pthread_mutex_lock(&log->lock);
         log_turned(&log->requests);
-        log_turned(&log->deeds);
+        log_turned(&log->audit);
         more = !log->stopping || (!log_empty(log) && patience > 0);
     }
     pthread_mutex_unlock(&log->lock);
@@ -172,7 +171,7 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
     pthread_mutex_init(&made->lock, NULL);
     srv_condition_init(&made->wake);
     log_stream_init(&made->requests, requests);
-    log_stream_init(&made->deeds, -1);
+    log_stream_init(&made->audit, -1);
     log_stream_init(&made->messages, messages);
     if (!pthread_create(&made->thread, NULL, log_main, made)) return PEND_OK;
     pthread_cond_destroy(&made->wake);
@@ -183,7 +182,7 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
 }
 
 void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd) {
-    struct log_stream *stream = kind == SRV_LOG_DEEDS ? &log->deeds : &log->requests;
+    struct log_stream *stream = kind == SRV_LOG_AUDIT ? &log->audit : &log->requests;
     pthread_mutex_lock(&log->lock);
     /* one that was to come next and never came */
     if (stream->turning && stream->turn > STDERR_FILENO) close(stream->turn);
@@ -203,7 +202,7 @@ void srv_log_free(struct srv_log **log) {
     pthread_mutex_unlock(&gone->lock);
     pthread_join(gone->thread, NULL);
     log_stream_clear(&gone->requests);
-    log_stream_clear(&gone->deeds);
+    log_stream_clear(&gone->audit);
     log_stream_clear(&gone->messages);
     pthread_cond_destroy(&gone->wake);
     pthread_mutex_destroy(&gone->lock);
@@ -219,7 +218,7 @@ static size_t log_plain(const char *text) {
     return bytes;
 }
 
-/* a member; what is plain, as nearly all is, is copied */
+/* appends a member; text without special characters is copied */
 static enum pend_status log_text(struct api_buffer *out, const char *key, const char *text) {
     size_t before = strlen(key), bytes = log_plain(text);
     PEND_TRY(api_buffer_room(out, before + bytes + 2));
@@ -298,26 +297,27 @@ void srv_log_request(struct srv_log *log, const struct srv_log_request *request)
     pthread_mutex_unlock(&log->lock);
 }
 
-static enum pend_status log_deed_line(struct srv_log *log, const struct srv_log_deed *deed) {
-    struct api_buffer *out = &log->deeds.filling;
+static enum pend_status log_audit_line(struct srv_log *log,
+                                       const struct srv_log_audit_entry *entry) {
+    struct api_buffer *out = &log->audit.filling;
     srv_clock_stamp(&log->stamp);
     PEND_TRY(log_text(out, "{\"time\":", log->stamp.text));
-    PEND_TRY(log_text(out, ",\"id\":", deed->id));
-    PEND_TRY(log_text(out, ",\"who\":", deed->who));
-    PEND_TRY(log_text(out, ",\"role\":", deed->role));
-    PEND_TRY(log_text(out, ",\"what\":", deed->what));
-    if (deed->of) PEND_TRY(log_text(out, ",\"of\":", deed->of));
-    PEND_TRY(log_number(out, ",\"status\":", deed->status, 0));
-    PEND_TRY(log_text(out, ",\"outcome\":", deed->outcome));
+    PEND_TRY(log_text(out, ",\"id\":", entry->id));
+    PEND_TRY(log_text(out, ",\"who\":", entry->who));
+    PEND_TRY(log_text(out, ",\"role\":", entry->role));
+    PEND_TRY(log_text(out, ",\"what\":", entry->what));
+    if (entry->of) PEND_TRY(log_text(out, ",\"of\":", entry->of));
+    PEND_TRY(log_number(out, ",\"status\":", entry->status, 0));
+    PEND_TRY(log_text(out, ",\"outcome\":", entry->outcome));
     return api_buffer_text(out, "}\n");
 }
 
-void srv_log_deed(struct srv_log *log, const struct srv_log_deed *deed) {
+void srv_log_audit_entry(struct srv_log *log, const struct srv_log_audit_entry *entry) {
     pthread_mutex_lock(&log->lock);
-    size_t before = log->deeds.filling.bytes;
+    size_t before = log->audit.filling.bytes;
     /* one that comes while the file is being turned to goes there too */
-    if ((log->deeds.turning ? log->deeds.turn : atomic_load(&log->deeds.fd)) >= 0)
-        log_added(log, &log->deeds, before, log_deed_line(log, deed));
+    if ((log->audit.turning ? log->audit.turn : atomic_load(&log->audit.fd)) >= 0)
+        log_added(log, &log->audit, before, log_audit_line(log, entry));
     pthread_mutex_unlock(&log->lock);
 }
 

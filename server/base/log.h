@@ -1,7 +1,7 @@
-/* The server's two logs: one JSON line a request to one stream, messages for people to the other.
- * Leaves to others: the choice of what is logged.
- * Invariant: only the log's own thread writes; a caller never waits for a reader; lines that do
- * not fit are dropped and counted, and the count is logged. */
+/* The server's logs: JSON lines of requests and audit entries, and messages for people.
+ * Leaves to others: what is logged.
+ * Invariant: only the log's own thread writes; a caller never waits for a reader; lines that do not
+ * fit are dropped and counted, and the count is logged. */
 #ifndef SRV_LOG_H
 #define SRV_LOG_H
 
@@ -17,7 +17,7 @@ struct srv_log_request {
     const char *id, *client, *method, *target;
     const char *token;                 /* a short form of its digest; NULL without one */
     const char *agent, *trace, *cache; /* each may be NULL */
-    int status;                        /* HTTP status of the answer; 0 where none was begun */
+    int status;                        /* HTTP status of the answer; 0 if none was begun */
     const char *outcome;               /* how it ended: "answered", "left", ... */
     size_t bytes_in, bytes_out;        /* bodies */
     int64_t wait, compute,
@@ -25,19 +25,19 @@ struct srv_log_request {
     long steps; /* of the computation */
 };
 
-/* Something that was done, or refused, for which somebody answers. Texts may hold any bytes. */
-struct srv_log_deed {
-    const char *id;   /* of the request; "" where it was none */
+/* An entry of the audit log. Texts may contain any bytes. */
+struct srv_log_audit_entry {
+    const char *id;   /* id of the request; "" = none */
     const char *who;  /* key, token, account, address; "operator" for who runs the process */
     const char *role; /* "" without one */
     const char *what; /* "DELETE /v1/jobs/{id}", "keys" */
     const char *of;   /* the job's or scene's id, a number of keys; NULL = nothing of that kind */
-    int status;       /* HTTP status; 0 where it was no request */
+    int status;       /* HTTP status; 0 = not a request */
     const char *outcome; /* "done", "refused" or "failed" */
 };
 
 /* The streams that may be turned to other files. */
-enum srv_log_kind { SRV_LOG_REQUESTS, SRV_LOG_DEEDS };
+enum srv_log_kind { SRV_LOG_REQUESTS, SRV_LOG_AUDIT };
 
 /**
  * Starts a log and its thread.
@@ -45,25 +45,25 @@ enum srv_log_kind { SRV_LOG_REQUESTS, SRV_LOG_DEEDS };
  * requests  file descriptor for the request lines, -1 to leave them out.
  * messages  file descriptor for the messages.
  *
- * Both are taken, and closed when the log is freed or turned to another, but for the process'
- * standard streams; after a failure they are the caller's.
+ * The log takes ownership of both, and closes them when it is freed or redirected, except the
+ * standard streams; after a failure the caller keeps them.
  *
- * PEND_NO_MEMORY  also when no thread can be had.
+ * PEND_NO_MEMORY  also if the thread cannot be created.
  */
 PEND_MUST_CHECK enum pend_status srv_log_new(struct srv_log **log, int requests, int messages);
 
 /** Writes the lines of one kind to another file descriptor from now on, -1 to leave them out. It is
- * taken as by srv_log_new. Deeds are left out at first. Any thread. */
+ * taken as by srv_log_new. Audit entries are dropped until then. Any thread. */
 void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd);
 
-/** Writes the remaining lines, waiting at most about a second for a reader, and ends the thread. */
+/** Writes the remaining lines, waits at most about a second for a reader, and ends the thread. */
 void srv_log_free(struct srv_log **log);
 
 /** Adds a request line. Any thread; about a microsecond; never waits for the reader. */
 void srv_log_request(struct srv_log *log, const struct srv_log_request *request);
 
-/** Adds a line for a deed. Any thread; never waits for the reader. */
-void srv_log_deed(struct srv_log *log, const struct srv_log_deed *deed);
+/** Adds a line for an audit entry. Any thread; never waits for the reader. */
+void srv_log_audit_entry(struct srv_log *log, const struct srv_log_audit_entry *entry);
 
 /** Adds a message line; control characters in it become '?'. Any thread; never waits for the
  * reader. */

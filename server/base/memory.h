@@ -1,7 +1,7 @@
-/* The memory that the process holds, by kind, and the allocator's own figures.
- * Leaves to others: bounds (hold), the holders (exchange, inflight, response_body, part_run,
+/* Memory accounts of the process by kind, and the allocator's own figures.
+ * Leaves to others: limits (hold), the owners (exchange, inflight, response_body, part_run,
  * connection).
- * Invariant: whoever adds bytes subtracts the same bytes once; counting takes no lock. */
+ * Invariant: added bytes are subtracted exactly once; accounting takes no lock. */
 #ifndef SRV_MEMORY_H
 #define SRV_MEMORY_H
 
@@ -27,7 +27,7 @@ enum srv_memory_kind {
 
 struct srv_memory {
     atomic_llong all, kind[SRV_MEMORY_KINDS]; /* bytes */
-    atomic_llong allocated; /* bytes that the allocator had handed out when it was looked at */
+    atomic_llong allocated; /* allocated bytes at the last look at the allocator */
     atomic_llong looked;    /* ns: when */
 };
 
@@ -53,9 +53,9 @@ static inline long long srv_memory_all(const struct srv_memory *memory) {
 void srv_memory_settle(int threads);
 
 /**
- * Asks the allocator what it has handed out, at most every tenth of a second, and has it give back
- * to the system what lies free where that is much. Some ten microseconds, or a millisecond where
- * much goes back. Any thread.
+ * Reads the allocator's figures, at most every tenth of a second, and returns free memory to the
+ * system if there is much of it. Some ten microseconds; a millisecond if much is returned. Any
+ * thread.
  */
 void srv_memory_look(struct srv_memory *memory);
 

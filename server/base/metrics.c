@@ -71,7 +71,7 @@ double srv_metrics_resident(void) {
     return (double)resident * (double)sysconf(_SC_PAGESIZE);
 }
 
-/* HELP and TYPE, where the row before was of another name */
+/* writes HELP and TYPE if the previous row has another name */
 static enum pend_status metrics_head(struct api_buffer *out, const char *name, const char *last,
                                      const char *help, const char *type) {
     if (last && !strcmp(name, last)) return PEND_OK;
@@ -91,7 +91,7 @@ static enum pend_status metrics_counters(const struct srv_metrics *metrics,
                               metrics_counter[i].help, "counter"));
         PEND_TRY(*labels ? api_buffer_format(out, "%s{%s} ", name, labels)
                          : api_buffer_format(out, "%s ", name));
-        /* the unit of a name is in the name: what is counted in ns is told in seconds */
+        /* this counter is in ns, its metric in seconds */
         int seconds = at == &metrics->busy_ns;
         PEND_TRY(seconds ? api_buffer_format(out, "%.9f\n", 1e-9 * (double)metrics_read(at))
                          : api_buffer_format(out, "%llu\n", metrics_read(at)));

@@ -9,7 +9,7 @@
 
 #include "api/base/buffer.h"
 
-/* Counters: field, name, labels, help. Rows of one name stand together. */
+/* Counters: field, name, labels, help. Rows with the same name are adjacent. */
 #define SRV_COUNTERS(X)                                                                            \
     X(bytes_in, "pendulumd_request_body_bytes_total", "", "Bytes of request bodies")               \
     X(bytes_out, "pendulumd_response_body_bytes_total", "",                                        \
@@ -47,8 +47,8 @@
     X(busy_ns, "pendulumd_worker_busy_seconds_total", "",                                          \
       "Time that workers were busy, all together")
 
-/* Gauges, read when they are asked for: field, name, labels, help. Rows of one name stand
- * together. */
+/* Gauges, read when metrics are requested: field, name, labels, help. Rows with the same name are
+ * adjacent. */
 #define SRV_GAUGES(X)                                                                              \
     X(queued, "pendulumd_queue_depth", "", "Computations that wait for a worker")                  \
     X(computing, "pendulumd_computations", "",                                                     \
@@ -101,7 +101,8 @@
 
 enum {
     SRV_METRIC_BUCKETS = 19, /* the last is +Inf */
-    SRV_METRIC_ROUTES = 96,  /* the last one stands for no route; the router asserts its number */
+    SRV_METRIC_ROUTES =
+        96, /* the last one stands for unknown routes; the router asserts the number */
     SRV_METRIC_STATUS = 600
 };
 
@@ -126,7 +127,7 @@ struct srv_gauges {
 #undef X
 };
 
-/** Counts one more, or so many. Any thread; a nanosecond or two. */
+/** Adds to a counter. Any thread; one or two nanoseconds. */
 static inline void srv_metrics_count(atomic_ullong *counter, unsigned long long count) {
     atomic_fetch_add_explicit(counter, count, memory_order_relaxed);
 }
@@ -137,7 +138,7 @@ void srv_metrics_request(struct srv_metrics *metrics, int route, int status);
 /** Returns the resident memory of the process in bytes; 0 if the system does not provide it. */
 void srv_metrics_time(struct srv_histogram *histogram, int64_t ns);
 
-/** Resident memory of the process, in bytes; 0 where the system does not tell. */
+/** Resident memory of the process, in bytes; 0 if unknown. */
 double srv_metrics_resident(void);
 
 /**

@@ -10,7 +10,7 @@
 
 enum { SRV_CONFIG_TEXT = 256, SRV_CONFIG_AUTO = 2 };
 
-/* What the command line asks for. */
+/* The task that the command line requests. */
 enum srv_config_task { SRV_CONFIG_SERVE, SRV_CONFIG_HELP, SRV_CONFIG_TABLE, SRV_CONFIG_VERSION };
 
 struct srv_config {
@@ -36,7 +36,7 @@ struct srv_config {
     double least_rate; /* bytes/s */
     double sandbox;    /* 0, 1 or SRV_CONFIG_AUTO: as far as the kernel supports it */
     double allow_root; /* 1 = root may run it */
-    double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 where its lines go to no terminal */
+    double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 unless its lines go to a terminal */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;
     double client_jobs, client_bytes, store_bytes, keep_seconds;
     double client_scenes, scene_bytes, client_scene_bytes, store_scene_bytes;
@@ -55,19 +55,19 @@ int srv_config_works(const struct srv_config *config);
 /** Returns the limits of a job's request: those of any request, or wider. */
 struct api_limits srv_config_job_limits(const struct srv_config *config);
 
-/* What a value may be. */
+/* The type of a value. */
 enum srv_option_kind {
     SRV_OPTION_FLAG,    /* no value: asks for a task */
     SRV_OPTION_LISTEN,  /* HOST:PORT or unix:PATH */
     SRV_OPTION_FILE,    /* the options' file, which no such file may name */
     SRV_OPTION_TEXT,    /* anything */
     SRV_OPTION_WHOLE,   /* a whole number */
-    SRV_OPTION_BYTES,   /* a whole number, or one with K, M or G behind it */
+    SRV_OPTION_BYTES,   /* an integer, with an optional suffix K, M or G */
     SRV_OPTION_SECONDS, /* a number */
-    SRV_OPTION_SWITCH,  /* on, off, or auto where the row offers it */
+    SRV_OPTION_SWITCH,  /* on, off, or auto if the row offers it */
     SRV_OPTION_HOSTS,   /* *, auto or a list of hosts */
     SRV_OPTION_INSTANT, /* none, or a text that api_job_instant reads */
-    SRV_OPTION_FRAMES,  /* origins that may frame a page: what a header may hold */
+    SRV_OPTION_FRAMES,  /* origins that may frame a page: valid in a header */
     SRV_OPTION_ROLE,    /* all, api or worker */
     SRV_OPTION_CLIENT,  /* full, network or none */
     SRV_OPTION_STORE    /* none, sqlite, sqlite:PATH or postgresql://... */
@@ -76,7 +76,7 @@ enum srv_option_kind {
 /* A row of the table. */
 struct srv_option {
     const char *name;    /* "max-queue": --max-queue, PENDULUMD_MAX_QUEUE, max-queue = 256 */
-    const char *sample;  /* what a value looks like, for the help; NULL where there is none */
+    const char *sample;  /* placeholder of the value in the help; NULL if the option has no value */
     char start[32];      /* the default as one would write it */
     const char *meaning; /* one or two sentences without a capital and a full stop */
     enum srv_option_kind kind;
@@ -88,14 +88,15 @@ struct srv_option {
  * beyond the end. */
 int srv_config_row(int i, struct srv_option *row);
 
-/** Finds the row of a name of so many bytes, and its number in the table; returns false where there
- * is none. */
+/** Finds the row of a name, `bytes` long, and its index in the table. Returns 0 if it is unknown.
+ */
 int srv_config_find(const char *name, size_t bytes, int *i, struct srv_option *row);
 
 /**
- * Where the value of option i lies in a config: a double for a number and a switch, else a text.
+ * Returns a pointer to the value of option i in a config: a double for numbers and switches, else a
+ * text.
  *
- * bytes  that the value takes; 0 where the option has none, and NULL is returned.
+ * bytes  out: size of the value; 0 if the option has none, then NULL is returned.
  */
 void *srv_config_value(struct srv_config *config, int i, size_t *bytes);
 

@@ -15,8 +15,9 @@ enum {
     LOAD_UNIX = 104   /* bytes of a socket's path with its NUL */
 };
 
-/* Where a value was found, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3:
- * workers". */
+/* The place of a value, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3:
+ * workers".
+ */
 struct load_place {
     char text[SRV_CONFIG_TEXT + 64];
 };
@@ -27,9 +28,7 @@ static enum pend_status load_wrong(const struct load_place *place, const char *v
                      right, value);
 }
 
-/* a decimal number with nothing before or behind it; digits and one point only, so that nan, 0x10
- * and 1e3 are refused
- */
+/* parses a decimal number: digits and one point only, so that nan, 0x10 and 1e3 are refused */
 static int load_read(const char *text, size_t bytes, int whole, double *out) {
     char copy[32];
     size_t points = 0, digits = 0;
@@ -103,7 +102,8 @@ static int load_frames_good(const char *list) {
     }
 }
 
-/* what a word of a kind must be, where it is not; NULL where it is good, or no such word */
+/* describes the valid words of a kind if the value is none of them; NULL if it is valid, or the
+ * kind is no word */
 static const char *load_word_right(enum srv_option_kind kind, const char *value) {
     if (kind == SRV_OPTION_ROLE && strcmp(value, "all") && strcmp(value, "api") &&
         strcmp(value, "worker"))
@@ -114,7 +114,7 @@ static const char *load_word_right(enum srv_option_kind kind, const char *value)
     return NULL;
 }
 
-/* what a text of a kind must be, where it is not; NULL where it is good */
+/* describes the valid texts of a kind if the value is invalid; NULL if it is valid */
 static const char *load_text_right(enum srv_option_kind kind, const char *value) {
     const char *right = load_word_right(kind, value);
     int64_t us;
@@ -139,7 +139,7 @@ static enum pend_status load_set_text(char *out, const struct srv_option *row,
     return PEND_OK;
 }
 
-/* what is wrong with it is told without the value: it may hold a password */
+/* the message does not quote the value, which may contain a password */
 static enum pend_status load_set_store(char *out, const struct srv_option *row,
                                        const struct load_place *place, const char *value,
                                        struct pend_error *error) {
@@ -257,8 +257,8 @@ static enum pend_status load_file(struct srv_config *config, const char *path,
     return status;
 }
 
-/* LISTEN of PENDULUMD_LISTEN=... as an option's name: listen; returns where the value begins,
- * NULL if it is none */
+/* converts PENDULUMD_LISTEN=... to the option's name, listen; returns the value, NULL if the
+ * variable has another form */
 static const char *load_variable(const char *entry, char name[64]) {
     static const char prefix[] = "PENDULUMD_";
     size_t i = 0;
@@ -270,7 +270,7 @@ static const char *load_variable(const char *entry, char name[64]) {
     return *at == '=' ? at + 1 : NULL;
 }
 
-/* sets what the environment sets; with only_file nothing but the option config */
+/* applies the environment; only_file: only the option config */
 static enum pend_status load_environment(struct srv_config *config, char *const environment[],
                                          int only_file, struct pend_error *error) {
     for (int e = 0; environment && environment[e]; e++) {
@@ -304,7 +304,7 @@ static enum pend_status load_flag(struct srv_config *config, const char *name, c
     return PEND_OK;
 }
 
-/* sets what the command line sets; with only_file nothing but the option config */
+/* applies the command line; only_file: only the option config */
 static enum pend_status load_arguments(struct srv_config *config, int argc, char *const argv[],
                                        int only_file, struct pend_error *error) {
     for (int a = 1; a < argc; a++) {
@@ -340,7 +340,7 @@ static enum pend_status load_arguments(struct srv_config *config, int argc, char
     return PEND_OK;
 }
 
-/* values that are good each by itself and odd together */
+/* warns about values that are valid alone but contradict each other */
 static void load_weigh(struct srv_config *config) {
     if (config->warning[0] || !srv_config_answers(config) ||
         config->drain_seconds >= config->limits.compute_seconds)
@@ -352,7 +352,7 @@ static void load_weigh(struct srv_config *config) {
              config->drain_seconds, config->limits.compute_seconds);
 }
 
-/* the store that a file names; what it says is not told, as it may hold a password */
+/* reads the store's url from a file; messages do not quote it, because it may contain a password */
 static enum pend_status load_store_file(struct srv_config *config, struct pend_error *error) {
     struct api_buffer text;
     struct srv_option row;

@@ -1,6 +1,6 @@
 /* The four places that set the options: default, file, environment, command line.
- * Leaves to others: which options there are (config), acting on the values.
- * Invariant: what was loaded has passed every check of the table. */
+ * Leaves to others: the list of options (config), using the values.
+ * Invariant: loaded values have passed all checks of the table. */
 #ifndef SRV_CONFIG_LOAD_H
 #define SRV_CONFIG_LOAD_H
 
@@ -11,9 +11,9 @@
  *
  * argv         of main; argv[0] is skipped.
  * environment  of main, ended by NULL; a PENDULUMD_ variable that names no option gives a warning,
- *              as supervisors set some by themselves.
+ *              because supervisors set some of their own.
  *
- * PEND_INVALID  error->text names the option, where it stands, and what would be right.
+ * PEND_INVALID  error->text names the option, its place, and the valid values.
  */
 PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int argc,
                                                  char *const argv[], char *const environment[],

@@ -5,10 +5,10 @@
 #include <string.h>
 #include <strings.h>
 
-/* the names of this machine for itself; 127/8 stands for the whole network */
+/* names of the local machine; 127/8 stands for the whole network */
 static const char hosts_loopback[] = "localhost, *.localhost, 127/8, [::1]";
 
-/* A host as it stands in a text: the name without its last dot, and the port with its colon. */
+/* A parsed host: the name without a trailing dot, and the port with its colon. */
 struct hosts_part {
     const char *name, *port;
     size_t name_bytes, port_bytes;

@@ -1,9 +1,8 @@
-/* The host names that a server answers to. A web page of somebody else can make its own name
- * resolve to this server's address (DNS rebinding); it would then have the same origin as the
- * server if the server answered to any name.
- * Leaves to others: answering 421 (router).
- * Invariant: a server that only this machine can reach answers to this machine's names alone,
- * unless its options say more. */
+/* The host names that a server answers to. This prevents DNS rebinding: a foreign web page can make
+ * its own name resolve to this server's address, and would then share the server's origin. Leaves
+ * to others: answering 421 (router). Invariant: a server on loopback answers only to this machine's
+ * names, unless its options allow more.
+ */
 #ifndef SRV_HOSTS_H
 #define SRV_HOSTS_H
 
@@ -17,29 +16,28 @@
 int srv_hosts_good(const char *list);
 
 /**
- * What "auto" means for a server.
+ * Resolves "auto".
  *
  * list     as above.
- * listen   HOST:PORT, where it listens.
- * proxied  non-zero where it trusts a proxy: that passes on the name by which it was asked itself.
+ * listen   HOST:PORT, the server's address.
+ * proxied  non-zero if it trusts a proxy, which forwards the host name of its own request.
  *
- * Returns the list; for "auto" one of loopback's names where only this machine reaches the server,
- * else "*".
+ * Returns the list; for "auto" the names of loopback if the server listens there without a proxy,
+ * else
+ * "*".
  */
 const char *srv_hosts_mean(const char *list, const char *listen, int proxied);
 
 /**
- * True where a server answers to a host.
+ * True if a server answers to a host.
  *
  * list  as srv_hosts_mean returns it.
- * host  of the request: "example.org:8080", in any case, with or without a dot at the end; NULL or
- *       "" = none was named, as by HTTP/1.0, which no browser speaks.
+ * host  value of Host: "example.org:8080", in any case, with or without a trailing dot; NULL or ""
+ * = absent, as in HTTP/1.0, which no browser uses.
  */
 int srv_hosts_allow(const char *list, const char *host);
 
-/** True for a host that is an address, with or without a port: no name was looked up that somebody
- * may have turned here.
- */
+/** True for a host that is a numeric address, with or without a port, and so was not resolved. */
 int srv_hosts_numeric(const char *host);
 
 #endif

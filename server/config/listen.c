@@ -74,7 +74,7 @@ static int listen_every(const struct addrinfo *list) {
     return -1;
 }
 
-/* is there a socket that nobody listens on? */
+/* true if a stale socket exists at the path */
 static int listen_stale(const struct sockaddr_un *address) {
     struct stat file;
     if (lstat(address->sun_path, &file) || !S_ISSOCK(file.st_mode)) return 0;

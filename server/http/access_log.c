@@ -32,7 +32,7 @@ static const char *access_log_client(const struct srv_exchange *exchange,
 }
 
 /* Returns 1 for what the audit log records: changes, operators' requests and refusals. */
-static int access_log_deed(const struct srv_exchange *exchange, int status) {
+static int access_log_audit(const struct srv_exchange *exchange, int status) {
     const struct srv_route *route = exchange->route;
     if (status == 401 || status == 403) return 1;
     if (!route || !exchange->method) return 0;
@@ -54,17 +54,17 @@ static void access_log_account(const struct srv_exchange *exchange,
                                const struct srv_log_request *line) {
     const struct srv_identity *identity = &exchange->identity;
     int status = line->status;
-    const struct srv_log_deed deed = {.id = line->id,
-                                      .who = identity->secret[0] ? identity->secret : line->client,
-                                      .role = srv_role_word(identity->role),
-                                      .what =
-                                          exchange->route ? exchange->route->label : line->method,
-                                      .of = access_log_of(exchange),
-                                      .status = status,
-                                      .outcome = status >= 200 && status < 300   ? "done"
-                                                 : status < 200 || status >= 500 ? "failed"
-                                                                                 : "refused"};
-    srv_log_deed(exchange->service->log, &deed);
+    const struct srv_log_audit_entry entry = {
+        .id = line->id,
+        .who = identity->secret[0] ? identity->secret : line->client,
+        .role = srv_role_word(identity->role),
+        .what = exchange->route ? exchange->route->label : line->method,
+        .of = access_log_of(exchange),
+        .status = status,
+        .outcome = status >= 200 && status < 300   ? "done"
+                   : status < 200 || status >= 500 ? "failed"
+                                                   : "refused"};
+    srv_log_audit_entry(exchange->service->log, &entry);
 }
 
 void srv_access_log_enter(const struct srv_exchange *exchange, const char *outcome, int status) {
@@ -91,5 +91,5 @@ void srv_access_log_enter(const struct srv_exchange *exchange, const char *outco
                                    .steps = exchange->steps};
     access_log_count(exchange, &line, now);
     srv_log_request(exchange->service->log, &line);
-    if (access_log_deed(exchange, status)) access_log_account(exchange, &line);
+    if (access_log_audit(exchange, status)) access_log_account(exchange, &line);
 }

@@ -1,6 +1,6 @@
-/* Enters a request that has ended in the metrics and in the log, and a deed among the deeds.
- * Leaves to others: when a request has ended, and how (connection).
- * Invariant: every request is entered once. */
+/* Records a finished request in the metrics, the access log and the audit log.
+ * Leaves to others: when and how a request ends (connection).
+ * Invariant: every request is recorded once. */
 #ifndef SRV_ACCESS_LOG_H
 #define SRV_ACCESS_LOG_H
 

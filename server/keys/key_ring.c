@@ -60,11 +60,11 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
     srv_keys_init(&keys);
     if (srv_key_file_read(ring->path, &keys, NULL, &error) != PEND_OK) {
         srv_log_message(log, "keys: those of before stay in force: %s", error.text);
-        srv_log_deed(log, &(struct srv_log_deed){.id = "",
-                                                 .who = "operator",
-                                                 .role = "",
-                                                 .what = "keys in force",
-                                                 .outcome = "failed"});
+        srv_log_audit_entry(log, &(struct srv_log_audit_entry){.id = "",
+                                                               .who = "operator",
+                                                               .role = "",
+                                                               .what = "keys in force",
+                                                               .outcome = "failed"});
         srv_keys_clear(&keys);
         return;
     }
@@ -77,12 +77,12 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
                     keys.count);
     char count[16];
     snprintf(count, sizeof count, "%d", keys.count);
-    srv_log_deed(log, &(struct srv_log_deed){.id = "",
-                                             .who = "operator",
-                                             .role = "",
-                                             .what = "keys in force",
-                                             .of = count,
-                                             .outcome = "done"});
+    srv_log_audit_entry(log, &(struct srv_log_audit_entry){.id = "",
+                                                           .who = "operator",
+                                                           .role = "",
+                                                           .what = "keys in force",
+                                                           .of = count,
+                                                           .outcome = "done"});
     srv_keys_clear(&old);
 }
 

@@ -205,21 +205,21 @@ TEST(a_log_survives_want_of_memory) {
     fclose(file);
 }
 
-TEST(deeds_go_to_a_file_of_their_own_once_it_is_named) {
+TEST(audit_entries_go_to_a_file_of_their_own_once_it_is_named) {
     FILE *file = tmpfile(), *other = tmpfile();
     struct srv_log *log;
     char text[4096], member[256];
-    const struct srv_log_deed deed = {.id = "i1",
-                                      .who = "key:a\"b",
-                                      .role = "teacher",
-                                      .what = "DELETE /v1/jobs/{id}",
-                                      .of = "x",
-                                      .status = 200,
-                                      .outcome = "done"};
+    const struct srv_log_audit_entry entry = {.id = "i1",
+                                              .who = "key:a\"b",
+                                              .role = "teacher",
+                                              .what = "DELETE /v1/jobs/{id}",
+                                              .of = "x",
+                                              .status = 200,
+                                              .outcome = "done"};
     REQUIRE(file && other && srv_log_new(&log, dup(fileno(other)), dup(fileno(other))) == PEND_OK);
-    srv_log_deed(log, &deed);
-    srv_log_turn(log, SRV_LOG_DEEDS, dup(fileno(file)));
-    srv_log_deed(log, &deed);
+    srv_log_audit_entry(log, &entry);
+    srv_log_turn(log, SRV_LOG_AUDIT, dup(fileno(file)));
+    srv_log_audit_entry(log, &entry);
     srv_log_free(&log);
     log_file(file, text, sizeof text);
     CHECK_TEXT(log_member(text, "who", member), "key:a\"b");
@@ -227,7 +227,7 @@ TEST(deeds_go_to_a_file_of_their_own_once_it_is_named) {
     CHECK_TEXT(log_member(text, "of", member), "x");
     CHECK_TEXT(log_member(text, "status", member), "200");
     CHECK_TEXT(log_member(text, "outcome", member), "done");
-    /* what came before the file was named is nowhere, and no deed is among the requests */
+    /* what came before the file was named is nowhere, and no entry is among the requests */
     CHECK(strchr(text, '\n') == strrchr(text, '\n'));
     CHECK_INT(log_file(other, text, sizeof text), 0);
     fclose(file);

@@ -8,12 +8,12 @@
 
 enum { JOBS = 40, WORK_BYTES = 5 };
 
-enum deed { FINISH, DISMISS, EXTEND, RELEASE, FAIL, SUBMIT };
+enum entry { FINISH, DISMISS, EXTEND, RELEASE, FAIL, SUBMIT };
 
 /* A call of a batch, of the kinds that a process makes at one time. */
 struct work {
     struct srv_store_call call; /* first */
-    enum deed deed;
+    enum entry entry;
     struct srv_lease *lease;
     int expected; /* enum srv_stored */
 };
@@ -21,7 +21,7 @@ struct work {
 static enum srv_stored work_run(struct srv_store *store, struct srv_store_call *call) {
     struct work *work = (struct work *)call;
     struct srv_job job;
-    switch (work->deed) {
+    switch (work->entry) {
     case FINISH:
         return srv_store_finish(store, work->lease, "12345", WORK_BYTES, NULL, 0);
     case DISMISS:
@@ -43,13 +43,13 @@ static void work_together(struct srv_store *store, struct work work[], int count
     struct srv_store_call *calls[SRV_STORE_AHEAD];
     for (int i = 0; i < count; i++) {
         work[i].call.run = work_run;
-        work[i].call.finish = work[i].deed == FINISH ? work[i].lease : NULL;
+        work[i].call.finish = work[i].entry == FINISH ? work[i].lease : NULL;
         calls[i] = &work[i].call;
     }
     srv_store_together(store, calls, count);
     for (int i = 0; i < count; i++)
-        CHECK_SAYING((int)work[i].call.stored == work[i].expected, "call %d, deed %d: %d, not %d",
-                     i, work[i].deed, work[i].call.stored, work[i].expected);
+        CHECK_SAYING((int)work[i].call.stored == work[i].expected, "call %d, entry %d: %d, not %d",
+                     i, work[i].entry, work[i].call.stored, work[i].expected);
 }
 
 /* jobs of one part, all of them held by "w" */
@@ -95,7 +95,7 @@ POSTGRES_TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_e
     char data[SRV_CHUNK_BYTES];
     size_t bytes;
     work_begin(store, lease, JOBS);
-    for (int i = 0; i < JOBS; i++) work[i] = (struct work){.deed = FINISH, .lease = &lease[i]};
+    for (int i = 0; i < JOBS; i++) work[i] = (struct work){.entry = FINISH, .lease = &lease[i]};
     counted.real = store->sql->driver;
     counted.driver = *counted.real;
     counted.driver.run = counted_run;
@@ -118,19 +118,19 @@ STORE_TEST(a_job_that_a_batch_ends_is_not_finished_by_it) {
     struct srv_lease lease[8] = {0};
     work_begin(store, lease, 8);
     struct work work[] = {
-        {.deed = FINISH, .lease = &lease[0]},
-        {.deed = EXTEND, .lease = &lease[1]},
-        {.deed = DISMISS, .lease = &lease[1]},
-        {.deed = FINISH, .lease = &lease[1], .expected = SRV_STORED_LOST},
-        {.deed = SUBMIT},
-        {.deed = FINISH, .lease = &lease[2]},
-        {.deed = DISMISS, .lease = &lease[2]},
-        {.deed = FAIL, .lease = &lease[3]},
-        {.deed = FINISH, .lease = &lease[3], .expected = SRV_STORED_LOST},
-        {.deed = FINISH, .lease = &lease[4]},
-        {.deed = FINISH, .lease = &lease[4]}, /* again: it is done, and counted once */
-        {.deed = EXTEND, .lease = &lease[4], .expected = SRV_STORED_LOST},
-        {.deed = FINISH, .lease = &lease[5]}};
+        {.entry = FINISH, .lease = &lease[0]},
+        {.entry = EXTEND, .lease = &lease[1]},
+        {.entry = DISMISS, .lease = &lease[1]},
+        {.entry = FINISH, .lease = &lease[1], .expected = SRV_STORED_LOST},
+        {.entry = SUBMIT},
+        {.entry = FINISH, .lease = &lease[2]},
+        {.entry = DISMISS, .lease = &lease[2]},
+        {.entry = FAIL, .lease = &lease[3]},
+        {.entry = FINISH, .lease = &lease[3], .expected = SRV_STORED_LOST},
+        {.entry = FINISH, .lease = &lease[4]},
+        {.entry = FINISH, .lease = &lease[4]}, /* again: it is done, and counted once */
+        {.entry = EXTEND, .lease = &lease[4], .expected = SRV_STORED_LOST},
+        {.entry = FINISH, .lease = &lease[5]}};
     work_together(store, work, sizeof work / sizeof *work);
     static const enum srv_job_state want[] = {
         SRV_JOB_SUCCESSFUL, SRV_JOB_DISMISSED,  SRV_JOB_DISMISSED, SRV_JOB_FAILED,
@@ -143,10 +143,10 @@ STORE_TEST(a_job_that_a_batch_ends_is_not_finished_by_it) {
 STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     struct srv_lease lease[6] = {0}, again[6] = {0};
     work_begin(store, lease, 6);
-    struct work work[] = {{.deed = FINISH, .lease = &lease[0]},
-                          {.deed = RELEASE},
-                          {.deed = FINISH, .lease = &lease[1], .expected = SRV_STORED_LOST},
-                          {.deed = FINISH, .lease = &lease[2], .expected = SRV_STORED_LOST}};
+    struct work work[] = {{.entry = FINISH, .lease = &lease[0]},
+                          {.entry = RELEASE},
+                          {.entry = FINISH, .lease = &lease[1], .expected = SRV_STORED_LOST},
+                          {.entry = FINISH, .lease = &lease[2], .expected = SRV_STORED_LOST}};
     work_together(store, work, 4);
     CHECK_INT(work_state(store, &lease[0]), SRV_JOB_SUCCESSFUL);
     ground_sums(ground);
@@ -158,11 +158,11 @@ STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     }
     struct srv_lease old = again[1], older = again[2];
     old.attempt = older.attempt = 1;
-    struct work both[] = {{.deed = FINISH, .lease = &old, .expected = SRV_STORED_LOST},
-                          {.deed = FINISH, .lease = &again[1]},
-                          {.deed = FINISH, .lease = &again[2]},
-                          {.deed = FINISH, .lease = &older, .expected = SRV_STORED_LOST},
-                          {.deed = FINISH, .lease = &again[3]}};
+    struct work both[] = {{.entry = FINISH, .lease = &old, .expected = SRV_STORED_LOST},
+                          {.entry = FINISH, .lease = &again[1]},
+                          {.entry = FINISH, .lease = &again[2]},
+                          {.entry = FINISH, .lease = &older, .expected = SRV_STORED_LOST},
+                          {.entry = FINISH, .lease = &again[3]}};
     work_together(store, both, 5);
     for (int i = 1; i < 4; i++) CHECK_INT(work_state(store, &again[i]), SRV_JOB_SUCCESSFUL);
     ground_sums(ground);
@@ -179,7 +179,7 @@ STORE_TEST(what_is_wrong_with_one_part_of_a_batch_harms_no_other) {
     snprintf(text, sizeof text, "UPDATE jobs SET state = 77 WHERE id = '%s'", lease[3].job);
     ground_run(ground, text);
     struct work work[6];
-    for (int i = 0; i < 6; i++) work[i] = (struct work){.deed = FINISH, .lease = &lease[i]};
+    for (int i = 0; i < 6; i++) work[i] = (struct work){.entry = FINISH, .lease = &lease[i]};
     work[1].expected = SRV_STORED_LOST;
     work[3].expected = SRV_STORED_DAMAGED;
     work_together(store, work, 6);

@@ -287,7 +287,7 @@ enum lost { SUBMIT, CLAIM, EXTEND, FINISH, RELEASE, DISMISS, PUT, KEEP, DROP, MA
 
 struct lost_call {
     struct srv_store_call call; /* first */
-    enum lost deed;
+    enum lost entry;
     int number; /* of the two calls */
     struct srv_claim claim;
     struct srv_lease lease[1];
@@ -303,7 +303,7 @@ static enum srv_stored lost_run(struct srv_store *store, struct srv_store_call *
     struct srv_class_new made = {code, id, NULL, "here", 3600 * (int64_t)SECOND, 0, 1, 9};
     struct srv_class_put join = {
         .code = code, .who = "pupil", .source = "", .fold = "n", .body = "{\"n\"}", .bytes = 5};
-    switch (own->deed) {
+    switch (own->entry) {
     case SUBMIT:
         return ground_submit(store, id, "anna", NULL, 1, 0, &job);
     case CLAIM:
@@ -347,24 +347,24 @@ STORE_TEST(a_commit_whose_answer_is_lost_is_looked_up) {
     store->rules.class_bytes = rules.class_bytes;
     faulty_begin(store);
     for (int count = 1; count <= 2; count++)
-        for (enum lost deed = SUBMIT; deed < LOST; deed++) {
+        for (enum lost entry = SUBMIT; entry < LOST; entry++) {
             struct lost_call *both[] = {&one, &two};
             for (int i = 0; i < count; i++) {
                 both[i]->call.run = lost_run;
-                both[i]->deed = deed;
+                both[i]->entry = entry;
                 both[i]->number = count - 1 + i;
-                if (deed == CLAIM)
+                if (entry == CLAIM)
                     both[i]->claim = (struct srv_claim){
                         .worker = "w", .lease_us = 60 * (int64_t)SECOND, .most = 1};
             }
-            if (count == 2 && deed == FINISH) two.deed = DISMISS;
+            if (count == 2 && entry == FINISH) two.entry = DISMISS;
             faulty.lose = "COMMIT";
             srv_store_together(store, calls, count);
             for (int i = 0; i < count; i++)
-                CHECK_SAYING(both[i]->call.stored == SRV_STORED, "deed %d, call %d of %d: %d %s",
-                             deed, i, count, both[i]->call.stored, srv_store_complaint(store));
-            CHECK_SAYING(!faulty.lose, "deed %d does not commit", deed);
-            if (deed == DISMISS)
+                CHECK_SAYING(both[i]->call.stored == SRV_STORED, "entry %d, call %d of %d: %d %s",
+                             entry, i, count, both[i]->call.stored, srv_store_complaint(store));
+            CHECK_SAYING(!faulty.lose, "entry %d does not commit", entry);
+            if (entry == DISMISS)
                 for (int i = 0; i < count; i++) srv_lease_clear(&both[i]->lease[0]);
         }
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
