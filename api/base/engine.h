@@ -1,5 +1,5 @@
 /* The engine's version: a digest of the sources of core and api, made by the build.
- * Leaves to others: reporting it (remarks, server).
+ * Leaves to others: reporting it (stats_text, server).
  * Invariant: engines of different sources have different digests. */
 #ifndef API_ENGINE_H
 #define API_ENGINE_H

@@ -7,7 +7,7 @@
 
 #include "api/encode/encode.h"
 #include "api/encode/negotiate.h"
-#include "api/call/outlook.h"
+#include "api/call/forecast.h"
 
 /* s, about: reading and writing one row of stored results */
 static const double fetch_row_seconds = 5e-7;
@@ -43,12 +43,12 @@ struct api_call {
     size_t before; /* bytes of the caller's buffer before the answer began */
     int promised;  /* the answer's head was sent: it cannot become a problem any more */
     double cost;   /* s, as estimated */
-    struct api_outlook outlook;
+    struct api_forecast forecast;
     double letters; /* bytes of the request: an upper bound of its names and lists in memory */
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
-    struct api_remarks remarks;
+    struct api_stats_headers stat_fields;
     char file_name[40];
 };
 
@@ -69,11 +69,11 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
 }
 
 /* keeps the header fields of a computation that is complete */
-static void call_keep_remarks(struct api_call *call) {
-    if (!call->answer.has_remarks) return;
-    api_remarks_fields(&call->remarks, call->source.fetch ? api_results_stats(call->results)
-                                                          : call->op->stats(call->state));
-    call->answer.remarks = &call->remarks;
+static void call_keep_stats(struct api_call *call) {
+    if (!call->answer.has_stat_fields) return;
+    api_stats_fields(&call->stat_fields, call->source.fetch ? api_results_stats(call->results)
+                                                            : call->op->stats(call->state));
+    call->answer.stat_fields = &call->stat_fields;
 }
 
 /* frees the operation's state; its steps are kept for the log */
@@ -169,7 +169,7 @@ static void call_head(struct api_call *call, long long length) {
                                        .media_type = type,
                                        .etag = call->digest,
                                        .length = length,
-                                       .has_remarks = op->stats != NULL};
+                                       .has_stat_fields = op->stats != NULL};
     if (call->columns[0]) call->answer.columns = call->columns;
     if (!op->table || !format->extension) return;
     snprintf(call->file_name, sizeof call->file_name, "%s.%s", op->name, format->extension);
@@ -184,7 +184,7 @@ static int call_foresee(struct api_call *call) {
     if (table && call->format->bare) api_table_columns(table, call->columns);
     int exact = table && call->format->exact && !table->rows_later;
     call_head(call, exact ? (long long)call->format->bytes(table) : -1);
-    return api_outlook_begins(op, call->state, call->limits, call->cost, &call->problem);
+    return api_forecast_begins(op, call->state, call->limits, call->cost, &call->problem);
 }
 
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
@@ -320,8 +320,8 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
 /* can it end within its limits? What is read, or was promised, is not judged */
 static int call_hopeful(struct api_call *call) {
     return call->source.fetch || call->promised ||
-           api_outlook_good(&call->outlook, call->op, call->state, call->limits, call->seconds,
-                            &call->problem);
+           api_forecast_good(&call->forecast, call->op, call->state, call->limits, call->seconds,
+                             &call->problem);
 }
 
 enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
@@ -348,7 +348,7 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     if (status != PEND_OK) return call_fail(call, status, &error, out);
     if (!done && call->waits) return API_WAITS;
     if (!done) return call_hopeful(call) ? API_MORE : call_refuse(call, out);
-    call_keep_remarks(call);
+    call_keep_stats(call);
     call_end_op(call);
     call->stage = STAGE_DONE;
     assert(api_call_valid(call));

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/call/outlook.h"
+#include "api/call/forecast.h"
 #include "api/encode/encode_raw.h"
 
 /* bytes of results of a part, which are in memory until it is kept: a few workers hold two parts
@@ -45,7 +45,7 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
                                                      &state, plan->digest, body);
     if (status == PEND_OK) {
         if (op->cost) plan->cost = op->cost(state);
-        if (!api_outlook_begins(op, state, limits, plan->cost, &problem)) status = PEND_INVALID;
+        if (!api_forecast_begins(op, state, limits, plan->cost, &problem)) status = PEND_INVALID;
         double most = op->parts ? (double)op->parts(state) : 1;
         double wanted =
             fmax(ceil(plan->cost / seconds), ceil(plan_rows(op, state) / PLAN_PART_BYTES));

@@ -9,7 +9,7 @@
 #include "api/base/engine.h"
 #include "api/read/field.h"
 #include "api/encode/negotiate.h"
-#include "api/json/name_meant.h"
+#include "api/json/did_you_mean.h"
 
 /* whether the body is a form of files, and the operation takes one */
 static int request_form(const struct api_request *request) {

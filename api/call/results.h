@@ -6,7 +6,7 @@
 #define API_RESULTS_H
 
 #include "api/call/digest.h"
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 
 /* What is known of an answer before its first byte is sent; the texts live as long as the call. */
 struct api_answer {
@@ -14,11 +14,12 @@ struct api_answer {
     const char *media_type; /* a static string */
     const char *columns; /* of the field X-Columns, "t,phi[4],phid[4]"; NULL if the representation
                             names its columns itself */
-    const struct api_remarks *remarks; /* header fields of the figures, once the answer is complete;
-                                       NULL before, or if there are none */
-    const char *accepts; /* status 415: what a body may be, a static string; NULL = JSON alone */
-    int has_remarks; /* there will be such fields; of an answer that is streamed they are trailers
-                      */
+    const struct api_stats_headers *stat_fields; /* header fields of the figures, once the answer is
+                                       complete; NULL before, or if there are none */
+    const char *accepts;   /* status 415: what a body may be, a static string; NULL = JSON alone */
+    int has_stat_fields;   /* there will be such fields; of an answer that is streamed they are
+                            * trailers
+                            */
     const char *file_name; /* for a browser that saves it; NULL if a browser should show it */
     const char *etag;      /* as api_call_etag; NULL for a problem */
     long long length;      /* bytes of the answer's body, -1 if unknown */

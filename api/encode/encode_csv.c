@@ -5,7 +5,7 @@
 #include "api/encode/encode.h"
 
 #include "api/json/json_out.h"
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 
 enum { CSV_NAME_BYTES = 56 }; /* of a field of the header */
 
@@ -87,7 +87,7 @@ static enum pend_status csv_block(struct api_writer *writer, long rows, const do
 
 static enum pend_status csv_finish(struct api_writer *writer, struct api_buffer *out, int *done) {
     *done = 1;
-    return writer->stats ? api_remarks_comments(writer->stats, out) : PEND_OK;
+    return writer->stats ? api_stats_comments(writer->stats, out) : PEND_OK;
 }
 
 const struct api_format api_format_csv = {

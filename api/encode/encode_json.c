@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "api/json/json_out.h"
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 
 struct json_writer {
     struct api_writer base;
@@ -95,7 +95,7 @@ static enum pend_status json_finish(struct api_writer *base, struct api_buffer *
         writer->row = 0;
         writer->open = 0;
     }
-    if (base->stats) PEND_TRY(api_remarks_json(base->stats, out));
+    if (base->stats) PEND_TRY(api_stats_json(base->stats, out));
     *done = 1;
     return api_buffer_text(out, "}");
 }

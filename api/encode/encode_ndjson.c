@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "api/json/json_out.h"
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 
 enum { NDJSON_TEXT = 1024 };
 
@@ -99,7 +99,7 @@ static enum pend_status ndjson_finish(struct api_writer *writer, struct api_buff
     *done = 1;
     if (!writer->stats) return PEND_OK;
     PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_remarks_json(writer->stats, out));
+    PEND_TRY(api_stats_json(writer->stats, out));
     return api_buffer_text(out, "}\n");
 }
 

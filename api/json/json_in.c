@@ -11,7 +11,7 @@
 #include <cjson/cJSON.h>
 
 #include "api/json/json_scan.h"
-#include "api/json/name_meant.h"
+#include "api/json/did_you_mean.h"
 #include "api/number/number.h"
 #include "api/base/text.h"
 
@@ -283,7 +283,7 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
                                 struct api_problem *problem) {
     if (api_problem_full(problem)) return;
     const char *meant =
-        strcmp(member->key, "preset") != 0 ? api_name_meant(member->key, allowed) : NULL;
+        strcmp(member->key, "preset") != 0 ? api_did_you_mean(member->key, allowed) : NULL;
     char list[API_DETAIL_BYTES];
     if (meant) {
         api_value_fault(member, problem,

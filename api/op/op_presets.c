@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "api/json/json_in.h"
-#include "api/json/name_meant.h"
+#include "api/json/did_you_mean.h"
 #include "api/json/json_out.h"
 #include "api/op/presets_real.h"
 #include "core/tree/presets.h"

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/json/name_meant.h"
+#include "api/json/did_you_mean.h"
 
 enum {
     NUMBER_BYTES = 12, /* an arm's number as text */

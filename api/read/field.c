@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "api/json/name_meant.h"
+#include "api/json/did_you_mean.h"
 
 int api_field_needed(const struct api_value *value, struct api_problem *problem) {
     if (api_value_kind(value) != API_MISSING) return 1;
@@ -144,7 +144,7 @@ static void field_fault_word(const struct api_value *value, const char *const wo
                              struct api_problem *problem) {
     enum { LEAST_PART = 3, MOST_OFFERED = 8 };
     char list[270], expected[sizeof list + 8];
-    const char *text = api_value_text(value), *near = text ? api_name_meant(text, words) : NULL;
+    const char *text = api_value_text(value), *near = text ? api_did_you_mean(text, words) : NULL;
     if (near) {
         api_value_fault(value, problem, API_CODE_UNKNOWN_NAME "is not known; did you mean \"%s\"?",
                         near);

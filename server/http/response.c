@@ -167,11 +167,11 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 /* Adds the trailers: what was found out while the body was sent. Without memory a field is left
  * out; the body is complete all the same. */
 static void response_trail(struct srv_response_stream *stream) {
-    struct api_remarks remarks;
-    srv_inflight_remarks(stream->exchange, &remarks);
-    for (int i = 0; i < remarks.count; i++)
-        (void)MHD_add_response_footer(stream->response, remarks.field[i].name,
-                                      remarks.field[i].value);
+    struct api_stats_headers stat_fields;
+    srv_inflight_stat_fields(stream->exchange, &stat_fields);
+    for (int i = 0; i < stat_fields.count; i++)
+        (void)MHD_add_response_footer(stream->response, stat_fields.field[i].name,
+                                      stat_fields.field[i].value);
 }
 
 /* Gives libmicrohttpd bytes of a stream. */
@@ -201,8 +201,8 @@ struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
                                               MHD_RESPMEM_PERSISTENT);
     assert(exchange->id && exchange->status >= 200 && exchange->status <= 599);
     stream->response = response;
-    int good =
-        response && (!exchange->trails || response_field(response, "Trailer", api_remarks_names));
+    int good = response &&
+               (!exchange->trails || response_field(response, "Trailer", api_stats_field_names));
     if (!response || (good && response_fields(response, exchange))) return response;
     MHD_destroy_response(response);
     return NULL;

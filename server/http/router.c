@@ -5,7 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "api/json/name_meant.h"
+#include "api/json/did_you_mean.h"
 
 #include "server/work/admission.h"
 #include "server/work/result.h"
@@ -225,13 +225,13 @@ static const char *router_meant(const char *path) {
     if (!last[1]) bytes--;
     for (int i = 0; i < ROUTER_COUNT; i++) patterns[i] = router_table[i].pattern;
     snprintf(whole, sizeof whole, "%.*s", (int)bytes, path);
-    const char *meant = api_name_meant(whole, patterns);
+    const char *meant = api_did_you_mean(whole, patterns);
     if (meant && strlen(meant) > 4) return meant;
     last = strrchr(whole, '/');
     if (!last || strlen(last) < 4) return NULL;
     char under[ROUTER_PATH];
     snprintf(under, sizeof under, "/v1%s", last);
-    return api_name_meant(under, patterns);
+    return api_did_you_mean(under, patterns);
 }
 
 /* Answers OPTIONS, 404 or 405 if there is no route. */

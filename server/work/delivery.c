@@ -112,9 +112,9 @@ static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
                            struct srv_response_body *head, const struct api_answer *answer,
                            int coded) {
     srv_exchange_response_body(reader, head);
-    /* A message of known length has no trailers, so remarks go before the body. Ranges are the
-     * exception: their point is the known length. */
-    reader->trails = answer->has_remarks &&
+    /* A message of known length has no trailers, so the statistics go before the body. Ranges are
+     * the exception: their point is the known length. */
+    reader->trails = answer->has_stat_fields &&
                      (answer->length < 0 || coded || !work->source || !work->source->ranged);
     reader->stream_bytes = coded || reader->trails ? -1 : answer->length;
     reader->waited = work->begun - reader->queued;

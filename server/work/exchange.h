@@ -128,7 +128,7 @@ struct srv_exchange {
     const char *
         data; /* the body; lies in `answer` or `response body`, or lasts longer than the exchange */
     size_t bytes;
-    int trails;                              /* a stream has trailers: api_remarks_names */
+    int trails;                              /* a stream has trailers: api_stats_field_names */
     int64_t stream_bytes;                    /* of a stream's body, -1 = not known before its end */
     struct srv_response_body *response_body; /* that it is, or NULL */
     struct srv_quota quota; /* what the client may still ask; to be told where quota.refresh > 0 */

@@ -347,13 +347,14 @@ long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
     return result;
 }
 
-void srv_inflight_remarks(struct srv_exchange *exchange, struct api_remarks *remarks) {
+void srv_inflight_stat_fields(struct srv_exchange *exchange,
+                              struct api_stats_headers *stat_fields) {
     struct srv_inflight *inflight = exchange->service->inflight;
-    remarks->count = 0;
+    stat_fields->count = 0;
     pthread_mutex_lock(&inflight->lock);
     struct srv_work *work = exchange->stream;
     struct api_answer answer =
         work && work->ended > 0 ? api_call_answer(work->call) : (struct api_answer){0};
-    if (answer.remarks) *remarks = *answer.remarks;
+    if (answer.stat_fields) *stat_fields = *answer.stat_fields;
     pthread_mutex_unlock(&inflight->lock);
 }

@@ -162,6 +162,6 @@ long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
 
 /** What is told of a stream's computation, copied, once srv_inflight_read came to
  * SRV_INFLIGHT_END; nothing before. */
-void srv_inflight_remarks(struct srv_exchange *exchange, struct api_remarks *remarks);
+void srv_inflight_stat_fields(struct srv_exchange *exchange, struct api_stats_headers *stat_fields);
 
 #endif

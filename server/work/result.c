@@ -111,8 +111,8 @@ static int result_range(const struct api_answer *answer, char text[], size_t cap
 /* The bytes of the texts that the header fields of a response copy. */
 static size_t result_texts(const struct api_answer *answer) {
     size_t bytes = 352 + SRV_ETAG_BYTES + (answer->columns ? strlen(answer->columns) + 1 : 0);
-    for (int i = 0; answer->remarks && i < answer->remarks->count; i++)
-        bytes += strlen(answer->remarks->field[i].value) + 1;
+    for (int i = 0; answer->stat_fields && i < answer->stat_fields->count; i++)
+        bytes += strlen(answer->stat_fields->field[i].value) + 1;
     return bytes;
 }
 
@@ -147,9 +147,9 @@ static void result_about(struct srv_response_body *made, const struct api_answer
         snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", answer->file_name);
         srv_response_body_header(made, "Content-Disposition", disposition);
     }
-    for (int i = 0; answer->remarks && i < answer->remarks->count; i++)
-        srv_response_body_header(made, answer->remarks->field[i].name,
-                                 answer->remarks->field[i].value);
+    for (int i = 0; answer->stat_fields && i < answer->stat_fields->count; i++)
+        srv_response_body_header(made, answer->stat_fields->field[i].name,
+                                 answer->stat_fields->field[i].value);
 }
 
 struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer,

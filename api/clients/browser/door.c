@@ -105,9 +105,9 @@ const char *door_head(void) {
     if (good && answer.file_name)
         good = api_buffer_format(head, "Content-Disposition: attachment; filename=\"%s\"\n",
                                  answer.file_name) == PEND_OK;
-    for (int i = 0; good && answer.remarks && i < answer.remarks->count; i++)
-        good = api_buffer_format(head, "%s: %s\n", answer.remarks->field[i].name,
-                                 answer.remarks->field[i].value) == PEND_OK;
+    for (int i = 0; good && answer.stat_fields && i < answer.stat_fields->count; i++)
+        good = api_buffer_format(head, "%s: %s\n", answer.stat_fields->field[i].name,
+                                 answer.stat_fields->field[i].value) == PEND_OK;
     return good && api_buffer_add(head, "", 1) == PEND_OK ? head->data : NULL;
 }
 

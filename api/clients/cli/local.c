@@ -14,9 +14,9 @@ static enum api_op_id operation(const char *route) {
     cli_die("there is no %s without a server", route);
 }
 
-static void warn(const struct api_remarks *remarks) {
-    for (int i = 0; remarks && i < remarks->count; i++)
-        if (!strcmp(remarks->field[i].name, "X-Warning")) cli_warn(remarks->field[i].value);
+static void warn(const struct api_stats_headers *stat_fields) {
+    for (int i = 0; stat_fields && i < stat_fields->count; i++)
+        if (!strcmp(stat_fields->field[i].name, "X-Warning")) cli_warn(stat_fields->field[i].value);
 }
 
 void cli_local(const char *route, const struct api_buffer *body, const char *accept,
@@ -53,7 +53,7 @@ void cli_local(const char *route, const struct api_buffer *body, const char *acc
     struct api_answer answer = api_call_answer(call);
     if (progress == API_BROKEN) cli_die("the computation failed on its way");
     if (answer.status >= 400) cli_refuse(answer.status, &out);
-    warn(answer.remarks);
+    warn(answer.stat_fields);
     api_call_free(&call);
     api_buffer_clear(&out);
 }

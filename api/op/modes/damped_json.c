@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "api/encode/encode_raw.h"
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 #include "api/json/json_out.h"
 #include "core/modes/rest.h"
 #include "core/tree/turns.h"
@@ -242,7 +242,7 @@ static enum pend_status damped_json(const struct api_damped *damped, struct api_
     PEND_TRY(damped_cart(damped, out));
     PEND_TRY(damped_vectors(damped, out));
     PEND_TRY(damped_matrices(damped, out, error));
-    PEND_TRY(api_remarks_json(&damped->stats, out));
+    PEND_TRY(api_stats_json(&damped->stats, out));
     return api_buffer_text(out, "}");
 }
 

@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "api/encode/encode.h"
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 #include "api/json/json_out.h"
 #include "api/read/state_json.h"
 #include "core/control/loop.h"
@@ -421,7 +421,7 @@ static enum pend_status write_found(const struct controllers *c, const struct fo
     PEND_TRY(write_plant(c, f, out));
     PEND_TRY(write_row(c, f, "Q", c->q, 2 * stored(c), out));
     PEND_TRY(api_out_numbers(out, "R", c->inputs, c->r, (int)c->digits));
-    PEND_TRY(api_remarks_json(&f->stats, out));
+    PEND_TRY(api_stats_json(&f->stats, out));
     return api_buffer_text(out, "}");
 }
 

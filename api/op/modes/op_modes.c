@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "api/encode/encode_raw.h"
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 #include "api/json/json_out.h"
 #include "api/op/modes/damped_json.h"
 #include "api/op/modes/modes_json.h"
@@ -281,7 +281,7 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
     int n = modes->asked.tree.n, part = modes->part, rows = part ? n : modes->found->count;
     if (part > PEND_MATRIX_COUNT) {
         *done = 1;
-        PEND_TRY(api_remarks_json(&modes->stats, out));
+        PEND_TRY(api_stats_json(&modes->stats, out));
         return api_buffer_text(out, "}");
     }
     if (part_wanted(modes, part) && !modes->row)

@@ -1,4 +1,4 @@
-#include "api/json/name_meant.h"
+#include "api/json/did_you_mean.h"
 
 #include <assert.h>
 #include <string.h>
@@ -259,7 +259,7 @@ static const char *name_among(const char *name, const char *const allowed[]) {
     return NULL;
 }
 
-const char *api_name_meant(const char *name, const char *const allowed[]) {
+const char *api_did_you_mean(const char *name, const char *const allowed[]) {
     for (int i = 0; allowed[i]; i++)
         if (!strcasecmp(name, allowed[i])) return allowed[i];
     for (size_t i = 0; i < sizeof other_words / sizeof *other_words; i++) {

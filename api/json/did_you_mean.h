@@ -2,8 +2,8 @@
  * belongs in, or by edit distance.
  * Leaves to others: the message (json_in, read/field).
  * Invariant: the result is an allowed name; a suggestion never makes a request acceptable. */
-#ifndef API_NAME_MEANT_H
-#define API_NAME_MEANT_H
+#ifndef API_DID_YOU_MEAN_H
+#define API_DID_YOU_MEAN_H
 
 /* upper bound of the number of fields in api_name_place */
 enum { API_NAME_PLACES = 40 };
@@ -22,7 +22,7 @@ const char *api_name_nearest(const char *name, const char *const allowed[]);
  * As api_name_nearest, but tries synonyms of other programs first: "dt" is "step", "ode45" is
  * "rkf45". Case is ignored. Cost as api_name_nearest.
  */
-const char *api_name_meant(const char *name, const char *const allowed[]);
+const char *api_did_you_mean(const char *name, const char *const allowed[]);
 
 /**
  * Finds the object that `name` belongs in: "L" in "pendulum", "theta" in "initial".

@@ -1,44 +1,45 @@
-#include "api/call/outlook.h"
+#include "api/call/forecast.h"
 
 #include <assert.h>
 #include <math.h>
 
 /* what makes a computation shorter */
-static const char *outlook_way_out(const struct api_op *op, const void *state) {
+static const char *forecast_way_out(const struct api_op *op, const void *state) {
     const char *way = op->way_out ? op->way_out(state) : NULL;
     return way ? way : "ask for a shorter time or a looser tolerance";
 }
 
-static const char *outlook_job(const struct api_limits *limits) {
+static const char *forecast_job(const struct api_limits *limits) {
     return limits->of_jobs ? "" : "; a job, by Prefer: respond-async, may take longer";
 }
 
-int api_outlook_begins(const struct api_op *op, const void *state, const struct api_limits *limits,
-                       double seconds, struct api_problem *problem) {
+int api_forecast_begins(const struct api_op *op, const void *state, const struct api_limits *limits,
+                        double seconds, struct api_problem *problem) {
     if (op->doubt <= 0 || limits->stored || !(seconds > op->doubt * limits->compute_seconds))
         return 1;
     api_problem_set(problem, 422,
                     API_TYPE_LIMIT "this would compute for about %.2g s (estimated), longer than "
                                    "the limit %s of %.15g s: %s%s",
                     seconds, api_limits_name(limits, &limits->compute_seconds),
-                    limits->compute_seconds, outlook_way_out(op, state), outlook_job(limits));
+                    limits->compute_seconds, forecast_way_out(op, state), forecast_job(limits));
     return 0;
 }
 
-int api_outlook_good(struct api_outlook *outlook, const struct api_op *op, void *state,
-                     const struct api_limits *limits, double seconds, struct api_problem *problem) {
+int api_forecast_good(struct api_forecast *forecast, const struct api_op *op, void *state,
+                      const struct api_limits *limits, double seconds,
+                      struct api_problem *problem) {
     enum { LEAST_STEPS = 500 };
     static const double forgiven[] = {12, 8, 6, 5, 3, 1.5, 1.2}, first_look = 0.01, next_look = 4;
     const int looks = sizeof forgiven / sizeof *forgiven;
     assert(op && limits && seconds >= 0);
     double part = -1, work = -1, steps = op->steps ? (double)op->steps(state) : 0;
     if (!op->progress || steps < LEAST_STEPS) return 1;
-    if (seconds < outlook->look_at) return 1;
-    double times = forgiven[outlook->looks < looks ? outlook->looks : looks - 1];
-    outlook->looks++;
-    outlook->look_at = fmax(first_look, next_look * seconds);
+    if (seconds < forecast->look_at) return 1;
+    double times = forgiven[forecast->looks < looks ? forecast->looks : looks - 1];
+    forecast->looks++;
+    forecast->look_at = fmax(first_look, next_look * seconds);
     op->progress(state, &part, &work);
-    const char *way_out = outlook_way_out(op, state), *job = outlook_job(limits);
+    const char *way_out = forecast_way_out(op, state), *job = forecast_job(limits);
     if (part > 0 && steps / part > times * limits->steps)
         api_problem_set(
             problem, 422,

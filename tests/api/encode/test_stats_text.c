@@ -1,4 +1,4 @@
-#include "api/encode/remarks.h"
+#include "api/encode/stats_text.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -84,8 +84,8 @@ TEST(warnings_come_back_from_what_is_kept_of_a_part) {
 
 TEST(fields_of_a_header_tell_figures_and_warnings) {
     struct test_table table = warned(1);
-    struct api_remarks told;
-    api_remarks_fields(&told, &table.stats);
+    struct api_stats_headers told;
+    api_stats_fields(&told, &table.stats);
     REQUIRE(told.count == 4);
     static const char *const want[][2] = {{"X-Horizon", "8.5"},
                                           {"X-Trust-Until", "8.75"},
@@ -94,9 +94,9 @@ TEST(fields_of_a_header_tell_figures_and_warnings) {
     for (int i = 0; i < 4; i++) {
         CHECK_TEXT(told.field[i].name, want[i][0]);
         CHECK_TEXT(told.field[i].value, want[i][1]);
-        CHECK(strstr(api_remarks_names, want[i][0]));
+        CHECK(strstr(api_stats_field_names, want[i][0]));
     }
-    api_remarks_fields(&told, NULL);
+    api_stats_fields(&told, NULL);
     CHECK_INT(told.count, 0);
     test_table_clear(&table);
 }

@@ -1,13 +1,13 @@
 /* Whether a computation that is under way can end within its limits.
  * Leaves to others: running it (call), the estimates of what has not begun (the operations).
  * Invariant: once it is under way it is judged by steps and seconds that were taken alone. */
-#ifndef API_OUTLOOK_H
-#define API_OUTLOOK_H
+#ifndef API_FORECAST_H
+#define API_FORECAST_H
 
 #include "api/op/op.h"
 
 /* What was judged so far; all zero before the first turn. */
-struct api_outlook {
+struct api_forecast {
     double look_at; /* s of turns after which the computation is judged again */
     int looks;      /* how often it was */
 };
@@ -20,8 +20,8 @@ struct api_outlook {
  *
  * Returns 0 if it cannot end within the limits. O(1).
  */
-int api_outlook_begins(const struct api_op *op, const void *state, const struct api_limits *limits,
-                       double seconds, struct api_problem *problem);
+int api_forecast_begins(const struct api_op *op, const void *state, const struct api_limits *limits,
+                        double seconds, struct api_problem *problem);
 
 /**
  * Judges a computation after a turn, from the steps and the time that the part done so far has
@@ -36,7 +36,7 @@ int api_outlook_begins(const struct api_op *op, const void *state, const struct 
  *
  * Returns 0 if it cannot end within the limits. O(1), and what the operation's `progress` takes.
  */
-int api_outlook_good(struct api_outlook *outlook, const struct api_op *op, void *state,
-                     const struct api_limits *limits, double seconds, struct api_problem *problem);
+int api_forecast_good(struct api_forecast *forecast, const struct api_op *op, void *state,
+                      const struct api_limits *limits, double seconds, struct api_problem *problem);
 
 #endif
