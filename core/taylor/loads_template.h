@@ -16,6 +16,12 @@ enum { LOADS_ORDERS = 48 };
 /* the motion of the pivot, and gravity */
 static void loads_pivot(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
+    if (!loads->moves) {
+        for (int j = 0; j < 2; j++)
+            loads->lift_x[j] = loads->lift_y[j] = loads->slide_x[j] = loads->slide_y[j] = 0;
+        loads->lift_y[0] = now->gravity;
+        return;
+    }
     struct bodies_system pivot = {.terms = loads->terms,
                                   .value = loads->value,
                                   .share = (num *)s->share,

@@ -20,7 +20,8 @@ enum {
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
 
-static const double HORIZON_SPREAD = 0.1, HORIZON_REGULAR = 150; /* horizon_least */
+/* horizon_least */
+static const double HORIZON_SPREAD = 0.1, HORIZON_REGULAR = 150, HORIZON_LONG = 0.1;
 static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* of a step, over the changes that it makes */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation of a step that is solved anew */
 static const double HORIZON_LEFT = 2; /* by how much more may be left out than is foretold */
@@ -144,10 +145,10 @@ void pend_horizon_free(struct pend_horizon **horizon) {
 static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
     double angle = 0, speed = 0, sum = 0, fastest = horizon->fastest;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
-        double unit = pend_neighbour_unit(horizon->cart, k);
-        double turned = fabs(horizon->phi[k]) / unit, faster = fabs(horizon->rate[k]) / unit;
+        double share = pend_neighbour_share(horizon->cart, k);
+        double turned = fabs(horizon->phi[k]) * share, faster = fabs(horizon->rate[k]) * share;
         sum += turned + faster;
-        fastest = pend_larger(fabs(rate[k]) / unit, fastest);
+        fastest = pend_larger(fabs(rate[k]) * share, fastest);
         angle = pend_larger(turned, angle);
         speed = pend_larger(faster, speed);
     }
@@ -167,14 +168,15 @@ static void horizon_note(struct pend_horizon *horizon, double time, double ratio
     horizon->lost = 1;
 }
 
-/* What the last terms of a step's part in the growth of the error may be, over the error. Of the N
- * steps of a run each adds to a spurious growth, and in a regular motion, where errors grow like t,
- * by the root of what it leaves out; in a short run that is far from reaching the accuracy. */
+/* The largest size of the last terms of an error's growth in a step, over the error. Each of the N
+ * steps of a run adds to a spurious growth; in a regular motion, where errors grow like t, it has
+ * to stay small beside 1 at the end, so a part of 1 / N is enough. A short run is far from its
+ * accuracy and needs less. */
 static double horizon_least(const struct pend_horizon *horizon, double length) {
-    double part = HORIZON_REGULAR * fabs(length / horizon->end_time);
+    double step = fabs(length / horizon->end_time), part = HORIZON_REGULAR * step;
     // a method without a series begins with larger errors, and costs more than this anyway
     double least = horizon->way == HORIZON_SERIES ? 1 : 0.01;
-    return least * fmin(HORIZON_SPREAD, part * part * part);
+    return least * fmax(fmin(HORIZON_SPREAD, part * part * part), HORIZON_LONG * step);
 }
 
 /* the motion's own part of that */
@@ -196,7 +198,11 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_seri
     horizon_look(horizon, step->jets, step->unit);
     if (!pend_jets_spreads(step->jets))
         return pend_neighbour_spread(&horizon->near, step, x, least, horizon->phi, horizon->rate);
-    struct jets_spread how = {.order = step->order, .x = x, .unit = step->unit, .least = least};
+    // nothing contracts in an ideal tree: in a short run the least order is enough
+    struct jets_spread how = {.order = least < HORIZON_SPREAD ? step->order : JETS_SPREAD,
+                              .x = x,
+                              .unit = step->unit,
+                              .least = least};
     return pend_jets_spread(step->jets, loads, &how, horizon->phi, horizon->rate);
 }
 

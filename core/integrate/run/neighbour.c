@@ -61,8 +61,8 @@ static double neighbour_size(const struct pend_neighbour *neighbour, const doubl
                              const double rate[], double time) {
     double most = 0;
     for (int k = 0; k < neighbour->problem->tree->n; k++)
-        most = pend_larger(pend_larger(fabs(phi[k]), fabs(rate[k]) * time) /
-                               pend_neighbour_unit(neighbour->cart, k),
+        most = pend_larger(pend_larger(fabs(phi[k]), fabs(rate[k]) * time) *
+                               pend_neighbour_share(neighbour->cart, k),
                            most);
     return most;
 }
@@ -98,7 +98,7 @@ static void neighbour_sums(const struct pend_neighbour *neighbour, const struct 
         const double *to = near->rate + pend_jets_place(near, k, 0),
                      *from = own->rate + pend_jets_place(own, k, 0);
         double faster = rate[k] * (x * step->unit), turned = scale * (phi[k] + faster), power = x,
-               share = 1 / pend_neighbour_unit(neighbour->cart, k), *row = neighbour->sum + 2 * k;
+               share = pend_neighbour_share(neighbour->cart, k), *row = neighbour->sum + 2 * k;
         faster *= scale;
         row[0] = turned, row[1] = faster;
         for (int j = 1; j <= order; j++) {

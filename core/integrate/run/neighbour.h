@@ -20,8 +20,10 @@ struct pend_neighbour {
     double *sum, *before; /* of the limit */
 };
 
-/** By what the error of coordinate k is divided before it counts beside angles. */
-static inline double pend_neighbour_unit(double cart, int k) { return k || cart == 0 ? 1 : cart; }
+/** The factor of the error of coordinate k before it counts beside angles. */
+static inline double pend_neighbour_share(double cart, int k) {
+    return k || cart == 0 ? 1 : 1 / cart;
+}
 
 /** The larger of two; of what is no number, either. */
 static inline double pend_larger(double x, double y) { return x > y ? x : y; }

@@ -226,7 +226,7 @@ void pend_jets_forces(const struct pend_jets *jets, int order) {
     assert(jets_valid(jets) && order <= jets->order_cap);
     if (jets->general) pend_kernel_bodies()->forces(&jets->bodies, order);
     if (!loads || !loads->orders) return;
-    jets_kernel(jets->isa)->along(&jets->system, loads->orders);
+    jets_kernel(jets->isa)->along(&jets->system, order < loads->orders ? order : loads->orders);
     loads->orders = 0;
 }
 

@@ -254,8 +254,9 @@ VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int
     return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
 }
 
-/* the largest magnitude among the arms of each of these rows; not a number, or infinite, where
- * one of them is */
+/* arms: 2, 4 or 8 lanes that are not 0.
+ * Returns the largest magnitude among the arms of each of these rows; not a number, or infinite,
+ * where one of them is */
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
     int last = s->levels ? jets_seats(s) : s->n;
@@ -267,7 +268,7 @@ VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int ord
             poison += x * 0;
         }
         double size = most[0], spoilt = poison[0];
-        for (int lane = 1; lane < WIDE; lane++) {
+        for (int lane = 1; lane < WIDE && lane < arms; lane++) {
             size = most[lane] > size ? most[lane] : size;
             spoilt += poison[lane];
         }
@@ -331,43 +332,35 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
 
 #include "core/taylor/jets/left_template.h"
 
-/* one arm alone, by the recurrences of its orders made linear: u of the motion and its change,
- * rates */
+/* One arm alone. The change d of its angle solves d'' = (g / l) sin(phi) d, and from order 1 on the
+ * coefficients of sin phi are those of the force over 3 m g (single_orders). */
 static double kernel_single_spread(const struct jets_system *s, const struct pend_loads *loads,
                                    const struct jets_spread *how, double *phi, double *speed) {
-    enum { SIZE = JETS_SPREAD_MAX + 1 };
-    double re[SIZE], im[SIZE], more_re[SIZE], more_im[SIZE], more[SIZE];
-    double x = how->x, unit = how->unit, turned = 0, faster = 0, power = fabs(x), before = INFINITY;
-    double pull = loads->gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0],
-           swing = s->rate[0] / unit;
-    double least = how->least * fmax(fabs(*phi), fabs(*speed * unit * x));
-    int order = 0;
-    re[0] = 1, im[0] = more_re[0] = 0, more_im[0] = *phi, more[0] = *speed * unit;
-    for (int k = 0; k < how->order; order = ++k) {
-        double sum[4] = {0, 0, 0, 0}, size = fabs(more[k]) * power;
-        if (k >= JETS_SPREAD && size + before < least) break;
-        for (int j = 0; j <= k; j++) {
-            double rate = s->rate[(size_t)(k - j) * s->stride];
-            sum[0] += re[j] * rate;
-            sum[1] += im[j] * rate;
-            sum[2] += more_re[j] * rate + re[j] * more[k - j];
-            sum[3] += more_im[j] * rate + im[j] * more[k - j];
+    double pull[JETS_SPREAD_MAX + 1], turn[JETS_SPREAD_MAX + 2], before = INFINITY;
+    double x = how->x, unit = how->unit, rate = *speed * unit, power = x;
+    double per_force = s->inv_len[0] / (3 * s->mass[0]), swing = s->rate[0] / unit;
+    double least = how->least * fmax(fabs(*phi), fabs(rate * x)), turned = *phi, faster = 0;
+    double force =
+        s->mass[0] * (loads->gravity * s->cosine[0] * *phi - 2 * s->len[0] * swing * *speed);
+    pull[0] = loads->gravity * (unit * unit) * s->inv_len[0] * s->sine[0];
+    turn[0] = *phi, turn[1] = rate;
+    for (int k = 0;; k++, power *= x) {
+        double gap = rate * power, even = 0, odd = 0;
+        faster += gap;
+        turned += gap * s->share[k];
+        if (k == how->order || (k >= JETS_SPREAD && fabs(gap) + before < least)) break;
+        before = fabs(gap);
+        if (k) pull[k] = s->force[(size_t)k * s->stride] * per_force;
+        for (int j = 0; j < k; j += 2) {
+            even = num_fma(pull[j], turn[k - j], even);
+            odd = num_fma(pull[j + 1], turn[k - j - 1], odd);
         }
-        re[k + 1] = -s->share[k] * sum[1];
-        im[k + 1] = s->share[k] * sum[0];
-        more_re[k + 1] = -s->share[k] * sum[3];
-        more_im[k + 1] = s->share[k] * sum[2];
-        more[k + 1] = s->share[k] * pull * (Z * more_im[k] - C * more_re[k]);
-        power *= fabs(x);
-        before = size;
+        if (k % 2 == 0) even = num_fma(pull[k], turn[0], even);
+        rate = s->share[k] * (even + odd);
+        turn[k + 2] = s->share[k + 1] * rate;
     }
-    for (int j = order; j >= 0; j--) {
-        turned = turned * x + more[j] * s->share[j];
-        faster = faster * x + more[j];
-    }
-    double force = s->mass[0] * (loads->gravity * C * *phi - 2 * s->len[0] * swing * *speed);
-    *phi += turned * x;
-    *speed = faster / unit;
+    *phi = turned;
+    *speed = faster / (x * unit);
     return fabs(force);
 }
 

@@ -21,9 +21,10 @@ VEC_INLINE void left_terms(const struct jets_system *s, const struct jets_left *
         last[i] = kernel_rates(from + (size_t)i * s->stride, arms) * power;
 }
 
-VEC_INLINE double left_total(const wide sum[]) {
+/* over the lanes that have arms */
+VEC_INLINE double left_total(const wide sum[], int arms) {
     double total = 0;
-    for (int i = 0; i < 8; i++) total += sum[i / WIDE][i % WIDE];
+    for (int i = 0; i < arms; i++) total += sum[i / WIDE][i % WIDE];
     return total;
 }
 
@@ -51,9 +52,10 @@ VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_l
             x.sum[LEFT_BC][part] = wide_fma(q, r, x.sum[LEFT_BC][part]);
         }
     }
-    double aa = left_total(x.sum[LEFT_AA]), ab = left_total(x.sum[LEFT_AB]),
-           bb = left_total(x.sum[LEFT_BB]);
-    double ac = left_total(x.sum[LEFT_AC]), bc = left_total(x.sum[LEFT_BC]), d = aa * bb - ab * ab;
+    double aa = left_total(x.sum[LEFT_AA], arms), ab = left_total(x.sum[LEFT_AB], arms),
+           bb = left_total(x.sum[LEFT_BB], arms);
+    double ac = left_total(x.sum[LEFT_AC], arms), bc = left_total(x.sum[LEFT_BC], arms),
+           d = aa * bb - ab * ab;
     int good = d > 1e-6 * aa * bb;
     *one = good ? (ac * bb - bc * ab) / d : 0;
     *two = good ? (bc * aa - ac * ab) / d : 0;

@@ -18,16 +18,18 @@ VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SM
         int at = p % TURNS;
         PART zero = PART_(of)(0), minus_re[2] = {zero, zero}, im[2] = {zero, zero};
         // the newest coefficients come last
-        for (int j = 0; j <= k + 1; j++) {
+        for (int j = 0; j < k; j++) {
+            const double *turn = s->turn_re + (k + 1 - j) * 8 + at * PART_WIDTH;
+            PART own = PART_(get)(SMALL(motion)(s, k + 1 - j, p)), other = x->motion[j].part[p];
+            minus_re[0] = PART_(fma)(x->turn[j].minus_re[at], own, minus_re[0]);
+            im[0] = PART_(fma)(x->turn[j].im[at], own, im[0]);
+            minus_re[1] = PART_(fma)(PART_(get)(turn), other, minus_re[1]);
+            im[1] = PART_(fma)(PART_(get)(s->turn_im + (turn - s->turn_re)), other, im[1]);
+        }
+        for (int j = k; j < k + 2; j++) {
             PART own = PART_(get)(SMALL(motion)(s, k + 1 - j, p));
             minus_re[0] = PART_(fma)(x->turn[j].minus_re[at], own, minus_re[0]);
             im[0] = PART_(fma)(x->turn[j].im[at], own, im[0]);
-        }
-        for (int j = k + 1; j > 1; j--) {
-            PART other = x->motion[k + 1 - j].part[p];
-            minus_re[1] =
-                PART_(fma)(PART_(get)(s->turn_re + j * 8 + at * PART_WIDTH), other, minus_re[1]);
-            im[1] = PART_(fma)(PART_(get)(s->turn_im + j * 8 + at * PART_WIDTH), other, im[1]);
         }
         // the motion's turns of order 1 are i phi'_0, and are not kept
         PART first = SMALL(twice)(PART_(get)(SMALL(motion)(s, 0, at)));
@@ -74,57 +76,72 @@ VEC_INLINE void SMALL(change_order)(const struct jets_system *s, struct SMALL(ch
     }
 }
 
-/* the largest rate of order j of the change */
-VEC_INLINE double SMALL(change_size)(const struct SMALL(change) * x, int j, int n) {
-    double rate[2 * LANES] __attribute__((aligned(64))), most = 0;
-    for (int p = 0; p < PARTS; p++) PART_(put)(rate + p * PART_WIDTH, x->motion[j].part[p]);
-    for (int k = 0; k < n; k++) most = fabs(rate[k]) > most ? fabs(rate[k]) : most;
+/* the terms of an order, in units, and the sums of rates and of angles so far */
+struct SMALL(change_sums) {
+    PART term[PARTS], faster[PARTS], turned[PARTS];
+};
+
+/* adds order j of the change; power: of the step, j + 1 */
+VEC_INLINE void SMALL(change_add)(const struct jets_system *s, const struct SMALL(change) * x,
+                                  int j, double power, struct SMALL(change_sums) * sums) {
+    for (int p = 0; p < PARTS; p++) {
+        sums->term[p] = x->motion[j].part[p] * power;
+        sums->faster[p] += sums->term[p];
+        sums->turned[p] = PART_(fma)(sums->term[p], PART_(of)(s->share[j]), sums->turned[p]);
+    }
+}
+
+/* the largest rate of the terms at hand */
+VEC_INLINE double SMALL(change_size)(const struct SMALL(change_sums) * sums, int n) {
+    double most = 0;
+    for (int k = 0; k < n; k++) {
+        double rate = fabs(sums->term[k / PART_WIDTH][k % PART_WIDTH]);
+        most = rate > most ? rate : most;
+    }
     return most;
 }
 
-/* all orders that are needed; returns how many */
-VEC_INLINE int SMALL(change_all)(const struct jets_system *s, const struct jets_spread *how,
-                                 double least, struct SMALL(change) * x) {
-    double step = fabs(how->x), power = step * step * step * step;
+/* all orders that are needed */
+VEC_INLINE void SMALL(change_all)(const struct jets_system *s, const struct jets_spread *how,
+                                  double least, struct SMALL(change) * x,
+                                  struct SMALL(change_sums) * sums) {
+    double power = how->x, before = 0;
     int k = 0;
+    for (int p = 0; p < PARTS; p++) sums->faster[p] = sums->turned[p] = PART_(of)(0);
 #pragma GCC unroll 8
-    for (; k < JETS_SPREAD; k++) SMALL(change_order)(s, x, k);
-    double before = SMALL(change_size)(x, k - 1, s->n) * power;
-    for (; k < how->order; k++) {
-        double last = SMALL(change_size)(x, k, s->n) * (power *= step);
-        if (last + before < least) break;
+    for (; k < JETS_SPREAD; k++, power *= how->x) {
+        SMALL(change_add)(s, x, k, power, sums);
+        SMALL(change_order)(s, x, k);
+    }
+    if (how->order > k) before = SMALL(change_size)(sums, s->n);
+    for (;; k++, power *= how->x) {
+        SMALL(change_add)(s, x, k, power, sums);
+        if (k == how->order) return;
+        double last = SMALL(change_size)(sums, s->n);
+        if (last + before < least) return;
         SMALL(change_order)(s, x, k);
         before = last;
     }
-    return k;
 }
 
 static double SMALL(spread)(const struct jets_system *s, const struct jets_spread *how,
                             double phi[], double rate[]) {
     struct SMALL(change) x;
-    double size = 0, inverse = 1 / how->unit;
-    for (int k = 0; k < s->n; k++)
-        size = fmax(size, fmax(fabs(phi[k]), fabs(rate[k] * how->unit * how->x)));
-    SMALL(change_start)(s, how->unit, phi, rate, &x);
-    int order = SMALL(change_all)(s, how, how->least * size, &x);
-    double angle[2 * LANES] __attribute__((aligned(64))),
-        speed[2 * LANES] __attribute__((aligned(64)));
-    double force[2 * LANES] __attribute__((aligned(64))), most = 0;
-    for (int p = 0; p < PARTS; p++) {
-        PART turned = PART_(of)(0), faster = PART_(of)(0), step = PART_(of)(how->x);
-        for (int j = order; j >= 0; j--) {
-            turned = PART_(fma)(turned, step, x.motion[j].part[p] * s->share[j]);
-            faster = PART_(fma)(faster, step, x.motion[j].part[p]);
-        }
-        PART_(put)(angle + p * PART_WIDTH, turned * step);
-        PART_(put)(speed + p * PART_WIDTH, faster * inverse);
-        PART_(put)(force + p * PART_WIDTH, x.motion[1].part[p]);
-    }
+    struct SMALL(change_sums) sums;
+    double size = 0, most = 0, length = how->unit * how->x, square = how->unit * how->unit;
     for (int k = 0; k < s->n; k++) {
-        double gap = fabs(force[LANES + k]);
-        phi[k] += angle[k];
-        rate[k] = speed[k];
+        double turned = fabs(phi[k]), faster = fabs(rate[k] * length);
+        size = turned > size ? turned : size;
+        size = faster > size ? faster : size;
+    }
+    SMALL(change_start)(s, how->unit, phi, rate, &x);
+    SMALL(change_all)(s, how, how->least * size, &x, &sums);
+    for (int k = 0; k < s->n; k++) {
+        int p = k / PART_WIDTH, lane = k % PART_WIDTH, at = LANES + k;
+        double gap = fabs(x.motion[1].part[at / PART_WIDTH][at % PART_WIDTH]);
+        phi[k] += sums.turned[p][lane];
+        rate[k] = sums.faster[p][lane] / length;
         most = gap > most ? gap : most;
     }
-    return most * (inverse * inverse);
+    return most / square;
 }
