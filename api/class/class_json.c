@@ -10,29 +10,30 @@
 #include "api/link/scene.h"
 #include "api/read/field.h"
 
-/* characters of texts */
+/* most characters of texts */
 enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16 };
 
-/* bytes that a body may have beyond its canonical form: blanks, and numbers in another spelling */
+/* factor by which a body may exceed its canonical form, because of blanks and the format of numbers
+ */
 enum { CLASS_SPARE = 4 };
 
-/* What is read into, besides the value itself. */
+/* The state of reading a body. */
 struct class_reading {
     const struct api_limits *limits;
     struct api_class_facts *facts;
     struct api_problem *problem;
-    enum pend_status status; /* PEND_NO_MEMORY once that has happened */
+    enum pend_status status; /* PEND_NO_MEMORY after a failure */
 };
 
-/* a kind of question, and the number of its choices, in a flag; an answer's shape is a kind too */
+/* the kind of a question or answer; a flag also holds the number of choices */
 enum { KIND_NUMBER, KIND_CHOICE, KIND_ANGLE, KIND_TEXT };
 enum { FLAG_CLOSED = 1, FLAG_KIND = 2, FLAG_CHOICES = 16 };
 static const char *const class_kinds[] = {"number", "choice", "angle", "text", NULL};
 
 /* --- parts --- */
 
-/* how many characters a text has; -1 where one must not stand in a line: a control character (also
- * U+0080 to U+009F), what parts lines (U+2028, U+2029), and what turns the direction of writing */
+/* the number of characters of a text; -1 if it contains one that is not allowed in a line: control
+ * characters (also U+0080 to U+009F), line separators (U+2028, U+2029), bidirectional controls */
 static long class_characters(const char *text, int line) {
     long characters = 0;
     for (const unsigned char *at = (const unsigned char *)text; *at; at++) {
@@ -45,7 +46,7 @@ static long class_characters(const char *text, int line) {
     return characters;
 }
 
-/* a text of least .. most characters; of one line if that is wanted */
+/* reads a text of least .. most characters; line: it must be a single line */
 static void class_text(const struct api_value *value, long least, long most, int line,
                        struct api_problem *problem) {
     char found[API_FOUND_BYTES];
@@ -78,7 +79,7 @@ int api_class_id_good(const char *id) {
            strspn(id, "abcdefghijklmnopqrstuvwxyz0123456789-") == bytes;
 }
 
-/* the id of something in the room; returns whether it is there and good */
+/* reads the id of an item; returns non-zero if it is present and valid */
 static int class_id(const struct api_value *value, int needed, struct api_problem *problem) {
     const char *id = api_value_text(value);
     if (api_value_kind(value) == API_MISSING && !needed) return 0;
@@ -88,7 +89,7 @@ static int class_id(const struct api_value *value, int needed, struct api_proble
     return 0;
 }
 
-/* a pendulum as the page shows it: a trajectory's request, and how it is shown */
+/* reads a scene: a trajectory's request, and its view */
 static void class_scene(const struct api_value *scene, struct class_reading *reading) {
     static const char *const fields[] = {"request", "view", NULL};
     struct api_problem *problem = reading->problem;
@@ -102,7 +103,7 @@ static void class_scene(const struct api_value *scene, struct class_reading *rea
     if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, problem);
 }
 
-/* the value of an answer; its flag, 0 where it is none */
+/* reads the value of an answer; returns its flag, 0 if invalid */
 static int64_t class_value(const struct api_value *value, struct api_problem *problem) {
     if (api_value_kind(value) == API_STRING) {
         class_text(value, 0, CLASS_TEXT, 0, problem);
@@ -133,7 +134,7 @@ static void class_choices(const struct api_value *choices, struct api_problem *p
         class_text(&item, 1, CLASS_LINE, 1, problem);
 }
 
-/* what kind of answer a question wants; its flag */
+/* reads the kind of answer that a question requires; returns its flag */
 static int64_t class_wants(const struct api_value *question, struct api_problem *problem) {
     int kind = KIND_TEXT;
     struct api_value word = api_value_member(question, "kind"),
@@ -256,7 +257,7 @@ static void class_answer(const struct api_value *root, struct class_reading *rea
     class_scene(API_MEMBER(root, "scene"), reading);
 }
 
-/* the question of a step, with its solution, which whoever does the worksheet may see */
+/* reads the question of a step with its solution, which everyone with the worksheet may see */
 static void class_step_question(const struct api_value *question, struct class_reading *reading) {
     static const char *const fields[] = {"text",  "kind",      "unit", "choices",
                                          "value", "tolerance", NULL};
@@ -275,7 +276,7 @@ static void class_step_question(const struct api_value *question, struct class_r
                         "of a choice, or a text");
 }
 
-/* whether a step before `at` has the id */
+/* true if a step before `at` has the same id */
 static int class_step_before(const struct api_value *steps, const struct api_value *at,
                              const char *id) {
     struct api_value step = api_value_first(steps);
@@ -359,7 +360,7 @@ static void class_handin(const struct api_value *root, struct class_reading *rea
     }
 }
 
-/* what each kind is called, how many bytes it may have, and who reads it */
+/* name, most bytes and reader of each kind */
 static const struct {
     const char *name;
     size_t most;
@@ -378,7 +379,7 @@ static const struct {
 
 /* --- a body --- */
 
-/* states that a body is larger than its kind may be */
+/* sets the problem of a body that is too large */
 static void class_large(enum api_class_kind kind, size_t bytes, struct api_problem *problem) {
     api_problem_set(problem, 413,
                     API_TYPE_LIMIT "a %s has at most %zu bytes without blanks, got %zu",
@@ -425,7 +426,7 @@ int api_class_read(const struct api_request *request, const struct api_limits *l
     return api_problem_end(&problem, status, out);
 }
 
-/* --- what is told --- */
+/* --- writing --- */
 
 enum pend_status api_class_item_write(const struct api_class_item *item, struct api_buffer *out) {
     assert(*item->name && item->version > 0 && (item->value || !item->bytes));

@@ -22,7 +22,7 @@ struct table_name {
     long pupil; /* 0 = none */
 };
 
-/* the parts of a name; an id that is a number is the pupil's */
+/* splits a name; a numeric id is the pupil's number */
 static struct table_name table_name(const char *text) {
     struct table_name name = {.pupil = 0};
     size_t kind = strcspn(text, "/"), id = text[kind] ? strcspn(text + kind + 1, "/") : 0;
@@ -78,8 +78,8 @@ enum pend_status api_class_table_begin(const struct api_class_names *names,
     return api_buffer_text(out, heads[names->sheet]);
 }
 
-/* whether a spreadsheet takes what begins here for a formula, full-width signs (U+FF0B, U+FF0D,
- * U+FF1D, U+FF20) and blanks or quotes before it included */
+/* true if a spreadsheet reads the text as a formula, also after blanks or quotes, and with
+ * full-width signs (U+FF0B, U+FF0D, U+FF1D, U+FF20) */
 static int table_formula(const char *text) {
     static const char *const wide[] = {"\xef\xbc\x8b", "\xef\xbc\x8d", "\xef\xbc\x9d",
                                        "\xef\xbc\xa0"};
@@ -89,8 +89,8 @@ static int table_formula(const char *text) {
     return *text && strchr("=+-@", *text);
 }
 
-/* A text as a cell: in quotes, and never a formula. A program that parts cells at another sign than
- * this table does begins one within the text: "a;=1+1" has two cells in German. */
+/* Writes a text as a quoted cell, never a formula. A program with another separator finds cells
+ * within the text: "a;=1+1" splits at ';' in German Excel. */
 static enum pend_status table_text(struct api_buffer *out, const char *text) {
     PEND_TRY(api_buffer_text(out, table_formula(text) || strspn(text, "\t\r\n") ? "\"'" : "\""));
     for (const char *at = text; *at; at++) {
@@ -148,7 +148,7 @@ static enum pend_status table_handin(const struct api_class_item *item,
     return PEND_OK;
 }
 
-/* the rows of an item that is there */
+/* writes the rows of an existing item */
 static enum pend_status table_rows(const struct api_class_item *item, const struct api_value *root,
                                    struct api_class_names *names, struct api_buffer *out) {
     static const struct {
@@ -183,7 +183,7 @@ enum pend_status api_class_table_add(const struct api_class_item *item,
     return status;
 }
 
-/* --- how often --- */
+/* --- histograms --- */
 
 void api_class_tally_clear(struct api_class_tally *tally) {
     for (long i = 0; i < tally->texts; i++) free(tally->text[i].text);
@@ -250,7 +250,7 @@ static int tally_often(const void *one, const void *other) {
     return strcmp(a->text, b->text);
 }
 
-/* the numbers, sorted, each with its count */
+/* writes the sorted numbers, each with its count */
 static enum pend_status tally_values(const struct api_class_tally *tally, struct api_buffer *out) {
     for (long i = 0, k; i < tally->numbers; i = k) {
         for (k = i; k < tally->numbers && tally->number[k] <= tally->number[i];) k++;
@@ -270,7 +270,7 @@ static enum pend_status tally_values(const struct api_class_tally *tally, struct
     return PEND_OK;
 }
 
-/* where bin `i` begins; halves first, as the width of all may be beyond what a double holds */
+/* lower edge of bin i; halves are subtracted, because the full width may overflow a double */
 static double tally_edge(const struct api_class_tally *tally, int i) {
     assert(i >= 0 && i <= TALLY_BINS && tally->numbers > 0);
     double part = (double)i / TALLY_BINS;

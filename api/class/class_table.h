@@ -1,23 +1,23 @@
-/* What a class has answered, as a table for a spreadsheet, and how often each answer came.
- * Leaves to others: reading the items, in the order of their versions (server/classes).
- * Invariant: a text of a pupil's is a text to a spreadsheet too, never a formula; numbers are the
- * shortest that read back to the same double. */
+/* The answers of a class as a table for spreadsheets, and as histograms.
+ * Leaves to others: reading the items, in the order of their changes (server/classes).
+ * Invariant: a spreadsheet never reads a pupil's text as a formula; numbers are the shortest that
+ * read back to the same double. */
 #ifndef API_CLASS_TABLE_H
 #define API_CLASS_TABLE_H
 
 #include "api/class/class_json.h"
 
-/* How a table is written. */
+/* The format of a table. */
 enum api_class_sheet {
     API_CLASS_SHEET_PLAIN, /* RFC 4180 */
-    API_CLASS_SHEET_POINT, /* with the mark of UTF-8 first, for spreadsheets */
-    API_CLASS_SHEET_COMMA  /* the same where numbers have a comma: cells part at semicolons */
+    API_CLASS_SHEET_POINT, /* with a byte order mark, for spreadsheets */
+    API_CLASS_SHEET_COMMA  /* also with decimal commas, and semicolons between cells */
 };
 
-/* The nicknames of the pupils that were met; begins as {0}. */
+/* The nicknames of the pupils read so far; initialized with {0}. */
 struct api_class_names {
     enum api_class_sheet sheet;
-    char **name; /* by number, `count` of them, NULL where there is none */
+    char **name; /* by pupil number; NULL if unknown */
     long count;
 };
 
@@ -30,22 +30,22 @@ PEND_MUST_CHECK enum pend_status api_class_table_begin(const struct api_class_na
                                                        struct api_buffer *out);
 
 /**
- * Appends the rows of an item, CSV as RFC 4180 has it: one for a question (its text), a solution,
- * an answer and the state of a pupil's stage, one for each step of what is handed in; none for
- * others. What a spreadsheet could take for a formula at the beginning of a text, or within it
- * where a cell may part (; , tab, line end), has a ' in front, so that no spreadsheet of any
- * language computes it.
+ * Appends the rows of an item as CSV (RFC 4180): one for a question (its text), a solution, an
+ * answer and the state of a pupil's stage; one for each step of a hand-in; none for other items. A
+ * possible formula at the beginning of a text, or after a character that some program takes for a
+ * separator
+ * (; , tab, line end), gets a ' before it.
  *
  * names  the pupils' nicknames, which come before their answers.
  *
- * PEND_INVALID    the item's value is not what was kept.
+ * PEND_INVALID    the stored item is damaged.
  * Fails else as api_buffer_room does. O(item).
  */
 PEND_MUST_CHECK enum pend_status api_class_table_add(const struct api_class_item *item,
                                                      struct api_class_names *names,
                                                      struct api_buffer *out);
 
-/* Answers to one question; begins as {0}. */
+/* The answers to one question; initialized with {0}. */
 struct api_class_tally {
     long answers;
     double *number; /* `numbers` of them */
@@ -60,16 +60,16 @@ struct api_class_tally {
 /** Frees it. */
 void api_class_tally_clear(struct api_class_tally *tally);
 
-/** Counts an answer. PEND_INVALID as api_class_table_add, PEND_NO_MEMORY. O(different texts). */
+/** Counts an answer. PEND_INVALID as for api_class_table_add, PEND_NO_MEMORY. O(different texts).
+ */
 PEND_MUST_CHECK enum pend_status api_class_tally_add(const struct api_class_item *item,
                                                      struct api_class_tally *tally);
 
 /**
  * Appends the histogram: {"answers", "values": [{"value", "count"}], "bins": [{"from", "to",
- * "count"}]}. Each value of its own where there are 24 different numbers or fewer, else twelve
- * bins of one width from the least to the greatest, of which the last has its end too; texts always
- * of their own, those that came most often first, 100 at most. Sorts the numbers. Fails as
- * api_buffer_room does. O(n log n).
+ * "count"}]}. At most 24 different numbers are listed each; more are put into twelve bins of equal
+ * width, the last of which includes its upper end. Texts are always listed, at most 100, the most
+ * frequent first. Sorts the numbers. Fails as api_buffer_room does. O(n log n).
  */
 PEND_MUST_CHECK enum pend_status api_class_tally_write(struct api_class_tally *tally,
                                                        struct api_buffer *out);

@@ -14,10 +14,10 @@ static const char oembed_unreserved[] =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
 static const char oembed_host[] =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._:[]";
-/* what else a link may have, without the quotation marks that an attribute could end with */
+/* reserved characters of a link, except quotes, which could end an attribute */
 static const char oembed_reserved[] = ":/?#[]@!$&()*+,;=%";
 
-/* The parameters of a request, decoded; "" = not there. */
+/* The decoded parameters of a request; "" = absent. */
 struct oembed_query {
     char url[OEMBED_VALUE], format[32], maxwidth[32], maxheight[32];
 };
@@ -31,7 +31,7 @@ static int oembed_digit(char letter) {
     return at && at >= digits + 10 ? (int)(at - digits) : -1;
 }
 
-/* Decodes %XX. Returns 0 if the text is too long, is not encoded soundly or has a NUL. */
+/* Decodes %XX. Returns 0 if the text is too long, malformed or contains a NUL. */
 static int oembed_decode(const char *text, size_t bytes, char *out, size_t cap) {
     size_t length = 0;
     for (size_t i = 0; i < bytes; i++) {
@@ -134,13 +134,13 @@ static size_t oembed_scheme(const char *url) {
     return strncasecmp(url, "http://", 7) ? 0 : 7;
 }
 
-/* Returns 1 if all letters are such as links have. */
+/* Returns 1 if all characters are valid in a link. */
 static int oembed_sound(const char *url) {
     while (*url && (strchr(oembed_unreserved, *url) || strchr(oembed_reserved, *url))) url++;
     return !*url;
 }
 
-/* Reads a link to the page. Returns 0 with the problem stated if it is another one. */
+/* Reads a link to the page. Returns 0 and sets the problem for any other link. */
 static int oembed_link(const char *url, const char *host, struct api_oembed *out,
                        struct api_problem *problem) {
     size_t scheme = oembed_scheme(url);

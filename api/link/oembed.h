@@ -1,9 +1,7 @@
-/* oEmbed (oembed.com): a link to the page as a frame that somebody else's page can show, and the
- * tag by which the page's document tells of it.
- * Leaves to others: who may have the frame (server/http/assets), what the page makes of a link.
- * Invariant: only links to the page of the host that was asked become frames; what of a link comes
- * into HTML has letters that a link may have (RFC 3986), and those of them that HTML reads are
- * escaped. */
+/* oEmbed (oembed.com): the frame for a link to the page, and the tag that announces it in the
+ * page's document. Leaves to others: which sites may frame the page (server/http/assets), the view
+ * of a link (the page). Invariant: only links to the page on the requested host become frames; the
+ * parts of a link in HTML have valid characters (RFC 3986) and are escaped. */
 #ifndef API_OEMBED_H
 #define API_OEMBED_H
 
@@ -11,32 +9,31 @@
 #include "api/base/problem.h"
 
 enum {
-    API_OEMBED_URL = 1000,   /* letters of a link that is asked for */
+    API_OEMBED_URL = 1000,   /* most characters of a requested link */
     API_OEMBED_LINK = 1200,  /* bytes of the frame's link with its NUL */
-    API_OEMBED_WIDTH = 720,  /* px, where nobody wants less */
+    API_OEMBED_WIDTH = 720,  /* default width, px */
     API_OEMBED_HEIGHT = 480, /* px */
-    API_OEMBED_MOST = 100000 /* px that maxwidth and maxheight may say */
+    API_OEMBED_MOST = 100000 /* upper bound of maxwidth and maxheight, px */
 };
 
-/* What is asked for: the embed view of a link, in a frame of a size. */
+/* The result: the embed view of a link, and the size of its frame. */
 struct api_oembed {
-    char link[API_OEMBED_LINK]; /* of the embed view: https://host/?embed=1&lang=de#d=... */
+    char link[API_OEMBED_LINK]; /* link of the embed view: https://host/?embed=1&lang=de#d=... */
     long width, height;         /* px, at most API_OEMBED_WIDTH and API_OEMBED_HEIGHT */
 };
 
 /**
- * Reads the query of a request for oEmbed: url (needed), format, maxwidth and maxheight, encoded as
- * RFC 3986 says; others, which sites add, are not looked at.
+ * Reads the query of an oEmbed request: url (required), format, maxwidth and maxheight, encoded by
+ * RFC 3986; unknown parameters, which sites add, are ignored.
  *
- * query    of the request's target; NULL = there is none.
- * host     that the request was sent to, with its port; NULL = it does not say.
- * wanted   out; as it was where the query is refused.
- * problem  422: a parameter is missing, is there twice or is not what it must be, the url has more
- *          than API_OEMBED_URL letters; 404: the url is
- *          not one of the page of this host, or one of a room or of another document; 501: another
- *          format than json.
+ * query    query of the request's target; NULL = absent.
+ * host     host of the request with its port; NULL = unknown.
+ * wanted   out; unchanged if the query is refused.
+ * problem  422: a parameter is missing, repeated or invalid, or the url is longer than
+ *          API_OEMBED_URL; 404: the url is not a link to the page on this host, or one to a class
+ * room or another document; 501: a format other than json.
  *
- * Returns PEND_INVALID with the problem stated. O(bytes of the query), no allocation.
+ * Returns PEND_INVALID with the problem set. O(bytes of the query), no allocation.
  */
 PEND_MUST_CHECK enum pend_status api_oembed_read(const char *query, const char *host,
                                                  struct api_oembed *wanted,
@@ -47,20 +44,20 @@ PEND_MUST_CHECK enum pend_status api_oembed_write(const struct api_oembed *wante
                                                   struct api_buffer *out);
 
 /**
- * Appends the tag <link rel="alternate" type="application/json+oembed" ...> by which a document
- * tells where its frame is described; nothing where the host has other letters than hosts have.
+ * Appends the tag <link rel="alternate" type="application/json+oembed" ...>, which announces the
+ * frame of a document; nothing if the host has invalid characters.
  *
  * scheme  "http" or "https".
  * host    with its port; NULL appends nothing.
- * query   of the document, as it came.
+ * query   query of the document, unchanged.
  *
  * Fails as api_buffer_room does.
  */
 PEND_MUST_CHECK enum pend_status api_oembed_tag(const char *scheme, const char *host,
                                                 const char *query, struct api_buffer *out);
 
-/** True for a query that says what the page shows, so that the document is worth a frame:
- * readable links, /?length=1,1&theta=90,45, and worksheets that come with it, /?sheet=period. */
+/** True for a query that selects a view, so that a frame makes sense: readable links
+ * (/?length=1,1&theta=90,45) and built-in worksheets (/?sheet=period). */
 int api_oembed_tells(const char *query);
 
 #endif

@@ -28,7 +28,7 @@ static void scene_check_title(const struct api_value *title, struct api_problem 
                         API_SCENE_TITLE, found);
 }
 
-/* appends a member in its canonical form; returns how many bytes its value has through *bytes */
+/* appends a member in canonical form; *bytes: length of its value */
 static enum pend_status scene_member(const char *name, const struct api_value *value,
                                      const char *otherwise, struct api_buffer *out, size_t *bytes) {
     PEND_TRY(api_out_key(out, name));
@@ -54,7 +54,7 @@ enum pend_status api_scene_check_request(const struct api_value *value,
     return status;
 }
 
-/* the members that the id is made from: "title":...,"request":...,"view":... */
+/* writes the members that determine the id: "title":...,"request":...,"view":... */
 static enum pend_status scene_write(const struct api_value *root, double most,
                                     struct api_buffer *inner, struct api_problem *problem) {
     struct api_value view = api_value_member(root, "view");

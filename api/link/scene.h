@@ -1,41 +1,41 @@
-/* A scene: a trajectory's request, and how a page shows it, under an id made from its contents.
+/* A scene: a trajectory's request and the page's view of it, with an id derived from its contents.
  * Leaves to others: storing it (server), the contents of `view` (the page).
- * Invariant: the same scene has the same id, whatever the order of its keys and the spelling of
- * its numbers; `request` is a good body for /v1/trajectories. */
+ * Invariant: equal scenes have the same id, whatever the order of keys and the format of numbers;
+ * `request` is a valid body for /v1/trajectories. */
 #ifndef API_SCENE_H
 #define API_SCENE_H
 
 #include "api/call/request.h"
 
 enum {
-    API_SCENE_ID = 27,         /* bytes of an id, with its NUL: 26 letters, 130 bits of a SHA-256 */
-    API_SCENE_TITLE = 200,     /* characters of a title */
-    API_SCENE_VIEW = 16 * 1024 /* bytes of a view in its canonical form */
+    API_SCENE_ID = 27,         /* bytes of an id with its NUL: 26 letters, 130 bits of a SHA-256 */
+    API_SCENE_TITLE = 200,     /* most characters of a title */
+    API_SCENE_VIEW = 16 * 1024 /* most bytes of a view in canonical form */
 };
 
 /**
  * Reads and checks a scene's body.
  *
  * request  its op is ignored.
- * most     bytes that a stored scene may have.
- * created  the time in the form of RFC 3339.
+ * most     most bytes of a stored scene.
+ * created  current time in RFC 3339 form.
  * id       out.
- * scene    the scene as JSON, as it is stored and sent, is appended here.
- * out      a problem is appended here.
+ * scene    the scene is appended as JSON, as it is stored and sent.
+ * out      a problem is appended.
  *
- * Returns 0 if the scene is good, else the problem's HTTP status. O(body).
+ * Returns 0 if the scene is valid, else the problem's HTTP status. O(body).
  */
 int api_scene_read(const struct api_request *request, const struct api_limits *limits, double most,
                    const char *created, char id[API_SCENE_ID], struct api_buffer *scene,
                    struct api_buffer *out);
 
 /**
- * Checks a trajectory's request as /v1/trajectories does; a representation that streams has no
- * limit of the answer.
+ * Checks a trajectory's request as /v1/trajectories does, for a streaming representation, whose
+ * answers have no size limit.
  *
- * value    the request; a fault is added where it is no object.
+ * value    the request; an error is added if it is no object.
  *
- * PEND_INVALID    problem has the faults.
+ * PEND_INVALID    problem has the errors.
  * PEND_NO_MEMORY
  * O(request).
  */
