@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/integrate/events/roots.h"
+#include "core/taylor/roots.h"
 #include "core/tree/turns.h"
 
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part) {

@@ -7,7 +7,7 @@
 #define PEND_EVENT_SERIES_H
 
 #include "core/integrate/methods/method.h"
-#include "core/integrate/events/roots.h"
+#include "core/taylor/roots.h"
 
 enum { EVENT_TERMS = PEND_ROOTS_DEGREE + 1 };
 

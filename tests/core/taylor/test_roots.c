@@ -2,7 +2,7 @@
  * polynomials whose roots are known. Leaves to others: series of real motions (test_ensemble).
  * Invariant: each polynomial is given by its roots, so that the right answer is known
  * beforehand. */
-#include "core/integrate/events/roots.h"
+#include "core/taylor/roots.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "core/integrate/events/roots.h"
+#include "core/taylor/roots.h"
 
 #include <assert.h>
 #include <math.h>
