@@ -332,8 +332,10 @@ static enum pend_status sections_search(struct sections *sections, struct api_bu
 /* up to when the passages are those of the motion, and how many of them; in words where not all
  * are */
 static void sections_tell_horizon(struct sections *sections) {
-    double held = fmin(sections->origin + pend_section_held(sections->section), sections->until);
+    double own = pend_section_held(sections->section),
+           held = isnan(own) ? own : fmin(sections->origin + own, sections->until);
     long holding = 0;
+    if (isnan(held)) return; // of joints that stick or hit it is not estimated
     while (holding < sections->count && sections->column[T][holding] <= held) holding++;
     api_stats_number(&sections->stats, "horizon", held);
     api_stats_whole(&sections->stats, "holding", holding);

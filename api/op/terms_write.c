@@ -1,6 +1,7 @@
 #include "api/op/terms_write.h"
 
 #include <assert.h>
+#include <math.h>
 
 #include "api/read/terms_fields.h"
 #include "core/tree/rules.h"
@@ -84,6 +85,27 @@ static enum pend_status write_part(const struct pend_loads *loads,
     return pair[1] != 0 ? api_out_numbers(out, name, 2, pair, 0) : api_out_number(out, name, x, 0);
 }
 
+/* Coulomb friction of stored arm k, by the name of what slides */
+static enum pend_status write_coulomb(const struct pend_rules *rules, const char *name, int k,
+                                      struct api_buffer *out) {
+    if (!rules || !rules->holding || rules->holding[k] == 0) return PEND_OK;
+    PEND_TRY(api_out_open(out, "friction", '{'));
+    PEND_TRY(api_out_number(out, name, rules->sliding[k], 0));
+    if (rules->holding[k] != rules->sliding[k])
+        PEND_TRY(api_out_number(out, "static", rules->holding[k], 0));
+    return api_buffer_text(out, "}");
+}
+
+static enum pend_status write_stop(const struct pend_rules *rules, int k, struct api_buffer *out) {
+    if (!rules || !rules->least || (isinf(rules->least[k]) && isinf(rules->most[k])))
+        return PEND_OK;
+    PEND_TRY(api_out_open(out, "stop", '{'));
+    if (!isinf(rules->least[k])) PEND_TRY(api_out_number(out, "min", rules->least[k], 0));
+    if (!isinf(rules->most[k])) PEND_TRY(api_out_number(out, "max", rules->most[k], 0));
+    PEND_TRY(api_out_number(out, "restitution", rules->restitution[k], 0));
+    return api_buffer_text(out, "}");
+}
+
 static enum pend_status write_field(const struct pend_loads *loads,
                                     const struct api_terms_row *field, int k,
                                     struct api_buffer *out) {
@@ -109,7 +131,9 @@ enum pend_status api_terms_write_arm(const struct pend_loads *loads, int k,
     assert(!loads->terms || (pend_terms_valid(loads->terms) && k < loads->terms->n));
     for (int f = 0; loads->terms && f < API_TERMS_FIELDS; f++)
         PEND_TRY(write_field(loads, api_terms_row((enum api_terms_field)f), k, out));
-    return PEND_OK;
+    if (!loads->terms || !loads->terms->rules) return PEND_OK;
+    PEND_TRY(write_coulomb(loads->terms->rules, "torque", k, out));
+    return write_stop(loads->terms->rules, k, out);
 }
 
 static enum pend_status write_pivot(const struct pend_loads *loads, struct api_buffer *out) {
@@ -158,6 +182,8 @@ static enum pend_status write_cart(const struct pend_tree *tree, const struct pe
     PEND_TRY(api_out_number(out, "stiffness",
                             pend_terms_get(terms, loads->value, PEND_TERM_STIFFNESS, 0), 0));
     PEND_TRY(write_cart_force(loads, out));
+    PEND_TRY(write_coulomb(terms->rules, "force", 0, out));
+    PEND_TRY(write_stop(terms->rules, 0, out));
     return api_buffer_text(out, "}}");
 }
 

@@ -11,6 +11,7 @@ static const double table_finest = 1e-9;
 void api_rules_clear(struct api_rules *rules) {
     for (int i = 0; i < rules->tables; i++) free((void *)rules->table[i].t);
     free(rules->table);
+    free(rules->joint);
     *rules = (struct api_rules){0};
 }
 
@@ -80,11 +81,86 @@ enum pend_status api_rules_read_table(struct api_rules *rules, int drives,
     return PEND_OK;
 }
 
+/* rows of numbers of joints, none of which does anything yet */
+static enum pend_status rules_joints(struct api_rules *rules, int n) {
+    size_t row = (size_t)n + 1;
+    if (rules->joint) return PEND_OK;
+    rules->n = n;
+    rules->joint = calloc(API_JOINT_ROWS * row, sizeof *rules->joint);
+    if (!rules->joint) return PEND_NO_MEMORY;
+    for (size_t k = 0; k < row; k++) {
+        rules->joint[API_JOINT_LEAST * row + k] = -INFINITY;
+        rules->joint[API_JOINT_MOST * row + k] = INFINITY;
+    }
+    return PEND_OK;
+}
+
+static double *rules_number(const struct api_rules *rules, enum api_joint_row row, int arm) {
+    return &rules->joint[(size_t)row * ((size_t)rules->n + 1) + (size_t)arm];
+}
+
+enum pend_status api_rules_read_friction(struct api_rules *rules, int n, int arm, const char *name,
+                                         const struct api_value *value,
+                                         struct api_problem *problem) {
+    const char *names[] = {name, "static", NULL};
+    struct api_value slides = api_value_member(value, name),
+                     holds = api_value_member(value, "static");
+    double sliding = 0, holding;
+    PEND_TRY(rules_joints(rules, n));
+    (void)api_value_only(value, names, problem);
+    if (!api_field_needed(&slides, problem)) return PEND_OK;
+    if (api_value_read_number(&slides, 0, INFINITY, "", &sliding, problem) < 0) return PEND_OK;
+    holding = sliding;
+    (void)api_value_read_number(&holds, sliding, INFINITY, "", &holding, problem);
+    *rules_number(rules, API_JOINT_SLIDING, arm) = sliding;
+    *rules_number(rules, API_JOINT_HOLDING, arm) = holding;
+    rules->rubs |= holding > 0;
+    return PEND_OK;
+}
+
+enum pend_status api_rules_read_stop(struct api_rules *rules, int n, int arm,
+                                     const struct api_value *value, struct api_problem *problem) {
+    static const char *const names[] = {"min", "max", "restitution", NULL};
+    struct api_value low = api_value_member(value, "min"), high = api_value_member(value, "max"),
+                     back = api_value_member(value, "restitution");
+    if (!api_field_object(value, problem)) return PEND_OK;
+    PEND_TRY(rules_joints(rules, n));
+    double *least = rules_number(rules, API_JOINT_LEAST, arm),
+           *most = rules_number(rules, API_JOINT_MOST, arm);
+    (void)api_value_only(value, names, problem);
+    if (api_value_kind(&low) == API_MISSING && api_value_kind(&high) == API_MISSING)
+        api_value_fault(value, problem, API_CODE_MISSING "must have a \"min\" or a \"max\"");
+    (void)api_value_read_number(&low, -INFINITY, INFINITY, "rad", least, problem);
+    (void)api_value_read_number(&high, -INFINITY, INFINITY, "rad", most, problem);
+    if (!(*least < *most)) {
+        api_value_fault(&high, problem,
+                        API_CODE_OUT_OF_RANGE "must be greater than \"min\", %.12g, got %.12g",
+                        *least, *most);
+        return PEND_OK;
+    }
+    (void)api_value_read_number(&back, 0, 1, "", rules_number(rules, API_JOINT_RESTITUTION, arm),
+                                problem);
+    api_value_usual_number(&back, 0);
+    rules->stops = 1;
+    return PEND_OK;
+}
+
+/* a row of numbers of joints in stored order */
+static const double *rules_row(const struct api_rules *rules, const struct pend_tree *tree,
+                               enum api_joint_row row, double **at) {
+    double *to = *at;
+    for (int k = 0; k < tree->n; k++)
+        to[tree->place[k]] = *rules_number(rules, row, k < rules->n ? k : rules->n);
+    *at += tree->n;
+    return to;
+}
+
 enum pend_status api_rules_make(const struct api_rules *rules, const struct pend_tree *tree,
                                 struct pend_rules **made) {
-    size_t numbers = 0, tables = (size_t)rules->tables * sizeof *rules->table;
+    size_t numbers = API_JOINT_ROWS * (size_t)tree->n,
+           tables = (size_t)rules->tables * sizeof *rules->table;
     *made = NULL;
-    if (!rules->tables) return PEND_OK;
+    if (!rules->tables && !rules->rubs && !rules->stops) return PEND_OK;
     for (int i = 0; i < rules->tables; i++) numbers += 2 * (size_t)rules->table[i].count;
     *made = malloc(sizeof **made + tables + numbers * sizeof(double));
     if (!*made) return PEND_NO_MEMORY;
@@ -98,6 +174,15 @@ enum pend_status api_rules_make(const struct api_rules *rules, const struct pend
         table[i].t = memcpy(at, rules->table[i].t, 2 * count * sizeof(double));
         table[i].value = at + count;
         at += 2 * count;
+    }
+    if (rules->rubs) {
+        (*made)->sliding = rules_row(rules, tree, API_JOINT_SLIDING, &at);
+        (*made)->holding = rules_row(rules, tree, API_JOINT_HOLDING, &at);
+    }
+    if (rules->stops) {
+        (*made)->least = rules_row(rules, tree, API_JOINT_LEAST, &at);
+        (*made)->most = rules_row(rules, tree, API_JOINT_MOST, &at);
+        (*made)->restitution = rules_row(rules, tree, API_JOINT_RESTITUTION, &at);
     }
     return PEND_OK;
 }

@@ -1,4 +1,4 @@
-/* Reading what makes a pendulum's motion a list of pieces: inputs by tables.
+/* Reading what makes a pendulum's motion a list of pieces: inputs by tables, dry friction, stops.
  * Leaves to others: the fields in which they stand (terms_json), what they do (core/tree/rules).
  * Invariant: what was made holds no pointer into the document. */
 #ifndef API_RULES_JSON_H
@@ -12,6 +12,19 @@
 struct api_rules {
     struct pend_table *table; /* t and value of each are one block of their own, which t begins */
     int tables, room;
+    /* rows of n + 1 numbers: what slides, what holds, the lower and the upper stop, restitution;
+     * NULL = no joint has dry friction or stops */
+    double *joint;
+    int n, rubs, stops; /* some joint has dry friction; a stop */
+};
+
+enum api_joint_row {
+    API_JOINT_SLIDING,
+    API_JOINT_HOLDING,
+    API_JOINT_LEAST,
+    API_JOINT_MOST,
+    API_JOINT_RESTITUTION,
+    API_JOINT_ROWS
 };
 
 /** Frees what was read. */
@@ -25,6 +38,24 @@ void api_rules_clear(struct api_rules *rules);
 PEND_MUST_CHECK enum pend_status api_rules_read_table(struct api_rules *rules, int drives,
                                                       const struct api_value *value,
                                                       struct api_problem *problem);
+
+/**
+ * Reads Coulomb friction, {"torque", "static"}, of a cart {"force", "static"}.
+ *
+ * name  "torque" or "force".
+ * n     arms of the pendulum; the cart is arm n.
+ *
+ * PEND_NO_MEMORY  faults are added to the problem.
+ */
+PEND_MUST_CHECK enum pend_status api_rules_read_friction(struct api_rules *rules, int n, int arm,
+                                                         const char *name,
+                                                         const struct api_value *value,
+                                                         struct api_problem *problem);
+
+/** Reads a stop, {"min", "max", "restitution"}; parameters as api_rules_read_friction. */
+PEND_MUST_CHECK enum pend_status api_rules_read_stop(struct api_rules *rules, int n, int arm,
+                                                     const struct api_value *value,
+                                                     struct api_problem *problem);
 
 /**
  * Makes the rules of a tree.

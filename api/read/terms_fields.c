@@ -34,7 +34,7 @@ static const struct api_terms_row fields[API_TERMS_FIELDS] = {
                         {{NULL, PEND_TERM_REST, 0, 0, -INFINITY, "rad", {"rest"}}}},
     [API_TERMS_FRICTION] =
         {"friction",
-         API_TERMS_OBJECT,
+         API_TERMS_RUBS,
          {{"torque", PEND_TERM_FRICTION, 0, 1, 0, "N m", {"friction_torque"}},
           {"speed", PEND_TERM_FRICTION_SPEED, 0, 1, MORE_THAN_0, "rad/s", {"friction_speed"}}}},
     [API_TERMS_TORQUE] = {"torque",
@@ -46,6 +46,7 @@ static const struct api_terms_row fields[API_TERMS_FIELDS] = {
          {{"linear", PEND_TERM_DRAG, 0, 0, 0, "N s/m", {"drag"}},
           {"quadratic", PEND_TERM_DRAG_QUADRATIC, 0, 0, 0, "N s^2/m^2", {"drag_quadratic"}},
           {"speed", PEND_TERM_DRAG_SPEED, 0, 0, MORE_THAN_0, "m/s", {"drag_speed"}}}},
+    [API_TERMS_STOP] = {"stop", API_TERMS_STOPS, {{NULL}}},
 };
 
 const struct api_terms_row *api_terms_row(enum api_terms_field field) {

@@ -9,7 +9,7 @@
 
 /* the names of the table, in its order; they are lists beside "length", "mass" and "parent" too */
 #define API_TERMS_OF_ARMS                                                                          \
-    "rod", "body", "at", "damping", "stiffness", "rest", "friction", "torque", "drag"
+    "rod", "body", "at", "damping", "stiffness", "rest", "friction", "torque", "drag", "stop"
 /* the fields of the whole pendulum, in every form */
 #define API_TERMS_OF_ALL "drag_per_mass", "pivot"
 
@@ -23,6 +23,7 @@ enum api_terms_field {
     API_TERMS_FRICTION,
     API_TERMS_TORQUE,
     API_TERMS_DRAG,
+    API_TERMS_STOP,
     API_TERMS_FIELDS
 };
 
@@ -44,7 +45,9 @@ struct api_terms_part {
 enum api_terms_kind {
     API_TERMS_PLAIN,  /* its one part */
     API_TERMS_OBJECT, /* an object with its parts */
-    API_TERMS_DRIVE   /* its one part, or an object of that, "constant", and "harmonics" */
+    API_TERMS_DRIVE,  /* its one part, or an object of that, "constant", "harmonics" and "table" */
+    API_TERMS_RUBS,   /* an object with its parts, or Coulomb friction: without a "speed" */
+    API_TERMS_STOPS   /* an object of rules, without parts */
 };
 
 struct api_terms_row {

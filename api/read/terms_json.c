@@ -159,6 +159,16 @@ static void read_drive(struct api_terms *terms, const struct api_terms_row *fiel
     }
 }
 
+/* dry friction without a "speed" is Coulomb's */
+static int is_coulomb(const struct api_value *value) {
+    return api_value_kind(value) == API_OBJECT &&
+           api_value_kind(API_MEMBER(value, "speed")) == API_MISSING;
+}
+
+static void read_rule(struct api_terms *terms, enum pend_status status) {
+    if (status != PEND_OK) terms->status = status;
+}
+
 static const char *const field_names[API_TERMS_FIELDS] = {API_TERMS_OF_ARMS};
 
 static long fault_count(const struct api_problem *problem) {
@@ -180,7 +190,12 @@ static void read_field(struct api_terms *terms, int f, int i, const struct api_v
     const struct api_terms_row *field = api_terms_row((enum api_terms_field)f);
     if (field->kind == API_TERMS_PLAIN)
         read_part(terms, field->part, i, value);
-    else if (field->kind == API_TERMS_OBJECT)
+    else if (field->kind == API_TERMS_STOPS)
+        read_rule(terms, api_rules_read_stop(&terms->rules, terms->n, i, value, terms->problem));
+    else if (field->kind == API_TERMS_RUBS && is_coulomb(value))
+        read_rule(terms, api_rules_read_friction(&terms->rules, terms->n, i, "torque", value,
+                                                 terms->problem));
+    else if (field->kind == API_TERMS_OBJECT || field->kind == API_TERMS_RUBS)
         read_object(terms, field, i, value);
     else
         read_drive(terms, field, i, value);
@@ -191,7 +206,7 @@ static void read_field(struct api_terms *terms, int f, int i, const struct api_v
 /* the whole */
 
 void api_terms_init(struct api_terms *terms, int n, struct api_problem *problem) {
-    assert(n >= 1 && !strcmp(field_names[API_TERMS_DRAG], api_terms_row(API_TERMS_DRAG)->name));
+    assert(n >= 1 && !strcmp(field_names[API_TERMS_STOP], api_terms_row(API_TERMS_STOP)->name));
     *terms = (struct api_terms){.n = n, .problem = problem};
 }
 
@@ -274,7 +289,8 @@ static void read_cart_force(struct api_terms *terms, const struct api_value *for
 }
 
 static void read_cart(struct api_terms *terms, const struct api_value *cart) {
-    static const char *const names[] = {"mass", "angle", "damping", "stiffness", "force", NULL};
+    static const char *const names[] = {"mass",  "angle",    "damping", "stiffness",
+                                        "force", "friction", "stop",    NULL};
     struct api_cart *read = &terms->cart;
     const struct {
         double least;
@@ -298,6 +314,14 @@ static void read_cart(struct api_terms *terms, const struct api_value *cart) {
     }
     struct api_value force = api_value_member(cart, names[4]);
     if (api_value_kind(&force) != API_MISSING) read_cart_force(terms, &force);
+    struct api_value friction = api_value_member(cart, names[5]),
+                     stop = api_value_member(cart, names[6]);
+    if (api_value_kind(&friction) != API_MISSING && api_field_object(&friction, terms->problem))
+        read_rule(terms, api_rules_read_friction(&terms->rules, terms->n, terms->n, "force",
+                                                 &friction, terms->problem));
+    if (api_value_kind(&stop) != API_MISSING)
+        read_rule(terms,
+                  api_rules_read_stop(&terms->rules, terms->n, terms->n, &stop, terms->problem));
 }
 
 static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {

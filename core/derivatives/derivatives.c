@@ -8,6 +8,7 @@
 
 #include "core/derivatives/ideal.h"
 #include "core/derivatives/kernel_derivatives.h"
+#include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/run_check.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
@@ -33,8 +34,9 @@ struct pend_derivatives {
     double log_rtol, log_atol;
     double start, end;               /* s: the first instant; the last one relative to it */
     double time, reached, next_unit; /* s, relative; s */
-    long steps, next;                /* the first instant without a row */
-    struct pend_error failure;       /* code PEND_OK: none */
+    double now, knot; /* s, in the time of the drives: where the piece at hand begins and ends */
+    long steps, next; /* the first instant without a row */
+    struct pend_error failure; /* code PEND_OK: none */
     struct pend_parameter *parameter;
     /* a parameter's unit, a power of two: derivatives are by its multiples; and 1 over it */
     double *seed, *per_seed;
@@ -129,24 +131,6 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     return (double)most;
 }
 
-/* the value of a parameter */
-static double derivatives_value(const struct pend_derivatives *d, struct pend_parameter by) {
-    switch (by.kind) {
-    case PEND_PARAMETER_LENGTH:
-        return d->problem.tree->len[by.at];
-    case PEND_PARAMETER_MASS:
-        return d->problem.tree->mass[by.at];
-    case PEND_PARAMETER_GRAVITY:
-        return d->problem.loads.gravity;
-    case PEND_PARAMETER_TERM:
-        return d->problem.loads.value[by.at];
-    case PEND_PARAMETER_PHI:
-    case PEND_PARAMETER_RATE:
-        break;
-    }
-    return 0; // angles have a unit of their own
-}
-
 /* where a parameter stands in a pass */
 static double *derivatives_place(const struct derivatives_pass *pass, struct pend_parameter by) {
     double *array[] = {
@@ -180,18 +164,27 @@ static void derivatives_fill(const struct pend_derivatives *d, struct derivative
         derivatives_place(pass, d->parameter[first + i])[FIRST + i] = d->seed[first + i];
 }
 
+/* a piece begins: its inputs, in all passes */
+static void derivatives_piece(struct pend_derivatives *d, double now) {
+    d->now = now;
+    for (int i = 0; i < d->passes; i++)
+        d->knot = pend_rules_piece(d->problem.loads.terms, now, d->end < 0 ? -1 : 1,
+                                   d->pass[i].value, LANES);
+}
+
 static void derivatives_begin(struct pend_derivatives *d, const struct pend_parameter parameter[]) {
     const struct pend_tree *tree = d->problem.tree;
     const struct pend_times *times = &d->problem.times;
     d->end = pend_times_at(times, times->count - 1) - d->start;
     d->next_unit = pend_taylor_first_unit(tree->n, &d->problem.loads, tree->len, d->problem.rate);
     for (int i = 0; i < d->count; i++) {
-        double value = fabs(derivatives_value(d, parameter[i]));
+        double value = fabs(pend_parameter_value(d->problem.tree, &d->problem.loads, parameter[i]));
         d->parameter[i] = parameter[i];
         d->seed[i] = value > DBL_MIN ? exp2(floor(log2(value))) : 1;
         d->per_seed[i] = 1 / d->seed[i];
     }
     for (int i = 0; i < d->passes; i++) derivatives_fill(d, &d->pass[i], i * PASS);
+    derivatives_piece(d, d->start);
     if (d->ideal) pend_ideal_init(d->ideal, &d->problem, d->order, d->count, parameter, d->seed);
 }
 
@@ -204,6 +197,7 @@ enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
     struct pend_problem checked = *problem;
     *derivatives = NULL;
     PEND_TRY(pend_run_check(&pend_method_taylor, &checked, error));
+    PEND_TRY(pend_pieces_check_smooth(checked.loads.terms, "derivatives", error));
     struct pend_derivatives sketch = derivatives_sketch(&checked, count);
     const struct pend_terms *terms = checked.loads.terms;
     if (!terms &&
@@ -293,12 +287,15 @@ static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend
     for (int i = 0; i < d->passes && !d->ideal; i++) derivatives_turn(&d->pass[i]);
     if (d->ideal) pend_ideal_turn(d->ideal);
     d->time = d->reached;
-    double unit = copysign(d->next_unit, d->end - d->time), x = derivatives_expand(d, &unit);
+    if (d->time == d->knot - d->start) derivatives_piece(d, d->knot);
+    double knot = d->knot - d->start, unit = copysign(d->next_unit, d->end - d->time),
+           x = derivatives_expand(d, &unit);
     if (isnan(x))
         return derivatives_fail(d, PEND_NOT_FINITE, "the derivatives ceased to be finite", error);
     d->steps++;
     if (d->end == 0) return PEND_OK; // one instant, whose series is there
-    d->reached = d->time + x * unit;
+    x = fmin(x, (knot - d->time) / unit);
+    d->reached = x * unit == knot - d->time ? knot : d->time + x * unit;
     if (d->reached == d->time || x * fabs(unit) < derivatives_least * fabs(d->end - d->time))
         return derivatives_fail(d, PEND_STEP_TOO_SMALL,
                                 "the step of the derivatives became too small", error);
@@ -486,7 +483,9 @@ enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
             pend_checkpoint_row(checkpoint, number + FIRST, PASS);
         }
     }
+    pend_checkpoint_row(checkpoint, &d->now, 1);
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
+    derivatives_piece(d, d->now);
     if (d->next > d->problem.times.count || !isfinite(d->time) || !isfinite(d->reached) ||
         !isfinite(d->next_unit) || d->next_unit <= 0 || !isfinite(d->pass[0].unit))
         return PEND_INVALID;

@@ -4,6 +4,9 @@
 #ifndef PEND_PARAMETER_H
 #define PEND_PARAMETER_H
 
+#include "core/tree/loads.h"
+#include "core/tree/tree.h"
+
 /* What a derivative is with respect to. */
 enum pend_parameter_kind {
     PEND_PARAMETER_PHI,     /* the start's angle of an arm, rad */
@@ -18,5 +21,24 @@ struct pend_parameter {
     enum pend_parameter_kind kind;
     int at; /* the stored arm, or the place in the list of terms; of gravity 0 */
 };
+
+/** Returns the value of a parameter, 0 of an angle or rate of the start, which have units of their
+ * own. O(1). */
+static inline double pend_parameter_value(const struct pend_tree *tree,
+                                          const struct pend_loads *loads,
+                                          struct pend_parameter by) {
+    switch (by.kind) {
+    case PEND_PARAMETER_LENGTH:
+        return tree->len[by.at];
+    case PEND_PARAMETER_MASS:
+        return tree->mass[by.at];
+    case PEND_PARAMETER_GRAVITY:
+        return loads->gravity;
+    case PEND_PARAMETER_TERM:
+        return loads->value[by.at];
+    default:
+        return 0;
+    }
+}
 
 #endif

@@ -3,10 +3,6 @@
 #include <assert.h>
 #include <math.h>
 
-struct at_vector {
-    double x, y;
-};
-
 /* x + y i times the unit vector of a direction; most points asked for are the arm's own end */
 static struct at_vector at_turn(double x, double y, double direction) {
     if (x == 0 && y == 0) return (struct at_vector){0, 0};
@@ -14,8 +10,7 @@ static struct at_vector at_turn(double x, double y, double direction) {
     return (struct at_vector){x * c - y * s, x * s + y * c};
 }
 
-/* the pivot's place, its velocity or its acceleration: the derivative of that order */
-static struct at_vector at_pivot(const struct pend_loads *loads, double time, int order) {
+struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double time, int order) {
     const struct pend_terms *terms = loads->terms;
     struct at_vector sum = {0, 0};
     int x = terms->one[PEND_TERM_PIVOT_ACCELERATION_X];
@@ -40,8 +35,8 @@ static struct at_vector at_pivot(const struct pend_loads *loads, double time, in
 /* place and velocity of the pivot, with the bits that each has alone */
 static struct at_vector at_pivot_moves(const struct pend_loads *loads, double time,
                                        struct at_vector *speed) {
-    *speed = at_pivot(loads, time, 1);
-    return at_pivot(loads, time, 0);
+    *speed = pend_kinematics_pivot(loads, time, 1);
+    return pend_kinematics_pivot(loads, time, 0);
 }
 
 /* x along the rail of a cart */
@@ -70,7 +65,7 @@ void pend_kinematics_position_at(const struct pend_tree *tree, const struct pend
         pend_kinematics_position(tree, phi, re, im);
         return;
     }
-    struct at_vector pivot = at_pivot(loads, time, 0);
+    struct at_vector pivot = pend_kinematics_pivot(loads, time, 0);
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
         struct at_vector arm = at_turn(tree->len[k], 0, phi[k]), base = pivot;
@@ -87,7 +82,7 @@ void pend_kinematics_position_at(const struct pend_tree *tree, const struct pend
 
 static void at_velocities(const struct pend_tree *tree, const struct pend_loads *loads, double time,
                           const double phi[], const double rate[], double re[], double im[]) {
-    struct at_vector pivot = at_pivot(loads, time, 1);
+    struct at_vector pivot = pend_kinematics_pivot(loads, time, 1);
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
         struct at_vector arm = at_turn(tree->len[k], 0, phi[k]), base = pivot;
@@ -127,7 +122,7 @@ void pend_kinematics_acceleration_at(const struct pend_tree *tree, const struct 
         pend_kinematics_acceleration(tree, phi, rate, acc, re, im);
         return;
     }
-    struct at_vector pivot = at_pivot(loads, time, 2);
+    struct at_vector pivot = pend_kinematics_pivot(loads, time, 2);
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
         struct at_vector arm = at_bend(at_turn(tree->len[k], 0, phi[k]), rate[k], acc[k]);

@@ -7,6 +7,14 @@
 #include "core/dynamics/kinematics.h"
 #include "core/tree/loads.h"
 
+struct at_vector {
+    double x, y;
+};
+
+/** Returns the place of a real pendulum's pivot, m, its velocity or its acceleration: the
+ * derivative of order 0, 1 or 2. O(harmonics). */
+struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double time, int order);
+
 /**
  * Fills in the positions of the tips, m, in the ground's frame: those of pend_kinematics_position,
  * where arms hang on points of others, and the pivot moves.

@@ -55,6 +55,14 @@ void pend_rules_inputs(const struct pend_rules *rules, const struct pend_terms *
     }
 }
 
+double pend_rules_piece(const struct pend_terms *terms, double now, int way, double value[],
+                        size_t stride) {
+    if (!terms || !terms->rules) return copysign(INFINITY, way);
+    if (terms->row[PEND_TERM_INPUT] >= 0)
+        pend_rules_inputs(terms->rules, terms, now, way, value, stride);
+    return pend_rules_next(terms->rules, now, way);
+}
+
 enum pend_status pend_rules_check(const struct pend_rules *rules, const int order[], double first,
                                   double last, struct pend_error *error) {
     for (int i = 0; i < rules->tables; i++) {

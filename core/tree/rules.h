@@ -21,10 +21,22 @@ struct pend_table {
     const double *t, *value; /* s, ascending, in the time of the drives; not owned */
 };
 
+/* Arrays of n values in stored order, not owned. */
 struct pend_rules {
     int tables;
-    const struct pend_table *table; /* not owned */
+    const struct pend_table *table;
+    /* Coulomb friction of joints, N m, 0 = none: of a joint that slides, and the most of one that
+     * holds, no less; both NULL = no joint has any. */
+    const double *sliding, *holding;
+    /* Stops of joints by their angles to the parents (of a root, and of arms on a cart, theta; of a
+     * cart its place, m): infinities = none; restitution 0 .. 1. All NULL = no joint has any. */
+    const double *least, *most, *restitution;
 };
+
+/** Non-zero if joints may hold, stick or hit. O(1). */
+static inline int pend_rules_joints(const struct pend_rules *rules) {
+    return rules->sliding || rules->least;
+}
 
 /** Returns the first instant, s, at which an input changes after `now`, or before it for way < 0;
  * an infinity if there is none. O(tables log(instants)). */
@@ -40,6 +52,11 @@ double pend_rules_next(const struct pend_rules *rules, double now, int way);
  */
 void pend_rules_inputs(const struct pend_rules *rules, const struct pend_terms *terms, double now,
                        int way, double value[], size_t stride);
+
+/** The same, and the end of the piece: what pend_rules_next returns. Of a pendulum without rules it
+ * writes nothing and returns an infinity. */
+double pend_rules_piece(const struct pend_terms *terms, double now, int way, double value[],
+                        size_t stride);
 
 /**
  * Checks that tables cover a motion.

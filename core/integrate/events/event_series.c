@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/dynamics/dynamics.h"
+#include "core/integrate/pieces/balance.h"
 #include "core/taylor/jets/jets.h"
 
 static double event_get(const struct event_step *step, enum pend_term_row row, int k) {
@@ -191,19 +192,13 @@ static void event_point(const struct event_step *step, int k, double complex p,
     for (int j = 0; j <= step->degree; j++) out[j] += cexp(I * rail) * phi[j];
 }
 
-/* where arm k hangs on its parent */
-static double complex event_hangs(const struct event_step *step, int k) {
-    const struct pend_terms *terms = step->loads->terms;
-    if (!terms || !terms->hung[k]) return step->tree->len[step->tree->parent[k]];
-    return event_get(step, PEND_TERM_AT_X, k) + I * event_get(step, PEND_TERM_AT_Y, k);
-}
-
 static void event_tip(const struct event_step *step, int k, double complex out[EVENT_TERMS]) {
     memset(out, 0, EVENT_TERMS * sizeof *out);
     event_pivot(step, out);
     event_point(step, k, step->tree->len[k], out);
     for (int c = k; step->tree->parent[c] >= 0; c = step->tree->parent[c])
-        event_point(step, step->tree->parent[c], event_hangs(step, c), out);
+        event_point(step, step->tree->parent[c], pend_balance_hangs(step->tree, step->loads, c),
+                    out);
 }
 
 void pend_event_series_tip(const struct event_step *step, int k, double x[EVENT_TERMS],
@@ -250,19 +245,6 @@ static void event_slope(const struct event_step *step, const double complex from
     out[EVENT_TERMS - 1] = 0;
 }
 
-/* an arm's bodies: the mass, the moment about the joint and the inertia about it */
-static double complex event_masses(const struct event_step *step, int k, double *mass,
-                                   double *inertia) {
-    double l = step->tree->len[k], m = step->tree->mass[k];
-    double rod = event_get(step, PEND_TERM_ROD, k), body = event_get(step, PEND_TERM_BODY, k);
-    double complex center =
-        event_get(step, PEND_TERM_CENTER_X, k) + I * event_get(step, PEND_TERM_CENTER_Y, k);
-    *mass = m + rod + body;
-    *inertia = m * l * l + rod * l * l / 3 + body * creal(center * conj(center)) +
-               event_get(step, PEND_TERM_INERTIA, k);
-    return m * l + rod * l / 2 + body * center;
-}
-
 /* adds the energy of a joint's spring */
 static void event_spring(const struct event_step *step, int k, double potential[EVENT_TERMS]) {
     double stiffness = event_get(step, PEND_TERM_STIFFNESS, k), own[EVENT_TERMS], base[EVENT_TERMS];
@@ -296,8 +278,9 @@ static void event_cart(const struct event_step *step, const double complex pivot
 /* adds the energies of arm k, whose joint is at `joint` */
 static void event_arm(const struct event_step *step, int k, const double complex joint[],
                       double kinetic[EVENT_TERMS], double potential[EVENT_TERMS]) {
-    double mass, inertia, rate[EVENT_TERMS];
-    double complex moment = event_masses(step, k, &mass, &inertia);
+    double inertia, rate[EVENT_TERMS];
+    double complex moment;
+    double mass = pend_balance_masses(step->tree, step->loads, k, &moment, &inertia);
     double complex center[EVENT_TERMS] = {0}, v[EVENT_TERMS], w[EVENT_TERMS], spin[EVENT_TERMS];
     event_turn(step, k, moment, center);
     event_slope(step, joint, v);
@@ -326,7 +309,7 @@ void pend_event_series_energy(const struct event_step *step, double kinetic[EVEN
             event_pivot(step, own);
         } else {
             memcpy(own, joint + (size_t)p * EVENT_TERMS, EVENT_TERMS * sizeof *own);
-            event_point(step, p, event_hangs(step, k), own);
+            event_point(step, p, pend_balance_hangs(step->tree, step->loads, k), own);
         }
         if (!k && pend_terms_cart(step->loads->terms))
             event_cart(step, own, kinetic, potential);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "core/integrate/pieces/pieces.h"
+#include "core/integrate/pieces/pieces_rows.h"
 #include "core/integrate/run/horizon.h"
 #include "core/integrate/run/run_check.h"
 #include "core/taylor/jets/jets.h"
@@ -19,6 +20,8 @@ struct pend_events {
     int begun, ended;             /* a step was taken; nothing more is to be told */
     struct pend_horizon *horizon; /* NULL: no accuracy is given */
     double *phi, *rate;           /* n each: the state at the end of a step */
+    double *whole; /* of joints that may hold: angles of all arms where a step begins, their low
+                      parts, and their rates' series; else NULL */
     struct event_search search;
     struct event_watch *watch;
 };
@@ -44,8 +47,14 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
         pend_horizon_step(e->horizon, e->stepper, e->reached, e->phi, e->rate);
     }
     e->method->series(e->stepper, &series);
-    pend_jets_forces(series.jets, series.order);
+    if (!e->whole) pend_jets_forces(series.jets, series.order);
     struct event_step step = pend_event_series_step(&series, problem->tree, &problem->loads);
+    if (e->whole) {
+        double *phi = e->whole, *low = phi + e->n, *whole = low + e->n;
+        pend_pieces_series(e->stepper, &series, whole, phi, low);
+        step.jets = NULL, step.force = NULL;
+        step.rate = whole, step.phi = phi, step.phi_low = low;
+    }
     step.time = problem->start + from;
     step.length = (end > 0 ? fmin(e->reached, end) : fmax(e->reached, end)) - from;
     pend_event_search_step(&e->search, &step, e->watch, from, !e->begun);
@@ -118,6 +127,12 @@ static enum pend_status events_check(const struct pend_events_problem *problem,
     if (!(problem->duration != 0 && isfinite(problem->duration) && isfinite(problem->start)))
         return pend_fail(error, PEND_INVALID, -1, 0, "the duration must not be 0, got %g",
                          problem->duration);
+    for (int i = 0; i < problem->count; i++)
+        if (problem->event[i].quantity == PEND_QUANTITY_FORCE &&
+            !pend_pieces_smooth(problem->loads.terms))
+            return pend_fail(error, PEND_INVALID, -1, 0,
+                             "conditions on forces are not looked for where joints stick or hit: "
+                             "ask for the force at instants");
     return pend_event_search_check(problem->count, problem->event, problem->tree->n, error);
 }
 
@@ -127,7 +142,10 @@ static struct pend_events *events_allocate(const struct pend_events_problem *pro
                                            &problem->loads),
            watches = (size_t)problem->count * sizeof(struct event_watch),
            state = 2 * (size_t)problem->tree->n * sizeof(double);
-    struct pend_events *made = calloc(1, sizeof *made + state + watches + bytes);
+    size_t whole = pend_pieces_smooth(problem->loads.terms)
+                       ? 0
+                       : (EVENT_TERMS + 2) * (size_t)problem->tree->n * sizeof(double);
+    struct pend_events *made = calloc(1, sizeof *made + state + watches + whole + bytes);
     if (!made) return NULL;
     made->problem = *problem;
     made->n = problem->tree->n;
@@ -135,8 +153,10 @@ static struct pend_events *events_allocate(const struct pend_events_problem *pro
     made->phi = (double *)(made + 1);
     made->rate = made->phi + made->n;
     made->watch = (struct event_watch *)(void *)(made->rate + made->n);
+    char *at = (char *)(made->watch + problem->count);
+    if (whole) made->whole = (double *)(void *)at;
     pend_event_search_init(&made->search, problem->count, problem->event, problem->tree,
-                           made->watch + problem->count);
+                           at + whole);
     return made;
 }
 
@@ -167,7 +187,7 @@ enum pend_status pend_events_new(struct pend_events **events,
     if (status == PEND_OK)
         motion.loads = made->problem.loads =
             pend_pieces_loads(made->method, made->stepper, &problem->loads);
-    if (status == PEND_OK && motion.accuracy > 0)
+    if (status == PEND_OK && motion.accuracy > 0 && !made->whole)
         status = pend_horizon_new(&made->horizon, made->method, &motion, error);
     made->problem.phi = made->problem.rate = NULL;
     made->problem.phi_low = made->problem.rate_low = NULL;

@@ -172,6 +172,9 @@ struct pend_method {
      * lost is that up to t. NULL for a method that takes no motions in pieces.
      */
     void (*cut)(void *stepper, double t);
+    /** Returns the state at the end of the last step, which lives until the next one. NULL as
+     * `cut`. */
+    struct pend_start (*end)(const void *stepper);
     /** Changes the state that the next step starts from; see pend_start. NULL as `cut`. */
     void (*put)(void *stepper, const struct pend_start *start);
     /** Frees a stepper and clears the pointer; NULL is accepted. */

@@ -233,6 +233,12 @@ static void taylor_cut(void *stepper, double t) {
     taylor_arrive(taylor);
 }
 
+static struct pend_start taylor_state(const void *stepper) {
+    const struct taylor *taylor = stepper;
+    const struct jets_state *end = &taylor->end;
+    return (struct pend_start){taylor->reached, end->phi, end->phi_low, end->rate, end->rate_low};
+}
+
 static void taylor_put(void *stepper, const struct pend_start *start) {
     struct taylor *taylor = stepper;
     size_t bytes = (size_t)taylor->tree->n * sizeof(double);
@@ -418,6 +424,7 @@ const struct pend_method pend_method_taylor = {
     .series = taylor_series,
     .carry = taylor_carry,
     .cut = taylor_cut,
+    .end = taylor_state,
     .put = taylor_put,
     .close = taylor_close,
 };

@@ -16,6 +16,18 @@
 const struct pend_method *pend_pieces_method(const struct pend_method *method,
                                              const struct pend_terms *terms);
 
+/** Non-zero if no joint of a pendulum may hold, stick or hit: the series of every step is that of
+ * the whole pendulum. O(1). */
+static inline int pend_pieces_smooth(const struct pend_terms *terms) {
+    return !terms || !terms->rules || !pend_rules_joints(terms->rules);
+}
+
+/** PEND_INVALID  the pendulum is not pend_pieces_smooth, which `what` needs; error says so. O(1).
+ */
+PEND_MUST_CHECK enum pend_status pend_pieces_check_smooth(const struct pend_terms *terms,
+                                                          const char *what,
+                                                          struct pend_error *error);
+
 /** Returns the loads of the piece at hand, whose numbers change from piece to piece; the problem's
  * own of another stepper. They live as long as the stepper. O(1). */
 struct pend_loads pend_pieces_loads(const struct pend_method *method, const void *stepper,

@@ -105,7 +105,8 @@ static struct pend_run *run_allocate(const struct pend_method *method,
     int n = problem->tree->n, group = run_group(n);
     struct pend_run sketch = {.method = method, .problem = *problem, .group = group};
     sketch.ends.cap = run_ends(n);
-    sketch.unlike = method->flags & PEND_METHOD_SERIES && method->series &&
+    sketch.unlike = pend_pieces_smooth(problem->loads.terms) &&
+                    method->flags & PEND_METHOD_SERIES && method->series &&
                     pend_dynamics_unlike(problem->tree, &problem->loads);
     double *start[4];
     const double *given[4] = {problem->phi, problem->rate, problem->phi_low, problem->rate_low};
@@ -162,7 +163,8 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
     if (status == PEND_OK)
         made->problem.loads = pend_pieces_loads(method, made->stepper, &made->problem.loads);
-    if (status == PEND_OK && problem->accuracy > 0 && !(method->flags & PEND_METHOD_LINEAR)) {
+    if (status == PEND_OK && problem->accuracy > 0 && pend_pieces_smooth(problem->loads.terms) &&
+        !(method->flags & PEND_METHOD_LINEAR)) {
         status = pend_horizon_new(&made->horizon, method, &made->problem, error);
         if (status != PEND_OK) method->close(&made->stepper);
     }

@@ -92,8 +92,9 @@ static enum pend_status run_check_terms(const struct pend_method *method,
     if (!pend_pieces_method(method, loads->terms))
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "method %s computes no motions in pieces, by tables, controllers, dry "
-                         "friction or stops: use method taylor",
-                         method->name);
+                         "friction or stops: use method taylor in double precision",
+                         method == pend_method_taylor.extended ? "taylor in 32 digits"
+                                                               : method->name);
     if (method->flags & PEND_METHOD_CONSERVES && !pend_terms_conserve(loads->terms, loads->value))
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "method %s keeps the energy, of springs, rods and bodies too, but has no "
@@ -109,6 +110,10 @@ static enum pend_status run_check_direction(const struct pend_method *method,
                                             struct pend_error *error) {
     const struct pend_times *times = &problem->times;
     int back = pend_times_at(times, times->count - 1) < pend_times_at(times, 0);
+    if (back && !pend_pieces_smooth(problem->loads.terms))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "dry friction without a speed, and stops, are followed forwards in time "
+                         "alone: what has come to rest does not tell when");
     if (!back || !(method->flags & PEND_METHOD_FORWARD) || !pend_loads_lose(&problem->loads))
         return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,

@@ -7,6 +7,8 @@
 #include "core/bodies/bodies.h"
 #include "core/dynamics/dynamics.h"
 #include "core/dynamics/kinematics_at.h"
+#include "core/integrate/pieces/pieces.h"
+#include "core/integrate/pieces/pieces_rows.h"
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
@@ -53,7 +55,12 @@ static void run_forces(struct pend_run *run, int due, int swings, const struct p
     const struct pend_problem *problem = &run->problem;
     size_t n = (size_t)problem->tree->n;
     const double *t = run->t + (run->next - run->listed_from);
-    if (problem->loads.terms)
+    if (!pend_pieces_smooth(problem->loads.terms))
+        for (size_t row = 0; row < (size_t)due * n; row += n)
+            pend_pieces_forces(run->stepper, t[row / n], points->phi + row, points->rate + row,
+                               room->acc + row,
+                               &(struct bodies_forces){.tip_along = room->force + row});
+    else if (problem->loads.terms)
         for (size_t row = 0; row < (size_t)due * n; row += n)
             pend_dynamics_at(problem->tree, &problem->loads, t[row / n], points->phi + row,
                              points->rate + row, run->work, room->acc + row, room->force + row);
@@ -175,7 +182,9 @@ static void run_joints(struct pend_run *run, const struct pend_points *points, i
         size_t row = (size_t)i * n;
         struct bodies_state state = {points->phi + row, NULL, points->rate + row, samples->t[at],
                                      0};
-        if (problem->loads.terms)
+        if (!pend_pieces_smooth(problem->loads.terms))
+            pend_pieces_forces(run->stepper, samples->t[at], state.phi, state.rate, acc, &forces);
+        else if (problem->loads.terms)
             pend_bodies_at(problem->tree, &problem->loads, &state, run->work, acc, &forces);
         else if (points->force)
             memcpy(along, points->force + row, n * sizeof(double));

@@ -125,7 +125,8 @@ static void add_all(struct text *text, const struct real *real) {
 static void add_value(struct text *text, const struct real *real, int f, int i) {
     const struct api_terms_row *field = api_terms_row((enum api_terms_field)f);
     const double *x = &real->row[field->part->row][i];
-    if (isnan(*x))
+    int object = field->kind == API_TERMS_OBJECT || field->kind == API_TERMS_RUBS;
+    if (isnan(*x) || field->kind == API_TERMS_STOPS)
         add(text, "null");
     else if (field->kind == API_TERMS_DRIVE) {
         add(text, "{\"constant\":%.17g,", *x);
@@ -135,7 +136,7 @@ static void add_value(struct text *text, const struct real *real, int f, int i) 
         add(text, "[%.17g,%.17g]", *x, x[ARMS_MOST]);
     else if (field->kind == API_TERMS_PLAIN)
         add(text, "%.17g", *x);
-    for (int p = 0; !isnan(*x) && field->kind == API_TERMS_OBJECT && field->part[p].unit; p++) {
+    for (int p = 0; !isnan(*x) && object && field->part[p].unit; p++) {
         const double *y = &real->row[field->part[p].row][i];
         add(text, "%c\"%s\":", p ? ',' : '{', field->part[p].name);
         if (field->part[p].point)
@@ -143,7 +144,7 @@ static void add_value(struct text *text, const struct real *real, int f, int i) 
         else
             add(text, "%.17g", *y);
     }
-    if (!isnan(*x) && field->kind == API_TERMS_OBJECT) add(text, "}");
+    if (!isnan(*x) && object) add(text, "}");
 }
 
 static void write_arms(struct text *text, const struct real *real) {

@@ -18,7 +18,7 @@ static struct pend_terms *rules_terms(double list[8]) {
 
 TEST(inputs_end_at_the_instants_of_tables_in_either_direction) {
     const struct pend_table table = {.drives = 1, .count = 3, .t = t, .value = value};
-    const struct pend_rules rules = {1, &table};
+    const struct pend_rules rules = {.tables = 1, .table = &table};
     CHECK(pend_rules_next(&rules, -2, 1) == -1 && pend_rules_next(&rules, -1, 1) == 0.5);
     CHECK(pend_rules_next(&rules, 0.5, 1) == 2 && pend_rules_next(&rules, 2, 1) == INFINITY);
     CHECK(pend_rules_next(&rules, 3, -1) == 2 && pend_rules_next(&rules, 2, -1) == 0.5);
@@ -44,7 +44,7 @@ TEST(inputs_are_those_of_the_piece_on_that_side) {
                                          .outside = tries[i].outside,
                                          .t = t,
                                          .value = value};
-        const struct pend_rules rules = {1, &table};
+        const struct pend_rules rules = {.tables = 1, .table = &table};
         pend_rules_inputs(&rules, terms, tries[i].now, tries[i].way, list, 1);
         CHECK(list[terms->row[PEND_TERM_INPUT]] == 0);
         CHECK(list[terms->one[PEND_TERM_PIECE]] == tries[i].now);
@@ -57,7 +57,7 @@ TEST(inputs_are_those_of_the_piece_on_that_side) {
 TEST(motions_beyond_a_table_are_refused_unless_it_says_what_it_gives_there) {
     static const int order[] = {1, 0};
     struct pend_table table = {.drives = 1, .count = 3, .t = t, .value = value};
-    const struct pend_rules rules = {1, &table};
+    const struct pend_rules rules = {.tables = 1, .table = &table};
     struct pend_error error;
     CHECK(pend_rules_check(&rules, order, -1, 2, &error) == PEND_OK);
     CHECK(pend_rules_check(&rules, order, 2, -1, &error) == PEND_OK);

@@ -32,7 +32,7 @@ static void driven_open(struct driven *d, int linear, double first, double last)
     if (pend_terms_new(&d->terms, 1, rows, ones, 0, NULL, NULL) != PEND_OK) abort();
     d->value[d->terms->row[PEND_TERM_ROD]] = 0.6;
     d->table = (struct pend_table){.count = 4, .linear = linear, .t = knot, .value = torque};
-    d->rules = (struct pend_rules){1, &d->table};
+    d->rules = (struct pend_rules){.tables = 1, .table = &d->table};
     d->terms->rules = &d->rules;
     d->theta0 = 0.1, d->rate0 = 0.3;
     d->problem = (struct pend_problem){

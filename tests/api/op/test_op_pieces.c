@@ -1,0 +1,180 @@
+/* Motions in pieces: closed forms, and digits of a reference that goes other ways.
+ * Leaves to others: requests that are refused (refused.txt), inputs alone (core/tree/test_rules.c).
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+/* a bar of 0.5 m and 0.6 kg, without weight where nothing else is said */
+#define BAR "\"length\":0.5,\"mass\":0,\"rod\":0.6"
+static const double inertia = 0.6 * 0.5 * 0.5 / 3;
+
+static struct test_reply ask(const char *pendulum, const char *theta, const char *rest) {
+    static char body[4000];
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{%s},\"initial\":{\"theta\":[%s]},\"rtol\":1e-15,\"output\":[\"theta\","
+             "\"thetad\",\"phidd\",\"lambda\",\"joint_force\",\"exchange\",\"energy\"],%s}",
+             pendulum, theta, rest);
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    return reply;
+}
+
+static double number(const struct test_reply *reply, const char *name, int i, int k) {
+    char pointer[60];
+    snprintf(pointer, sizeof pointer, k < 0 ? "/%s/%d" : "/%s/%d/%d", name, i, k);
+    return test_reply_number(reply, pointer);
+}
+
+/* half swings of pi sqrt(J/k), each smaller by 2 f / k; at rest inside f / k */
+TEST(a_spring_with_coulomb_friction_swings_as_the_closed_form_has_it) {
+    const double f = 0.11, k = 2, half = M_PI * sqrt(inertia / k);
+    double middle = f / k, far = 1 - middle, worst = 0;
+    struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR ",\"stiffness\":2,\"friction\":{"
+                                  "\"torque\":0.11}}]",
+                                  "1", "\"times\":{\"start\":0,\"stop\":5,\"count\":501}");
+    for (int i = 0; i <= 500; i++) {
+        double t = 5 * i / 500.0;
+        int swing = (int)(t / half);
+        // about +-f/k in turn, from 1; each half swing is smaller by 2 f / k
+        double size = far - swing * 2 * middle, side = swing % 2 ? -1 : 1;
+        double want = side * (middle + size * cos(M_PI * (t / half - swing)));
+        if (swing >= 9) want = -(middle + far - 9 * 2 * middle) + 0 * t;
+        worst = fmax(worst, fabs(number(&reply, "theta", i, 0) - want));
+    }
+    CHECK_RESIDUAL(worst, 1e-13, "half swings");
+    CHECK_RESIDUAL(fabs(number(&reply, "exchange/heat", 500, -1) - (1 - 0.01 * 0.01)), 1e-13,
+                   "their heat");
+    CHECK(number(&reply, "thetad/500", 0, -1) == 0);
+    test_reply_free(&reply);
+}
+
+/* flights between impacts are a geometric series; then the bar leans on its stop */
+TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
+    const double a = 0.3 / inertia, e = 0.6;
+    double begin = 0, v = 0, q = -0.25, worst = 0;
+    struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR
+                                  ",\"torque\":0.3,\"stop\":{\"max\":0.25,\"restitution\":"
+                                  "0.6}}]",
+                                  "-0.25", "\"times\":{\"start\":0,\"stop\":2,\"count\":401}");
+    for (int i = 0; i <= 400; i++) {
+        double t = 2 * i / 400.0, flight;
+        for (;;) {
+            flight = begin == 0 ? sqrt(2 * 0.5 / a) : 2 * v / a;
+            if (flight < 1e-9 || t <= begin + flight) break;
+            v = begin == 0 ? e * a * flight : e * v;
+            begin += flight, q = 0.25;
+        }
+        double x = t - begin, want = flight < 1e-9 ? 0.25 : q - v * x + a * x * x / 2;
+        worst = fmax(worst, fabs(number(&reply, "theta", i, 0) - want));
+    }
+    CHECK_RESIDUAL(worst, 1e-13, "bounces");
+    CHECK_RESIDUAL(fabs(number(&reply, "exchange/heat", 400, -1) - 0.15), 1e-14, "their heat");
+    CHECK(number(&reply, "thetad/400", 0, -1) == 0);
+    test_reply_free(&reply);
+}
+
+/* a torque that grows: the joint holds up to its static friction, and slides against the smaller */
+TEST(a_joint_slips_where_its_holding_torque_comes_to_its_bound) {
+    struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR
+                                  ",\"friction\":{\"torque\":0.2,\"static\":0.3},\"torque\":{"
+                                  "\"table\":{\"t\":[0,1],\"value\":[0,1],\"hold\":\"linear\"}}}]",
+                                  "0.4", "\"times\":[0,0.25,0.7,1]");
+    double x = 0.7 - 0.3, place = 0.4 + (0.1 * x * x / 2 + x * x * x / 6) / inertia;
+    CHECK(fabs(number(&reply, "theta", 1, 0) - 0.4) < 1e-15);
+    CHECK_RESIDUAL(fabs(number(&reply, "theta/2", 0, -1) - place), 1e-15, "after the slip");
+    CHECK(fabs(number(&reply, "phidd", 2, 0) - (0.7 - 0.2) / inertia) < 1e-14);
+    test_reply_free(&reply);
+}
+
+/* in contact, friction keeps the joint beyond the instant at which its torque changes sign */
+TEST(a_joint_with_friction_leaves_its_stop_late) {
+    struct test_reply reply = ask(
+        "\"gravity\":0,\"arms\":[{" BAR ",\"friction\":{\"torque\":0.05},\"stop\":{\"max\":0.2},"
+        "\"torque\":{\"table\":{\"t\":[0,2],\"value\":[0.3,-0.3],\"hold\":\"linear\"}}}]",
+        "0.2", "\"times\":[0,1.1,2]");
+    double x = 2 - 0.35 / 0.3, place = 0.2 - 0.3 * x * x * x / 6 / inertia;
+    CHECK(fabs(number(&reply, "theta", 1, 0) - 0.2) < 1e-15);
+    CHECK_RESIDUAL(fabs(number(&reply, "theta/2", 0, -1) - place), 2e-15, "after it has left");
+    test_reply_free(&reply);
+}
+
+/* a joint that never slips makes one rigid body of two arms; forces are those inside it */
+TEST(a_joint_that_holds_is_as_a_rigid_body) {
+    struct test_reply held =
+        ask("\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4},{\"name\":\"b\","
+            "\"parent\":\"a\",\"length\":0.4,\"mass\":0.3,\"friction\":{\"torque\":99}},{\"name\":"
+            "\"c\","
+            "\"parent\":\"b\",\"length\":0.3,\"mass\":0,\"rod\":0.2}]",
+            "0.3,0.3,-0.4", "\"times\":[0,0.5,1]");
+    struct test_reply whole = ask(
+        "\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4,\"body\":{\"mass\":0.3,"
+        "\"center\":0.9}},{\"name\":\"c\",\"parent\":\"a\",\"at\":0.9,\"length\":0.3,\"mass\":0,"
+        "\"rod\":0.2}]",
+        "0.3,-0.4", "\"times\":[0,0.5,1]");
+    double gap = 0, force = 0;
+    static const char *const rows[] = {"theta", "thetad", "phidd"};
+    for (int i = 0; i < 3; i++) {
+        for (int r = 0; r < 3; r++) {
+            gap = fmax(gap, fabs(number(&held, rows[r], i, 0) - number(&whole, rows[r], i, 0)));
+            gap = fmax(gap, fabs(number(&held, rows[r], i, 2) - number(&whole, rows[r], i, 1)));
+        }
+        CHECK(number(&held, "theta", i, 0) == number(&held, "theta", i, 1));
+        force = fmax(force, fabs(number(&held, "joint_force/along", i, 0) -
+                                 number(&whole, "joint_force/along", i, 0)));
+        force = fmax(force, fabs(number(&held, "joint_force/across", i, 2) -
+                                 number(&whole, "joint_force/across", i, 1)));
+    }
+    CHECK_RESIDUAL(gap, 1e-12, "a joint that holds");
+    CHECK_RESIDUAL(force, 1e-12, "forces at its joints");
+    test_reply_free(&held);
+    test_reply_free(&whole);
+}
+
+/* Three bars that stick, slide and hit: the digits of extrapolated midpoint steps in 40 digits with
+ * a multiplier for each joint that holds, and events by secants, which two of its step sizes agree
+ * on to 2e-29; 29 events. */
+TEST(three_bars_stick_slide_and_hit_as_in_40_digits) {
+    static const double theta[][3] = {
+        {-0.10007785906300919282, 0.17618984977241791963, 0.21476445451312269143},
+        {-1.1440981623129305917, -1.2872727845062613677, -0.84303115679531923592},
+        {-0.0067768973665188727707, -0.10669748908369472808, 0.01198898875846514164},
+        {1.034363942770082546, 1.2337572365915163292, 1.1748608122393911274},
+        {0.14700404669288916031, -0.0047739107272493073355, -0.24411679130909551719}};
+    struct test_reply reply = ask(
+        "\"arms\":[{\"name\":\"a\"," BAR ",\"friction\":{\"torque\":0.2}},{\"name\":\"b\","
+        "\"parent\":\"a\",\"length\":0.4,\"mass\":0,\"rod\":0.6,\"friction\":{\"torque\":0.1,"
+        "\"static\":0.15}},{\"name\":\"c\",\"parent\":\"b\",\"length\":0.3,\"mass\":0,\"rod\":0.6,"
+        "\"friction\":{\"torque\":0.04},\"stop\":{\"min\":-1.5,\"max\":0.9,\"restitution\":0.5}}]",
+        "1.5,0.9,0.4", "\"times\":[0,0.5,1,1.5,2,2.5]");
+    double worst = 0;
+    for (int i = 0; i < 5; i++)
+        for (int k = 0; k < 3; k++)
+            worst = fmax(worst, fabs(number(&reply, "theta", i + 1, k) - theta[i][k]));
+    CHECK_RESIDUAL(worst, 1e-14, "three bars");
+    CHECK_RESIDUAL(fabs(number(&reply, "exchange/heat", 5, -1) - 1.9882762285789358993), 1e-13,
+                   "their heat");
+    CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-14, "their balance");
+    test_reply_free(&reply);
+}
+
+/* an elastic bar of weight between two stops, 1e4 impacts; a joint that sticks twice a period of
+ * the torque that drives it, 1e3 times */
+TEST(work_heat_and_energy_balance_through_ten_thousand_bounces_and_a_thousand_sticks) {
+    struct test_reply reply = ask("\"arms\":[{" BAR ",\"stop\":{\"min\":-0.1,\"max\":0.1,"
+                                  "\"restitution\":1}}]",
+                                  "0],\"thetad\":[3", "\"times\":[0,1000]");
+    CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-13, "bounces");
+    test_reply_free(&reply);
+    reply = ask("\"gravity\":0,\"arms\":[{\"name\":\"a\"," BAR
+                ",\"friction\":{\"torque\":0.5},\"torque\":{"
+                "\"harmonics\":[{\"amplitude\":0.8,\"omega\":6.283185307179586}]}},{\"parent\":"
+                "\"a\"," BAR ",\"friction\":{\"torque\":0.05}}]",
+                "0,0.3", "\"times\":[0,500]");
+    CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-13, "sticks");
+    CHECK(number(&reply, "exchange/heat", 1, -1) > 20);
+    test_reply_free(&reply);
+}
