@@ -262,7 +262,7 @@ static enum pend_status read_random(struct api_members *members, const struct ap
     struct api_value draw = api_value_member(random, "draw"),
                      first = api_value_member(random, "first");
     long number = 0,
-         most = reading->tree->n ? (4 + PEND_TERM_ROWS) * api_tree_stored(reading->tree) + 64
+         most = reading->tree->n ? (4 + PEND_TERM_OWN_ROWS) * api_tree_stored(reading->tree) + 64
                                  : 1000000,
          drawn = 0;
     (void)api_value_only(random, random_fields, reading->problem);
