@@ -203,3 +203,22 @@ struct roots_extremes pend_roots_extremes(const struct roots_path *path) {
     assert(!(found.least > found.most));
     return found;
 }
+
+double pend_roots_node(int i, int count) { return (1 - cos(M_PI * i / (count - 1))) / 2; }
+
+void pend_roots_through(int count, const double at[], double out[]) {
+    double gap[PEND_ROOTS_DEGREE];
+    assert(count >= 1 && count <= PEND_ROOTS_DEGREE);
+    memcpy(gap, at, (size_t)count * sizeof *gap);
+    memset(out, 0, (size_t)count * sizeof *out);
+    // divided differences, then Horner's rule
+    for (int i = 1; i < count; i++)
+        for (int j = count - 1; j >= i; j--)
+            gap[j] =
+                (gap[j] - gap[j - 1]) / (pend_roots_node(j, count) - pend_roots_node(j - i, count));
+    for (int i = count - 1; i >= 0; i--) {
+        for (int j = count - 1; j > 0; j--)
+            out[j] = out[j - 1] - pend_roots_node(i, count) * out[j];
+        out[0] = gap[i] - pend_roots_node(i, count) * out[0];
+    }
+}

@@ -53,4 +53,10 @@ double pend_roots_next(const struct roots_path *path, double from, double low, d
 /** Returns the extremes of a divided path; of equal ones the first. O(degree) a piece. */
 struct roots_extremes pend_roots_extremes(const struct roots_path *path);
 
+/** Returns node i of `count` in [0, 1], both ends among them. */
+double pend_roots_node(int i, int count);
+
+/** The polynomial through values at `count` nodes: coefficients 0 .. count - 1. O(count^2). */
+void pend_roots_through(int count, const double at[], double out[]);
+
 #endif

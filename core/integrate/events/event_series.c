@@ -88,7 +88,7 @@ void pend_event_truth_place(struct event_truth *truth, const struct pend_tree *t
 }
 
 /* the place of node i in the step: both ends are nodes, so that two steps agree where they meet */
-static double event_node(int i) { return (1 - cos(M_PI * i / (EVENT_NODES - 1))) / 2; }
+static double event_node(int i) { return pend_roots_node(i, EVENT_NODES); }
 
 /* the sum of a series at s, the first term left out */
 static double event_beyond(const double a[EVENT_TERMS], double s) {
@@ -115,19 +115,13 @@ void pend_event_series_truth(const struct event_step *step, const struct event_t
                          truth->force + i * n);
 }
 
-/* adds to a force's series what it misses at the nodes: divided differences, then Horner's rule */
+/* adds to a force's series what it misses at the nodes */
 static void event_amend(const struct event_step *step, int k, double out[EVENT_TERMS]) {
-    double gap[EVENT_NODES], sum[EVENT_NODES] = {0};
+    double gap[EVENT_NODES], sum[EVENT_NODES];
     for (int i = 0; i < EVENT_NODES; i++)
         gap[i] =
             step->truth->force[i * step->tree->n + k] - (out[0] + event_beyond(out, event_node(i)));
-    for (int i = 1; i < EVENT_NODES; i++)
-        for (int j = EVENT_NODES - 1; j >= i; j--)
-            gap[j] = (gap[j] - gap[j - 1]) / (event_node(j) - event_node(j - i));
-    for (int i = EVENT_NODES - 1; i >= 0; i--) {
-        for (int j = EVENT_NODES - 1; j > 0; j--) sum[j] = sum[j - 1] - event_node(i) * sum[j];
-        sum[0] = gap[i] - event_node(i) * sum[0];
-    }
+    pend_roots_through(EVENT_NODES, gap, sum);
     for (int j = 0; j < EVENT_NODES; j++) out[j] += sum[j];
 }
 

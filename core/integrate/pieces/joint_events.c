@@ -151,23 +151,6 @@ static const double *event_torques(const struct event_look *look, double s) {
     return own;
 }
 
-/* the place of node i, and the polynomial through the nodes of a torque */
-static double event_node(int i) { return (1 - cos(M_PI * i / (EVENT_NODES - 1))) / 2; }
-
-static void event_through(const double at[EVENT_NODES], struct roots_path *path) {
-    double gap[EVENT_NODES], sum[EVENT_NODES] = {0};
-    memcpy(gap, at, sizeof gap);
-    for (int i = 1; i < EVENT_NODES; i++)
-        for (int j = EVENT_NODES - 1; j >= i; j--)
-            gap[j] = (gap[j] - gap[j - 1]) / (event_node(j) - event_node(j - i));
-    for (int i = EVENT_NODES - 1; i >= 0; i--) {
-        for (int j = EVENT_NODES - 1; j > 0; j--) sum[j] = sum[j - 1] - event_node(i) * sum[j];
-        sum[0] = gap[i] - event_node(i) * sum[0];
-    }
-    *path = (struct roots_path){.degree = EVENT_NODES - 1, .base = at[0]};
-    memcpy(path->a + 1, sum + 1, (EVENT_NODES - 1) * sizeof *sum);
-}
-
 /* the root of a torque itself near that of its polynomial */
 static double event_polish(const struct event_look *look, int k, int way, double bound,
                            const struct roots_path *path, double s) {
@@ -200,7 +183,8 @@ static void event_slips(struct event_look *look, int k) {
         // a torque that is as large as the bound when the piece begins has to grow beyond rounding
         if (fabs(gap[0]) <= event_slack * most) more = 2 * event_slack * most;
         for (int i = 0; i < EVENT_NODES; i++) gap[i] += more;
-        event_through(gap, &path);
+        path = (struct roots_path){.degree = EVENT_NODES - 1, .base = gap[0]};
+        pend_roots_through(EVENT_NODES, gap, path.a);
         double s = event_root(&path);
         if (s <= 1) s = event_polish(look, k, way, bound + more, &path, s);
         event_note(look, s, EVENT_FORCED, k, -way);
@@ -224,7 +208,8 @@ double pend_joint_events(struct pend_joints *j, const struct pend_joint_step *st
     }
     for (int k = 0; k < j->n; k++) any |= j->mode[k] == PEND_JOINT_HOLDS;
     for (int i = 0; any && i < EVENT_NODES; i++)
-        memcpy(nodes + (size_t)i * n, event_torques(&look, event_node(i)), n * sizeof(double));
+        memcpy(nodes + (size_t)i * n, event_torques(&look, pend_roots_node(i, EVENT_NODES)),
+               n * sizeof(double));
     for (int k = 0; k < j->n; k++) {
         struct event_marks had = {j->was_forced[k], j->was_struck[k]};
         int mode = j->mode[k];

@@ -8,8 +8,16 @@
 #include "core/integrate/pieces/pieces_rows.h"
 #include "core/integrate/pieces/pieces_work.h"
 
+/* inputs given at instants: a piece ends at each; with their values every list of inputs begins */
+static int tables_has(const struct pend_rules *given) { return given->tables > 0; }
+static double tables_next(const struct pend_piece *piece, const void *own) {
+    (void)own;
+    return pend_rules_next(piece->rules, piece->now, piece->way);
+}
+static const struct pend_rule rule_tables = {.has = tables_has, .next = tables_next};
+
 /* in the order in which they change a state, and add to its inputs */
-static const struct pend_rule *const rules[PIECES_RULES] = {&pend_rule_tables};
+static const struct pend_rule *const rules[PIECES_RULES] = {&rule_tables};
 enum { RULES = PIECES_RULES };
 
 PEND_VALIDATOR pieces_valid(const struct pieces *p) {

@@ -40,6 +40,4 @@ struct pend_rule {
     void (*carry)(const struct pend_piece *piece, void *own, struct pend_checkpoint *checkpoint);
 };
 
-extern const struct pend_rule pend_rule_tables;
-
 #endif
