@@ -24,7 +24,7 @@ void pend_checkpoint_part(struct pend_checkpoint *checkpoint, void *data, size_t
     if (at && bytes)
         memcpy(checkpoint->way == PEND_CHECKPOINT_TAKE ? at : data,
                checkpoint->way == PEND_CHECKPOINT_TAKE ? data : at, bytes);
-    // after one part that does not fit, no later part may be saved or restored
+    // once a part does not fit, no later part may be saved or restored
     if (checkpoint->way != PEND_CHECKPOINT_COUNT && !at && bytes)
         pend_checkpoint_refuse(checkpoint);
     checkpoint->used += bytes;

@@ -1,4 +1,5 @@
-/* The instruction sets that kernels are compiled for, and the best one that this processor runs.
+/* The instruction sets that kernels are compiled for, and the best one that this processor
+ * supports.
  * Leaves to others: the kernels (kernel_*), compiling them once for each set (Makefile).
  * Invariant: the result is the same for every call in a process. */
 #ifndef PEND_ISA_H

@@ -27,7 +27,7 @@ double pend_rng_uniform(uint64_t seed, uint64_t i, uint32_t place) {
     return (double)rng_bits(seed, i, place) * 0x1p-53;
 }
 
-/* the natural logarithm, 0 < x <= 1, by sums, products and quotients alone, because the C
+/* the natural logarithm, 0 < x <= 1, from sums, products and quotients alone, because the C
  * library's logarithms differ between machines */
 static double rng_log(double x) {
     assert(x > 0 && x <= 1);

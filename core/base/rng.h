@@ -1,6 +1,6 @@
 /* Random numbers as a function of a seed, a member and a place: there is no state, so that member
  * i of an ensemble is the same on every thread and in every order.
- * Leaves to others: what is drawn (api).
+ * Leaves to others: the use of the numbers (api).
  * Invariant: the bits are the same on every machine, because only integer operations, additions,
  * products, quotients and square roots are used. */
 #ifndef PEND_RNG_H

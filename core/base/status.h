@@ -27,7 +27,7 @@ enum pend_status {
 
 #define PEND_MUST_CHECK __attribute__((warn_unused_result))
 
-/* Marks a static validator: release builds have no assertions, so that nothing calls it there. */
+/* Marks a static validator, which is unused in release builds without assertions. */
 #define PEND_VALIDATOR __attribute__((unused)) static int
 
 /** Returns a failure of `call` to the caller; only for functions that own nothing at this point. */
@@ -67,13 +67,13 @@ const char *pend_status_name(enum pend_status code);
  * code    not PEND_OK.
  * arm     the caller's arm number from 0, or -1 if the failure concerns no single arm.
  * time    s, 0 if the failure concerns no instant.
- * format  printf format of the sentence that says what was wrong, where, and what would be right.
+ * format  printf format of a sentence: the fault, its place, and a valid value.
  *         With PEND_NO_MEMORY a sentence without the word "memory" is replaced by the status's own.
  */
 enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time,
                            const char *format, ...) __attribute__((format(printf, 5, 6)));
 
-/* The fields of an input that a fault can blame. */
+/* The fields of an input that a fault can name. */
 enum pend_field {
     PEND_FIELD_NONE,
     PEND_FIELD_COUNT,  /* the number of arms */
@@ -87,8 +87,8 @@ enum pend_field {
  * concerns no index. */
 typedef void pend_fault_fn(void *context, enum pend_field field, int i, int j, const char *text);
 
-/* The receiver of faults. Composing texts costs time, and a hostile input has millions of faults:
- * text is NULL for all faults after the first `worded`. */
+/* The receiver of faults. Composing texts takes time, and a hostile input can have millions of
+ * faults: text is NULL for all faults after the first `worded`. */
 struct pend_fault_sink {
     pend_fault_fn *report;
     void *context;

@@ -8,15 +8,16 @@
 
 enum {
     BODIES_TILE = 8,
-    BODIES_AHEAD = 3,  /* rows of a series beyond its order: turns are two ahead */
-    BODIES_SURELY = 16 /* times larger is a rounding error that counts as the larger one */
+    BODIES_AHEAD = 3,  /* orders of a series that are stored beyond its order: turns are two
+                        * ahead */
+    BODIES_SURELY = 16 /* a value that is this much larger is treated as exact in comparison */
 };
 
 const struct bodies_kernel *pend_kernel_bodies(void) {
     return PEND_ISA_PICK(pend_kernel_bodies, pend_isa_best());
 }
 
-/* arms, padded to whole tiles */
+/* number of arms, padded to whole tiles */
 static size_t bodies_arms(int n) {
     return ((size_t)n + BODIES_TILE - 1) / BODIES_TILE * BODIES_TILE;
 }
@@ -25,7 +26,7 @@ static size_t bodies_series(int n, int order) {
     return bodies_arms(n) * (size_t)(order + BODIES_AHEAD);
 }
 
-/* the numbers of a system without the four series that jets has */
+/* the numbers of a system without the four series that jets stores */
 static size_t bodies_own(const struct pend_tree *tree, const struct pend_terms *terms, int order) {
     return bodies_numbers(terms, bodies_arms(tree->n), bodies_series(tree->n, order), order) +
            2 * bodies_arms(tree->n);
@@ -70,7 +71,7 @@ static void bodies_rail(const struct bodies_system *s, const struct bodies_force
     if (forces->tip_across) forces->tip_across[0] = across;
 }
 
-/* the terms that the force of arm k is a sum of, which its rounding is proportional to */
+/* the terms whose sum is the force of arm k; their rounding errors bound its error */
 static double bodies_terms(const struct bodies_system *s, int k) {
     int p = s->parent[k];
     if (s->need & BODIES_SHAPE)
@@ -88,9 +89,9 @@ static double bodies_terms(const struct bodies_system *s, int k) {
     return sway * a + swing * fabs(s->pulled[p]) + turn * m + keep * b;
 }
 
-/* Sums over what hangs on every arm: of its forces (wind), of their terms (known), and of what it
- * opposes to an acceleration with the arm's own mass (next_x, next_known, next_y: the xx, xy and yy
- * of a matrix), in the arm's frame. A state has no further order, so that the rows of the sums of a
+/* Sums over the children of every arm, in the arm's frame: their forces (wind), the terms of these
+ * (known), and their resistance to acceleration with the arm's own mass (next_x, next_known,
+ * next_y: the xx, xy and yy of a matrix). A state has no further orders, so these rows of the
  * series are free. */
 static void bodies_gather(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
@@ -110,12 +111,10 @@ static void bodies_gather(const struct bodies_system *s) {
     }
 }
 
-/*
- * The balance of forces has the last word. Where heavy arms pull at each other across a light joint
- * their forces are small differences, but the sum of them is what the force at the parent's joint
- * makes it, root to leaves. What is missing goes to them in proportion to how they yield, unless
- * the balance of a heavy arm itself is known less well than their forces are.
- */
+/* Corrects forces by the balance of forces. If heavy arms pull at each other across a light joint,
+ * their forces are small differences, but their sum is determined by the force at the parent's
+ * joint, root to leaves. The residual is distributed over them in proportion to their compliance,
+ * unless the balance of a heavy arm is itself less accurate than the forces. */
 static void bodies_balance(const struct bodies_system *s) {
     bodies_gather(s);
     for (int k = 1; k < s->n; k++) {
@@ -128,7 +127,7 @@ static void bodies_balance(const struct bodies_system *s) {
         double rough = M * (fabs(s->base_x[p]) + fabs(s->base_y[p])) +
                        (fabs(hx) + fabs(hy)) * (fabs(kr) + fabs(chi));
         if (BODIES_SURELY * rough > s->known[p]) continue;
-        // all but the mass of the arm is no less than 0
+        // everything except the mass of the arm is >= 0
         double det = fmax(A * E - B * B, M * (A + E - M));
         double ax = (E * x - B * y) / det, ay = (A * y - B * x) / det;
         if (!(fabs(ax) + fabs(ay) < INFINITY)) continue;
@@ -139,13 +138,11 @@ static void bodies_balance(const struct bodies_system *s) {
     }
 }
 
-/*
- * The forces at the tips. That at the joint less all but the tip's, and the tip's own with what
- * hangs there, are one number, and lose digits where the one or the other mass is heavy. Their mean
- * by these masses has no acceleration of the joint: the part w of the force at the joint that M has
- * at the tip, and m (l - c) u''. Of the forces of children w is taken off where they hang
- * elsewhere, and the rest of 1 added at the tip.
- */
+/* The forces at the tips. The force at the joint minus all parts except the tip's equals the tip's
+ * own force plus its children's. Each formula loses digits if the mass on its side is heavy. Their
+ * mean, weighted with these masses, does not contain the acceleration of the joint: it is the part
+ * w of the force at the joint that the tip's share of M carries, and m (l - c) u''. For children
+ * attached elsewhere w is subtracted, for children at the tip the remaining share is added. */
 static void bodies_tips(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
         size_t row = bodies_row(s, k);

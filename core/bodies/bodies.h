@@ -1,6 +1,6 @@
 /* Accelerations and forces of a real pendulum at one state, in O(n).
- * Leaves to others: ideal pendulums, which have quicker forms (dynamics), series of any order
- * (jets), the matrix form (reference).
+ * Leaves to others: ideal pendulums, for which there are faster forms (dynamics), series of any
+ * order (jets), the matrix form (reference).
  * Invariant: no allocation; arms in the tree's stored order. */
 #ifndef PEND_BODIES_H
 #define PEND_BODIES_H
@@ -11,17 +11,17 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Forces in an arm, N, n values each, in the arm's own frame; NULL = not wanted. The base exerts
+/* Forces in an arm, N, n values each, in the arm's own frame; NULL if not needed. The base exerts
  * (joint_along, joint_across) on the arm at its joint; the arm exerts (tip_along, tip_across) on
- * what is at its tip: the mass there and the arms that hang there. Along is positive where the arm
- * is compressed, across is counterclockwise. tip_along is the lambda of the paper. Those of a cart,
- * at both ends, are the force of the rail on it, along the rail and across it; the force along it
- * is the sum of those that the cart's spring, damping, friction and drive exert. */
+ * the mass and the children at its tip. Along is positive where the arm is compressed, across is
+ * counterclockwise. tip_along is the lambda of the paper. For a cart, both pairs are the force of
+ * the rail on it, along and across the rail. The force along the rail is the sum of the cart's
+ * spring, damping, friction and drive. */
 struct bodies_forces {
     double *joint_along, *joint_across, *tip_along, *tip_across;
 };
 
-/** Bytes of scratch that pend_bodies_at needs. O(harmonics). */
+/** Returns the bytes of scratch that pend_bodies_at needs. O(harmonics). */
 size_t pend_bodies_bytes(const struct pend_tree *tree, const struct pend_terms *terms);
 
 /**
@@ -29,24 +29,24 @@ size_t pend_bodies_bytes(const struct pend_tree *tree, const struct pend_terms *
  *
  * tree    n arms; all arrays in the tree's stored order.
  * loads   with terms; gravity of any finite value.
- * state   phi, rate, and the time, at which drives are taken.
+ * state   phi, rate, and the time at which drives are evaluated.
  * work    pend_bodies_bytes bytes, aligned to 64; contents on entry do not matter.
  * acc     out, n values, rad/s^2; may be the array of rates.
  * forces  out; NULL to skip.
  *
- * The general kernel's order 0 (core/theory.md). Cannot fail; what overflows is not finite. O(n +
- * harmonics), no allocation.
+ * The general kernel's order 0 (core/theory.md). Cannot fail; values that overflow are not finite.
+ * O(n + harmonics), no allocation.
  */
 void pend_bodies_at(const struct pend_tree *tree, const struct pend_loads *loads,
                     const struct bodies_state *state, void *work, double acc[],
                     const struct bodies_forces *forces);
 
 /**
- * Angular accelerations, and the power of what changes the energy.
+ * Angular accelerations, and the power of non-conservative terms.
  *
- * work     as of pend_bodies_at, which has the other parameters.
- * given    out, W: what drives do and a moving pivot does.
- * lost     out, W: what friction and the air take.
+ * work   as for pend_bodies_at, as are the other parameters.
+ * given  out, W: the power of drives and of a moving pivot.
+ * lost   out, W: the power dissipated by friction and drag.
  */
 void pend_bodies_power_at(const struct pend_tree *tree, const struct pend_loads *loads,
                           const struct bodies_state *state, void *work, double acc[], double *given,
@@ -55,7 +55,7 @@ void pend_bodies_power_at(const struct pend_tree *tree, const struct pend_loads 
 /**
  * Lays a system of doubles into memory, with room for series up to an order.
  *
- * system  out: all of it, but for rate, force, turn_re and turn_im, which are series too.
+ * system  out: all of it, except the series rate, force, turn_re and turn_im.
  * memory  pend_bodies_system_bytes(tree, terms, order) bytes, aligned to 64.
  */
 void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tree,

@@ -1,6 +1,6 @@
-/* What the general kernel computes for several arms at once, or for one where a number is many
- * already, and the functions of one number that it needs beyond arithmetic: a bound, the sign, the
- * larger of two, the square root, the hyperbolic tangent with its distance to 1.
+/* The type in which the general kernel computes several arms at once, or one arm if a number is a
+ * vector already. Its functions beyond arithmetic: a bound, the sign, the larger of two, the square
+ * root, the hyperbolic tangent with its distance to 1.
  * Leaves to others: arithmetic (number), drives (bodies_number).
  * Invariant: an arm's result does not depend on other arms, nor on the width of vectors. */
 #ifndef PEND_BODIES_ARMS_H
@@ -10,7 +10,7 @@
 
 #include "core/simd/number.h"
 
-/* what is computed for several arms at once */
+/* several arms in the lanes of a vector */
 #if defined NUMBER_VEC && NUMBER_VEC == 1
 enum { BODIES_ARMS = WIDE };
 typedef wide arms;
@@ -113,7 +113,7 @@ static inline num arms_root_near(num x) {
 #if defined NUMBER_VEC || defined NUMBER_TANGENT
 enum { ARMS_TANH_DEPTH = 9 };
 #else
-/** The square root of a number above 0, by two of Newton's steps from that of a double. */
+/** The square root of a number above 0, by two Newton steps from that of a double. */
 static inline arms arms_root(arms x) {
     num r = arms_root_near(x);
     for (int i = 0; i < 3; i++) r = num_mul(num_of(0.5), num_add(r, num_div(x, r)));
@@ -123,7 +123,7 @@ static inline arms arms_root(arms x) {
 enum { ARMS_TANH_DEPTH = 16 };
 #endif
 
-/* beyond it 1 / (e^2x + 1) is as good as 0, and e^2x may still be squared */
+/* beyond it 1 / (e^2x + 1) is negligible, and e^2x can still be squared */
 static const double arms_tanh_bound = 300;
 
 /**

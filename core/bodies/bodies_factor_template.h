@@ -1,32 +1,34 @@
-/* The tree system of a real pendulum's orders: what every arm with all that it carries opposes to
- * its base, and what the sweeps of an order multiply by. For any kind of number, once a step.
+/* The factorization of a real pendulum's linear system: the resistance of every sub-tree to the
+ * acceleration of its base, and the coefficients of the sweeps of an order. For any kind of number,
+ * once per step.
  * Leaves to others: the orders (bodies_template, whose head has the derivation).
- * Invariant: where masses are points on massless arms no number is the difference of two that are
- * alike, so that no ratio of masses costs digits.
+ * Invariant: with point masses on massless arms no number is a difference of nearly equal ones, so
+ * that no ratio of masses costs digits.
  *
- * N = 1 - e X^T is what remains of an acceleration at a point p when its arm gives way; D N is
+ * N = 1 - e X^T maps the acceleration of the joint to that of a point p of the arm, which turns
+ * freely; D N is
  *     sum of m (|p'|^2 - e e'^T) over the arm's own masses, sum of (<e', w> - e w^T) over children,
- * w = P e', P = R Phi R^T of a child at p', e' = i p'. A mass or a child at p itself leaves nothing
- * of what is across, which the difference in brackets would only give to rounding: for it
+ * w = P e', P = R Phi R^T of a child at p', e' = i p'. For a mass or a child at p itself the
+ * component across vanishes, which the difference in brackets would give only up to rounding. There
  *     <e, w> - e w^T = -(i w) p^T,   and of a child's own w   R^T i w = -adj(Phi) place;
  * for the arm's own masses, of center c, it is their I_c + M c c^T - (e - i c) (i h)^T.
  * Phi is formed without a difference too: a body alone has M / J (I_c + M c c^T), and a child adds
- * N^T (D P + det P p p^T) N / (D + <e, P e>), which is what its own form leaves when the arm gives
- * way (Woodbury). The force that a child asks, beta, counts N^T R beta for the parent.
+ * N^T (D P + det P p p^T) N / (D + <e, P e>), its own form reduced by the free turning of the arm
+ * (Woodbury). The force beta of a child contributes N^T R beta to its parent.
  *
- * The force of an arm between a heavy one and a light joint is the small difference of what the
- * heavy one asks and of Phi times an acceleration. It follows from its parent's numbers without
- * that difference (bodies_hold), where Phi is of rank one, as it is of points at tips: from a, kr
- * and beta, and from nu, the moments on the parent but for the arm's own, as D F = (P B + det P p
- * p^T) a + (D' P p - K' w + det P |p|^2 p) kr + w nu + (D' - p (i w)^T) beta, B what would remain
- * at p without the arm, D' and K' the parent's D and K without it. */
+ * The force of an arm between a heavy one and a light joint is the small difference of beta of the
+ * heavy one and of Phi times an acceleration. If Phi has rank one, as for point masses at tips, it
+ * follows from its parent's numbers without that difference (bodies_hold): from a, kr and beta, and
+ * from nu, the moments on the parent without the arm's own, as D F = (P B + det P p p^T) a + (D' P
+ * p - K' w + det P |p|^2 p) kr + w nu + (D' - p (i w)^T) beta, B is N at p without the arm, D' and
+ * K' the parent's D and K without it. */
 #ifndef PEND_BODIES_FACTOR_TEMPLATE_H
 #define PEND_BODIES_FACTOR_TEMPLATE_H
 
 #include "core/bodies/bodies_number.h"
 #include "core/bodies/bodies_system.h"
 
-/* the number of a term of arm k, 0 where there is none */
+/* the number of a term of arm k, 0 if there is none */
 VEC_INLINE num bodies_get(const struct bodies_system *s, enum pend_term_row row, int k) {
     return s->terms->row[row] < 0 ? num_of(0) : s->value[s->terms->row[row] + k];
 }
@@ -36,43 +38,44 @@ VEC_INLINE num bodies_one(const struct bodies_system *s, enum pend_term_one one)
 }
 
 /*
- * A pivot on a cart of mass M at place x. It moves as the point p = -i r of a body whose frame does
- * not turn would, r the direction of the rail: its acceleration a + r x'' is a + i p chi with chi =
- * x''. So arm 0 is an arm with a point of mass M at p, where all arms of the pivot hang, with J = M
- * |p|^2 = M, whose u is 1 to all orders: u has no series, and neither T nor kr. Its balance of
- * moments is then the balance of forces along the rail,
+ * A pivot on a cart of mass M at place x. Let r be the direction of the rail and p = -i r. The
+ * acceleration a + r x'' of the cart equals a + i p chi with chi = x'', that of the point p of a
+ * body in a frame that does not turn. So the cart is an arm with a point mass M at p, to which all
+ * arms of the pivot are attached, with J = M |p|^2 = M, and u = 1: it has no series, and T and kr
+ * vanish. Its balance of moments is then the balance of forces along the rail,
  *     (M + <r, sum P r>) x'' = tau - M <r, a> - <r, sum R beta_c>,
- * tau the forces along the rail (drives_template), and the force asked of its joint is what the
- * rail exerts.
- */
+ * tau the forces along the rail (drives_template), and the force at its joint is that of the
+ * rail. */
 
-/* p, at which the cart's mass is and all its arms hang */
+/* p, the point of the cart's mass, to which all its children are attached */
 static inline void bodies_cart_point(const struct bodies_system *s) {
     num zero = num_of(0), sine, cosine;
     num_drive(zero, zero, zero, bodies_one(s, PEND_TERM_RAIL), &sine, &cosine);
     s->point_x[0] = sine, s->point_y[0] = num_neg(cosine);
 }
 
-/** The cart's frame, which is that of the axes, and its place: what the angles to the parents are
- * of other arms. The caller's rate stays. */
+/**
+ * The frame of the cart, which is that of the axes, and its position, stored where other arms have
+ * the angle to the parent. The caller sets the rate.
+ */
 static inline void bodies_cart_start(const struct bodies_system *s, num place) {
     s->cosine[0] = num_of(1), s->sine[0] = num_of(0);
     s->bend[0] = place;
 }
 
-/* the cart's frame does not turn: order k of u is 0 for k > 0 */
+/* the frame of the cart does not turn: order k of u is 0 for k > 0 */
 static inline void bodies_cart_still(const struct bodies_system *s, int k) {
     size_t at = bodies_row(s, 0) + (size_t)k * s->stride;
     s->turn_re[at] = s->turn_im[at] = num_of(0);
 }
 
-/* order k of the speed x', with which the point p moves as i p x' */
+/* order k of the speed x'; the velocity of the point p is i p x' */
 VEC_INLINE num bodies_cart_speed(const struct bodies_system *s, int k) {
     return s->rate[bodies_row(s, 0) + (size_t)k * s->stride];
 }
 
-/* order k of the moment of the cart's speed with the pivot's velocity, whose double is its part of
- * the sum of m |v|^2 that the series of u has for other arms */
+/* Order k of the product of the cart's momentum with the pivot's velocity; twice this is the cart's
+ * part of sum m |v|^2, which for other arms contains the series of u. */
 static inline num bodies_cart_sweep(const struct bodies_system *s, int k, int low) {
     num sum = num_of(0), hx = s->moment_x[0], hy = s->moment_y[0];
     for (int j = low; j <= k - low; j++) {
@@ -84,8 +87,8 @@ static inline num bodies_cart_sweep(const struct bodies_system *s, int k, int lo
     return sum;
 }
 
-/* a body of a mass at x + i y joins those of an arm: `body`, first moment so far, and the inertia
- * about the common center, to which a pair adds m m' |c - c'|^2 / (m + m') */
+/* Adds a mass at x + i y to an arm: `body`, the first moment so far, and the inertia about the
+ * common center. A pair adds m m' |c - c'|^2 / (m + m'). */
 struct bodies_heap {
     num mass, x, y, spread;
 };
@@ -102,8 +105,8 @@ static inline void bodies_heap_add(struct bodies_heap *heap, num mass, num x, nu
     heap->mass = sum;
 }
 
-/* from the center of an arm to its tip, to its own last digits, and which part of the mass is there
- */
+/* the vector from an arm's center to its tip, accurate to the last digit, and the tip's share of
+ * the mass */
 static inline void bodies_tail(const struct bodies_system *s, int k, num M) {
     num zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k), l = s->len[k];
     s->tail_x[k] = s->tail_y[k] = s->tip_rest[k] = zero;
@@ -120,7 +123,7 @@ static inline void bodies_tail(const struct bodies_system *s, int k, num M) {
     s->tip_rest[k] = num_mul(part, num_add(rod, body));
 }
 
-/* an arm alone: M, h, J, and its form */
+/* M, h, J and the form of an arm without children */
 static inline void bodies_alone(const struct bodies_system *s, int k) {
     num l = s->len[k], zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k);
     struct bodies_heap heap = {s->mass[k], l, zero, zero};
@@ -151,7 +154,7 @@ static inline void bodies_alone(const struct bodies_system *s, int k) {
     s->draw_x[k] = hx, s->draw_y[k] = hy, s->twist[k] = zero;
 }
 
-/* where arm k hangs on its parent, in the parent's frame and in its own */
+/* attachment point of arm k, in the parent's frame and in its own */
 static inline void bodies_point(const struct bodies_system *s, int k) {
     int p = s->parent[k];
     num x = p < 0 ? num_of(0) : s->len[p], y = num_of(0), C = s->cosine[k], Z = s->sine[k];
@@ -167,8 +170,8 @@ static inline void bodies_point(const struct bodies_system *s, int k) {
     s->place_y[k] = num_sub(num_mul(C, y), num_mul(Z, x));
 }
 
-/* a matrix; children's w, and the sums of <e, w> and <p, w>; a point of an arm in its frame, and
- * from the arm's center */
+/* a matrix; sums over children of w, <e, w> and <p, w>; a point of an arm relative to its joint and
+ * to its center */
 struct bodies_matrix {
     num xx, xy, yx, yy;
 };
@@ -181,14 +184,15 @@ struct bodies_spot {
     num x, y, dx, dy;
 };
 
-/* where arm c hangs on arm p */
+/* attachment point of arm c on arm p */
 static inline struct bodies_spot bodies_spot(const struct bodies_system *s, int c, int p) {
     num x = s->point_x[c], y = s->point_y[c];
     if (!bodies_hung(s, c)) return (struct bodies_spot){x, y, s->tail_x[p], s->tail_y[p]};
     return (struct bodies_spot){x, y, num_sub(x, s->center_x[p]), num_sub(y, s->center_y[p])};
 }
 
-/* D N of a point of arm p: of the arm alone, of children at the same point, and of others */
+/* D N at a point of arm p, from the arm alone, its children at the same point, and its other
+ * children */
 static inline struct bodies_matrix bodies_remains(const struct bodies_system *s, int p,
                                                   const struct bodies_spot *at,
                                                   const struct bodies_pull *same,
@@ -209,7 +213,7 @@ static inline struct bodies_matrix bodies_remains(const struct bodies_system *s,
     return N;
 }
 
-/* of the children of arm p that have joined: those at the tip, the others, and all */
+/* sums over the children of arm p that have joined: those at the tip, the others, and all */
 static inline struct bodies_pull bodies_at_tip(const struct bodies_system *s, int p) {
     num l = s->len[p], x = s->pull_x[p], y = s->pull_y[p];
     return (struct bodies_pull){x, y, num_mul(l, y), num_mul(l, x)};
@@ -226,7 +230,7 @@ static inline struct bodies_pull bodies_both(struct bodies_pull a, struct bodies
 
 static const struct bodies_pull bodies_none;
 
-/* what remains of an acceleration where arm c hangs, its siblings so far being there, times D */
+/* D N at the attachment point of arm c, with the siblings that joined so far */
 static inline struct bodies_matrix bodies_before(const struct bodies_system *s, int c, int p) {
     struct bodies_pull tip = bodies_at_tip(s, p), off = bodies_off_tip(s, p);
     struct bodies_spot at = bodies_spot(s, c, p);
@@ -237,8 +241,8 @@ static inline struct bodies_matrix bodies_before(const struct bodies_system *s, 
     return bodies_remains(s, p, &at, &tip, &off);
 }
 
-/* the child's form as the parent's base feels it: N^T W N, D N given, W = (D P + det P p p^T) over
- * the new D; joins the parent's */
+/* The child's form as the parent's base sees it: N^T W N, D N given, W = (D P + det P p p^T) over
+ * the new D. Adds it to the parent's. */
 static inline void bodies_form(const struct bodies_system *s, int p, const struct bodies_matrix *W,
                                const struct bodies_matrix *remains, num det) {
     num before = s->inv_total[p];
@@ -261,7 +265,7 @@ static inline void bodies_form(const struct bodies_system *s, int p, const struc
     s->form_yy[p] = num_add(H, Uyy);
 }
 
-/* the child c, whose form is complete, joins arm p */
+/* child c, whose form is complete, joins arm p */
 static inline void bodies_join(const struct bodies_system *s, int c, int p) {
     num C = s->cosine[c], Z = s->sine[c], px = s->point_x[c], py = s->point_y[c];
     num A = s->form_xx[c], B = s->form_xy[c], E = s->form_yy[c], det = s->form_det[c];
@@ -294,8 +298,8 @@ static inline void bodies_join(const struct bodies_system *s, int c, int p) {
     s->hang_p[p] = num_add(s->hang_p[p], num_fma(px, wx, num_mul(py, wy)));
 }
 
-/* what remains where arm c hangs, all its siblings being there, but for what it asks itself, times
- * D; what the siblings pull; and c becomes one of those that have joined later than the next one */
+/* D times N where arm c is attached, with all siblings but without c's own part; the siblings'
+ * sums; moves c to the group that joined later than the next one */
 static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, int c, int p,
                                                  const struct bodies_spot *at,
                                                  const struct bodies_pull *own,
@@ -321,8 +325,8 @@ static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, 
     return bodies_remains(s, p, at, &bodies_none, group);
 }
 
-/* what the force of arm k is made of, g = adj(Phi) place; Q is what remains without the arm, turned
- * into its frame, and `group` what its siblings pull */
+/* the coefficients of the force of arm k, g = adj(Phi) place; Q is N without the arm, rotated into
+ * its frame, and `group` the siblings' sums */
 static inline void bodies_hold(const struct bodies_system *s, int k, const struct bodies_matrix *Q,
                                const struct bodies_pull *group, num gx, num gy) {
     int p = s->parent[k];
@@ -352,7 +356,7 @@ static inline void bodies_hold(const struct bodies_system *s, int k, const struc
     s->keep_yy[k] = num_mul(inverse, num_fma(y, gy, less));
 }
 
-/* R^T N of arm k, which is not the first; and its part of the parent's z and K */
+/* R^T N of arm k > 0, and its part of the parent's z and K */
 static inline void bodies_carry(const struct bodies_system *s, int k) {
     int p = s->parent[k];
     num C = s->cosine[k], Z = s->sine[k], x = s->place_x[k], y = s->place_y[k];
@@ -386,7 +390,7 @@ static inline void bodies_carry(const struct bodies_system *s, int k) {
     s->twist[p] = num_add(s->twist[p], num_sub(num_mul(x, across), num_mul(y, along)));
 }
 
-/* X, and what remains at the tip where the air acts */
+/* X, and N at the tip, for drag */
 static inline void bodies_lever(const struct bodies_system *s, int k) {
     num inverse = s->inv_total[k];
     struct bodies_pull tip = bodies_at_tip(s, k), off = bodies_off_tip(s, k);

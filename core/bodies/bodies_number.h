@@ -24,7 +24,7 @@ static inline void num_turn(num x, num low, num *sine, num *cosine) {
 
 #elif defined NUMBER_TANGENT
 
-/* sine and cosine of x, to whose value `low` is added */
+/* sine and cosine of x + low; `low` is added to the value only */
 static inline void num_turn(num x, double low, num *sine, num *cosine) {
     lanes2 s, c;
     lanes2_sincos(lanes2_of(x.value), lanes2_of(low), &s, &c);
@@ -43,7 +43,8 @@ typedef num num_plain;
 #endif
 
 #if defined NUMBER_VEC || defined NUMBER_TANGENT
-/* x y as a sum of two, by Dekker's and Veltkamp's splitting: the same in every instruction set */
+/* x y as a sum of two, by Dekker's and Veltkamp's splitting, with the same bits in every
+ * instruction set */
 static inline num_plain num_product(num_plain x, num_plain y, num_plain *low) {
     num_plain big = num_plain_of(0x1p27 + 1), p = x * y, a = big * x, b = big * y;
     num_plain xh = a - (a - x), xl = x - xh, yh = b - (b - y), yl = y - yh;
@@ -54,8 +55,8 @@ static inline num_plain num_product(num_plain x, num_plain y, num_plain *low) {
 
 #ifdef NUMBER_VEC
 /**
- * Sine and cosine of omega (time + late) + phase, to the last digits of double arithmetic with
- * omega time up to 1e12.
+ * Sine and cosine of omega (time + late) + phase, to the last digit of a double for omega time up
+ * to 1e12.
  */
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
     num low, x = num_product(omega, time, &low), sum = x + phase, part = sum - x;
@@ -63,7 +64,7 @@ static inline void num_drive(num omega, num time, num late, num phase, num *sine
     num_turn(sum, rest + (low + omega * late), sine, cosine);
 }
 #elif defined NUMBER_TANGENT
-/* as of doubles; the derivatives are those of omega (time + late) + phase */
+/* as for doubles; the derivatives are those of omega (time + late) + phase */
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
     double w = omega.value, t = time.value, start = phase.value, low;
     double x = num_product(w, t, &low), sum = x + start, part = sum - x;

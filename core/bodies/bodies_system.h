@@ -1,8 +1,8 @@
 /* The arrays that the general kernel works on, for every kind of number.
  * Leaves to others: the arithmetic (bodies_template), where the memory comes from (bodies, jets,
  * ensemble, extended).
- * Invariant: a series is kept in tiles of eight arms, all orders of a tile together, as those of
- * the ideal pendulum are. */
+ * Invariant: a series is stored in tiles of eight arms, all orders of a tile together, like those
+ * of the ideal pendulum. */
 #ifndef PEND_BODIES_SYSTEM_H
 #define PEND_BODIES_SYSTEM_H
 
@@ -80,7 +80,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
     X(stiffness) X(rest) X(friction) X(friction_scale) X(slide) X(air_slow) X(air_fast) \
     X(air_least) X(air_share)
 /*
- * Series beside those of rates, forces and turns.
+ * Series in addition to those of rates, forces and turns.
  *
  * push_x, push_y           G
  * tip_x, tip_y             the force that the arm passes on at its tip
@@ -91,8 +91,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * air_part                 sqrt(|v|^2 + e^2), which has the unit's sign
  * friction_curve,
  * friction_rest            w = (1 - |tanh|) / 2 of the joint's speed, and w - w^2
- * base_way_x, base_way_y   velocity of the joint
- */
+ * base_way_x, base_way_y   velocity of the joint */
 #define BODIES_SERIES(X) \
     X(push_x, 1) X(push_y, 1) X(tip_x, 1) X(tip_y, 1) X(swing, BODIES_JOINTS) \
     X(loss, BODIES_LOSSES) X(drive, BODIES_DRIVES) X(way_x, BODIES_AIR) X(way_y, BODIES_AIR) \
@@ -111,11 +110,11 @@ enum bodies_need {
     BODIES_DRAG_PER_MASS = 64,
     BODIES_SPRINGS = 128,
     BODIES_PIVOT = 256,
-    BODIES_SHAPE = 512, /* masses that are not points at tips, arms that hang elsewhere */
+    BODIES_SHAPE = 512, /* masses other than points at tips, or arms attached elsewhere */
     BODIES_JOINTS = BODIES_LOSSES | BODIES_DRIVES | BODIES_SPRINGS
 };
 
-/** Returns the bits of bodies_need that hold of a pendulum, and 1. O(harmonics). */
+/** Returns the bits of bodies_need for a pendulum, and bit 1. O(harmonics). */
 static inline unsigned bodies_needs(const struct pend_terms *terms) {
     static const struct {
         enum pend_term_row row;
@@ -147,7 +146,8 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
 
 struct bodies_system {
     int n;
-    size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
+    size_t stride, tile; /* distance in numbers from one order to the next, from eight arms to the
+                          * next eight */
     unsigned need;       /* of bodies_need */
     const int *parent;
     const struct pend_terms *terms;
@@ -159,7 +159,7 @@ struct bodies_system {
     num *slide_x, *slide_y; /* z' of the pivot, order + 1 coefficients */
     num *share;             /* 1 / (j + 1), order + 1 numbers */
     num *pivot_force_x,
-        *pivot_force_y; /* the force that the pivot exerts, in the axes, order coefficients */
+        *pivot_force_y; /* the force that the pivot exerts, in the axes, `order` coefficients */
 #define X(name) num *name;
     BODIES_ARRAYS(X)
 #undef X
@@ -168,13 +168,13 @@ struct bodies_system {
 #undef X
 };
 
-/** Non-zero if arm k hangs elsewhere than where its siblings do by default: at the tip, or on a
- * cart. */
+/** Returns non-zero if arm k is attached elsewhere than its siblings are by default: at the tip, or
+ * on a cart. */
 static inline int bodies_hung(const struct bodies_system *s, int k) {
     return s->terms->hung[k] && !(s->parent[k] == 0 && pend_terms_cart(s->terms));
 }
 
-/** Where the series of arm k begin. */
+/** Returns the index at which the series of arm k begin. */
 static inline size_t bodies_row(const struct bodies_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
@@ -187,8 +187,8 @@ enum {
     BODIES_PIVOT_SERIES = 7
 };
 
-/** Returns the numbers that bodies_lay takes: `seats` for an array of a value an arm, `series` for
- * a series, `order` for the highest order. O(harmonics). */
+/** Returns the count of numbers that bodies_lay needs: `seats` for an array of one value per arm,
+ * `series` for a series, `order` the highest order. O(harmonics). */
 static inline size_t bodies_numbers(const struct pend_terms *terms, size_t seats, size_t series,
                                     int order) {
     unsigned need = bodies_needs(terms);
@@ -200,7 +200,7 @@ static inline size_t bodies_numbers(const struct pend_terms *terms, size_t seats
            (size_t)BODIES_PIVOT_SERIES * ((size_t)(order + 8) / 8 * 8);
 }
 
-/** Lays the arrays of a system into memory of bodies_numbers; the rest is the caller's. */
+/** Places the arrays of a system in memory of bodies_numbers; the caller sets the other members. */
 static inline void bodies_lay(struct bodies_system *s, size_t seats, size_t series, int order,
                               num *at) {
     s->need = bodies_needs(s->terms);

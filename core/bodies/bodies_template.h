@@ -1,22 +1,23 @@
 /* The motion of a real pendulum, with bodies, springs, friction, drag and drives, as power series
- * in time, O(n) an order, written once for any kind of number. It is the general form: the quick
- * forms of ideal pendulums give what it gives, to rounding.
+ * in time, O(n) per order, for any kind of number. It is the general form: the quick forms of ideal
+ * pendulums agree with it up to rounding.
  * Leaves to others: memory (bodies_system), sines and cosines of the angles (the caller), drives
  * and friction (drives_template).
  * Invariant: the factorization adds positive terms only; no division in the orders.
  *
- * Derivation. Unknown time is x = t / unit; every quantity below is in it, forces times unit^2.
- * Gamma is drag_per_mass times unit. In the frame of an arm, fixed at the start, its joint has the
- * acceleration a = z'' + 2 Gamma z' + i g, and its point p the acceleration a + p U with
+ * Derivation. Unknown time is x = t / unit; all quantities below are in units of it, forces times
+ * unit^2. Gamma is drag_per_mass times unit. In the frame of an arm, fixed at the start, let its
+ * joint have the acceleration a = z'' + 2 Gamma z' + i g, and its point p the acceleration a + p U
+ * with
  *     U = u'' + 2 Gamma u' = i chi + kr,    u = e^{i (phi - phi_0)}.
  * Order k of U, with T_k = sum_{j>=1} u_j phi'_{k+1-j}:
  *     kr = -(k+1) (Im T - 2 Gamma Re u_{k+1}),    chi = (k+1) phi'_{k+1} + theta,
  *     theta = (k+1) (Re T + 2 Gamma Im u_{k+1}).
- * The force that the arm asks of its joint, and the balance of moments about the joint:
+ * The force F on the arm at its joint, and the balance of moments about the joint:
  *     F = M a + h U + sum F_c - f
  *     J (phi'' + 2 Gamma phi') + Im(conj(u) [conj(h) a + sum conj(p_c) F_c - l f]) = tau.
- * The balance of moments about the center c, the inertia about which is I, has no term that a heavy
- * mass makes large and another takes away:
+ * The balance of moments about the center c, the inertia about which is I, has no large terms that
+ * cancel for heavy masses:
  *     I (phi'' + 2 Gamma phi') + Im(conj(u) G) = tau,
  *     G = conj(c) F + sum conj(p_c - c) F_c - conj(l - c) f.
  * Suppose F_c = Phi_c a_c + beta_c. Then with P = R Phi_c R^T, R the rotation by the child's angle,
@@ -26,7 +27,7 @@
  *     mu = tau - Im(conj(u) G)_known + I ((k+1) Re T_k + 2 Gamma Re T_{k-1}),
  *     beta = z kr + X mu - N_tip^T f + sum N_c^T R beta_c,    N = 1 - e X^T,
  *     z = h + sum N_c^T P p,   K = sum <e, P p>,   a_c = R^T N_c a + conj(R) p (kr + i m / D).
- * bodies_factor_template forms Phi, N and what follows from them without a difference. */
+ * bodies_factor_template computes Phi, N and their products without cancellation. */
 #ifndef PEND_BODIES_TEMPLATE_H
 #define PEND_BODIES_TEMPLATE_H
 
@@ -40,8 +41,7 @@ struct bodies_sums {
     arms Tr, Ti, known, less;
 };
 
-/* adds the products of the turns of order j at `u` with rates and G of the orders that go with
- * them */
+/* adds the products of the turns of order j at `u` with rates and G of matching orders */
 VEC_INLINE void bodies_meet(const struct bodies_system *s, size_t u, size_t rate, size_t push,
                             struct bodies_sums *sum) {
     arms ur = arms_get(s->turn_re + u), ui = arms_get(s->turn_im + u), w = arms_get(s->rate + rate);
@@ -51,7 +51,7 @@ VEC_INLINE void bodies_meet(const struct bodies_system *s, size_t u, size_t rate
     sum->less = arms_fma(ui, arms_get(s->push_x + push), sum->less);
 }
 
-/* the same without G */
+/* bodies_meet without G */
 VEC_INLINE void bodies_wind(const struct bodies_system *s, size_t u, size_t rate,
                             struct bodies_sums *sum) {
     arms w = arms_get(s->rate + rate);
@@ -59,14 +59,13 @@ VEC_INLINE void bodies_wind(const struct bodies_system *s, size_t u, size_t rate
     sum->Ti = arms_fma(arms_get(s->turn_im + u), w, sum->Ti);
 }
 
-/* what follows for arms from arm a on, order k, but for what their children ask: theta, kr, m and
- * beta */
+/* theta, kr, m and beta of order k for the arms from a on, without the parts of their children */
 VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num gamma, arms Tr,
                                arms Ti, arms known) {
     size_t now = bodies_row(s, a) + (size_t)k * s->stride, next = now + s->stride;
     arms more = arms_of(k + 1), spun = arms_mul(more, Tr), turned = spun, pulled = arms_neg(Ti);
     if (s->need & BODIES_DRAG_PER_MASS) {
-        // (u' / i)_k - phi'_k = T_{k-1}, and no difference of the two
+        // (u' / i)_k - phi'_k = T_{k-1}, computed without a difference
         arms twice = arms_all(num_mul(num_of(2), gamma));
         if (k) spun = arms_fma(twice, arms_get(s->wind_x + a), spun);
         turned = arms_fma(twice, arms_get(s->rate + now), spun);
@@ -96,8 +95,8 @@ VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num 
     arms_put(s->answer + a, m);
 }
 
-/* the sums of order k, which is even, and of the order after it without the terms that need order
- * k: what is loaded serves both. Those that need order k - 1 are added last. */
+/* The sums of order k, which is even, and of order k + 1 without the terms that need order k:
+ * loaded numbers serve both. The terms that need order k - 1 are added last. */
 static inline void bodies_convolve(const struct bodies_system *s, int k, num gamma) {
     size_t stride = s->stride, last = (size_t)k * stride;
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
@@ -127,7 +126,7 @@ static inline void bodies_convolve(const struct bodies_system *s, int k, num gam
     }
 }
 
-/* the sums of order k, the second of two, with the terms that were missing */
+/* the missing terms of the sums of order k, the second of two orders */
 static inline void bodies_complete(const struct bodies_system *s, int k, num gamma) {
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
         size_t row = bodies_row(s, a), now = row + (size_t)k * s->stride;
@@ -141,8 +140,7 @@ static inline void bodies_complete(const struct bodies_system *s, int k, num gam
     }
 }
 
-/* leaves to root: beta, and m over D. Where the parent comes next, what it is asked is handed on,
- * not read again. */
+/* Leaves to root: beta, and m / D. If the parent is next, its values are passed on in registers. */
 static inline void bodies_up(const struct bodies_system *s) {
     int last = s->n - 1;
     num ax = s->asked_x[last], ay = s->asked_y[last];
@@ -166,8 +164,8 @@ static inline void bodies_up(const struct bodies_system *s) {
     }
 }
 
-/* the force at the joint of arm a, whose parent's base accelerates with (ax, ay); `late` are the
- * moments on the parent of its children before a */
+/* the force at the joint of arm a, from the acceleration (ax, ay) of its parent's base; `late` are
+ * the moments on the parent of its children before a */
 VEC_INLINE void bodies_pull(const struct bodies_system *s, int a, num ax, num ay, num late) {
     int p = s->parent[a];
     num kr = s->pulled[p], m = num_add(s->early_m[a], late);
@@ -184,7 +182,7 @@ VEC_INLINE void bodies_pull(const struct bodies_system *s, int a, num ax, num ay
     s->reach_y[a] = num_add(fy, gy);
 }
 
-/* the forces at the joints of arms from arm a on, from their own bases */
+/* the forces at the joints of the arms from a on, from the accelerations of their own bases */
 VEC_INLINE void bodies_feel(const struct bodies_system *s, int a) {
     arms x = arms_get(s->base_x + a), y = arms_get(s->base_y + a), xy = arms_get(s->form_xy + a);
     arms fx = arms_fma(arms_get(s->form_xx + a), x, arms_mul(xy, y));
@@ -193,7 +191,8 @@ VEC_INLINE void bodies_feel(const struct bodies_system *s, int a) {
     arms_put(s->reach_y + a, arms_add(arms_get(s->asked_y + a), fy));
 }
 
-/* root to leaves: accelerations, and forces at the joints, of points as bodies_hold has them */
+/* root to leaves: accelerations, and forces at the joints; for point masses by the coefficients of
+ * bodies_hold */
 static inline void bodies_down(const struct bodies_system *s, int k) {
     num x = s->lift_x[k], y = s->lift_y[k], C = s->cosine[0], Z = s->sine[0];
     num ax = num_fma(C, x, num_mul(Z, y)), ay = num_sub(num_mul(C, y), num_mul(Z, x));
@@ -224,8 +223,8 @@ static inline void bodies_down(const struct bodies_system *s, int k) {
     }
 }
 
-/* the forces at the tips of arms from arm a on, but for what hangs on those that are no points: of
- * points that is the force at the joint */
+/* The forces at the tips of arms from a on, without the children's forces if masses are not points;
+ * for points it is the force at the joint. */
 VEC_INLINE void bodies_tip(const struct bodies_system *s, size_t row, int a) {
     arms x = arms_get(s->reach_x + a), y = arms_get(s->reach_y + a);
     if (s->need & BODIES_SHAPE) {
@@ -241,7 +240,7 @@ VEC_INLINE void bodies_tip(const struct bodies_system *s, size_t row, int a) {
     arms_put(s->tip_y + row, y);
 }
 
-/* what the force of arm a adds to that at its parent's tip, order k */
+/* adds the force of arm a to that at its parent's tip, order k */
 VEC_INLINE void bodies_tip_child(const struct bodies_system *s, int a, int k) {
     size_t up = bodies_row(s, s->parent[a]) + (size_t)k * s->stride;
     num C = s->cosine[a], Z = s->sine[a], x = s->reach_x[a], y = s->reach_y[a];
@@ -250,7 +249,7 @@ VEC_INLINE void bodies_tip_child(const struct bodies_system *s, int a, int k) {
     s->tip_y[up] = num_add(s->tip_y[up], num_fma(Z, x, num_mul(C, y)));
 }
 
-/* what arms from arm a on add to G and to their parents' */
+/* adds the forces of arms from a on to G of these arms and of their parents */
 static inline void bodies_press(const struct bodies_system *s, size_t row, int a) {
     arms x = arms_get(s->reach_x + a), y = arms_get(s->reach_y + a);
     arms cx = arms_get(s->center_x + a), cy = arms_get(s->center_y + a);
@@ -270,7 +269,7 @@ static inline void bodies_press(const struct bodies_system *s, size_t row, int a
     arms_put(s->heave_y + a, arms_sub(arms_mul(px, y), arms_mul(py, x)));
 }
 
-/* what the pivot exerts, which is the force at the first joint, in the axes */
+/* the force that the pivot exerts, which is that at the first joint, in the axes */
 VEC_INLINE void bodies_pivot_force_first(const struct bodies_system *s, int k) {
     num C = s->cosine[0], Z = s->sine[0], x = s->reach_x[0], y = s->reach_y[0];
     s->pivot_force_x[k] = num_sub(num_mul(C, x), num_mul(Z, y));
@@ -304,8 +303,8 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
 
 /* ---- all orders */
 
-/* what begins all orders: the factorization, drives, and the first turns. Angles, rates of order 0
- * and the arms' numbers are there. */
+/* The start of all orders: the factorization, drives, and the first turns. Requires angles, rates
+ * of order 0 and the arms' numbers. */
 static inline void bodies_begin(const struct bodies_system *s, const struct bodies_moment *now,
                                 int order) {
     for (int j = 0; j <= order; j++) s->share[j] = num_div(num_of(1), num_of(j + 1));
@@ -323,8 +322,8 @@ static inline void bodies_begin(const struct bodies_system *s, const struct bodi
 }
 
 /**
- * All orders: rate_1 .. rate_order and force_0 from rate_0, cosine, sine and bend. The turns have a
- * row of order 0 here, which is 1. O(n order^2).
+ * All orders: rate_1 .. rate_order and force_0 from rate_0, cosine, sine and bend. The turns
+ * include a row of order 0, which is 1. O(n order^2).
  */
 static inline void bodies_orders(const struct bodies_system *s, const struct bodies_moment *now,
                                  int order) {

@@ -1,7 +1,7 @@
-/* What acts on a real pendulum, order by order of its series: springs, friction, drives, the air;
- * and the power of what does not conserve energy. For any kind of number.
+/* Series of the forces on a real pendulum (springs, friction, drives, drag) and of the power of the
+ * non-conservative ones. For any kind of number.
  * Leaves to others: the motion (bodies_template, which includes this).
- * Invariant: what a pendulum has not costs it nothing but a test. */
+ * Invariant: a term that a pendulum does not have costs only a test. */
 #ifndef PEND_DRIVES_TEMPLATE_H
 #define PEND_DRIVES_TEMPLATE_H
 
@@ -45,8 +45,8 @@ static inline void bodies_drive(const struct bodies_system *s, const struct bodi
     }
 }
 
-/* the numbers of joints and of the air in units of time; what fills up the last vector of arms has
- * air of some speed */
+/* the numbers of joints and drag in units of time; padding arms of the last vector get a non-zero
+ * drag speed */
 static inline void bodies_scale(const struct bodies_system *s, const struct bodies_moment *now) {
     num unit = now->unit, square = num_mul(unit, unit);
     int last = (s->n + BODIES_ARMS - 1) / BODIES_ARMS * BODIES_ARMS;
@@ -103,13 +103,12 @@ VEC_INLINE num bodies_swing(const struct bodies_system *s, int a, int k) {
 }
 
 /*
- * tanh x of the joints' speeds over the friction's, order k, of arms from arm a on.
+ * Order k of tanh x, x the joint's speed over the friction's, for the arms from a on.
  *
  * With the sign g of x at the start, tanh x = g (1 - 2 w), w = 1 / (e^{2 g x} + 1), and
- * w' = -2 g x' (w - w^2). A joint that turns fast has a tiny w, of which each coefficient keeps its
- * relative accuracy: an error of w = 1e-20 grows as w itself does while the joint comes to rest,
- * where one of 1e-16 in tanh x would become 1e-4.
- */
+ * w' = -2 g x' (w - w^2). A joint that turns fast has a tiny w, whose coefficients keep their
+ * relative accuracy. While the joint slows down, an error of w = 1e-20 grows like w itself; an
+ * error of 1e-16 in tanh x would become 1e-4. */
 static inline arms bodies_friction(const struct bodies_system *s, int a, int k) {
     size_t row = bodies_row(s, a), stride = s->stride, last = row + (size_t)k * stride;
     arms scale = arms_get(s->friction_scale + a), w = arms_of(0), tanh_x;
@@ -131,13 +130,13 @@ static inline arms bodies_friction(const struct bodies_system *s, int a, int k) 
 }
 
 /*
- * The longest step, in units, before which no joint's friction can turn over unseen; at most `far`.
+ * The longest step, in units, within which no joint's friction can change sign undetected; at most
+ * `far`.
  *
- * While x = speed over friction's speed is large, w is too small for the step's rule to see, which
- * would step over the joint's rest. So x may change by two fifths of itself, or by 8, whichever is
- * more; from |x| = 20 on the coefficients of w tell the rule. A quarter of this is left to each of
- * the orders 1 to 4.
- */
+ * While x = speed / friction speed is large, w is too small to limit the step by its size, and a
+ * step would pass over the moment at which the joint stops. So x may change by two fifths of itself
+ * or by 8, whichever is larger; below |x| = 20 the coefficients of w limit the step. Each of the
+ * orders 1 to 4 may use a quarter of this. */
 static inline num bodies_reach(const struct bodies_system *s, num far) {
     enum { ORDERS = 4 };
     arms least = arms_all(far);
@@ -195,7 +194,7 @@ static inline void bodies_couple(const struct bodies_system *s, int k) {
     size_t now = (size_t)k * s->stride;
     for (int a = 0; a < s->n; a++) s->swing[bodies_row(s, a) + now] = bodies_swing(s, a, k);
     for (int a = 0; a < s->n; a += BODIES_ARMS) arms_put(s->couple + a, bodies_torque(s, a, k));
-    // an arm's own torque is read before its children take theirs from it
+    // an arm's own torque is read before its children subtract theirs from it
     for (int a = 1; a < s->n; a++) {
         int p = pend_terms_holder(s->terms, s->parent, a);
         if (p < 0) continue;
@@ -246,7 +245,8 @@ static inline void bodies_air_speed(const struct bodies_system *s, const struct 
     arms sum = bodies_square(s, s->way_x + row, k, 0);
     sum = arms_add(sum, bodies_square(s, s->way_y + row, k, 0));
     if (!k) {
-        // the root has the sign of the unit, by which speeds are multiplied: exact, a power of two
+        // the root has the sign of the unit, by which speeds are multiplied; exact, because the
+        // unit is a power of two
         arms least = arms_get(s->air_least + a), unit = arms_all(now->unit);
         sum = arms_fma(least, least, sum);
         arms root = arms_mul(unit, arms_root(arms_div(sum, arms_mul(unit, unit))));
@@ -258,7 +258,7 @@ static inline void bodies_air_speed(const struct bodies_system *s, const struct 
     arms_put(s->air_part + last, arms_mul(sum, arms_get(s->air_share + a)));
 }
 
-/* the air's forces on the tips of arms from arm a on, order k */
+/* drag on the tips of arms from a on, order k */
 static inline void bodies_air_force(const struct bodies_system *s, const struct bodies_moment *now,
                                     int a, int k) {
     size_t row = bodies_row(s, a), last = row + (size_t)k * s->stride;
@@ -277,7 +277,7 @@ static inline void bodies_air_force(const struct bodies_system *s, const struct 
     arms_put(s->air_y + last, y);
 }
 
-/* all that acts on the arms, order k */
+/* all forces on the arms, order k */
 static inline void bodies_load(const struct bodies_system *s, const struct bodies_moment *now,
                                int k) {
     if (s->need & BODIES_JOINTS) bodies_couple(s, k);
@@ -291,10 +291,9 @@ static inline void bodies_load(const struct bodies_system *s, const struct bodie
 /* most orders of a series */
 enum { BODIES_ORDERS = 48 };
 
-/* half of what drag_per_mass takes over gamma, order k, of arms from arm a on: sum of m |v|^2 of
- * all masses of an arm. The body's frame turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J phi'^2.
- * low: the least order of a factor, also in what follows.
- */
+/* Half of the power of drag_per_mass over gamma, order k, for arms from a on: sum of m |v|^2 over
+ * all masses of an arm. The frame of the body turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J
+ * phi'^2. low: the least order of a factor, also in the functions below. */
 static inline arms bodies_sweep(const struct bodies_system *s, int a, int k, int low) {
     size_t row = bodies_row(s, a), stride = s->stride;
     const num *x = s->base_way_x + row, *y = s->base_way_y + row;
@@ -313,14 +312,14 @@ static inline arms bodies_sweep(const struct bodies_system *s, int a, int k, int
     return arms_add(arms_fma(arms_get(s->body + a), square, spin), arms_add(part, part));
 }
 
-/* adds to order k what arms from arm a on give, in the arms' order */
+/* adds the power given to arms from a on to order k, in the arms' order */
 VEC_INLINE void bodies_gain(const struct bodies_system *s, int a, arms all, num *sum) {
     num part[BODIES_ARMS];
     arms_put(part, all);
     for (int i = 0; i < BODIES_ARMS && a + i < s->n; i++) *sum = num_add(*sum, part[i]);
 }
 
-/* the heat that friction and the air take of arms from arm a on, order k */
+/* the heat of friction and drag of arms from a on, order k */
 static inline arms bodies_taken(const struct bodies_system *s, int a, int k, int low, arms twice) {
     size_t row = bodies_row(s, a) + (size_t)low * s->stride;
     int left = k - 2 * low;
@@ -347,12 +346,12 @@ static inline num bodies_haul(const struct bodies_system *s, int k, int low) {
 }
 
 /**
- * The work that drives do and the heat that friction and the air take, per unit of time, as series:
- * coefficients 0 .. count - 1, J times unit^2; after bodies_orders.
+ * The work of drives and the heat of friction and drag, per unit of time, as series: coefficients 0
+ * .. count - 1, J times unit^2; after bodies_orders.
  *
  * order  of the factors that are known, at most BODIES_ORDERS.
- * count  order .. 2 order - 1: from `order` on, products of the known factors alone. Of what is
- *        quick beside the pendulum they matter.
+ * count  order .. 2 order - 1: from `order` on only products of known factors. They matter for
+ *        terms that are fast compared with the pendulum.
  *
  * O(n order count).
  */

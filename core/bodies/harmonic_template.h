@@ -1,7 +1,7 @@
 /* Harmonic drives as series about an instant, and the motion of a driven pivot, for any kind of
- * number: of the general kernel and of the quick ones.
- * Leaves to others: torques that are no drives (drives_template, loads_template).
- * Invariant: a harmonic costs one sine and one cosine an expansion. */
+ * number; used by the general kernel and the quick ones.
+ * Leaves to others: torques other than drives (drives_template, loads_template).
+ * Invariant: a harmonic costs one sine and one cosine per expansion. */
 #ifndef PEND_HARMONIC_TEMPLATE_H
 #define PEND_HARMONIC_TEMPLATE_H
 
@@ -11,11 +11,11 @@
 struct bodies_moment {
     num unit;       /* s, a power of two */
     num gravity;    /* m/s^2 times unit^2 */
-    num time, late; /* s, the request's own time as a sum of two */
+    num time, late; /* s, in the request's time, as a sum of two */
 };
 
-/* Adds the derivative of order `from` of a harmonic as a series: A w^(from+j) / j! cos(theta +
- * (from + j) pi / 2), w = omega unit, for j = 0 .. order, to every `step`-th number. */
+/* Adds the series of a harmonic's derivative of order `from`: A w^(from+j) / j! cos(theta + (from +
+ * j) pi / 2), w = omega unit, for j = 0 .. order, to every `step`-th number. */
 static inline void bodies_harmonic(const num harmonic[], const num share[],
                                    const struct bodies_moment *now, int from, int order, num *to,
                                    size_t step) {

@@ -1,15 +1,15 @@
 /* The general kernel for one pendulum in doubles, by instruction set.
  * Leaves to others: memory (bodies), many pendulums side by side (ensemble), more digits
  * (extended).
- * Invariant: an unsupported set is never called. */
+ * Invariant: a kernel of an unsupported set is never called. */
 #ifndef PEND_KERNEL_BODIES_H
 #define PEND_KERNEL_BODIES_H
 
 #include "core/bodies/bodies_system.h"
 #include "core/tree/loads.h"
 
-/* A state: n angles, rad, and angular velocities, rad/s, in stored order; what the doubles of the
- * angles leave out, or NULL; the time as a sum of two, s. */
+/* A state: n angles, rad, and angular velocities, rad/s, in stored order; the low-order parts of
+ * the angles, or NULL; the time as a sum of two, s. */
 struct bodies_state {
     const double *phi, *phi_low, *rate;
     double time, late;
@@ -19,24 +19,25 @@ struct bodies_kernel {
     /**
      * All orders: rate_1 .. rate_order and force_0, in powers of t / unit.
      *
-     * system  arrays padded to eight arms; len, mass and value are there.
+     * system  arrays padded to eight arms; len, mass and value are set.
      * unit    s, a power of two of either sign.
      * order   >= 1.
      */
     void (*orders)(const struct bodies_system *system, const struct bodies_state *state,
                    double gravity, double unit, int order);
-    /** The forces along the arms of the other orders, 1 .. order - 1, after `orders`. O(n
-     * order^2). */
+    /** The series of forces along the arms, orders 1 .. order - 1, after `orders`. O(n order^2). */
     void (*forces)(const struct bodies_system *system, int order);
     /**
-     * The work of drives and the heat of friction per unit of time, as series of the same powers,
+     * The work of drives and the heat of friction per unit of time, as series in the same variable,
      * after `orders`: the coefficients of order 0 .. count - 1, count from order to 2 order - 1, J
      * times unit^2. O(n order count).
      */
     void (*power)(const struct bodies_system *system, double unit, int order, int count,
                   double work[], double heat[]);
-    /** The longest step in units, at most `far`, that no joint's dry friction forbids, after
-     * `orders` to order 4 at least. O(n). */
+    /**
+     * Returns the longest step in units, at most `far`, that dry friction at the joints allows,
+     * after `orders` to order 4 at least. O(n).
+     */
     double (*reach)(const struct bodies_system *system, double far);
 };
 
@@ -45,7 +46,7 @@ extern const struct bodies_kernel pend_kernel_bodies_base;
 extern const struct bodies_kernel pend_kernel_bodies_avx2, pend_kernel_bodies_avx512;
 #endif
 
-/** Returns the kernel of the best instruction set that runs here. O(1). */
+/** Returns the kernel of the best instruction set of this processor. O(1). */
 const struct bodies_kernel *pend_kernel_bodies(void);
 
 #endif

@@ -14,20 +14,20 @@ static const struct dynamics_kernel *dynamics_kernel(enum pend_isa isa) {
     return PEND_ISA_PICK(pend_kernel_dynamics, isa);
 }
 
-/* whole blocks of arms */
+/* rounded up to whole blocks of arms */
 static size_t dynamics_row(int n) {
     return ((size_t)n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK * DYNAMICS_BLOCK;
 }
 
-/* the scratch of either form, then the forces where nobody wants them, then the rates where acc
- * takes their place */
+/* the scratch of either form, then forces that the caller did not request, then rates if acc
+ * overwrites them */
 static size_t dynamics_shared_bytes(int n) {
     size_t quick = DYNAMICS_VALUES * dynamics_row(n) * sizeof(double),
            careful = pend_dynamics_careful_bytes(n);
     return quick > careful ? quick : careful;
 }
 
-/* what every form needs of its arguments; a tree's own invariants are checked where it is made */
+/* the requirements of every form; a tree's own invariants are checked when it is made */
 PEND_VALIDATOR dynamics_valid(const struct pend_tree *tree, const struct pend_loads *loads,
                               const void *work) {
     return tree && tree->n >= 1 && isfinite(loads->gravity) && (size_t)work % 64 == 0;
@@ -45,7 +45,7 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
     assert(phi != acc && phi != force && rate != force);
     double *spare = (double *)((char *)work + dynamics_shared_bytes(tree->n)),
            *kept = spare + dynamics_row(tree->n);
-    // the quick form may give up when acc is written already
+    // keep the rates: the quick form may fail after it has written acc
     if (rate == acc) rate = memcpy(kept, rate, (size_t)tree->n * sizeof *rate);
     if (!dynamics_kernel(isa)->one(tree, loads, phi, rate, work, acc, force ? force : spare))
         pend_dynamics_careful(tree, loads, phi, rate, work, acc, force);
@@ -71,8 +71,8 @@ void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loa
         pend_dynamics(tree, loads, phi, rate, work, acc, force);
 }
 
-/* masses over this times each other are unlike; the same as where chains are not solved in pieces
- */
+/* masses that differ by more than this factor are unlike; chains are solved in pieces up to the
+ * same factor */
 static const double DYNAMICS_UNLIKE = 64;
 
 int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads) {
@@ -132,10 +132,12 @@ void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *lo
     pend_dynamics_vec_for(pend_isa_best(), tree, loads, phi, rate, work, acc, force);
 }
 
-/* rows that are worth all lanes, and the largest tree whose lanes stay near the processor */
+/* the fewest rows for which filling all lanes pays; the largest tree whose lanes stay in the
+ * cache */
 enum { DYNAMICS_VEC_LEAST = 4, DYNAMICS_VEC_ARMS = 1024 };
 
-/* large trees, and long chains, whose quick form has other bits than lanes and is as quick */
+/* large trees and long chains go state by state: their quick form rounds differently from lanes and
+ * is as fast */
 static int dynamics_alone(const struct pend_tree *tree) {
     return tree->n > DYNAMICS_VEC_ARMS ||
            (tree->n >= DYNAMICS_CHAIN && tree->depth[tree->n - 1] == tree->n);
@@ -148,7 +150,7 @@ size_t pend_dynamics_many_bytes(int n) {
     return lanes > pend_dynamics_work_bytes(n) ? lanes : pend_dynamics_work_bytes(n);
 }
 
-/* up to DYNAMICS_VEC rows; the lanes that are left over repeat the last */
+/* up to DYNAMICS_VEC rows; unused lanes repeat the last row */
 static void dynamics_rows(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                           const double phi[], const double rate[], void *work, double acc[],
                           double force[]) {

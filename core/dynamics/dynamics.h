@@ -19,8 +19,8 @@ size_t pend_dynamics_work_bytes(int n);
  * Angular accelerations and compression forces of a moving tree.
  *
  * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix:
- * relative angles, arm-local frames, tensions first and made to balance at every joint (see
- * core/theory.md for the derivation).
+ * relative angles, arm-local frames, tensions first, corrected until forces balance at every joint
+ * (see core/theory.md for the derivation).
  *
  * tree     n arms; all arrays in the tree's stored order.
  * loads    what acts on the tree; gravity of any finite value.
@@ -30,9 +30,9 @@ size_t pend_dynamics_work_bytes(int n);
  * acc      out, n values, rad/s^2; may be the same array as rate.
  * force    out, n values, N, compression positive; NULL to skip.
  *
- * Two forms do this: a quick one in the processor's vectors, and a careful one for states on which
- * the quick one loses digits, which it notices (see core/theory.md). Same input, same bits, on
- * processors with the same instruction set; between instruction sets the last digits differ.
+ * A quick form uses vector instructions. It detects states on which it loses digits; a careful form
+ * then takes over (core/theory.md). Same input, same bits, on processors with the same instruction
+ * set; between instruction sets the last digits differ.
  *
  * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its
  * own work.
@@ -40,22 +40,22 @@ size_t pend_dynamics_work_bytes(int n);
 void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                    const double rate[], void *work, double acc[], double force[]);
 
-/** Bytes of scratch that pend_dynamics_at needs. O(harmonics). */
+/** Returns the bytes of scratch that pend_dynamics_at needs. O(harmonics). */
 size_t pend_dynamics_at_bytes(const struct pend_tree *tree, const struct pend_loads *loads);
 
 /**
- * pend_dynamics at a time, of ideal and of real pendulums: with terms in the loads by the general
- * kernel (bodies), else by the quick forms.
+ * pend_dynamics at a given time, for ideal and real pendulums. Loads with terms use the general
+ * kernel (bodies), others the quick forms.
  *
- * time   s, the request's own, at which drives are taken.
+ * time   s, in the request's time; drives are evaluated at it.
  * work   pend_dynamics_at_bytes bytes, aligned to 64.
- * force  of a real pendulum the compression at the arms' tips.
+ * force  for a real pendulum the compression at the arms' tips.
  */
 void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loads, double time,
                       const double phi[], const double rate[], void *work, double acc[],
                       double force[]);
 
-/* States that go side by side through pend_dynamics_vec. */
+/* Number of states that pend_dynamics_vec computes side by side. */
 enum { PEND_DYNAMICS_VEC = 8 };
 
 /** Bytes of scratch that pend_dynamics_vec needs for a tree of n arms. */
@@ -66,12 +66,12 @@ size_t pend_dynamics_vec_bytes(int n);
  * one state in each vector lane.
  *
  * phi, rate, acc, force  n PEND_DYNAMICS_VEC values each, aligned to 64: arm k of state i at
- *                        PEND_DYNAMICS_VEC k + i; no two arrays the same, none NULL. Lanes that
- *                        are not used hold copies of another.
+ *                        PEND_DYNAMICS_VEC k + i; no two arrays the same, none NULL. Unused lanes
+ *                        hold copies of another lane.
  * work                   pend_dynamics_vec_bytes(n) bytes, aligned to 64.
  *
- * The rest as pend_dynamics, and the same bits, but for chains of 128 arms and more: they depend
- * neither on the lane nor on its neighbours.
+ * Other parameters as pend_dynamics. Results have the same bits, except for chains of 128 arms and
+ * more. They do not depend on the lane or on other lanes.
  */
 void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *loads,
                        const double phi[], const double rate[], void *work, double acc[],
@@ -81,8 +81,8 @@ void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *lo
 size_t pend_dynamics_many_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of any number of states of one tree, each as
- * pend_dynamics to the bit.
+ * Angular accelerations and compression forces of any number of states of one tree, each with the
+ * same bits as pend_dynamics.
  *
  * count                  states, >= 0.
  * phi, rate, acc, force  count rows of n values; no two arrays the same, none NULL.
@@ -93,8 +93,8 @@ void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *l
                         double force[]);
 
 /**
- * pend_dynamics of angles phi + phi_low, for small swings about hanging: their accelerations are as
- * small as angles from hanging, of which phi as a double has but a few digits.
+ * pend_dynamics at angles phi + phi_low, for small swings about hanging. Their accelerations are
+ * proportional to the angle from hanging, of which phi as a double keeps only a few digits.
  *
  * phi_low  n values, below an ulp of phi.
  * scratch  3 n values.
@@ -108,16 +108,19 @@ void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *l
                         double scratch[], double acc[], double force[]);
 
 /**
- * Returns non-zero if forces read from a power series of a pendulum lose digits that those of a
- * state keep: where its arms' masses, with their rods and bodies, differ by more than a factor of
- * 64. A series forms a force of a mass times an acceleration, and errs by the rounding of the
- * largest such product: up to that factor less than 1e-13 of the largest force, 4e-13 at 10^±2,
- * 2e-11 at 10^±4 and 2e-9 at 10^±6 kg (trees of up to 13 arms, tests/laws/test_row_forces). O(n).
+ * Returns non-zero if forces computed from a power series lose digits that forces computed from a
+ * state keep. This is so if the masses of two arms, with rods and bodies, differ by more than a
+ * factor of 64. A series computes a force as mass times acceleration, and its error is the rounding
+ * error of the largest such product. Errors relative to the largest force: 1e-13 up to that factor,
+ * 4e-13 at 10^±2, 2e-11 at 10^±4 and 2e-9 at 10^±6 kg (trees of up to 13 arms,
+ * tests/laws/test_row_forces). O(n).
  */
 int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads);
 
-/** pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor runs:
- * for tests. */
+/**
+ * pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor runs.
+ * For tests only.
+ */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
                        const struct pend_loads *loads, const double phi[], const double rate[],
                        void *work, double acc[], double force[]);

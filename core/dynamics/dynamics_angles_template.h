@@ -1,13 +1,13 @@
-/* The part of a sweep that needs no other arm, for a block of arms of one state: each arm's angle
- * to its parent, and w = l phi'^2.
+/* The part of a sweep that needs no result of another arm, for a block of arms of one state: each
+ * arm's angle to its parent, and w = l phi'^2.
  * Leaves to others: the sweeps (dynamics_one_template).
- * Invariant: the operations are those of dynamics_vec_template, hence the bits are the same. */
+ * Invariant: the operations are those of dynamics_vec_template, so the bits are the same. */
 #ifndef PEND_DYNAMICS_ANGLES_TEMPLATE_H
 #define PEND_DYNAMICS_ANGLES_TEMPLATE_H
 
 #include "core/dynamics/dynamics_template.h"
 
-/* What a block of arms does by itself: C and Z, of the angle to the parent, and w = l phi'^2. */
+/* C and Z of the angle to the parent, and w = l phi'^2, for a block of arms. */
 struct turns {
     double cosine[DYNAMICS_BLOCK], sine[DYNAMICS_BLOCK], spin[DYNAMICS_BLOCK];
 };

@@ -10,7 +10,8 @@
 struct dynamics_work {
     double *cosine, *sine; /* C, Z: of the angle to the parent */
     double *spin;          /* w = l phi'^2 */
-    double *eff, *bias;    /* S, f: the base feels S times its acceleration along the arm, plus f */
+    double *eff, *bias;    /* S, f: the force on the base along the arm is S times its acceleration,
+                            * plus f */
     double *inv;           /* 1 / (m + q) */
     double *p, *q, *r, *t; /* sums over the children: S C^2, S Z^2, S C Z, f Z */
     double *q_after, *r_after, *t_after; /* the same over the later siblings */
@@ -38,9 +39,8 @@ static struct dynamics_work dynamics_view(void *work, int n) {
                                   a + 12 * s, a + 13 * s, a + 14 * s, a + 15 * s};
 }
 
-/* What the children of one arm do to its tip, while they are still being added. The angles
- * between siblings are measured from the heaviest of them; u and v stand for along and across
- * it. */
+/* Sums over the children of one arm that have been added so far. The angles between siblings are
+ * measured from the heaviest of them; u and v stand for along and across it. */
 struct dynamics_joint {
     double p, q, r;         /* S C^2, S Z^2, S C Z */
     double b, t;            /* f C, f Z */
@@ -52,17 +52,17 @@ struct dynamics_joint {
     double zu, zv;          /* S Z c, S Z s */
 };
 
-/* Joints that wait for more children. Each lies in the sub-tree of a child of the one below it
- * that is not the largest, so the sizes of their sub-trees halve and there are at most as many
- * as an int has bits. */
+/* Joints whose children are not all added yet. Each one is in the sub-tree of a child of the joint
+ * below it, and not the largest child. So the sizes of their sub-trees halve, and there are at most
+ * as many as an int has bits. */
 struct dynamics_stack {
     int count;
     struct dynamics_joint joint[sizeof(int) * CHAR_BIT + 1];
 };
 
-/* Cosine and sine of a - b, both to their last digits: the difference is rounded, and near a
- * half turn its rounding is all that tells two arms from aligned ones. Not the C library's, whose
- * last bits differ between machines. */
+/* Cosine and sine of a - b, both accurate to the last digit. The difference is rounded; near a half
+ * turn only this rounding error distinguishes two arms from aligned ones. The C library's functions
+ * are not used, because their last bits differ between machines. */
 static void dynamics_between(double a, double b, double *cosine, double *sine) {
     double angle = a - b, back = angle + b, lost = (a - back) - (b - (back - angle));
     _Alignas(64) double C[PEND_TURN_CAP], Z[PEND_TURN_CAP];
@@ -71,14 +71,14 @@ static void dynamics_between(double a, double b, double *cosine, double *sine) {
     *sine = Z[0] + lost * C[0];
 }
 
-/* relative angles; the pivot's frame is at angle 0 */
+/* relative angles; the frame of the pivot has angle 0 */
 static void dynamics_angles(const struct pend_tree *tree, const double phi[],
                             const struct dynamics_work *w) {
     for (int k = 0; k < tree->n; k++)
         dynamics_between(phi[k], k ? phi[tree->parent[k]] : 0, &w->cosine[k], &w->sine[k]);
 }
 
-/* begins a joint with its first child c */
+/* starts a joint with its first child c */
 static struct dynamics_joint dynamics_first(const struct dynamics_work *w, int c, double phi) {
     double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
     w->q_after[c] = w->r_after[c] = w->t_after[c] = 0;
@@ -94,9 +94,9 @@ static struct dynamics_joint dynamics_first(const struct dynamics_work *w, int c
                                    .zu = S * Z};
 }
 
-/* Adds child c to a joint. The sums over pairs grow by what the others do across c. That is read
- * off the frame of the heaviest, where it is a sum in which nothing large cancels; as
- * differences of the sums p to t it would be lost where arms are nearly aligned. */
+/* Adds child c to a joint. The increase of the sums over pairs is computed in the frame of the
+ * heaviest child, where nothing large cancels. As differences of the sums p to t it would be lost
+ * for nearly aligned arms. */
 static void dynamics_join(const struct dynamics_work *w, int c, double phi,
                           struct dynamics_joint *j) {
     double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
@@ -110,7 +110,7 @@ static void dynamics_join(const struct dynamics_work *w, int c, double phi,
     j->p += S * C * C, j->q += S * Z * Z, j->r += S * C * Z;
     j->b += f * C, j->t += f * Z;
     if (S > j->heaviest) {
-        // c becomes the heaviest: turn the sums into its frame
+        // c becomes the heaviest: rotate the sums into its frame
         double uu = x * (j->uu * x + 2 * j->uv * y) + j->vv * y * y;
         double uv = (j->vv - j->uu) * x * y + j->uv * (x - y) * (x + y);
         double fu = x * j->fu + y * j->fv, zu = x * j->zu + y * j->zv;
@@ -140,7 +140,7 @@ static void dynamics_up(const struct pend_tree *tree, double unit, const double 
         w->bias[k] = (m * j->b + j->lift) * inv - w->eff[k] * w->spin[k];
         w->p[k] = j->p, w->q[k] = j->q, w->r[k] = j->r, w->t[k] = j->t;
         if (k == 0) break;
-        // the last child is the first to come by
+        // the sweep reaches the last child first
         if (tree->end[k] == tree->end[tree->parent[k]]) {
             assert(stack.count < (int)(sizeof stack.joint / sizeof *stack.joint));
             stack.joint[stack.count++] = dynamics_first(w, k, phi[k]);
@@ -150,7 +150,7 @@ static void dynamics_up(const struct pend_tree *tree, double unit, const double 
     }
 }
 
-/* the tip of arm k, whose base accelerates with (ar, at) in the frame of the arm before it */
+/* the tip of arm k, from the acceleration (ar, at) of its base in the frame of the parent arm */
 static void dynamics_tip(const struct pend_tree *tree, const struct dynamics_work *w, int k,
                          double ar, double at, double acc[]) {
     double C = w->cosine[k], Z = w->sine[k];
@@ -161,9 +161,9 @@ static void dynamics_tip(const struct pend_tree *tree, const struct dynamics_wor
     acc[k] = (tangential + Z * ar - C * at) / tree->len[k];
 }
 
-/* What the balance of forces at tip k still misses goes to its children in proportion to how
- * they yield: where heavy arms pull at a light joint, each tension is a small difference of
- * terms of their own weight, but the sum of the tensions is what the tension of arm k makes it. */
+/* Distributes the residual of the force balance at tip k over its children, in proportion to their
+ * compliance. If heavy arms pull at a light joint, each tension is a small difference of large
+ * terms, but the sum of the tensions is determined by the tension of arm k. */
 static void dynamics_balance(const struct pend_tree *tree, const struct dynamics_work *w, double m,
                              int k) {
     double ar = w->radial[k], at = w->tangential[k];
@@ -179,7 +179,7 @@ static void dynamics_balance(const struct pend_tree *tree, const struct dynamics
         w->tension[c] += w->eff[c] * (w->cosine[c] * dr + w->sine[c] * dt);
 }
 
-/* tensions and accelerations of the arms at tip k, whose own are known */
+/* tensions and accelerations of the arms at tip k, from the tension and acceleration of arm k */
 static void dynamics_children(const struct pend_tree *tree, const struct dynamics_work *w, double m,
                               int k, double acc[]) {
     double ar = w->radial[k], at = w->tangential[k], inv = w->inv[k];
@@ -201,8 +201,9 @@ void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads
     assert((size_t)work % 64 == 0 && isfinite(loads->gravity));
     assert(phi != acc && phi != force && acc != force);
     struct dynamics_work w = dynamics_view(work, tree->n);
-    // the unit of mass is a power of 2 near the whole, so that products of masses neither overflow
-    // nor vanish
+    // // the unit of mass is a power of 2 near the total, so that products of masses neither
+    // overflow
+    // // nor underflow
     int exponent;
     frexp(tree->subtree_mass[0], &exponent);
     if (exponent < -1000) exponent = -1000;
@@ -211,7 +212,7 @@ void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads
     dynamics_angles(tree, phi, &w);
     dynamics_up(tree, unit, phi, rate, &w);
 
-    // gravity is a pivot that accelerates with i g
+    // gravity is equivalent to a pivot that accelerates with i g
     w.tension[0] = w.eff[0] * w.sine[0] * loads->gravity + w.bias[0];
     dynamics_tip(tree, &w, 0, 0, loads->gravity, acc);
     for (int k = 0; k < tree->n; k++)

@@ -1,5 +1,5 @@
 /* The general form of the dynamics, for states on which the quick forms lose digits: light joints
- * between heavy arms, nearly aligned or slack.
+ * between heavy arms that are nearly aligned or without tension.
  * Leaves to others: all other states (kernel_dynamics), the choice between the forms (dynamics).
  * Invariant: no allocation; arms in the tree's stored order. */
 #ifndef PEND_DYNAMICS_CAREFUL_H

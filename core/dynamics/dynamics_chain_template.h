@@ -1,7 +1,7 @@
-/* Phi'' and lambda of a long chain in one state. Without this form a trajectory of a chain of 128
- * arms takes a server 39 % longer by method rk8pd, 64 % by rkf45 and 10 % by ode23, and one of 1024
- * arms 11 to 13 % (processor time of whole requests, avx2 and avx512), so the form stays.
- * Leaves to others: other trees, several states, forces that cancel (dynamics).
+/* Phi'' and lambda of a long chain in one state. Without this form the request of a trajectory
+ * takes more processor time: 39 % more by rk8pd, 64 % by rkf45 and 10 % by ode23 for a chain of 128
+ * arms, and 11 to 13 % for 1024 arms (avx2 and avx512).
+ * Leaves to others: other trees, several states, states with cancelling forces (dynamics).
  * Invariant: the same operations for any width of vectors. */
 #ifndef PEND_DYNAMICS_CHAIN_TEMPLATE_H
 #define PEND_DYNAMICS_CHAIN_TEMPLATE_H
@@ -9,34 +9,33 @@
 #include "core/dynamics/dynamics_template.h"
 
 /*
- * Long chains. A chain is a sequence from one end to the other; cut into DYNAMICS_VEC pieces that
- * are solved side by side, the sequence is an eighth as long. The state of a piece is linear in the
- * acceleration x of its base along its first arm and in the tension mu of the arm that follows it:
+ * A long chain is cut into DYNAMICS_VEC pieces that are solved side by side, which makes the
+ * sequential part an eighth as long. A piece depends linearly on the acceleration x of its base
+ * along its first arm and on the tension mu of the arm after it:
  *
  * lambda of its first arm = S x + f + g mu
- * acceleration of its last tip along the next arm = g x + e - k mu
- */
+ * acceleration of its last tip along the next arm = g x + e - k mu */
 struct chain_pieces {
     double eff[DYNAMICS_VEC], bias[DYNAMICS_VEC], gain[DYNAMICS_VEC]; /* S, f, g */
     double drift[DYNAMICS_VEC], give[DYNAMICS_VEC];                   /* e, k */
     double least, most;                                               /* masses */
 };
 
-/* of the angles before the first arms of the pieces, and before the first arm of the rest */
+/* frames before the first arms of the pieces, and before the first arm of the remainder */
 struct chain_cuts {
     double sine[DYNAMICS_VEC + 1], cosine[DYNAMICS_VEC + 1];
 };
 
-/* how the tension of an arm follows from that of the one before it: slope lambda + offset +
- * share mu */
+/* the tension of an arm is slope lambda + offset + share mu, lambda the tension of the arm before
+ * it */
 struct chain_row {
     wide slope, offset, share, sine, inverse_mass, inverse_len, tension;
 };
 
-/* chains whose masses are further apart than this are solved by the form for any tree */
+/* chains whose masses differ by more than this factor use the form for any tree */
 enum { CHAIN_MASSES = 1024 };
 
-/* a number of every piece, or of as many as a vector holds */
+/* one number of every piece, or of as many pieces as fit a vector */
 VEC_INLINE wide chain_load(const double *from, size_t length) {
 #if KERNEL_WIDTH == 8
     return (wide){from[0],          from[length],     from[2 * length], from[3 * length],
@@ -64,12 +63,12 @@ static void chain_angles(const double x[], const double base[], double sine[], d
     }
 }
 
-/* the arms behind the last piece, fewer than DYNAMICS_VEC */
+/* the arms after the last piece, fewer than DYNAMICS_VEC */
 struct chain_rest {
     int count;
     double sine[DYNAMICS_VEC], cosine[DYNAMICS_VEC], mass[DYNAMICS_VEC];
     double slope[DYNAMICS_VEC], offset[DYNAMICS_VEC], tension[DYNAMICS_VEC];
-    double eff, bias; /* of its first arm, 0 without one */
+    double eff, bias; /* of its first arm; 0 if there is none */
 };
 
 static void chain_rest_up(struct chain_rest *rest, const struct pend_tree *tree, double unit,
@@ -108,8 +107,8 @@ static void chain_cut(struct chain_cuts *cuts, const struct chain_rest *rest, si
     cuts->cosine[DYNAMICS_VEC] = rest->count ? rest->cosine[0] : 0;
 }
 
-/* WIDE pieces, from `part` on, from their last arms to their first; row[i] is of arm i of every
- * piece */
+/* WIDE pieces, from `part` on, from their last arms to their first; row[i] belongs to arm i of
+ * every piece */
 static void chain_up(const struct pend_tree *tree, double unit, const double phi[],
                      const double rate[], const struct chain_cuts *cuts, int part,
                      struct chain_row row[], struct chain_pieces *pieces) {
@@ -165,9 +164,8 @@ static void chain_up(const struct pend_tree *tree, double unit, const double phi
     }
 }
 
-/* tensions of the pieces' first arms, and of the arms that follow them; returns the largest sum of
- * what cancels there
- */
+/* tensions of the pieces' first arms and of the arms after the pieces; returns the largest sum of
+ * terms that cancel */
 static double chain_join(const struct chain_pieces *p, const struct chain_rest *rest,
                          double gravity, double x, double first[], double next[]) {
     double S[DYNAMICS_VEC + 1], f[DYNAMICS_VEC + 1], inverse[DYNAMICS_VEC], load;
@@ -192,8 +190,8 @@ static double chain_join(const struct chain_pieces *p, const struct chain_rest *
     return load;
 }
 
-/* What goes from piece to piece in the sweep back: tensions of the first arms and of the arms
- * that follow the pieces; lambda / m of the arm before. */
+/* Values passed from piece to piece in the sweep from the root: tensions of the first arms and of
+ * the arms after the pieces; lambda / m of the arm before. */
 struct chain_ends {
     double first[DYNAMICS_VEC], next[DYNAMICS_VEC], before[DYNAMICS_VEC + 1];
 };
@@ -210,8 +208,8 @@ static void chain_tensions(size_t length, int part, struct chain_row row[],
     chain_put(ends->before + part + 1, tension * row[length - 1].inverse_mass);
 }
 
-/* Tips accelerate across their arms by what the next arm pulls, bases by what the arm before
- * pulls; gap: what the base of the first arm does. Returns whether all is finite. */
+/* Across its arm, a tip accelerates by the pull of the next arm and a base by the pull of the arm
+ * before. gap: the same for the base of the first arm. Returns whether all values are finite. */
 static int chain_down(size_t length, int part, const struct chain_row row[],
                       const struct chain_ends *ends, const struct chain_cuts *cuts, double unit,
                       wide gap, double acc[], double force[], double *most) {
@@ -238,7 +236,7 @@ static int chain_down(size_t length, int part, const struct chain_row row[],
     return fine;
 }
 
-/* the rest of a chain from its first arm; before: lambda / m of the arm before it */
+/* the remainder of a chain from its first arm; before: lambda / m of the arm before it */
 static void chain_rest_down(struct chain_rest *rest, const struct pend_tree *tree,
                             double inverse_unit, double before, double tension, double acc[],
                             double force[]) {

@@ -1,34 +1,33 @@
 /* Phi'' and lambda of one state of any tree.
  * Leaves to others: angles (dynamics_angles_template), long chains (dynamics_chain_template),
  * several states (dynamics_vec_template), memory (dynamics).
- * Invariant: the operations are those of dynamics_vec_template, hence the bits are the same. */
+ * Invariant: the operations are those of dynamics_vec_template, so the bits are the same. */
 #ifndef PEND_DYNAMICS_ONE_TEMPLATE_H
 #define PEND_DYNAMICS_ONE_TEMPLATE_H
 
 #include "core/dynamics/dynamics_angles_template.h"
 
-/* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q).
- * They lie in the order of the first sweep. */
+/* Values of an arm with children that the second sweep needs: S, h, r / (m + q), t / (m + q). They
+ * are stored in the order of the first sweep. */
 struct joint {
     double eff, held, lean, side;
 };
 
-/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and
- * H. */
+/* Sums over the children of a joint visited so far: S C^2, S Z^2, S C Z, f C, f Z, D and H. */
 struct sums {
     double p, q, r, b, t, area, lift;
 };
 
-/* What a joint hands to its children: its acceleration along its arm and, with its sign turned,
- * across, and how it yields. */
+/* Values passed from a joint to its children: its acceleration along its arm, minus its
+ * acceleration across, and its compliance. */
 struct tip {
     double radial, yield, lean, side;
 };
 
-/* the sweep from the leaves to the root */
+/* state of the sweep from the leaves to the root */
 struct climb {
-    struct sums now;                      /* of the joint to which the arm before belongs */
-    struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
+    struct sums now;                      /* of the joint of the previous arm */
+    struct sums stack[WAITING + 1], *top; /* joints whose children are not all added yet */
     struct joint *joint;
     double unit, eff; /* eff: the largest S */
 };
@@ -80,7 +79,7 @@ VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree
     climb->now = now, climb->top = top, climb->joint = joint, climb->eff = largest;
 }
 
-/* the sweep from the root to the leaves */
+/* state of the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
     const struct joint *joint; /* one past the next */
@@ -170,7 +169,7 @@ VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *
     wide_store_some(force + i, f, count);
 }
 
-/* What both sweeps go through. */
+/* Arguments of both sweeps. */
 struct one {
     const struct pend_tree *tree;
     double gravity;
@@ -184,7 +183,7 @@ VEC_INLINE int one_blocks(const struct pend_tree *tree) {
     return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK;
 }
 
-/* the arms of block b */
+/* the number of arms in block b */
 VEC_INLINE int block_count(int n, int b) {
     int left = n - b * DYNAMICS_BLOCK;
     return left < DYNAMICS_BLOCK ? left : DYNAMICS_BLOCK;
@@ -206,7 +205,7 @@ VEC_INLINE void one_down(const struct one *one, const struct climb *climb,
                          struct descent *descent) {
     const struct pend_tree *tree = one->tree;
     double *acc = one->acc, *force = one->force;
-    // gravity is a pivot that accelerates with i g
+    // gravity is equivalent to a pivot that accelerates with i g
     descent->now = (struct tip){0, -one->gravity, 0, -one->gravity};
     descent->top = descent->stack, descent->joint = climb->joint;
     descent->unit = climb->unit, descent->inverse_unit = 1 / climb->unit;
@@ -219,8 +218,8 @@ VEC_INLINE void one_down(const struct one *one, const struct climb *climb,
     }
 }
 
-/* The largest S |acceleration of the base|, where an acceleration counts as the largest on the
- * way from the pivot. The joints end at `joint`. */
+/* Returns the largest S |acceleration of the base|, where an acceleration counts as the largest one
+ * on the path from the pivot. The joints end at `joint`. */
 static __attribute__((noinline)) double one_load(struct one one, const struct joint *joint,
                                                  double unit) {
     const struct pend_tree *tree = one.tree;
@@ -269,7 +268,7 @@ VEC_INLINE int one_sweeps(const struct one *one) {
     double poison = 0, most = LOAD_MOST * wide_most(descent.force), spin = wide_most(descent.spin);
     for (int i = 0; i < WIDE; i++) poison += descent.poison[i];
     if (!(poison == 0 && most < INFINITY)) return 0;
-    // no load is above this bound, which is most often enough
+    // an upper bound of all loads, usually sufficient
     double far = wide_most(descent.radial) + descent.yield + spin;
     return climb.eff * (far + spin) <= most || one_load(*one, climb.joint, climb.unit) <= most;
 }

@@ -1,17 +1,17 @@
-/* Sizes on which the quick forms of the dynamics and their callers agree.
+/* Sizes shared by the quick forms of the dynamics and their callers.
  * Leaves to others: the forms (dynamics_*_template), memory (dynamics).
  * Invariant: DYNAMICS_VEC is a multiple of every width of vectors. */
 #ifndef PEND_DYNAMICS_SIZES_H
 #define PEND_DYNAMICS_SIZES_H
 
-/* Arms whose scratch lies together: one base address serves all arrays of a sweep. */
+/* Number of arms whose scratch is contiguous: one base address serves all arrays of a sweep. */
 enum { DYNAMICS_BLOCK = 64, DYNAMICS_VEC = 8 };
 
-/* A single state of a chain of so many arms or more is solved in pieces. */
+/* A single state of a chain of at least this many arms is solved in pieces. */
 enum { DYNAMICS_CHAIN = 128 };
 
-/* A block of DYNAMICS_BLOCK arms of one state has this many values of scratch an arm; of
- * DYNAMICS_VEC states each value is DYNAMICS_VEC numbers. */
+/* Values of scratch per arm in a block of DYNAMICS_BLOCK arms of one state. For DYNAMICS_VEC states
+ * each value is DYNAMICS_VEC numbers. */
 enum { DYNAMICS_VALUES = 7 };
 
 #endif

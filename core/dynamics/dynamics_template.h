@@ -1,5 +1,5 @@
-/* What the quick forms of the dynamics share: widths, the depth of the stack, and the bound above
- * which a form gives a state up because its digits are in doubt.
+/* Shared by the quick forms of the dynamics: widths, the depth of the stack, and the bound above
+ * which a form rejects a state because it may lose digits.
  * Leaves to others: the sweeps (dynamics_*_template).
  * Invariant: a power of 2 times all masses, and its inverse, are finite. */
 #ifndef PEND_DYNAMICS_TEMPLATE_H
@@ -15,14 +15,15 @@
 
 #define fma1 lanes1_fma
 
-/* The sizes of the sub-trees that wait halve from one to the next. */
+/* The sizes of the waiting sub-trees halve from one to the next. */
 enum { WAITING = sizeof(int) * CHAR_BIT + 1 };
 
-/* Forces that are so many times smaller than masses times accelerations are another form's.
- * Their error is this times that of a double at most. */
+/* A state whose forces are smaller than mass times acceleration by more than this factor needs the
+ * careful form. The error of the quick forms is at most this times the rounding error of a
+ * double. */
 #define LOAD_MOST 256
 
-/* Masses times this power of 2 are near 1 in all; its inverse is finite. */
+/* Returns a power of 2 that scales the masses to a total near 1; its inverse is finite. */
 VEC_INLINE double kernel_unit(double mass) {
     unsigned long long bits, exponent;
     memcpy(&bits, &mass, sizeof bits);

@@ -1,37 +1,36 @@
 /* Phi'' and lambda of several states of one tree, one state a lane: every number of the sweeps is a
  * vector.
- * Leaves to others: single states (dynamics_one_template), which take the same operations, memory
+ * Leaves to others: single states (dynamics_one_template, with the same operations), memory
  * (dynamics).
- * Invariant: lanes never mix; a state has the bits that it has alone. */
+ * Invariant: lanes never mix; a state's result has the same bits as if computed alone. */
 #ifndef PEND_DYNAMICS_VEC_TEMPLATE_H
 #define PEND_DYNAMICS_VEC_TEMPLATE_H
 
 #include "core/dynamics/dynamics_template.h"
 
-/* Of an arm: C, Z, w, S, and of one that carries others h, r / (m + q), t / (m + q). */
+/* Of an arm: C, Z, w, S; of an arm with children also h, r / (m + q), t / (m + q). */
 struct lanes_arm {
     wide cosine, sine, spin, eff, held, lean, side;
 };
 
-/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and
- * H. */
+/* Sums over the children of a joint visited so far: S C^2, S Z^2, S C Z, f C, f Z, D and H. */
 struct lanes_sums {
     wide p, q, r, b, t, area, lift;
 };
 
-/* What a joint hands to its children: its acceleration along its arm and, with its sign turned,
- * across, and how it yields. */
+/* Values passed from a joint to its children: its acceleration along its arm, minus its
+ * acceleration across, and its compliance. */
 struct lanes_tip {
     wide radial, yield, lean, side;
 };
 
-/* The angles of an arm are computed this many arms before they are needed: the processor is busy
- * with them while a joint waits for its division. */
+/* The angles of an arm are computed this many arms ahead, to keep the processor busy during the
+ * division of a joint. */
 enum { VEC_AHEAD = 2 };
 
-/* Largest values of a sweep: |lambda|, and what bounds all S |acceleration|. */
+/* Largest values of a sweep: |lambda|, and the factors that bound all S |acceleration|. */
 struct lanes_peaks {
-    wide force, radial, yield, spin, poison; /* poison: 0 while all is finite */
+    wide force, radial, yield, spin, poison; /* poison: 0 while all values are finite */
 };
 
 VEC_INLINE void lanes_prepare(const struct pend_tree *tree, const double phi[], const double rate[],
@@ -66,8 +65,9 @@ static wide lanes_up(const struct pend_tree *tree, double unit, const double phi
                      const double rate[], struct lanes_arm arm[]) {
     struct lanes_sums stack[WAITING], *top = stack, now = {0};
     wide largest = WIDE_(of)(0), zero = largest, scale = WIDE_(of)(unit);
-    VEC_PIN(scale); // else masses are scaled before they are spread over lanes, which is one
-                    // operation more
+    VEC_PIN(scale); // // otherwise masses are scaled before they are copied to all lanes, at the
+                    // cost of one
+                    // // more operation
     for (int k = tree->n - 1; k >= 0 && k >= tree->n - VEC_AHEAD; k--)
         lanes_prepare(tree, phi, rate, &arm[k], k);
     for (int k = tree->n - 1; k >= 0; k--) {
@@ -113,7 +113,7 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
     wide zero = WIDE_(of)(0), most = zero, radials = zero + fabs(gravity), yields = zero,
          spins = zero, poison = zero;
     double inverse_unit = 1 / unit;
-    // gravity is a pivot that accelerates with i g
+    // gravity is equivalent to a pivot that accelerates with i g
     now = (struct lanes_tip){zero, zero - gravity, zero, zero - gravity};
     for (int k = 0; k < tree->n; k++) {
         unsigned how = tree->kin[k];
@@ -146,8 +146,8 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
     *peaks = (struct lanes_peaks){most, radials, yields, spins, poison};
 }
 
-/* the largest S |acceleration of the base|, where the acceleration of a base is taken as the
- * largest one on the way from the pivot to it */
+/* the largest S |acceleration of the base|, where the acceleration of a base counts as the largest
+ * one on the path from the pivot to it */
 static wide lanes_load(const struct pend_tree *tree, double gravity, const struct lanes_arm arm[]) {
     struct {
         struct lanes_tip tip;
@@ -193,7 +193,7 @@ static unsigned kernel_lanes(const struct pend_tree *tree, const struct pend_loa
         struct lanes_peaks peaks;
         wide eff = lanes_up(tree, unit, phi + i, rate + i, arm);
         lanes_down(tree, unit, gravity, arm, acc + i, force + i, &peaks);
-        // this bound is above every load, and small enough most of the time
+        // an upper bound of all loads, usually small enough
         wide most = LOAD_MOST * peaks.force,
              load = eff * (peaks.radial + peaks.yield + peaks.spin + peaks.spin);
         unsigned good = lanes_kept(load, most, peaks.poison);

@@ -1,5 +1,5 @@
 /* The quick forms of the dynamics, by instruction set.
- * Leaves to others: states whose digits the quick forms may lose (dynamics), memory (dynamics).
+ * Leaves to others: states on which the quick forms may lose digits (dynamics), memory (dynamics).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
 #ifndef PEND_KERNEL_DYNAMICS_H
 #define PEND_KERNEL_DYNAMICS_H
@@ -12,18 +12,18 @@ struct dynamics_kernel {
     /**
      * One state. Parameters as pend_dynamics, but force is never NULL.
      *
-     * work  DYNAMICS_VALUES numbers an arm, in whole blocks, aligned to 64.
+     * work  DYNAMICS_VALUES numbers per arm, in whole blocks, aligned to 64.
      *
-     * Returns non-zero when the digits are kept; else acc and force hold nothing of use.
+     * Returns non-zero if the result is accurate; otherwise acc and force are undefined.
      */
     int (*one)(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                const double rate[], double work[], double acc[], double force[]);
     /**
      * DYNAMICS_VEC states, arm k of state i at DYNAMICS_VEC k + i of each array.
      *
-     * work  DYNAMICS_VALUES * DYNAMICS_VEC numbers an arm, aligned to 64.
+     * work  DYNAMICS_VALUES * DYNAMICS_VEC numbers per arm, aligned to 64.
      *
-     * Returns a bit for each state whose digits are kept.
+     * Returns a bit for each state whose result is accurate.
      */
     unsigned (*lanes)(const struct pend_tree *tree, const struct pend_loads *loads,
                       const double phi[], const double rate[], double work[], double acc[],

@@ -12,9 +12,9 @@ struct kinematics_vector {
     double re, im;
 };
 
-/* Values of the arms that a sweep will come back to. Each lies in the sub-tree of a child of the
- * one below it that is not the largest, so the sizes of their sub-trees halve and there are at
- * most as many as an int has bits. */
+/* Values of arms that a sweep will need again. Each one is in the sub-tree of a child of the arm
+ * below it, and not the largest child. So the sizes of their sub-trees halve, and there are at most
+ * as many as an int has bits. */
 struct kinematics_stack {
     int count;
     struct kinematics_vector value[sizeof(int) * CHAR_BIT + 1];
@@ -25,8 +25,8 @@ static void kinematics_push(struct kinematics_stack *stack, struct kinematics_ve
     stack->value[stack->count++] = value;
 }
 
-/* root to leaves, before arm k: the value of its parent's tip; forgets the parent at its last
- * child */
+/* root to leaves, before arm k: the value of its parent's tip, which the last child removes from
+ * the stack */
 static struct kinematics_vector kinematics_base(const struct pend_tree *tree, int k,
                                                 struct kinematics_stack *stack) {
     if (k == 0) return (struct kinematics_vector){0, 0};
@@ -35,7 +35,7 @@ static struct kinematics_vector kinematics_base(const struct pend_tree *tree, in
     return base;
 }
 
-/* root to leaves, after arm k: the value of its tip, kept where something hangs on it */
+/* root to leaves, after arm k: the value of its tip, stored if it has children */
 static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int k,
                                                struct kinematics_vector base,
                                                struct kinematics_vector arm,
@@ -52,7 +52,8 @@ static struct kinematics_vector kinematics_children(const struct pend_tree *tree
     return stack->value[--stack->count];
 }
 
-/* leaves to root: adds what arm k brings to the sum of its parent, which its last child begins */
+/* leaves to root: adds the value of arm k to the sum of its parent; the last child starts that
+ * sum */
 static void kinematics_join(const struct pend_tree *tree, int k, struct kinematics_vector value,
                             struct kinematics_stack *stack) {
     if (k == 0) return;
@@ -83,7 +84,7 @@ static void kinematics_units_fill(struct kinematics_units *units, int n, const d
     for (int i = 0; i < count; i++) near &= fabs(phi[k + i]) <= 1e6;
     units->turn(phi + k, count, units->re, units->im);
     for (int i = 0; i < count && !near; i++) {
-        // this angle is beyond the range of the vector kernels
+        // this angle is outside the range of the vector kernels
         if (!(fabs(phi[k + i]) <= 1e6))
             units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
     }
@@ -103,7 +104,7 @@ void pend_kinematics_units(int n, const double phi[], double re[], double im[]) 
     }
 }
 
-/* l e^{i phi} of arm k, where arms are taken in turn from 0 on */
+/* l e^{i phi} of arm k, for arms visited in order from 0 */
 static struct kinematics_vector kinematics_next(struct kinematics_units *units,
                                                 const struct pend_tree *tree, const double phi[],
                                                 int k) {
@@ -128,7 +129,7 @@ static struct kinematics_vector kinematics_bend(const struct pend_tree *tree, co
                                       acc[k] * arm.re - square * arm.im};
 }
 
-/* writes the value of tip k: the arm's own on top of its parent's */
+/* stores the value of tip k: the arm's own value plus its parent's */
 static void kinematics_write(const struct pend_tree *tree, int k, struct kinematics_vector arm,
                              double re[], double im[]) {
     int p = tree->parent[k];
@@ -165,7 +166,7 @@ void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi
         kinematics_write(tree, k, kinematics_bend(tree, phi, rate, acc, k), re, im);
 }
 
-/* a sum and what its roundings lost (Knuth's, which branches nowhere) */
+/* a sum and its accumulated rounding error (Knuth's algorithm, without branches) */
 struct kinematics_sum {
     double sum, lost;
 };
@@ -176,7 +177,7 @@ static void kinematics_add(struct kinematics_sum *s, double x) {
     s->sum = sum;
 }
 
-/* of a state whose angles and rates begin at `from` of all the `end` */
+/* of a state whose angles and rates begin at index `from` of `end` */
 static struct pend_energy kinematics_energy(struct kinematics_units *units,
                                             const struct pend_tree *tree,
                                             const struct pend_loads *loads, int from, int end,
@@ -187,7 +188,7 @@ static struct pend_energy kinematics_energy(struct kinematics_units *units,
     for (int k = 0; k < tree->n;) {
         if (from + k == units->end) kinematics_units_fill(units, end, phi, from + k);
         int next = units->end - from < tree->n ? units->end - from : tree->n;
-        // no call in this loop: all sums stay in registers
+        // no function call in this loop, so that all sums stay in registers
         for (; k < next; k++) {
             int i = from + k;
             double re = tree->len[k] * units->re[i - units->from],
@@ -196,7 +197,7 @@ static struct pend_energy kinematics_energy(struct kinematics_units *units,
             struct kinematics_vector v =
                 kinematics_tip(tree, k, kinematics_base(tree, k, &stack), turn, &stack);
             kinematics_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
-            // sum m_k Im z_k, arm by arm instead of tip by tip
+            // sum m_k Im z_k, summed by arms instead of tips
             kinematics_add(&moment, tree->subtree_mass[k] * im);
         }
     }
@@ -229,7 +230,7 @@ double pend_kinematics_energy_scale(const struct pend_tree *tree, const struct p
     return fabs(loads->gravity) * moment + kinetic;
 }
 
-/* the part of v along arm k */
+/* the component of v along arm k */
 static double kinematics_along(const double phi[], int k, struct kinematics_vector v) {
     return cos(phi[k]) * v.re + sin(phi[k]) * v.im;
 }
@@ -253,7 +254,7 @@ void pend_kinematics_force(const struct pend_tree *tree, const struct pend_loads
         kinematics_join(tree, k, sum, &stack);
     }
 
-    // root to leaves: the base's own share, m_p (z'' of the base + i g)
+    // root to leaves: adds the base's part, m_p (z'' of the base + i g)
     for (int k = 0; k < tree->n; k++) {
         struct kinematics_vector base = kinematics_base(tree, k, &stack);
         kinematics_tip(tree, k, base, kinematics_bend(tree, phi, rate, acc, k), &stack);

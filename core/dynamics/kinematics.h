@@ -1,5 +1,5 @@
-/* What follows from angles, rates and accelerations: tip positions, velocities, accelerations,
- * energies, forces.
+/* Tip positions, velocities, accelerations, energies and forces from angles, rates and angular
+ * accelerations.
  * Leaves to others: finding the accelerations (dynamics).
  * Invariant: no allocation; arms in the tree's stored order; outputs never alias inputs. */
 #ifndef PEND_KINEMATICS_H
@@ -14,7 +14,7 @@ struct pend_energy {
 };
 
 /**
- * Unit vectors e^{i phi}, within 1 ulp of the larger of the two numbers up to 1e6 rad.
+ * Unit vectors e^{i phi}, within 1 ulp of the larger component for angles up to 1e6 rad.
  *
  * phi     n angles, rad.
  * re, im  out, n values each.
@@ -54,8 +54,8 @@ struct pend_energy pend_kinematics_energy(const struct pend_tree *tree,
                                           const double rate[]);
 
 /**
- * The same of several states, rows of n, one after the other: cheaper for small trees, whose
- * directions are found together. A state's energy has the bits that it has alone.
+ * pend_kinematics_energy of several states, rows of n. Cheaper for small trees, whose unit vectors
+ * are computed together. A state's energy has the same bits as if computed alone.
  *
  * energy  out, count values.
  */
@@ -64,17 +64,17 @@ void pend_kinematics_energies(const struct pend_tree *tree, const struct pend_lo
                               struct pend_energy energy[]);
 
 /**
- * The scale that an energy drift is measured against: g l-weighted, sum over arms of |g| l_k (S^T
- * m)_k, plus the kinetic energy given. J.
+ * Scale to which an energy drift is compared, J: the sum over arms of |g| l_k (S^T m)_k, plus the
+ * given kinetic energy.
  */
 double pend_kinematics_energy_scale(const struct pend_tree *tree, const struct pend_loads *loads,
                                     double kinetic);
 
 /**
- * Compression forces (bbb) of a motion whose accelerations are given, whatever law they came from:
- * lambda_k = Re e^{-i phi_k} sum over the sub-tree of m_p (z''_p + i g). N. O(n).
+ * Compression forces (bbb) for given accelerations, which need not solve (aaa): lambda_k = Re e^{-i
+ * phi_k} sum over the sub-tree of m_p (z''_p + i g). N. O(n).
  *
- * force  out, n values; used for motions that do not obey (aaa), such as the linearised one.
+ * force  out, n values; also for motions that do not solve (aaa), such as the linearized one.
  */
 void pend_kinematics_force(const struct pend_tree *tree, const struct pend_loads *loads,
                            const double phi[], const double rate[], const double acc[],

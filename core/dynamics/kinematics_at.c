@@ -3,7 +3,8 @@
 #include <assert.h>
 #include <math.h>
 
-/* x + y i times the unit vector of a direction; most points asked for are the arm's own end */
+/* x + y i times the unit vector of a direction; usually y is 0, because the point is the arm's own
+ * end */
 static struct at_vector at_turn(double x, double y, double direction) {
     if (x == 0 && y == 0) return (struct at_vector){0, 0};
     double c = cos(direction), s = sin(direction);
@@ -32,25 +33,25 @@ struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double ti
     return sum;
 }
 
-/* place and velocity of the pivot, with the bits that each has alone */
+/* position and velocity of the pivot, each with the same bits as computed alone */
 static struct at_vector at_pivot_moves(const struct pend_loads *loads, double time,
                                        struct at_vector *speed) {
     *speed = pend_kinematics_pivot(loads, time, 1);
     return pend_kinematics_pivot(loads, time, 0);
 }
 
-/* x along the rail of a cart */
+/* x along the rail of a cart, as a vector */
 static struct at_vector at_rail(const struct pend_loads *loads, double x) {
     assert(pend_terms_cart(loads->terms));
     return at_turn(x, 0, loads->value[loads->terms->one[PEND_TERM_RAIL]]);
 }
 
-/* arm k is a cart, whose tip is its place */
+/* true if arm k is a cart, whose tip is its position */
 static int at_cart(const struct pend_loads *loads, int k) {
     return !k && pend_terms_cart(loads->terms);
 }
 
-/* from the tip of the parent of arm k back to where k hangs, in the parent's frame */
+/* from the tip of arm k's parent to the attachment point of k, in the parent's frame */
 static struct at_vector at_point(const struct pend_tree *tree, const struct pend_loads *loads,
                                  int k) {
     if (!loads->terms->hung[k]) return (struct at_vector){0, 0};
@@ -109,7 +110,7 @@ void pend_kinematics_velocity_at(const struct pend_tree *tree, const struct pend
         pend_kinematics_velocity(tree, phi, rate, re, im);
 }
 
-/* what turning with a rate and its change does to a point of an arm */
+/* acceleration of a point of an arm due to the arm's rate and angular acceleration */
 static struct at_vector at_bend(struct at_vector p, double rate, double acc) {
     double square = rate * rate;
     return (struct at_vector){-acc * p.y - square * p.x, acc * p.x - square * p.y};
@@ -138,7 +139,7 @@ void pend_kinematics_acceleration_at(const struct pend_tree *tree, const struct 
     }
 }
 
-/* a sum and what its roundings lost */
+/* a sum and its accumulated rounding error */
 struct at_sum {
     double sum, lost;
 };
@@ -149,14 +150,14 @@ static void at_add(struct at_sum *s, double x) {
     s->sum = sum;
 }
 
-/* what an arm is made of: masses at points of its frame, with inertias of their own */
+/* an arm consists of up to so many masses at points of its frame, with inertias of their own */
 enum { AT_POINTS = 3 };
 struct at_mass {
     double mass, inertia;
     struct at_vector at;
 };
 
-/* returns how many there are */
+/* returns their number */
 static int at_masses(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      struct at_mass mass[]) {
     const struct pend_terms *terms = loads->terms;
@@ -187,16 +188,15 @@ static double at_spring(const struct pend_tree *tree, const struct pend_loads *l
     return stiff * bent * bent / 2;
 }
 
-/* what the energies of a state are made of: unit vectors of the arms, and velocities or heights of
- * their joints; rows of n */
+/* unit vectors of the arms, and velocities or heights of their joints; rows of n */
 struct at_state {
     const double *rate;
     const double *cosine, *sine;
     double *x, *y;
 };
 
-/* where arm k, not the first, hangs on its parent, from the parent's joint and in axes that are
- * fixed; what hangs on a cart hangs where the cart is */
+/* attachment point of arm k > 0 relative to its parent's joint, in fixed axes; an arm on a cart is
+ * attached at the cart's position */
 static struct at_vector at_hang(const struct pend_tree *tree, const struct pend_loads *loads,
                                 const struct at_state *state, int k) {
     int p = tree->parent[k];

@@ -1,5 +1,5 @@
-/* Places, velocities and energies of a pendulum at a time, ideal or real.
- * Leaves to others: ideal pendulums (kinematics), to which it hands over.
+/* Positions, velocities and energies of an ideal or real pendulum at a given time.
+ * Leaves to others: ideal pendulums (kinematics), which it calls.
  * Invariant: arms in the tree's stored order; no allocation. */
 #ifndef PEND_KINEMATICS_AT_H
 #define PEND_KINEMATICS_AT_H
@@ -16,10 +16,10 @@ struct at_vector {
 struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double time, int order);
 
 /**
- * Fills in the positions of the tips, m, in the ground's frame: those of pend_kinematics_position,
- * where arms hang on points of others, and the pivot moves.
+ * Fills in the positions of the tips, m, in the ground's frame, with attachment points other than
+ * tips and a moving pivot.
  *
- * time    s, the request's own, for a pivot that is driven.
+ * time    s, in the request's time, for a driven pivot.
  * re, im  out, n values each.
  * O(n + harmonics).
  */
@@ -51,8 +51,9 @@ struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
                                              double scratch[]);
 
 /**
- * The same of several states, rows of n, each at its own time: cheaper for small trees, whose
- * directions are found together. A state's energy has the bits that it has alone.
+ * pend_kinematics_energy_at of several states, rows of n, each at its own time. Cheaper for small
+ * trees, whose unit vectors are computed together. A state's energy has the same bits as if
+ * computed alone.
  *
  * scratch  2 n (count + 1) values, for a real pendulum.
  * energy   out, count values.
@@ -63,8 +64,8 @@ void pend_kinematics_energies_at(const struct pend_tree *tree, const struct pend
                                  struct pend_energy energy[]);
 
 /**
- * Returns the scale that an energy drift is measured against, J: pend_kinematics_energy_scale, with
- * the masses of rods and bodies, and the energy of springs that are bent by a radian.
+ * Returns the scale to which an energy drift is compared, J: pend_kinematics_energy_scale, with the
+ * masses of rods and bodies, plus the energy of springs deflected by one radian.
  */
 double pend_kinematics_energy_scale_at(const struct pend_tree *tree, const struct pend_loads *loads,
                                        double kinetic);

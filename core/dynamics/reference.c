@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The matrices of the paper, views into one block: GSL's own allocations would end the program
- * when they fail. */
+/* The matrices of the paper, as views into one block. GSL's own allocation functions abort the
+ * program if memory runs out. */
 struct reference_space {
     double *block;
     gsl_matrix_complex_view tips;    /* S diag(l e^{i phi}) */
@@ -107,8 +107,8 @@ static void reference_inertia(struct reference_space *space, const struct pend_t
         }
 }
 
-/* factors re in place: P Re P^T = L D L^T, the Cholesky that says by D, not by an error, that it
- * went wrong */
+/* factors re in place: P Re P^T = L D L^T; this Cholesky variant reports a failure in D instead of
+ * calling GSL's error handler */
 static enum pend_status reference_factor(struct reference_space *space) {
     gsl_linalg_pcholesky_decomp(&space->re.matrix, &space->pivots);
     for (size_t k = 0; k < space->pivots.size; k++) {
@@ -182,7 +182,7 @@ out:
     return status;
 }
 
-/* A = g Re(0)^-1 diag(l (S^T m)), column by column; re holds the factors */
+/* A = g Re(0)^-1 diag(l (S^T m)), column by column; re contains the factors */
 static void reference_lin(struct reference_space *space, const struct pend_tree *tree,
                           const struct pend_loads *loads, double a[]) {
     size_t n = (size_t)tree->n;
@@ -214,7 +214,7 @@ enum pend_status pend_reference_linearization(const struct pend_tree *tree,
     if (loads->gravity == 0 && a_inverse) return PEND_INVALID;
     enum pend_status status = reference_init(&space, tree);
     if (status) goto out;
-    // M(0) is real; its angles are 0 in the block that was just cleared
+    // M(0) is real; the angles are 0, because the block was just cleared
     reference_paths(&space, tree);
     reference_inertia(&space, tree, space.square.vector.data);
     if (a_inverse) reference_lin_inverse(&space, tree, loads, a_inverse);

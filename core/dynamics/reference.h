@@ -1,6 +1,6 @@
 /* The paper's matrix equations (aaa), (bbb) and (lin) as they are printed, computed through GSL:
  * the independent check of the fast forms.
- * Leaves to others: everything that has to be fast.
+ * Leaves to others: fast computation (dynamics).
  * Invariant: shares no formula with dynamics; arms in the tree's stored order. */
 #ifndef PEND_REFERENCE_H
 #define PEND_REFERENCE_H
@@ -21,7 +21,7 @@ PEND_MUST_CHECK enum pend_status pend_reference_mass_matrix(const struct pend_tr
 /**
  * (aaa) and (bbb) by a Cholesky factorization of Re M. Parameters as pend_dynamics.
  *
- * force  out, or NULL to skip. acc and force are no input array.
+ * force  out, or NULL to skip. acc and force may not be input arrays.
  *
  * PEND_NO_MEMORY  allocates O(n^2).
  * PEND_NOT_FINITE Re M is numerically not positive definite.

@@ -1,10 +1,10 @@
 /* Numbers of about 32 digits: vectors of unevaluated sums of two doubles. Included after
  * vec.h, with LANES defined.
- * Leaves to others: ranges (products below 1e292 in size, above 1e-260 to keep all digits), what
- * is not finite.
- * Invariant: high is the sum rounded, low the rest, but after _gather, which leaves that to
- * _settle. Every operation is within 2^-102 of the larger operand's (for products and quotients:
- * the result's) size, in every instruction set. */
+ * Leaves to others: ranges (products below 1e292 in size, above 1e-260 to keep all digits), values
+ * that are not finite.
+ * Invariant: high is the rounded sum and low the rest, except after _gather, whose result _settle
+ * normalizes. Every error is within 2^-102 of the larger operand (for products and quotients: of
+ * the result), in every instruction set. */
 #ifdef __FAST_MATH__
 #error "sums of two doubles need the rounding of IEEE 754: leave out -ffast-math"
 #endif
@@ -24,7 +24,7 @@ typedef struct {
 /** x y with its rounding error. */
 VEC_INLINE DD_TYPE DD(product)(VEC x, VEC y) {
     VEC p = x * y;
-    // without this a compiler could fuse the product into the sums in which it is used
+    // otherwise a compiler could fuse the product into the sums that use it
     VEC_PIN(p);
 #ifdef __FMA__
     return (DD_TYPE){p, VEC_(fma)(x, y, -p)};
@@ -44,7 +44,7 @@ VEC_INLINE DD_TYPE DD(total)(VEC x, VEC y) {
     return (DD_TYPE){s, (x - (s - part)) + (y - part)};
 }
 
-/** high + low, |high| >= |low|, as a number (Dekker). */
+/** Normalizes high + low, |high| >= |low| (Dekker). */
 VEC_INLINE DD_TYPE DD(settle)(DD_TYPE x) {
     VEC s = x.high + x.low;
     return (DD_TYPE){s, x.low - (s - x.high)};
@@ -107,12 +107,12 @@ VEC_INLINE DD_TYPE DD(pick)(BITS which, DD_TYPE x, DD_TYPE y) {
     return (DD_TYPE){VEC_(pick)(which, x.high, y.high), VEC_(pick)(which, x.low, y.low)};
 }
 
-/* (-1)^j / (2 j + 1)! from j = 1 on, (-1)^j / (2 j)! from j = 2 on: as many terms as matter up
- * to pi / 4 */
+/* (-1)^j / (2 j + 1)! from j = 1 on, (-1)^j / (2 j)! from j = 2 on: the terms that matter up to pi
+ * / 4 */
 enum { DD(SINE_TERMS) = 14, DD(SINE_LONG) = 7, DD(COSINE_TERMS) = 14, DD(COSINE_LONG) = 7 };
 
 VEC_INLINE DD_TYPE DD(horner)(const double term[][2], int terms, int precise, DD_TYPE z) {
-    // terms this small need but one double
+    // for terms this small one double suffices
     VEC tail = VEC_(of)(term[terms - 1][0]);
     for (int j = terms - 2; j >= precise; j--) tail = VEC_(fma)(z.high, tail, VEC_(of)(term[j][0]));
     DD_TYPE sum = DD(from)(tail);
@@ -120,8 +120,8 @@ VEC_INLINE DD_TYPE DD(horner)(const double term[][2], int terms, int precise, DD
     return sum;
 }
 
-/* x less n + many right angles, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: times each
- * part of a right angle but the last both are exact */
+/* x less n + many right angles, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: their
+ * products with each part of a right angle except the last are exact */
 VEC_INLINE DD_TYPE DD(less)(DD_TYPE x, VEC n, VEC many) {
     static const double whole = -0x1.921fb54400000p+0,
                         part[] = {-0x1.0b4611a600000p-34, -0x1.3198a2e000000p-69,
@@ -141,8 +141,8 @@ VEC_INLINE DD_TYPE DD(less)(DD_TYPE x, VEC n, VEC many) {
 }
 
 /**
- * Sine and cosine within 2^-102 of 1, relative to x where that is small, of an x up to 1e12 as it
- * is: beyond 1e6 the last place of x is larger than that.
+ * Sine and cosine with error 2^-102, relative to x if that is small. x up to 1e12 is taken as
+ * exact: beyond 1e6 the last digit of x is larger than the error.
  */
 VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
     static const double sine_term[DD(SINE_TERMS)][2] = {
@@ -175,7 +175,7 @@ VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
         {-0x1.88e85fc6a4e5ap-89, 0x1.71c37ebd16540p-143},
         {0x1.0a18a2635085dp-98, 0x1.b9e2e28e1aa54p-153},
         {-0x1.3932c5047d60ep-108, -0x1.832b7b530a627p-162}};
-    // right angles, and multiples of 2^20 of them, of which an angle below 8e5 has none
+    // right angles, and multiples of 2^20 of them (0 for angles below 8e5)
     VEC magic = VEC_(of)(0x1.8p52), shifted = x.high * 0x1.45f306dc9c883p-21 + magic;
     VEC many = (shifted - magic) * 0x1p20;
     shifted = (x.high + many * -0x1.921fb54400000p+0 - many * 0x1.0b4611a600000p-34) *

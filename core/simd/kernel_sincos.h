@@ -1,5 +1,5 @@
 /* Cosines and sines of many angles, by instruction set.
- * Leaves to others: the vectors that are made of them (kinematics).
+ * Leaves to others: vectors computed from them (kinematics).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
 #ifndef PEND_KERNEL_SINCOS_H
 #define PEND_KERNEL_SINCOS_H
@@ -11,7 +11,7 @@ enum { PEND_TURN_CAP = 64 };
  * rad, and as exact as the angle itself beyond, up to 1e12 rad.
  *
  * phi       count angles, rad.
- * re, im    out, PEND_TURN_CAP values each, aligned to 64 bytes; those from count on do not matter.
+ * re, im    out, PEND_TURN_CAP values each, aligned to 64 bytes; those from count on are undefined.
  */
 typedef void pend_sincos_fn(const double phi[], int count, double re[], double im[]);
 

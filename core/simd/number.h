@@ -1,13 +1,13 @@
-/* The numbers that templates compute with: what such a number is, and the kinds that there are.
+/* The numbers that templates compute with: their interface, and the kinds.
  *
  * A template is written once, in `num` and the functions below. A file that includes templates
- * says first which kind it wants, by one of
+ * first selects a kind by one of
  *
- *     #define NUMBER_VEC 1             a double; this is the kind if nothing is said
- *     #define NUMBER_VEC 8             a vector of 2, 4 or 8 doubles, one value a lane
- *     #define NUMBER_DOUBLE_DOUBLE     32 digits: a sum of two of the widest vectors
- *     #define NUMBER_TANGENT           a double and its derivatives by eight parameters
- *     #define NUMBER_OTHER type        the file has defined num_of .. num_neg of `type` itself
+ *     #define NUMBER_VEC 1             a double; the default #define NUMBER_VEC 8             a
+ *     vector of 2, 4 or 8 doubles, one value per lane #define NUMBER_DOUBLE_DOUBLE     32 digits: a
+ *     sum of two of the widest vectors #define NUMBER_TANGENT           a double and its
+ *     derivatives by eight parameters #define NUMBER_OTHER type        the file has defined num_of
+ *     .. num_neg of `type` itself
  *
  * and then includes this file. All kinds have
  *
@@ -22,9 +22,9 @@
  *     num_scale(x, power)              x times a power of two, exact
  *     num_sincos(x, &sine, &cosine)
  *
- * and NUM_(name) is a function that one kind alone has.
+ * and NUM_(name) is a function that only one kind has.
  * Leaves to others: the arithmetic (vec, double_double, tangent).
- * Invariant: the checks at the end of this file hold for every kind, or it does not compile. */
+ * Invariant: every kind passes the static checks at the end of this file. */
 #ifndef PEND_NUMBER_H
 #define PEND_NUMBER_H
 
@@ -71,15 +71,15 @@ VEC_INLINE num num_neg(num x) { return -x; }
 #endif
 #endif
 
-/* keeps a vector in a register at this place; of other kinds nothing */
+/* keeps a vector in a register here; no effect for other kinds */
 #ifdef NUMBER_VEC
 #define NUM_PIN VEC_PIN
 #else
 #define NUM_PIN(x) ((void)(x))
 #endif
 
-/* The concept. A kind that lacks a function, or whose function gives something else, stops here;
- * nothing is evaluated. */
+/* The concept. A kind that lacks a function, or whose function returns another type, does not
+ * compile; nothing is evaluated. */
 #define NUMBER_ANY (*(num *)0)
 #define NUMBER_IS(x) static_assert(_Generic((x), num : 1, default : 0), #x " must be a num")
 NUMBER_IS(num_of(1.0));
@@ -92,7 +92,7 @@ NUMBER_IS(num_neg(NUMBER_ANY));
 #ifdef NUMBER_DOUBLE_DOUBLE
 NUMBER_IS(num_of2(1.0, 0.0));
 #endif
-/* templates lay numbers out in blocks of doubles, and memory is counted in these */
+/* templates store numbers in blocks of doubles, and memory is counted in doubles */
 static_assert(sizeof(num) % sizeof(double) == 0 && _Alignof(num) <= 64,
               "a num must be laid out as doubles");
 

@@ -1,8 +1,8 @@
 /* Numbers with derivatives: a value and its derivatives with respect to eight parameters, in the
  * lanes of vectors. Sums, products and quotients follow the rules of differentiation.
  * Leaves to others: vectors (vec), functions beyond arithmetic (core/bodies/bodies_number).
- * Invariant: the value has the bits of the same operation on doubles; no derivative changes
- * another, nor the value. */
+ * Invariant: the value has the bits of the same operation on doubles; a derivative affects neither
+ * the value nor other derivatives. */
 #ifndef PEND_TANGENT_H
 #define PEND_TANGENT_H
 
@@ -10,15 +10,15 @@
 
 enum { TANGENT_PARAMETERS = 8, TANGENT_PARTS = TANGENT_PARAMETERS / KERNEL_WIDTH };
 
-/* The value stands apart: it would take the place of a derivative, and a mask in every product.
- * With a cache line of its own it costs less than where vectors lie across two lines: 5 to 12 % of
- * all that derivatives take. */
+/* The value is stored apart from the derivatives. In their vector it would take the place of one
+ * and require a mask in every product. The alignment to a cache line saves 5 to 12 % of the time of
+ * all derivatives. */
 struct tangent {
     double value;
     _Alignas(64) wide part[TANGENT_PARTS];
 };
 
-/** x with another value. */
+/** Returns x with another value. */
 VEC_INLINE struct tangent tangent_with(struct tangent x, double value) {
     x.value = value;
     return x;
@@ -68,7 +68,7 @@ VEC_INLINE struct tangent tangent_div(struct tangent x, struct tangent y) {
     return tangent_with(x, value);
 }
 
-/** A function of x: its value there, and its slope, by which the derivatives are multiplied. */
+/** A function of x, from its value and its slope, which multiplies the derivatives. */
 VEC_INLINE struct tangent tangent_chain(struct tangent x, double value, double slope) {
     for (int p = 0; p < TANGENT_PARTS; p++) x.part[p] = x.part[p] * slope;
     return tangent_with(x, value);

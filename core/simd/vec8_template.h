@@ -58,8 +58,10 @@ VEC_INLINE wide wide_end(wide x) {
 #endif
 }
 
-/** The lanes from `first` on of a vector of eight: x in lane `lane` of the eight, zero in the
- * others. */
+/**
+ * A vector of the lanes from `first` on of eight: x in lane `lane` of the eight, zero in the
+ * others.
+ */
 VEC_INLINE wide wide_only(double x, int lane, int first) {
     static const long long all[2 * VEC8 - 1] = {[VEC8 - 1] = -1};
     KERNEL_OF(bits, ) mask;

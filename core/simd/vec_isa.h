@@ -1,8 +1,8 @@
 /* The widest vectors of the instruction set that the including kernel is compiled for, and the
- * names that differ by it.
+ * names that depend on it.
  * Leaves to others: the vectors (vec, double_double), which set runs (isa), compiling once for
  * each set (Makefile).
- * Invariant: the width is a number that the preprocessor can compare and paste. */
+ * Invariant: the width is a literal that the preprocessor can compare and paste. */
 #ifndef PEND_VEC_ISA_H
 #define PEND_VEC_ISA_H
 
@@ -10,7 +10,7 @@
 
 #include "core/simd/vec.h"
 
-/** Doubles of such a vector. */
+/** Number of doubles in such a vector. */
 #if defined(__AVX512F__)
 #define KERNEL_WIDTH 8
 #elif defined(__AVX2__)

@@ -18,7 +18,7 @@ VEC_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) {
     return (VEC)((mask & (BITS)x) | (~mask & (BITS)y));
 }
 
-/** The larger, the smaller of two; y where one of them is not a number. */
+/** The larger, the smaller of two; y if one of them is not a number. */
 #if LANES == 8 && defined(__AVX512F__)
 VEC_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm512_max_pd((__m512d)x, (__m512d)y); }
 VEC_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm512_min_pd((__m512d)x, (__m512d)y); }
@@ -35,7 +35,7 @@ VEC_INLINE VEC OF(min)(VEC x, VEC y) { return OF(pick)((BITS)(x < y), x, y); }
 
 VEC_INLINE VEC OF(abs)(VEC x) { return (VEC)((BITS)x & 0x7fffffffffffffffLL); }
 
-/** The larger of |x| and y >= 0; y where x is not a number. */
+/** The larger of |x| and y >= 0; y if x is not a number. */
 #if LANES == 8 && defined(__AVX512DQ__)
 VEC_INLINE VEC OF(peak)(VEC x, VEC y) { return (VEC)_mm512_range_pd((__m512d)x, (__m512d)y, 0x0b); }
 #else
@@ -54,20 +54,20 @@ VEC_INLINE VEC OF(floor)(VEC x) {
     return near - (VEC)((BITS)(near > x) & (BITS)OF(of)(1));
 }
 
-/* x + low = turn pi / 2 + r + rest, |r| below pi / 4 and a little, rest below an ulp of r;
+/* x + low = turn pi / 2 + r + rest, |r| at most slightly above pi / 4, rest below an ulp of r;
  * returns r. */
 VEC_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
     VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic),
         n = shifted - magic;
 #ifdef __FMA__
-    // what is left by all 53 bits of pi / 2 is a multiple of 2^-53 below 1, hence exact
+    // the difference to all 53 bits of pi / 2 is a multiple of 2^-53 below 1, so it is exact
     VEC near = OF(fma)(n, OF(of)(-0x1.921fb54442d18p+0), x),
         tail = OF(fma)(n, OF(of)(-0x1.1a62633145c07p-54), low);
 #else
     // n times the first two parts of pi / 2 is exact up to n = 2^20
     VEC far = x - n * 0x1.921fb54400000p+0, second = n * 0x1.0b4611a600000p-34, near = far - second;
-    // the rounding of that difference, none where far is the smaller one, and the rest of pi / 2 go
-    // to the tail
+    // // the rounding error of that difference (0 if far is the smaller one) and the rest of pi / 2
+    // // belong to the tail
     VEC tail = ((far - near) - second) + low - n * 0x1.3198a2e037073p-69;
 #endif
     VEC r = near + tail;
@@ -113,8 +113,8 @@ VEC_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *co
 }
 
 /**
- * Sine and cosine of x + low, |low| below an ulp or so of x: within 1 ulp of the larger of the two
- * up to |x| = 1e6, and as exact as x itself up to 1e12.
+ * Sine and cosine of x + low, |low| below about an ulp of x. They are within 1 ulp of the larger
+ * one up to |x| = 1e6, and as exact as x itself up to 1e12.
  */
 VEC_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
     BITS turn;
@@ -129,7 +129,7 @@ VEC_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
 /* the sine and cosine of `turn` sixteenths of the circle */
 VEC_INLINE void OF(sixteenths)(BITS turn, VEC *sine, VEC *cosine) {
 #if LANES == 8 && defined(__AVX512F__)
-    // the lowest four bits choose
+    // the lowest four bits are the index
     const double *at = lanes_sixteenths;
     *sine =
         (VEC)_mm512_permutex2var_pd(_mm512_loadu_pd(at), (__m512i)turn, _mm512_loadu_pd(at + 8));
@@ -143,13 +143,13 @@ VEC_INLINE void OF(sixteenths)(BITS turn, VEC *sine, VEC *cosine) {
 #endif
 }
 
-/* x + low = turn pi / 8 + r, |r| below pi / 16 and a little; returns r */
+/* x + low = turn pi / 8 + r, |r| at most slightly above pi / 16; returns r */
 VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
     VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p+1), magic),
         n = shifted - magic;
     *turn = (BITS)shifted;
 #ifdef __FMA__
-    // what is left by all 53 bits of pi / 8 is a multiple of 2^-54 below 1/4, hence exact
+    // the difference to all 53 bits of pi / 8 is a multiple of 2^-54 below 1/4, so it is exact
     return OF(fma)(n, OF(of)(-0x1.921fb54442d18p-2), x) +
            OF(fma)(n, OF(of)(-0x1.1a62633145c07p-56), low);
 #else
@@ -161,10 +161,9 @@ VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
 }
 
 /**
- * Sine and cosine of the exact x - base. The error is at most half an ulp of 1 more than that of
- * sincos, and a sine near 0 is exact to its own last digits. It takes two thirds of the work: steps
- * of a sixteenth of the circle leave so small an angle that short polynomials suffice, and the
- * rounding of x - base does not enter the result.
+ * Sine and cosine of the exact x - base. The error is at most half an ulp of 1 larger than that of
+ * sincos, and a sine near 0 is exact to its own last digits. It takes two thirds of the time:
+ * multiples of a sixteenth of the circle leave so small an angle that short polynomials suffice.
  */
 VEC_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
     // the difference is rounded, and near a half turn only its rounding error distinguishes two

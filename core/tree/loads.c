@@ -9,7 +9,7 @@ enum pend_status pend_loads_check(const struct pend_loads *loads, struct pend_er
 }
 
 enum pend_status pend_loads_check_series(const struct pend_loads *loads, struct pend_error *error) {
-    return pend_loads_check(loads, error); // the series have every term
+    return pend_loads_check(loads, error); // the series support every term
 }
 
 int pend_loads_pull_down(const struct pend_loads *loads) {

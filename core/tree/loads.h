@@ -1,14 +1,14 @@
 /* Everything that acts on a tree from outside it.
- * Leaves to others: the equations in which it stands (dynamics, taylor, modes, integrate).
- * Invariant: a computation never changes the loads that it was given; whoever owns them keeps them
- * unchanged until it ends. */
+ * Leaves to others: the equations that use it (dynamics, taylor, modes, integrate).
+ * Invariant: a computation never changes its loads; their owner keeps them unchanged until it
+ * ends. */
 #ifndef PEND_LOADS_H
 #define PEND_LOADS_H
 
 #include "core/base/status.h"
 #include "core/tree/terms.h"
 
-/* A term of the equations of motion that depends on what surrounds the tree is a member here. */
+/* Terms of the equations of motion that depend on the tree's surroundings are members here. */
 struct pend_loads {
     double gravity; /* m/s^2, downwards (along -i); any finite value, negative values act upwards */
     const struct pend_terms *terms; /* beyond the ideal pendulum's; NULL = none; not owned */
@@ -25,34 +25,40 @@ PEND_MUST_CHECK enum pend_status pend_loads_check(const struct pend_loads *loads
 
 /**
  * Checks loads for a computation by power series: ensembles, Lyapunov exponents and sections,
- * which have no other method to fall back on. A term that the series do not have is refused here.
+ * which have no other method to fall back on. A term that the series do not support is refused
+ * here.
  *
- * PEND_INVALID  not pend_loads_check. O(1).
+ * PEND_INVALID  pend_loads_check fails. O(1).
  */
 PEND_MUST_CHECK enum pend_status pend_loads_check_series(const struct pend_loads *loads,
                                                          struct pend_error *error);
 
 /**
- * Non-zero if the loads pull every arm downwards, so that the tree that hangs straight down is a
- * stable equilibrium: gravity is finite and greater than 0. The linearization needs it. O(1).
+ * Returns non-zero if the loads pull every arm downwards, so that hanging straight down is a stable
+ * equilibrium: gravity is finite and greater than 0. The linearization needs it. O(1).
  */
 int pend_loads_pull_down(const struct pend_loads *loads);
 
-/** Non-zero if friction or drag take energy. O(n). */
+/** Returns non-zero if friction or drag dissipate energy. O(n). */
 int pend_loads_lose(const struct pend_loads *loads);
 
-/** Returns how fast terms make a motion, rad/s, about: pend_terms_rate, and the fastest drive; 0
- * for an ideal pendulum. O(n + harmonics). */
+/**
+ * Returns the approximate rate of a motion due to terms, rad/s: that of pend_terms_rate and the
+ * fastest drive; 0 for an ideal pendulum. O(n + harmonics).
+ */
 double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *tree);
 
-/** Returns how fast friction and the air stop an arm, 1/s, about: the part of that which bounds the
- * steps of explicit methods by their stability. O(n + harmonics). */
+/**
+ * Returns the approximate decay rate of an arm due to friction and drag, 1/s. Stability bounds the
+ * steps of explicit methods by it. O(n + harmonics).
+ */
 double pend_loads_decay(const struct pend_loads *loads, const struct pend_tree *tree);
 
 /**
  * Checks loads for the linearization.
  *
- * PEND_INVALID  not pend_loads_pull_down, or there are terms (core/modes/damped has these). O(1).
+ * PEND_INVALID  pend_loads_pull_down is false, or there are terms (core/modes/damped handles
+ *               these). O(1).
  */
 PEND_MUST_CHECK enum pend_status pend_loads_check_linear(const struct pend_loads *loads,
                                                          struct pend_error *error);

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A row of the table of presets. A NULL list means: parent, a chain; length and mass, all 1; phi
- * and theta, all arms at the angle `all`; rate, at rest. theta is measured from hanging, phi from
- * the positive real axis. */
+/* A row of the table of presets. NULL lists have defaults: parent, a chain; length and mass, all 1;
+ * phi and theta, all arms at the angle `all`; rate, at rest. theta is measured from hanging, phi
+ * from the positive real axis. */
 struct shape {
     const char *name, *title, *description;
     int n;

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* the number of instants of a table up to t, or below it where t itself does not count */
+/* the number of instants of a table up to t, t itself excluded on request */
 static int table_before(const struct pend_table *table, double t, int itself) {
     int low = 0, high = table->count;
     while (low < high) {
@@ -27,7 +27,7 @@ double pend_rules_next(const struct pend_rules *rules, double now, int way) {
     return next;
 }
 
-/* a table's value at `now` and its slope in the piece on that side of it */
+/* a table's value at `now` and its slope in the piece on the given side of `now` */
 static double table_look(const struct pend_table *table, double now, int way, double *slope) {
     int last = table->count - 1, at = table_before(table, now, way > 0) - 1;
     *slope = 0;
@@ -35,7 +35,7 @@ static double table_look(const struct pend_table *table, double now, int way, do
         return table->outside == PEND_OUTSIDE_ZERO ? 0 : table->value[at < 0 ? 0 : last];
     if (!table->linear) return table->value[at];
     *slope = (table->value[at + 1] - table->value[at]) / (table->t[at + 1] - table->t[at]);
-    // the nearer end's own value, so that nothing is lost at it
+    // use the value of the nearer end, which is exact there
     if (now - table->t[at] > table->t[at + 1] - now)
         return table->value[at + 1] + *slope * (now - table->t[at + 1]);
     return table->value[at] + *slope * (now - table->t[at]);

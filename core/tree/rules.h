@@ -1,6 +1,6 @@
-/* What makes a motion a list of pieces: rules by which something changes between two of them.
+/* The rules that divide a motion into pieces: what changes between two pieces.
  * Leaves to others: the loop over pieces (core/integrate/pieces), their JSON (api).
- * Invariant: immutable while a motion is computed; a pendulum without rules has one piece. */
+ * Invariant: immutable while a motion is computed; a motion without rules is one piece. */
 #ifndef PEND_RULES_H
 #define PEND_RULES_H
 
@@ -9,7 +9,7 @@
 #include "core/base/status.h"
 #include "core/tree/terms.h"
 
-/* What a table gives before its first instant and after its last one. */
+/* The value of a table before its first instant and after its last one. */
 enum pend_outside { PEND_OUTSIDE_REFUSE, PEND_OUTSIDE_HOLD, PEND_OUTSIDE_ZERO };
 
 /* A torque, N m, or a force on a cart, N, given at instants, and added to the other inputs. */
@@ -38,14 +38,16 @@ static inline int pend_rules_joints(const struct pend_rules *rules) {
     return rules->sliding || rules->least;
 }
 
-/** Returns the first instant, s, at which an input changes after `now`, or before it for way < 0;
- * an infinity if there is none. O(tables log(instants)). */
+/**
+ * Returns the first instant, s, at which an input changes after `now`, or before it if way < 0;
+ * infinite if there is none. O(tables log(instants)).
+ */
 double pend_rules_next(const struct pend_rules *rules, double now, int way);
 
 /**
- * Writes the inputs of the piece that begins at an instant, or ends there for way < 0.
+ * Writes the inputs of the piece that begins at an instant, or that ends there if way < 0.
  *
- * now    s, at which PEND_TERM_PIECE is put.
+ * now    s, the instant; becomes PEND_TERM_PIECE.
  * value  in and out: the list of the terms; number j at value[j * stride].
  *
  * O(n + tables log(instants)).
@@ -59,10 +61,10 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
                         size_t stride);
 
 /**
- * Checks that tables cover a motion.
+ * Checks that the tables cover the times of a motion.
  *
- * PEND_INVALID  the motion leaves a table that has no value outside; error->arm is the caller's
- *               arm as `order` numbers it.
+ * PEND_INVALID  the motion leaves a table without outside values; error->arm is the caller's arm
+ *               number by `order`.
  */
 PEND_MUST_CHECK enum pend_status pend_rules_check(const struct pend_rules *rules, const int order[],
                                                   double first, double last,

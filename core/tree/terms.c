@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* the first and the last of the terms of an arm that are laid out together */
+/* the first and the last of the terms of an arm that are stored together */
 static const struct {
     enum pend_term_row first, last;
 } families[] = {{PEND_TERM_ROD, PEND_TERM_ROD},
@@ -20,7 +20,7 @@ static const struct {
                 {PEND_TERM_INPUT, PEND_TERM_INPUT_RATE},
                 {PEND_TERM_SLIDE, PEND_TERM_SLIDE}};
 
-/* what the numbers of a term must be */
+/* the allowed range of the numbers of a term */
 enum range { RANGE_ANY, RANGE_NOT_NEGATIVE, RANGE_POSITIVE };
 
 static const unsigned char row_range[PEND_TERM_ROWS] = {
@@ -39,7 +39,7 @@ static const unsigned char row_range[PEND_TERM_ROWS] = {
 static const unsigned char one_range[PEND_TERM_ONES] = {[PEND_TERM_DRAG_PER_MASS] =
                                                             RANGE_NOT_NEGATIVE};
 
-/* places the terms of an arm; returns the numbers that they take */
+/* assigns places to the terms of the arms; returns how many numbers they take */
 static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]) {
     int count = 0;
     for (size_t f = 0; f < sizeof families / sizeof *families; f++) {
@@ -53,7 +53,8 @@ static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]
     return count;
 }
 
-/* places the terms of the pendulum, from `count` on; returns the numbers so far */
+/* assigns places to the terms of the pendulum, from `count` on; returns how many numbers there are
+ * so far */
 static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[], int count) {
     int moves = ones[PEND_TERM_PIVOT_ACCELERATION_X] || ones[PEND_TERM_PIVOT_ACCELERATION_Y];
     for (int i = 0; i < PEND_TERM_ONES; i++) {
@@ -64,7 +65,7 @@ static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[]
     return count;
 }
 
-/* harmonics by what they drive, those of one drive in the caller's order */
+/* sorts harmonics by what they drive; those of one drive keep the caller's order */
 static int drive_order(const void *a, const void *b, void *context) {
     const int *drives = context;
     int i = *(const int *)a, j = *(const int *)b;
@@ -113,7 +114,7 @@ void pend_terms_clear(const struct pend_terms *terms, const struct pend_tree *tr
     }
 }
 
-/* what is wrong with a number, or NULL */
+/* returns the fault of a number, or NULL */
 static const char *terms_wrong(double x, enum range range) {
     if (!isfinite(x)) return "must be a finite number";
     if (range == RANGE_NOT_NEGATIVE && x < 0) return "must be 0 or more";
@@ -121,7 +122,7 @@ static const char *terms_wrong(double x, enum range range) {
     return NULL;
 }
 
-/* an arm has an inertia about its joint */
+/* checks that every arm has an inertia about its joint */
 static int terms_swings(const struct pend_terms *terms, const struct pend_tree *tree,
                         const double value[], int k) {
     double body = pend_terms_get(terms, value, PEND_TERM_BODY, k);
@@ -157,7 +158,7 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
             -1, -1, i / 3, i % 3, terms_wrong(value[terms->harmonic[i / 3].at + i % 3], RANGE_ANY)};
         if (fault.text) found(context, &fault), faults++;
     }
-    int sound = !faults; // else an arm may lack an inertia because of a number that is wrong
+    int sound = !faults; // otherwise a wrong number may be the reason for a missing inertia
     for (int k = 0; k < terms->n && sound; k++) {
         fault =
             (struct pend_terms_fault){PEND_TERM_BODY, -1, k, 0,
@@ -183,7 +184,7 @@ int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
     static const enum pend_term_row changes[] = {
         PEND_TERM_DAMPING, PEND_TERM_FRICTION, PEND_TERM_DRAG,       PEND_TERM_DRAG_QUADRATIC,
         PEND_TERM_TORQUE,  PEND_TERM_INPUT,    PEND_TERM_INPUT_RATE, PEND_TERM_SLIDE};
-    // what a later piece gives or takes is not in the list yet
+    // a later piece may add or remove energy that the list does not show yet
     if (terms->rules) return 0;
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++)
         for (int k = 0; k < terms->n; k++)
@@ -206,8 +207,8 @@ double pend_terms_inertia(const struct pend_terms *terms, double length, double 
            pend_terms_get(terms, value, PEND_TERM_BODY, k) * (x * x + y * y);
 }
 
-/* the amplitudes of what drives an arm's torque, or a coordinate of the pivot: N m or m/s^2;
- * harmonics are grouped by that, and `next` is the first one that was not looked at */
+/* The sum of the amplitudes that drive an arm's torque or a coordinate of the pivot: N m or m/s^2.
+ * Harmonics are grouped by what they drive; `next` is the first one not visited yet. */
 static double terms_drive(const struct pend_terms *terms, const double value[], int drives,
                           int *next) {
     double sum = 0;
@@ -218,8 +219,8 @@ static double terms_drive(const struct pend_terms *terms, const double value[], 
     return sum;
 }
 
-/* m, the length that a force on a cart, or an acceleration of its pivot, is compared with: the
- * shortest of the arms */
+/* m, the shortest arm: the length to which forces on a cart and accelerations of its pivot are
+ * compared */
 static double terms_shortest(const struct pend_terms *terms, const double length[]) {
     double shortest = INFINITY;
     for (int k = 1; k < terms->n; k++) shortest = fmin(shortest, length[k]);
@@ -235,7 +236,7 @@ double pend_terms_rate(const struct pend_terms *terms, const int parent[], const
         if (terms->one[i] >= 0) pull += fabs(value[terms->one[i]]);
     for (int k = 0; k < terms->n; k++) {
         double l = length[k], yields = 1 / pend_terms_inertia(terms, l, mass[k], value, k);
-        // what acts between two arms moves both
+        // a torque between two arms moves both
         int p = pend_terms_holder(terms, parent, k), cart = !k && pend_terms_cart(terms);
         double parents = p < 0 ? 0 : 1 / pend_terms_inertia(terms, length[p], mass[p], value, p);
         double torque = fabs(pend_terms_get(terms, value, PEND_TERM_TORQUE, k)) +

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* the arrays of a tree while it is built; views into the one block */
+/* the arrays of a tree under construction; views into the one block */
 struct tree_parts {
     double *len, *mass, *subtree_mass;
     int *parent, *end, *depth, *order, *place;
@@ -20,7 +20,7 @@ struct tree_block {
     double data[];         /* three arrays of n doubles, then five of n ints and one of n bytes */
 };
 
-/* counts the faults of an input and passes them on */
+/* counts the faults of an input and reports them */
 struct tree_faults {
     const struct pend_fault_sink *sink;
     long count;
@@ -44,8 +44,8 @@ __attribute__((format(printf, 5, 6))) static void tree_fault(struct tree_faults 
     sink->report(sink->context, field, i, j, text);
 }
 
-/* faults every value that is not a finite number above 0, or 0 where `bare` allows it; returns the
- * sum of the others */
+/* reports every value that is not finite and > 0 (0 is allowed if `bare` says so); returns the sum
+ * of the valid ones */
 static double tree_check_values(int n, const double value[], const unsigned char bare[],
                                 enum pend_field field, const char *plural,
                                 struct tree_faults *faults) {
@@ -69,10 +69,10 @@ static double tree_check_values(int n, const double value[], const unsigned char
     return sum;
 }
 
-/* the parent where it is an arm, else -1 */
+/* the parent if it is an arm, else -1 */
 static int tree_parent_arm(int n, int parent) { return parent >= 0 && parent < n ? parent : -1; }
 
-/* faults parents that are not arms, and all arms at the pivot except the first */
+/* reports parents that are not arms, and all arms at the pivot except the first */
 static void tree_check_parents(int n, const int parent[], struct tree_faults *faults) {
     int root = -1;
     assert(n >= 1);
@@ -92,9 +92,9 @@ static void tree_check_parents(int n, const int parent[], struct tree_faults *fa
                    "one arm must hang at the pivot (0), but none does");
 }
 
-/* Lists the arms so that each comes after all arms that it carries; size: the number of arms in
- * each sub-tree. Returns the number of arms listed; an arm that is not listed has waiting > 0 and
- * is part of a cycle, or carries one. */
+/* Lists the arms so that each comes after all arms of its sub-tree; size: the number of arms in
+ * each sub-tree. Returns the number of arms listed. An arm that is not listed has waiting > 0 and
+ * is in a cycle or has one in its sub-tree. */
 static int tree_list_from_leaves(int n, const int parent[], int waiting[], int size[], int list[]) {
     int listed = 0;
     memset(waiting, 0, (size_t)n * sizeof *waiting);
@@ -115,7 +115,7 @@ static int tree_list_from_leaves(int n, const int parent[], int waiting[], int s
     return listed;
 }
 
-/* faults one cycle, at its first arm, and marks its arms as seen (waiting = 0) */
+/* reports one cycle, at its first arm, and marks its arms as visited (waiting = 0) */
 static void tree_fault_cycle(const int parent[], int first, int waiting[],
                              struct tree_faults *faults) {
     char names[100] = "";
@@ -136,7 +136,7 @@ static void tree_fault_cycle(const int parent[], int first, int waiting[],
                    first + 1);
 }
 
-/* places the arms depth first: siblings in the caller's order, except that the one with the largest
+/* orders the arms depth first: siblings in the caller's order, except that the one with the largest
  * sub-tree is last */
 static void tree_place(int n, const int parent[], const int size[], const int list[], int heavy[],
                        int used[], int place[]) {
@@ -145,7 +145,7 @@ static void tree_place(int n, const int parent[], const int size[], const int li
         int p = parent[i];
         if (p >= 0 && (heavy[p] < 0 || size[i] >= size[heavy[p]])) heavy[p] = i;
     }
-    // first the distance of an arm from its parent's place, then, parents first, the place itself
+    // first an arm's offset from its parent's place, then, parents first, the place itself
     for (int i = 0; i < n; i++) {
         int p = parent[i];
         if (p < 0) {
@@ -175,8 +175,8 @@ static unsigned char tree_kin(const int parent[], const int end[], int k) {
     return (unsigned char)kin;
 }
 
-/* fills the stored arrays; part.place and, in the caller's order, the sizes in part.depth are
- * known */
+/* fills the stored arrays; requires part.place and, in part.depth, the sizes in the caller's
+ * order */
 static void tree_store(int n, const double length[], const double mass[], const int parent[],
                        const struct tree_parts *part) {
     for (int i = 0; i < n; i++) {
@@ -234,7 +234,7 @@ enum pend_status pend_tree_new_bare(struct pend_tree **tree, int n, const double
     struct tree_block *block = tree_block_new(n, &part);
     if (!block) return PEND_NO_MEMORY;
 
-    // check everything; until an array holds what it is named for, it is scratch
+    // check everything; each array serves as scratch until its own values are stored
     block->tree.length_total =
         tree_check_values(n, length, NULL, PEND_FIELD_LENGTH, "lengths", &faults);
     tree_check_values(n, mass, bare, PEND_FIELD_MASS, "masses", &faults);
@@ -267,13 +267,13 @@ void pend_tree_free(struct pend_tree **tree) {
     *tree = NULL;
 }
 
-/* A path matrix while its tree is found. Arms join the tree in the order of their score, which
- * in a path matrix rises by 2 or more from an arm to its children, so that one wrong entry hardly
- * changes the order. */
+/* A path matrix while its tree is reconstructed. Arms join the tree in the order of their score. In
+ * a path matrix the score rises by 2 or more from an arm to its children, so that one wrong entry
+ * hardly changes the order. */
 struct path_reading {
     int n;
     const double *path;
-    int *score;    /* arms on the path to tip k, less arms that arm k carries */
+    int *score;    /* arms on the path to tip k, minus arms in k's sub-tree */
     int *arm;      /* in the order of joining */
     int *parent;   /* the best guess */
     int *mismatch; /* of the joining arm: entries that differ if its parent is arm j */
@@ -284,7 +284,7 @@ static const double *path_row(const struct path_reading *in, int i) {
     return in->path + (size_t)i * (size_t)in->n;
 }
 
-/* how many ones row i has beside the diagonal */
+/* the number of ones in row i besides the diagonal */
 static int path_ones(const struct path_reading *in, int i) {
     const double *row = path_row(in, i);
     int ones = 0;
@@ -292,7 +292,7 @@ static int path_ones(const struct path_reading *in, int i) {
     return ones - (row[i] != 0);
 }
 
-/* scores, and the arms in their order; ties by number */
+/* computes scores and the order of arms; ties by number */
 static void path_order(const struct path_reading *in) {
     int n = in->n, *score = in->score, *arm = in->arm;
     memset(score, 0, (size_t)n * sizeof *score);
@@ -308,8 +308,8 @@ static void path_order(const struct path_reading *in) {
     }
 }
 
-/* makes each arm a child of the arm whose path, that arm included, differs least from its row;
- * O(n^2), since a path differs from its parent's path by one arm */
+/* makes each arm a child of the arm whose path, including that arm, differs least from its row;
+ * O(n^2), because a path differs from its parent's path in one entry */
 static void path_read(const struct path_reading *in) {
     in->parent[in->arm[0]] = -1;
     for (int a = 1; a < in->n; a++) {
@@ -325,7 +325,7 @@ static void path_read(const struct path_reading *in) {
     }
 }
 
-/* counts the faults of a row whose texts are not wanted */
+/* counts the faults of a row without composing their texts */
 static void path_count_row(int n, const double row[], const int on_way[], int i,
                            struct tree_faults *faults) {
     int wrong = 0;
@@ -333,7 +333,7 @@ static void path_count_row(int n, const double row[], const int on_way[], int i,
     while (wrong-- > 0) tree_fault(faults, PEND_FIELD_PATH, i, -1, "is wrong");
 }
 
-/* faults the entries of row i that differ from the path to tip i in the tree that was found */
+/* reports the entries of row i that differ from the path to tip i in the reconstructed tree */
 static void path_check_row(const struct path_reading *in, int i, int on_way[],
                            struct tree_faults *faults) {
     const double *row = path_row(in, i);
@@ -404,7 +404,7 @@ void pend_tree_force_map(const struct pend_tree *tree, double force_map[]) {
     }
 }
 
-/* the length and the masses of arm k, and that the caller's number of it leads back to it */
+/* length and masses of arm k are valid, and `order` and `place` are inverse at k */
 static int tree_values_valid(const struct pend_tree *tree, int k) {
     int order = tree->order[k];
     if (order < 0 || order >= tree->n || tree->place[order] != k) return 0;
@@ -424,7 +424,7 @@ static int tree_arm_valid(const struct pend_tree *tree, int k) {
     return tree->end[k] <= tree->end[p] && tree->subtree_mass[k] <= tree->subtree_mass[p];
 }
 
-/* the children's runs fill the run of k, and the last of them is the largest */
+/* the children's runs fill the run of k, and the last child is the largest */
 static int tree_children_valid(const struct pend_tree *tree, int k) {
     int next = k + 1, largest = 0, last = 0;
     for (; next < tree->end[k]; next = tree->end[next]) {

@@ -1,5 +1,5 @@
-/* The immutable pendulum tree: arms stored parent before child in depth-first order, and the S,
- * B, S^T m of the paper.
+/* The immutable pendulum tree: arms stored parent before child in depth-first order, and the
+ * paper's S, B and S^T m.
  * Leaves to others: angles and motion (dynamics), names and JSON (api).
  * Invariant: parent[k] < k, parent[0] = -1, and the sub-tree of arm k is the run k .. end[k]-1. */
 #ifndef PEND_TREE_H
@@ -21,7 +21,7 @@ enum pend_kin {
  * belong to the tree. */
 struct pend_tree {
     int n;
-    const double *len;          /* m */
+    const double *len;          /* kg, at the tip; 0 only if terms give the arm an inertia */
     const double *mass;         /* kg, at the tip; 0 only where terms make up for it */
     const double *subtree_mass; /* kg, S^T m: the mass of the arm's sub-tree, its own included */
     const int *parent; /* stored number of the arm whose tip carries this one, -1 = the pivot */
@@ -55,10 +55,10 @@ PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n,
                                                const struct pend_fault_sink *faults);
 
 /**
- * pend_tree_new of a tree some of whose arms may have no mass at their tips, because a rod or a
- * body makes up for it (terms).
+ * pend_tree_new of a tree in which some arms may have no mass at their tips, because a rod or a
+ * body has mass (terms).
  *
- * bare  n flags in the caller's order: non-zero where a mass of 0 is good; NULL = nowhere.
+ * bare  n flags in the caller's order: non-zero if a mass of 0 is allowed; NULL = never.
  */
 PEND_MUST_CHECK enum pend_status pend_tree_new_bare(struct pend_tree **tree, int n,
                                                     const double length[], const double mass[],
@@ -94,7 +94,7 @@ PEND_MUST_CHECK enum pend_status pend_tree_parent_from_path(int n, const double 
 void pend_tree_path(const struct pend_tree *tree, double path[]);
 
 /**
- * Fills in B = S^{-T}, which turns arm forces into forces on tips, in the caller's order: 1 on the
+ * Fills in B = S^{-T}, which maps arm forces to forces on tips, in the caller's order: 1 on the
  * diagonal, -1 at (parent of k, k).
  *
  * force_map  out, n x n row-major.

@@ -24,8 +24,8 @@ struct pend_sum {
  *
  * phi    any finite number, rad.
  * low    the rounding error of phi, rad, or 0.
- * turns  out, the whole turns that were subtracted, rad: remainder + turns = phi + low; NULL = not
- *        wanted.
+ * turns  out, the whole turns that were subtracted, rad: remainder + turns = phi + low; NULL if not
+ *        needed.
  *
  * Up to PEND_TURNS_FROM in size the remainder is the angle itself, with no turns. Otherwise it
  * lies in [-pi, pi], with an absolute error of at most 2^-102, and with that relative error if
