@@ -1,15 +1,15 @@
 /* The general kernel's system upon the series of an ideal pendulum, for every kind of number.
  * Leaves to others: its own arrays (bodies_lay), memory (the including file).
- * Invariant: rates, forces and turns stand once, so that whatever reads a series need not know
- * which kernel has made it. */
+ * Invariant: rates, forces and turns are stored once, so that readers of a series need not know
+ * which kernel computed it. */
 #ifndef PEND_JETS_BODIES_H
 #define PEND_JETS_BODIES_H
 
 #include "core/bodies/bodies_system.h"
 #include "core/taylor/jets_system.h"
 
-/** Returns a system that shares the arms and the series of `s`; what bodies_lay fills in is not
- * there yet. value: the numbers of the terms. O(1). */
+/** Returns a system that shares the arms and the series of `s`, before bodies_lay sets its arrays.
+ * value: the numbers of the terms. O(1). */
 static inline struct bodies_system jets_bodies(const struct jets_system *s,
                                                const struct pend_terms *terms, const num *value) {
     return (struct bodies_system){.n = s->n,

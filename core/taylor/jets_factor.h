@@ -2,14 +2,14 @@
  * kind of number.
  * Leaves to others: memory, sines and cosines (jets), the kinds of number (number), the orders
  * (*_template).
- * Invariant: one division an arm, nothing cancels; every arm does the same operations. */
+ * Invariant: one division per arm, no cancellation; every arm does the same operations. */
 #ifndef PEND_JETS_FACTOR_H
 #define PEND_JETS_FACTOR_H
 
 #include "core/taylor/jets_system.h"
 
-/* adds child c to the sums over the children of its parent p; the sums over the later siblings
- * are kept for c */
+/* adds child c to the sums over the children of its parent p; stores the sums over the later
+ * siblings for c */
 static void jets_join(const struct jets_system *s, int c, int p) {
     num C = s->cosine[c], Z = s->sine[c], S = s->eff[c];
     num sp = s->sum_p[p], sr = s->sum_r[p], sq = s->sum_q[p];
@@ -25,8 +25,8 @@ static void jets_join(const struct jets_system *s, int c, int p) {
     s->sum_q[p] = num_fma(SZ, Z, sq);
 }
 
-/* computes what each child of k passes on to k, from sums over its siblings that leave the child
- * itself out */
+/* computes what each child of k contributes to k, from sums over its siblings without the child
+ * itself */
 static void jets_share(const struct jets_system *s, int k) {
     num early_q = num_of(0), early_r = num_of(0), inv = s->inv[k];
     for (int c = k + 1; c < s->end[k]; c = s->end[c]) {
@@ -41,7 +41,7 @@ static void jets_share(const struct jets_system *s, int k) {
     }
 }
 
-/* the order-0 tree system; cosine and sine are filled already */
+/* factorizes the order-0 tree system; cosine and sine are set already */
 static void jets_factor(const struct jets_system *s) {
     for (int k = 0; k < s->n; k++)
         s->sum_p[k] = s->sum_r[k] = s->sum_q[k] = s->sum_d[k] = num_of(0);

@@ -4,7 +4,7 @@
 
 enum { LOADS_SMALL = 8, LOADS_SPARE = 3, LOADS_TILE = 8 };
 
-/* memory that is counted, and handed out where there is some */
+/* counts memory, and assigns it if there is any */
 struct loads_store {
     char *base;
     size_t used;
@@ -16,14 +16,14 @@ static void *loads_take(struct loads_store *store, size_t count, size_t bytes) {
     return part;
 }
 
-/* numbers behind `margin` zeros */
+/* numbers after `margin` zeros */
 static double *loads_numbers(struct loads_store *store, size_t margin, size_t count) {
     double *at = loads_take(store, margin + count, sizeof(double));
     return at ? at + margin : NULL;
 }
 
-/* numbers of a row of each order, and of a series, of up to eight arms; `twist` has a row an arm,
- * which a short series has not */
+/* numbers of a row per order, and of a series, of up to eight arms; `twist` has a row per arm, more
+ * than a short series has */
 static size_t loads_row_numbers(int order_cap) {
     int orders = order_cap + LOADS_SPARE;
     return (size_t)(orders < LOADS_SMALL ? LOADS_SMALL : orders) * LOADS_STRIDE;
@@ -39,7 +39,7 @@ static int loads_couple(const struct pend_terms *terms) {
            (terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0);
 }
 
-/* what torques between the arms of a large tree need */
+/* arrays for torques between the arms of a large tree */
 static void loads_lay_large(struct jets_loads *loads, const struct pend_tree *tree,
                             const struct loads_seats *seats, struct loads_store *store) {
     size_t count = (size_t)seats->count, n = (size_t)tree->n;
@@ -78,7 +78,7 @@ size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_ter
     return loads_lay(&sketch, tree, order_cap, seats, NULL);
 }
 
-/* the forces across for torques of 1 */
+/* the forces across for unit torques */
 static void loads_twists(struct jets_loads *loads, const struct pend_tree *tree) {
     int from = tree->n > 4 ? 8 : tree->n > 2 ? 4 : 2;
     for (int a = 0; a < tree->n; a++) {
@@ -92,7 +92,7 @@ static int loads_seat(const struct jets_loads *loads, int k) {
     return k < 0 || !loads->seat ? k : loads->seat[k];
 }
 
-/* the first of an arm's highest children; -1 where it has none */
+/* the first of an arm's highest children; -1 if there are none */
 static int loads_first(const struct pend_tree *tree, const int height[], int k) {
     int c = k + 1;
     if (c == tree->end[k]) return -1;
@@ -100,17 +100,17 @@ static int loads_first(const struct pend_tree *tree, const int height[], int k) 
     return c;
 }
 
-/* first children are those that levels put into their parents' lanes of eight; of other trees the
- * next arms */
+/* in levels, first children share their parents' lanes of eight; in other trees they are the next
+ * arms */
 static void loads_children(struct jets_loads *loads, const struct pend_tree *tree,
                            const struct loads_seats *seats) {
-    int *height = loads->parent; // until the parents are there
+    int *height = loads->parent; // scratch, until the parents are stored
     for (int k = tree->n - 1; k > 0; k--) {
         int *above = height + tree->parent[k], least = height[k] + 1;
         *above = *above < least ? least : *above;
     }
     for (int a = 0; a < loads->seats; a++) loads->child[a] = -1;
-    // the kernels read last what is written last
+    // this order writes last what the kernels read last
     for (int i = 0; i < tree->n; i++) {
         int k = loads->seat ? i : tree->n - 1 - i;
         int own = loads_seat(loads, k), first = tree->end[k] > k + 1 ? k + 1 : -1;
@@ -124,8 +124,8 @@ static void loads_children(struct jets_loads *loads, const struct pend_tree *tre
     }
 }
 
-/* where the numbers begin that eight seats read, each of which may be -1: a zero, as those of empty
- * seats and of the margins are */
+/* the start of eight consecutive numbers for eight seats; -1 reads a zero, as empty seats and
+ * margins are */
 static int loads_near(const struct jets_loads *loads, const int from[], int tile) {
     int start = LOADS_APART;
     for (int i = 0; i < LOADS_TILE; i++)
@@ -140,7 +140,7 @@ static int loads_near(const struct jets_loads *loads, const int from[], int tile
     return start < -LOADS_MARGIN ? LOADS_APART : start;
 }
 
-/* who carries whom, by seats */
+/* parents and children, by seats */
 static void loads_neighbours(struct jets_loads *loads, const struct pend_tree *tree,
                              const struct loads_seats *seats) {
     loads_children(loads, tree, seats);

@@ -1,6 +1,7 @@
 /* The arrays that the power-series kernels work on, for every kind of number.
  * Leaves to others: the numbers and the arithmetic (jets_template), memory (jets).
- * Invariant: one block; a series is kept in tiles of eight arms, all orders of a tile together. */
+ * Invariant: one block; a series is stored in tiles of eight arms, all orders of a tile
+ * together. */
 #ifndef PEND_JETS_SYSTEM_H
 #define PEND_JETS_SYSTEM_H
 
@@ -55,42 +56,43 @@ typedef double num; /* files that lay out memory count it in doubles and compute
 
 struct jets_system {
     int n, tiles;        /* arms; tiles of eight in the series */
-    size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
+    size_t stride, tile; /* distance in numbers from one order to the next, from eight arms to the
+                          * next eight */
     const int *parent, *end;
-    /* of one tree of doubles with more than eight arms one of these three is set, as jets has
-     * cut the tree; the others are NULL */
+    /* For one tree of doubles with more than eight arms, jets sets one of these three, by the
+     * tree's decomposition; the others are NULL. */
     const struct blocks *blocks;
-    const struct levels *levels; /* its series are in the order of seats */
+    const struct levels *levels; /* with these, series are in the order of seats */
     const struct chain *chain;
-    const struct rods *rods;  /* of a chain of rods beside `chain`; else NULL */
-    struct jets_loads *loads; /* of a real pendulum that the quick kernels take; NULL = ideal */
+    const struct rods *rods;  /* in addition to `chain`, for a chain of rods; else NULL */
+    struct jets_loads *loads; /* of a real pendulum that the quick kernels support; NULL = ideal */
     const double *share;      /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re,
         *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
-    num *answers; /* of a small tree, the responses of its arms to units, kept for
-                   * pend_jets_spread; NULL = not kept */
+    num *answers; /* of a small tree: the responses of its arms to unit forces, for
+                   * pend_jets_spread; NULL = not stored */
 #define X(name) num *name;
     JETS_ARRAYS(X)
 #undef X
 };
 
-/* Orders to which the spreading of an error across a step is known: at least, and at most. */
+/* The least and the largest number of orders for error propagation over a step. */
 enum { JETS_SPREAD = 4, JETS_SPREAD_MAX = 32 };
 
-/* The step across which an error spreads. */
+/* The step over which an error is propagated. */
 struct jets_spread {
-    int order; /* JETS_SPREAD .. JETS_SPREAD_MAX: of the motion's series; higher ones are not used
-                */
+    int order;      /* JETS_SPREAD .. JETS_SPREAD_MAX, of the motion's series; higher orders are not
+                     * used */
     double x, unit; /* its length in units; s */
-    double least;   /* over the error: no more orders once the last two terms are below that */
+    double least;   /* relative to the error: stop once the last two terms are smaller */
 };
 
-/** Where the series of arm k begin. */
+/** Returns the index at which the series of arm k begin. */
 static inline size_t jets_row(const struct jets_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
 
-/** Returns the number of seats of a tree in levels, empty ones included; 0 for any other tree. */
+/** Returns the number of seats of a tree in levels, including empty ones; 0 for any other tree. */
 static inline int jets_seats(const struct jets_system *s) { return s->levels ? s->tiles * 8 : 0; }
 
 #endif

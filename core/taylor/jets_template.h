@@ -1,5 +1,5 @@
-/* The power series of a tree's motion, written once for any kind of number. This is the general
- * form: the quick forms (small, chain, blocks, levels) give the same coefficients, to rounding.
+/* The power series of a tree's motion, for any kind of number. This is the general form: the quick
+ * forms (small, chain, blocks, levels) give the same coefficients up to rounding.
  * Leaves to others: memory, sines and cosines (jets), the kinds of number (number).
  * Invariant: no division in the orders; every arm does the same operations. */
 #ifndef PEND_JETS_TEMPLATE_H
@@ -69,8 +69,8 @@ static inline void jets_complete(const struct jets_system *s, int k) {
     }
 }
 
-/* known forces: along and across every arm, its children's included; the rest of each sweep's
- * start */
+/* known forces: along and across every arm, including its children's; the other initial values of
+ * each sweep */
 static void jets_gather(const struct jets_system *s) {
     for (int k = s->n - 1; k > 0; k--) {
         int p = s->parent[k];
@@ -84,7 +84,7 @@ static void jets_gather(const struct jets_system *s) {
     }
 }
 
-/* leaves to root: the constant part of the force an arm asks for */
+/* leaves to root: the constant part of the force on an arm's base */
 static void jets_up(const struct jets_system *s) {
     jets_gather(s);
     for (int k = s->n - 1; k > 0; k--) {
@@ -98,7 +98,7 @@ static void jets_up(const struct jets_system *s) {
     s->bias[0] = num_sub(s->push[0], s->heave[0]);
 }
 
-/* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
+/* the constant part of mu, tension first, from sums over the siblings without the arm itself */
 static void jets_tension(const struct jets_system *s, num gravity) {
     s->others[0] = s->from_side[0] = num_of(0);
     for (int k = 1; k < s->n; k++) {
@@ -116,7 +116,7 @@ static void jets_tension(const struct jets_system *s, num gravity) {
         num rest = num_sub(s->side[a], s->sum_side[a]);
         s->rest[a] = num_mul(rest, s->inv[a]);
     }
-    // the root hangs on the pivot, which has i gravity
+    // the pivot's acceleration is i gravity
     num lift = num_mul(s->sine[0], gravity);
     s->tension[0] = num_fma(s->eff[0], lift, s->bias[0]);
     s->shift[0] = num_mul(num_sub(s->tension[0], s->push[0]), s->inv_eff[0]);

@@ -1,7 +1,7 @@
-/* The drives of a real pendulum that the quick kernels take, as series about an instant: torques,
- * and the acceleration and the velocity of the pivot; and products of series.
+/* The drives that the quick kernels support, as series about an instant: torques, and the
+ * acceleration and the velocity of the pivot; and products of series.
  * Leaves to others: the orders of the motion (small_loads_template), lanes of members.
- * Invariant: a harmonic costs one sine and one cosine an expansion. */
+ * Invariant: a harmonic costs one sine and one cosine per expansion. */
 #ifndef PEND_LOADS_TEMPLATE_H
 #define PEND_LOADS_TEMPLATE_H
 
@@ -51,7 +51,7 @@ VEC_INLINE void loads_twist(const struct jets_system *s, int a, double torque, d
     if (p >= 0) forces[p] -= torque * s->inv_len[p];
 }
 
-/* the given torques; `from` is where the forces of a row begin */
+/* the given torques; the forces of a row begin at `from` */
 static void loads_torques(const struct jets_system *s, const struct bodies_moment *now, int order,
                           int from) {
     const struct jets_loads *loads = s->loads;
@@ -73,7 +73,7 @@ static void loads_torques(const struct jets_system *s, const struct bodies_momen
     }
 }
 
-/* what the springs do at the start */
+/* the torques of the springs at the start */
 static void loads_springs(const struct jets_system *s, double unit, double *forces) {
     const struct jets_loads *loads = s->loads;
     int stiff = loads->terms->row[PEND_TERM_STIFFNESS], rest = loads->terms->row[PEND_TERM_REST];
@@ -83,7 +83,7 @@ static void loads_springs(const struct jets_system *s, double unit, double *forc
     }
 }
 
-/* the numbers of an expansion, and what its pivot does */
+/* the numbers of an expansion, and the motion of its pivot */
 static void loads_number(const struct jets_system *s, const double *value,
                          const struct bodies_moment *now, int order) {
     s->loads->value = value;
@@ -91,7 +91,7 @@ static void loads_number(const struct jets_system *s, const double *value,
     loads_pivot(s, now, s->loads->moves ? order : 1);
 }
 
-/* all that is known before the first order */
+/* values known before the first order */
 static void loads_begin(const struct jets_system *s, const double *value,
                         const struct bodies_moment *now, int order, int from) {
     struct jets_loads *loads = s->loads;
@@ -106,7 +106,7 @@ static void loads_begin(const struct jets_system *s, const double *value,
 /* ---- power */
 
 /* adds sum_{j <= k} a_j b_{k-j} to orders k below `order`; a and b have LOADS_MARGIN zeros before
- * them and enough behind */
+ * them and enough after them */
 static void loads_product(const double *a, const double *b, int order, double *sum) {
     for (int k = 0; k < order; k += WIDE) {
         wide all = wide_load(sum + k);
@@ -122,7 +122,7 @@ VEC_INLINE void loads_turn(const struct jets_system *s, int a, int k, double *re
     *im = k > 1 ? s->turn_im[k * 8 + a] : s->rate[a];
 }
 
-/* The series of an arm's joint's velocity v, and of M v + 2 h u', rows of 8 arms. */
+/* The series of the velocity v of an arm's joint, and of M v + 2 h u', rows of 8 arms. */
 struct loads_ways {
     _Alignas(64) double x[LOADS_ORDERS][8], y[LOADS_ORDERS][8], rate[LOADS_ORDERS][8];
     _Alignas(64) double all_x[LOADS_ORDERS][8], all_y[LOADS_ORDERS][8], inertia[8];
@@ -152,8 +152,8 @@ static void loads_ways(const struct jets_system *s, int order, struct loads_ways
     }
 }
 
-/* adds what drag per mass takes, orders below `order`: 2 gamma times the sum of m |v|^2, of an arm
- * M |v|^2 + 2 Re (conj(v) h u') + J phi'^2 */
+/* adds the heat of drag per mass, orders below `order`: 2 gamma times the sum of m |v|^2, which for
+ * an arm is M |v|^2 + 2 Re (conj(v) h u') + J phi'^2 */
 static void loads_haze(const struct jets_system *s, int order, double *sum) {
     struct loads_ways way;
     memset(&way, 0, sizeof way);

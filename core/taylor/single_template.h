@@ -1,8 +1,8 @@
 /* The orders of one arm alone, for any kind of number: phi'' = -(g / l) cos phi.
- * Leaves to others: memory, what a number is (number).
- * Invariant: where gravity is 0 all coefficients but the first of the rate are 0, exactly. By
- * the tree's recurrences a constant rate would be a difference of what turns the arm and what
- * holds it, and would drift by a rounding a step. */
+ * Leaves to others: memory, the kinds of number (number).
+ * Invariant: without gravity all coefficients of the rate except the first are exactly 0. With the
+ * tree's recurrences a constant rate would involve a difference, and drift by a rounding error per
+ * step. */
 #ifndef PEND_SINGLE_TEMPLATE_H
 #define PEND_SINGLE_TEMPLATE_H
 
@@ -14,8 +14,8 @@ struct single_pair {
     num re, im;
 };
 
-/* sums of u_j phi'_{k-j}, j = 0 .. k, from the middle outwards: the newest coefficients come
- * last, so that the other products need not wait for them */
+/* sums of u_j phi'_{k-j}, j = 0 .. k, from the middle outwards: the newest coefficients come last,
+ * so that the other products need not wait for them */
 VEC_INLINE struct single_pair single_convolve(const num re[], const num im[], const num rate[],
                                               int k) {
     num zero = num_of(0), middle = k % 2 ? zero : rate[k / 2];

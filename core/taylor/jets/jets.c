@@ -13,12 +13,12 @@ enum {
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48,
-    JETS_LEVELS_FROM = 32, /* arms; with fewer, blocks are as quick */
-    JETS_BEYOND =
-        3 /* rows of a tile beyond the order: u is two ahead, and what is known of the next order */
+    JETS_LEVELS_FROM = 32, /* arms; with fewer, blocks are as fast */
+    JETS_BEYOND = 3 /* rows of a tile beyond the order: u is two orders ahead, and the known part of
+                     * the next order */
 };
 
-/* blocks of a tree that is cut into levels, else 0 */
+/* number of blocks of a tree that is divided into levels, else 0 */
 static int jets_levels(const struct pend_tree *tree) {
     return tree->n >= JETS_LEVELS_FROM ? pend_levels_count(tree) : 0;
 }
@@ -28,7 +28,7 @@ size_t pend_jets_stride(int n) {
     return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD;
 }
 
-/* tiles of the series: what levels leave empty included */
+/* tiles of the series, including empty seats of levels */
 static int jets_tiles(const struct pend_tree *tree, int general) {
     int levels = general ? 0 : jets_levels(tree);
     return levels ? levels : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
@@ -44,7 +44,7 @@ static size_t jets_numbers(int order_cap, const struct pend_tree *tree, int gene
            JETS_SHARES;
 }
 
-/* the system points into the memory behind these series, and one cutting at most is in use */
+/* the system points into the memory of these series, and at most one decomposition is in use */
 PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
     const struct jets_system *s = &jets->system;
     int cuts = (s->chain != NULL) + (s->levels != NULL) + (s->blocks != NULL) + jets->general;
@@ -53,20 +53,20 @@ PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
            jets->real == (jets->general || s->loads != NULL);
 }
 
-/* the pendulum is one of the general kernel, but for its numbers */
+/* the terms require the general kernel, whatever their numbers */
 static int jets_general(const struct pend_tree *tree, const struct pend_terms *terms) {
     return terms && !jets_loads_suit(tree, terms);
 }
 
 static size_t jets_larger(size_t x, size_t y) { return x > y ? x : y; }
 
-/* where the arms sit in the series of a pendulum that the quick kernels take */
+/* the seats of arms in the series of a pendulum for the quick kernels */
 static struct loads_seats jets_seating(const struct pend_tree *tree, int order_cap,
                                        const int *seat) {
     return (struct loads_seats){jets_tiles(tree, 0) * PEND_JETS_PAD, order_cap + JETS_BEYOND, seat};
 }
 
-/* bytes of the cutting of a tree for the quick kernels */
+/* bytes of the decomposition of a tree for the quick kernels */
 static size_t jets_cut_bytes(const struct pend_tree *tree) {
     if (pend_chain_suits(tree)) return pend_chain_bytes(tree);
     if (jets_levels(tree)) return pend_levels_bytes(tree);
@@ -79,7 +79,7 @@ size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *te
     int general = jets_general(tree, terms);
     struct loads_seats seats = jets_seating(tree, order_cap, NULL);
     size_t cut = general ? pend_bodies_system_bytes(tree, terms, order_cap) : jets_cut_bytes(tree);
-    // which of the two the numbers decide
+    // the numbers decide which of the two kernels is used
     if (general && pend_rods_known(tree, terms))
         cut = jets_larger(cut, pend_rods_bytes(tree) +
                                    pend_jets_loads_bytes(tree, terms, order_cap, &seats));
@@ -108,12 +108,12 @@ static struct jets_system jets_view(const struct pend_tree *tree, int general, i
                             JETS_FACTOR_ARRAYS(X)
 #undef X
     };
-    // the orders of up to four arms have rates and forces side by side
+    // for up to four arms an order stores rates and forces side by side
     if (s.n <= 4 && !general) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
     return s;
 }
 
-/* the general kernel's arrays beside the series of all kernels */
+/* the arrays of the general kernel, in addition to the series of all kernels */
 static void jets_bodies_of(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
     pend_bodies_system(&jets->bodies, jets->tree, loads, jets->order_cap, memory);
     assert(jets->bodies.tile == jets->system.tile);
@@ -133,7 +133,7 @@ static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *l
     jets->loads.bodies = &jets->bodies;
 }
 
-/* cuts the tree for the quick kernels */
+/* decomposes the tree for the quick kernels */
 static void jets_cut(struct pend_jets *jets, void *memory) {
     const struct pend_tree *tree = jets->tree;
     if (pend_chain_suits(tree)) {
@@ -264,7 +264,7 @@ size_t pend_jets_seats(const struct pend_tree *tree) {
     return (size_t)jets_tiles(tree, 0) * PEND_JETS_PAD;
 }
 
-/* two tables of a pair an arm, a pair being a rate and a force for each lane */
+/* two tables with a pair per arm; a pair is a rate and a force for each lane */
 size_t pend_jets_answers_bytes(const struct pend_tree *tree, const struct pend_terms *terms) {
     size_t lanes = tree->n <= 2 ? 2 : tree->n <= 4 ? 4 : 8;
     return tree->n > PEND_JETS_PAD || terms ? 0 : 4 * lanes * lanes * sizeof(double);

@@ -1,8 +1,8 @@
 /* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n)
- * an order.
+ * per order.
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
  * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together; one
- * thread at a time, because advance and values have scratch in the memory too. */
+ * thread at a time, because advance and values use scratch in the same memory. */
 #ifndef PEND_JETS_H
 #define PEND_JETS_H
 
@@ -24,38 +24,35 @@ enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
 /*
  * Coefficient j of arm k is array[pend_jets_place(jets, k, j)], in powers of x = t / unit: unit
  * phi' = sum_j rate_j x^j, j = 0 .. order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order -
- * 1. The rest is the series of e^{i (phi - phi_0)} and the tree system of order 0.
- */
+ * 1. The other members are the series of e^{i (phi - phi_0)} and the tree system of order 0. */
 struct pend_jets {
     const struct pend_tree *tree;
     int order_cap;
-    enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
+    enum pend_isa isa; /* the best one of this processor, unless changed to a lower one */
     double *rate, *force;
     double *share;               /* 1 / (j + 1) of order j */
     struct jets_system system;   /* the order-0 tree system, in the same memory */
     struct blocks blocks;        /* of a tree of more than PEND_JETS_PAD arms */
-    struct levels levels;        /* of a large bushy one instead */
-    struct chain chain;          /* of a chain that suits it instead */
-    struct rods rods;            /* beside `chain`, of a chain of rods */
-    struct jets_loads loads;     /* of a real pendulum that the quick kernels take */
-    struct bodies_system bodies; /* of another real pendulum instead of all these */
+    struct levels levels;        /* instead of blocks, for a large bushy tree */
+    struct chain chain;          /* instead of blocks, for a suitable chain */
+    struct rods rods;            /* in addition to `chain`, for a chain of rods */
+    struct jets_loads loads;     /* of a real pendulum that the quick kernels support */
+    struct bodies_system bodies; /* of any other real pendulum, instead of all the above */
     int real;                    /* non-zero for a real pendulum, one with terms */
-    int general;                 /* non-zero for one of the general kernel */
+    int general;                 /* non-zero if the general kernel is used */
 };
 
 /**
- * Bytes of memory that series of a tree to order_cap need, a multiple of 64. O(n).
+ * Returns the bytes of memory for the series of a tree to order_cap, a multiple of 64. O(n).
  *
  * terms  of a real pendulum, or NULL.
  */
 size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *terms, int order_cap);
 
-/**
- * Arms that an array of one value an arm has room for, padding included.
- */
+/** Returns the length of an array with one value per arm, including padding. */
 size_t pend_jets_stride(int n);
 
-/** Where coefficient j of arm k is in each series. */
+/** Returns the index of coefficient j of arm k in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
     return jets_row(&jets->system, jets->system.levels ? jets->levels.seat[k] : k) +
            (size_t)j * PEND_JETS_PAD;
@@ -64,10 +61,10 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
 /**
  * Prepares series in the caller's memory.
  *
- * jets       stays where it is: it points into itself.
+ * jets       must not be moved: it contains pointers into itself.
  * tree       must outlive the series.
- * loads      their terms must outlive the series; the numbers are those given to pend_jets_expand,
- *            but for those that say where masses are, which are taken once.
+ * loads      their terms must outlive the series. Numbers of the positions of masses are read once
+ *            here, all others by pend_jets_expand.
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
  * memory     pend_jets_bytes(tree, loads->terms, order_cap) bytes, aligned to 64; not owned.
  */
@@ -75,15 +72,15 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                     const struct pend_loads *loads, int order_cap, void *memory);
 
 /**
- * Expands the motion about a state. Of a real pendulum only order 0 of the forces is there then;
- * pend_jets_forces forms the others.
+ * Expands the motion about a state. For a real pendulum only order 0 of the forces is computed;
+ * pend_jets_forces computes the others.
  *
- * The order-0 system is factorized once; each order then costs four real convolutions an arm and
+ * The order-0 system is factorized once; each order then costs four real convolutions per arm and
  * two sweeps.
  *
  * loads    what acts on the tree; gravity of any finite value.
- * unit     s, a power of two, of either sign: the unit of time; near the step to come it keeps all
- *          orders in range.
+ * unit     s, a power of two, of either sign: the unit of time. If it is near the next step, no
+ *          order overflows.
  * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to
  *          64 bytes and padded to PEND_JETS_PAD.
  * order    PEND_JETS_ORDER_MIN .. order_cap: the highest coefficient of phi' that is computed.
@@ -94,18 +91,18 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
                       const struct jets_state *state, int order);
 
 /**
- * Forms the forces of orders 1 .. order - 1 of a real pendulum, after pend_jets_expand to at least
- * `order`; those of an ideal one are there. Whoever reads `force` beyond order 0 calls it first;
- * pend_jets_values does where forces are wanted. O(n order^2).
+ * Computes the forces of orders 1 .. order - 1 of a real pendulum, after pend_jets_expand to at
+ * least `order`; no effect for an ideal one. Call it before reading `force` beyond order 0;
+ * pend_jets_values does so if forces are requested. O(n order^2).
  */
 void pend_jets_forces(const struct pend_jets *jets, int order);
 
 /**
- * The work of drives and the heat of friction and of the air per unit of time, as series of the
- * same powers, after pend_jets_expand to at least `order`; of a real pendulum.
+ * The work of drives and the heat of friction and drag of a real pendulum, per unit of time, as
+ * series in the same variable, after pend_jets_expand to at least `order`.
  *
- * count       order, or of a general pendulum up to 2 order - 1: from `order` on, products of the
- *             factors that are known.
+ * count       order, or up to 2 order - 1 with the general kernel: from `order` on, products of the
+ *             known factors.
  * work, heat  out, coefficients 0 .. count - 1: J times unit^2 per unit of time.
  *
  * O(n order count), no allocation.
@@ -114,40 +111,39 @@ void pend_jets_power(const struct pend_jets *jets, double unit, int order, int c
                      double heat[]);
 
 /**
- * The state x units of time after the one expanded about; both are sums of two doubles, arrays
- * padded to
- * PEND_JETS_PAD. O(n order).
+ * The state x units of time after the one of the expansion; both are sums of two doubles, arrays
+ * padded to PEND_JETS_PAD. O(n order).
  */
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
                        const struct jets_state *from, const struct jets_state *to);
 
 /**
- * The values x[i] units of time after the state expanded about, i = 0 .. count - 1, in rows of n.
+ * The values x[i] units of time after the state of the expansion, i = 0 .. count - 1, in rows of n.
  * values->acc and values->force may be NULL. A row's bits do not depend on the other rows. O(n
- * order) an instant.
+ * order) per instant.
  */
 void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count,
                       double unit, const struct jets_state *from, const struct jets_values *values);
 
 /**
- * Returns the bytes of memory that the responses of a tree need, a multiple of 64; 0 for a tree of
- * more than PEND_JETS_PAD arms and for a real pendulum, whose responses are not kept. O(1).
+ * Returns the bytes of memory for the responses of a tree, a multiple of 64; 0 for a tree of more
+ * than PEND_JETS_PAD arms and for a real pendulum, whose responses are not stored. O(1).
  */
 size_t pend_jets_answers_bytes(const struct pend_tree *tree, const struct pend_terms *terms);
 
 /**
- * Makes all later expansions keep the responses of the tree system, which pend_jets_spread needs.
+ * Makes all later expansions store the responses of the tree system, which pend_jets_spread needs.
  *
  * memory  pend_jets_answers_bytes(tree) bytes, not 0, aligned to 64; not owned.
  */
 void pend_jets_answers(struct pend_jets *jets, void *memory);
 
-/** Returns non-zero if expansions keep the responses. O(1). */
+/** Returns non-zero if expansions store the responses. O(1). */
 int pend_jets_spreads(const struct pend_jets *jets);
 
 /**
- * What small errors of the state that was expanded about become in a step, to first order; of jets
- * that keep answers.
+ * Propagates small errors of the expansion's state over a step, to first order. Requires
+ * pend_jets_answers.
  *
  * loads, how->unit  those of the expansion.
  * phi, rate      in and out: the errors, rad and rad/s, aligned to 64 and padded with zeros to
@@ -159,20 +155,19 @@ double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *l
                         const struct jets_spread *how, double phi[], double rate[]);
 
 /**
- * What a step of x units to `order` leaves out: all terms behind that order, of which `beyond` are
- * known and
- * JETS_FORETOLD foretold from the last known ones.
+ * The truncation error of a step of x units to `order`: the sum of all later terms, of which
+ * `beyond` are known and JETS_FORETOLD are extrapolated from the last known ones.
  *
  * beyond     0 .. JETS_FITTED - 2.
  * rate, phi  out, in the order of seats (pend_jets_seat) and aligned to 64: the sums of terms of
- *            the rates, in units, and of the angles over x. pend_jets_seats values each.
+ *            the rates, in units, and of the angles, divided by x. pend_jets_seats values each.
  *
  * O(n).
  */
 void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[],
                     double phi[]);
 
-/** Returns the index of the value of arm k in arrays in the order of seats. */
+/** Returns the index of the value of arm k in arrays ordered by seats. */
 static inline int pend_jets_seat(const struct pend_jets *jets, int k) {
     return jets->system.levels ? jets->levels.seat[k] : k;
 }
@@ -181,7 +176,7 @@ static inline int pend_jets_seat(const struct pend_jets *jets, int k) {
 size_t pend_jets_seats(const struct pend_tree *tree);
 
 /**
- * The step in units, as the kernel's reach. O(n).
+ * Returns the step in units, as the kernel's `reach`. O(n).
  *
  * order  >= PEND_TAYLOR_ORDER_MIN.
  */

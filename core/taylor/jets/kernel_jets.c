@@ -10,7 +10,7 @@
 
 /* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set
  * holds */
-/* terms that a step is judged by; the longest step in units, as a binary logarithm */
+/* number of terms that determine the step; binary logarithm of the longest step in units */
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
 #include "core/taylor/large/blocks_template.h"
@@ -36,7 +36,7 @@ VEC_INLINE void kernel_angle(const struct jets_system *s, const struct jets_stat
     s->angle_low[k] = ((x - (d + back)) + (back - y)) + (state->phi_low[k] - low);
 }
 
-/* the same of a chain, whose arms' parents are the arms before them */
+/* kernel_angle for a chain, in which each arm's parent is the arm before it */
 static void kernel_chain_angles(const struct jets_system *s, const struct jets_state *state) {
     wide last = wide_of(0), last_low = wide_of(0);
     for (int a = 0; a < s->n; a += WIDE) {
@@ -49,7 +49,7 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
     }
 }
 
-/* the angles to the parents, which springs hold, of the first arm to the vertical */
+/* the angles to the parents, for springs; of the first arm to the vertical */
 static void kernel_bend(const struct jets_system *s) {
     for (int k = 0; k < s->n; k++) {
         double high = k ? 0 : M_PI_2, low = k ? 0 : PEND_QUARTER_LOW;
@@ -57,7 +57,7 @@ static void kernel_bend(const struct jets_system *s) {
     }
 }
 
-/* of a real pendulum of more than eight arms */
+/* series of a real pendulum of more than eight arms */
 static void kernel_loaded_large(const struct jets_system *s, const double *value,
                                 const struct bodies_moment *now, int order) {
     struct jets_loads *loads = s->loads;
@@ -80,7 +80,7 @@ static void kernel_loaded_large(const struct jets_system *s, const double *value
     loads->orders = loads->couples ? order : 0;
 }
 
-/* of a real pendulum */
+/* series of a real pendulum */
 static void kernel_loaded(const struct jets_system *s, const struct jets_state *state,
                           const struct pend_loads *loads, double unit, int order) {
     struct bodies_moment now = {unit, loads->gravity * (unit * unit), state->time, state->late};
@@ -157,15 +157,15 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         single_orders(s, gravity, order);
 }
 
-/* sum + add, exactly, as a sum of two */
+/* sum + add, exactly, as a sum of two doubles */
 VEC_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide total = sum + add, part = total - sum;
     wide_put(high, total);
     wide_put(low, (sum - (total - part)) + (add - part));
 }
 
-/* rates of `arms` arms (2, 4 or 8), of whole vectors the rest is 0: the forces of few arms stand
- * beside their rates */
+/* rates of `arms` arms (2, 4 or 8); the rest of a vector is 0, because forces of few arms are
+ * stored next to their rates */
 VEC_INLINE wide kernel_rates(const double *at, int arms) {
 #if defined(__AVX512F__)
     if (arms == 2) return (wide)_mm512_zextpd128_pd512(_mm_load_pd(at));
@@ -177,7 +177,7 @@ VEC_INLINE wide kernel_rates(const double *at, int arms) {
     return wide_get(at);
 }
 
-/* changes of phi and phi', even and odd orders apart: half the waiting */
+/* changes of phi and phi', even and odd orders in separate sums, which halves the latency */
 VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_,
                                               double unit, int a, int arms) {
     wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)},
@@ -191,7 +191,7 @@ VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int o
         if (j) rate[0] = wide_fma(rate[0], square, even);
         rate[1] = wide_fma(rate[1], square, odd);
     }
-    // what is left of the even orders of phi' has x^2 outstanding, of the odd ones x
+    // the even orders of phi' still lack a factor x^2, the odd ones x
     double inverse = 1 / unit;
     wide turn = x * wide_fma(x, rate[0], rate[1]);
     return (struct values_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
@@ -248,15 +248,13 @@ VEC_INLINE term term_get(const double *at) {
     return x;
 }
 
-/* row i of the rates that a step is judged by: rate_0 .. rate_3 and rate_{order - 3} ..
+/* row i of the rates that determine the step: rate_0 .. rate_3 and rate_{order - 3} ..
  * rate_order */
 VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int i) {
     return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
 }
 
-/* arms: 2, 4 or 8 lanes that are not 0.
- * Returns the largest magnitude among the arms of each of these rows; not a number, or infinite,
- * where one of them is */
+/* the largest magnitude among the arms of each of these rows; NaN or infinite if one of them is */
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
     int last = s->levels ? jets_seats(s) : s->n;
@@ -277,7 +275,7 @@ VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int ord
     return terms;
 }
 
-/* the least of four */
+/* the smallest of four */
 VEC_INLINE double term_least(const term x[]) {
 #if KERNEL_WIDTH == 2
     lanes2 two = lanes2_min(x[0], x[1]);
@@ -288,10 +286,10 @@ VEC_INLINE double term_least(const term x[]) {
     return lanes2_min(two, __builtin_shufflevector(two, two, 1, 0))[0];
 }
 
-/* the trailing terms in lanes, the leading ones in turn */
+/* the trailing terms in lanes, the leading ones in a loop */
 VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol,
                                     double log_atol, int arms) {
-    // phi has the coefficients of the rates over 1 .. 4
+    // binary logarithms of 1 .. 4, by which the coefficients of the rates are divided for phi
     static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};
     const double *share = s->share + order - 3;
     double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * s->share[order];
@@ -307,13 +305,14 @@ VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, doub
              most = TERM_(of)(-KERNEL_FAR);
         for (int j = 0; j < TERMS; j++) {
             if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
-            // a radius of convergence from a trailing term and a leading one, times what is left at
-            // the tolerance
+            // // a radius of convergence from a trailing term and a leading one, times the margin
+            // for
+            // // the tolerance
             term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
             most = TERM_(max)(
                 TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
         }
-        // what atol lets pass is bounded as rtol is
+        // the limit by atol is bounded like the limit by rtol
         most = TERM_(max)(TERM_(min)(most + spread, atol), most);
         here[i] = TERM_(min)(TERM_(pick)(size.part[TERM_PARTS + i] < DBL_MIN, far, most), far);
     }
@@ -332,8 +331,8 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
 
 #include "core/taylor/jets/left_template.h"
 
-/* One arm alone. The change d of its angle solves d'' = (g / l) sin(phi) d, and from order 1 on the
- * coefficients of sin phi are those of the force over 3 m g (single_orders). */
+/* error propagation for one arm, by the linearized recurrences of its orders: u of the motion and
+ * its change, rates */
 static double kernel_single_spread(const struct jets_system *s, const struct pend_loads *loads,
                                    const struct jets_spread *how, double *phi, double *speed) {
     double pull[JETS_SPREAD_MAX + 1], turn[JETS_SPREAD_MAX + 2], before = INFINITY;

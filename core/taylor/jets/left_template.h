@@ -1,11 +1,10 @@
-/* The terms that a step of a power series leaves out: those after its last one.
- * Leaves to others: the error that these terms are part of (horizon), the series (kernel_jets,
- * which includes this).
- * Invariant: sums over arms are made in eight lanes, whatever the instruction set. */
+/* The terms that a step of a power series neglects: those after its last one.
+ * Leaves to others: the total error (horizon), the series (kernel_jets, which includes this).
+ * Invariant: sums over arms use eight lanes in every instruction set. */
 #ifndef PEND_LEFT_TEMPLATE_H
 #define PEND_LEFT_TEMPLATE_H
 
-/* the five products of neighbouring terms that least squares need */
+/* the five products of adjacent terms for the least-squares fit */
 enum { LEFT_AA, LEFT_AB, LEFT_BB, LEFT_AC, LEFT_BC, LEFT_SUMS, LEFT_PARTS = 8 / WIDE };
 
 struct left_sums {
@@ -29,11 +28,10 @@ VEC_INLINE double left_total(const wide sum[], int arms) {
 }
 
 /*
- * The recurrence of the last terms of a series: every arm has its nearest singularities from the
- * same pair in the complex plane, so that a term is `one` times the term before it plus `two` times
- * the term before that. The factors are the least squares over the last terms of all arms, in
- * powers of x.
- */
+ * The recurrence of the last terms of a series. All arms share the nearest pair of singularities in
+ * the complex plane, so that a term is `one` times the term before it plus `two` times the term
+ * before that. A least-squares fit over the last terms of all arms gives the factors, in powers of
+ * x. */
 VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left,
                                 int seats, int arms, double *one, double *two) {
     struct left_sums x;

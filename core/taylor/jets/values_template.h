@@ -1,6 +1,6 @@
-/* Values of a series at many instants: phi, phi' and, where wanted, phi'' and lambda.
- * Leaves to others: the series (blocks_template, small_template), what vectors, states and
- * values are (the including file).
+/* Values of a series at many instants: phi, phi' and, on request, phi'' and lambda.
+ * Leaves to others: the series (blocks_template, small_template), the types of vectors, states and
+ * values (the including file).
  * Invariant: a row's bits depend neither on the other rows nor on the width of vectors. */
 #ifndef PEND_VALUES_TEMPLATE_H
 #define PEND_VALUES_TEMPLATE_H
@@ -10,12 +10,12 @@
 #include "core/taylor/jets_system.h"
 #include "core/taylor/large/levels.h"
 
-/* the quantities that are wanted besides phi and phi' */
+/* the quantities requested besides phi and phi' */
 struct values_wish {
     int acc, force;
 };
 
-/* changes of phi and phi' and, where wanted, the new phi'' and lambda */
+/* changes of phi and phi' and, on request, the new phi'' and lambda */
 struct values_change {
     wide phi, rate, acc, force;
 };
@@ -47,7 +47,7 @@ VEC_INLINE struct values_change values_horner(const struct jets_system *s, int o
     return v;
 }
 
-/* changes of a tree in levels, which come by seats and go by arms */
+/* reorders the changes of a tree in levels from seats to arms */
 VEC_INLINE void values_keep(const struct levels *l, int seat, struct values_change v,
                             struct values_wish wish) {
     wide_put(l->change[0] + seat, v.phi);
@@ -103,14 +103,14 @@ VEC_INLINE void values_large(const struct jets_system *s, int order, const doubl
 /* ---- up to eight arms: `arms` of them (2, 4 or 8) side by side, and as many instants as a
  * vector has room for */
 
-/* vectors that go together: each waits for its own sums */
+/* number of vectors computed together, to hide the latency of sums */
 enum { VALUES_TOGETHER = 2 };
 
 /* arms of one vector, instants of one */
 VEC_INLINE int values_side(int arms) { return arms < WIDE ? arms : WIDE; }
 VEC_INLINE int values_instants(int arms) { return WIDE / values_side(arms); }
 
-/* numbers of the arms, for every instant of a vector */
+/* numbers of the arms, repeated for every instant of a vector */
 VEC_INLINE wide values_get(const double *at, int arms) {
 #if defined(__AVX512F__)
     if (arms == 2) return (wide)_mm512_broadcast_f64x2(_mm_load_pd(at));
@@ -122,7 +122,7 @@ VEC_INLINE wide values_get(const double *at, int arms) {
     return wide_get(at);
 }
 
-/* the instants of a vector, each for all of its arms; those from `count` on are 0 */
+/* the instants of a vector, each repeated for all of its arms; those from `count` on are 0 */
 VEC_INLINE wide values_places(const double x[], int arms, int count) {
 #if defined(__AVX512F__)
     __m512d some = _mm512_maskz_loadu_pd((__mmask8)(count < WIDE ? (1u << count) - 1 : 0xff), x);
@@ -161,7 +161,7 @@ VEC_INLINE void values_put(double *to, int n, int arms, int a, int count, wide x
 #endif
 }
 
-/* even and odd orders of a sum, apart: half the waiting */
+/* even and odd orders of a sum, separately, which halves the latency */
 struct values_parts {
     wide even[VALUES_TOGETHER], odd[VALUES_TOGETHER];
 };

@@ -1,14 +1,13 @@
-/* The spreading of small errors of a state in one step, for any kind of number: the equations of
- * the orders, linearized about the motion; their tree system of order 0 is that of the motion's
- * orders.
- * Leaves to others: the motion's series, of which at least as many orders are known
- * (dense_template, which the including file includes first), the kinds of number (number).
- * Invariant: the motion's series are only read; the arrays of its sweeps are used again. */
+/* Propagation of small errors of a state over one step, for any kind of number: the equations of
+ * the orders, linearized about the motion. They share the motion's tree system of order 0.
+ * Leaves to others: the motion's series to at least the same order (dense_template, which the
+ * including file includes first), the kinds of number (number).
+ * Invariant: the motion's series are only read; the arrays of its sweeps are overwritten. */
 #ifndef PEND_CHANGE_TEMPLATE_H
 #define PEND_CHANGE_TEMPLATE_H
 
-/* The change of what the motion `s` has is a system `x` of the same tree, of which only the
- * series are used. */
+/* The change of the motion `s` is a system `x` of the same tree, of which only the series are
+ * used. */
 
 /* adds u_j times a rate and a force, as dense_add */
 VEC_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
@@ -18,7 +17,7 @@ VEC_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
     sum[3] = num_fma(im, force, sum[3]);
 }
 
-/* the change of T and c of order k of arm i: every product has a factor of the motion and one of
+/* the change of T and c of order k of arm i: every product has one factor of the motion and one of
  * the change. Row -1 of forces is zero. */
 VEC_INLINE void change_known(const struct jets_system *s, const struct jets_system *x, int n, int k,
                              int i, num sum[4]) {
@@ -31,8 +30,8 @@ VEC_INLINE void change_known(const struct jets_system *s, const struct jets_syst
         change_add(sum, s->turn_re[j * n + i], s->turn_im[j * n + i], *other, *other_force);
 }
 
-/* arm i turned by the error of its angle, and the error of its rate, in units, are in the
- * change's series of order 0 */
+/* stores the series of order 0 of the change: arm i turned by the error of its angle, and the error
+ * of its rate, in units */
 VEC_INLINE void change_start(const struct jets_system *s, const struct jets_system *x, int n,
                              int i) {
     x->turn_re[i] = num_of(0);
@@ -76,8 +75,8 @@ VEC_INLINE void change_swept(const struct jets_system *s, const struct jets_syst
     }
 }
 
-/* one arm alone, whose turns are not kept: u of the motion anew, and the recurrences of its
- * orders made linear */
+/* one arm alone, whose turns are not stored: recomputes u of the motion and applies the linearized
+ * recurrences of its orders */
 VEC_INLINE void change_single(const struct jets_system *s, const struct jets_system *x, num gravity,
                               int order) {
     num pull = num_mul(gravity, s->inv_len[0]), C = s->cosine[0], Z = s->sine[0],
@@ -106,10 +105,9 @@ VEC_INLINE void change_single(const struct jets_system *s, const struct jets_sys
 }
 
 /*
- * The change's rates of order 1 .. order and forces of order 0 from the errors of the angles, which
- * are in its imaginary turns of order 0, and of the rates, in its rates of order 0, in units; a
- * stride of n.
- */
+ * Computes the change's rates of order 1 .. order and forces of order 0. Input: the errors of the
+ * angles in its imaginary turns of order 0, and of the rates in its rates of order 0, in units; a
+ * stride of n. */
 VEC_INLINE void change_orders(const struct jets_system *s, const struct jets_system *x, num gravity,
                               int order) {
     if (s->n == 1)

@@ -1,7 +1,6 @@
 /* The orders of small trees by the inverse of the tree system of order 0, for any kind of number.
  * Leaves to others: memory, the sweeps (jets_template), the kinds of number (number).
- * Invariant: the inverse is built by the stable sweeps, one unit right-hand side after the
- * other. */
+ * Invariant: the stable sweeps compute the inverse, one unit right-hand side after the other. */
 #ifndef PEND_DENSE_TEMPLATE_H
 #define PEND_DENSE_TEMPLATE_H
 
@@ -10,15 +9,14 @@
 #include "core/taylor/jets_template.h"
 #include "core/taylor/single_template.h"
 
-/* arms of a tree; arms that one loop takes side by side, as many as there are registers for */
+/* the largest number of arms of a tree; the number of arms in one loop, limited by registers */
 #ifdef __AVX512F__
 enum { DENSE_MAX = 4, DENSE_LOOP = 2 };
 #else
 enum { DENSE_MAX = 4, DENSE_LOOP = 1 };
 #endif
 
-/* the change of phi'' and of the force of arm i by a unit of T_j (pull) and of c_j (side):
- * [j][i] */
+/* the derivative of phi'' and of the force of arm i by T_j (pull) and by c_j (side): [j][i] */
 struct dense_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
@@ -56,7 +54,7 @@ VEC_INLINE void dense_up(const struct jets_system *s, int n, int j, int across,
     x->bias[0] = j ? x->push[0] : num_sub(x->push[0], heave);
 }
 
-/* root to leaves, as jets_down: the answer of all arms */
+/* root to leaves, as jets_down: the response of all arms */
 VEC_INLINE void dense_down(const struct jets_system *s, int n, const struct dense_sweep *x,
                            num rate[], num force[]) {
     num early[DENSE_MAX], radial[DENSE_MAX], tangential[DENSE_MAX], zero = num_of(0);
@@ -92,7 +90,7 @@ VEC_INLINE void dense_invert(const struct jets_system *s, int n, struct dense_ta
     }
 }
 
-/* the series of one order of all arms, newest in registers */
+/* the series of one order of all arms, the newest in registers */
 struct dense_order {
     num re[DENSE_MAX], im[DENSE_MAX], rate[DENSE_MAX], force[DENSE_MAX];
 };
@@ -102,7 +100,7 @@ struct dense_sums {
     num now[4][DENSE_LOOP], next[4][DENSE_LOOP];
 };
 
-/* adds u_j times what it meets, a rate and a force, to four sums of one arm */
+/* adds the product of u_j with a rate and a force to four sums of one arm */
 VEC_INLINE void dense_add(num sum[4][DENSE_LOOP], int a, num re, num im, num rate, num force) {
     sum[0][a] = num_fma(re, rate, sum[0][a]);
     sum[1][a] = num_fma(im, rate, sum[1][a]);
@@ -110,11 +108,9 @@ VEC_INLINE void dense_add(num sum[4][DENSE_LOOP], int a, num re, num im, num rat
     sum[3][a] = num_fma(im, force, sum[3][a]);
 }
 
-/*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass:
- * what is loaded serves both. Row -1 of the forces is zero. For the first orders, where old and new
- * coefficients are the same.
- */
+/* T and c of order k, and of order k + 1 without the terms that need order k, in one pass, so that
+ * loaded values serve both. Row -1 of the forces is zero. For the first orders, in which old and
+ * new coefficients coincide. */
 VEC_INLINE void dense_first(const struct jets_system *s, int n, int k, struct dense_order *now,
                             struct dense_order *next) {
     for (int i = 0; i < n; i++) {
@@ -138,11 +134,9 @@ VEC_INLINE void dense_first(const struct jets_system *s, int n, int k, struct de
     }
 }
 
-/*
- * The same from order 4 on, for `count` arms from i on. First the products of coefficients that
- * were known two orders ago, so that the processor can begin with them while it still solves for
- * the newest, then those with the newest.
- */
+/* dense_first from order 4 on, for `count` arms from i on. Products of coefficients known two
+ * orders ago come first, so that the processor can start them while it still solves for the newest;
+ * products with the newest follow. */
 VEC_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, int count,
                             struct dense_order *now, struct dense_order *next) {
     struct dense_sums x;
@@ -189,8 +183,8 @@ VEC_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, in
     }
 }
 
-/* the same for all arms; how many a loop takes is a constant of each call, without which their sums
- * are in memory and three arms take longer than four */
+/* dense_known for all arms. The number of arms in a loop is a constant of each call; otherwise
+ * their sums would be in memory, and three arms take longer than four. */
 VEC_INLINE void dense_all_known(const struct jets_system *s, int n, int k, struct dense_order *now,
                                 struct dense_order *next) {
     const int left = n % DENSE_LOOP;
@@ -199,7 +193,7 @@ VEC_INLINE void dense_all_known(const struct jets_system *s, int n, int k, struc
     if (left) dense_known(s, n, k, n - left, left, now, next);
 }
 
-/* the terms of order k + 1 that the coefficients of order k are needed for */
+/* the terms of order k + 1 that need the coefficients of order k */
 VEC_INLINE void dense_complete(int n, const struct dense_order *first,
                                const struct dense_order *newest, struct dense_order *known) {
     for (int i = 0; i < n; i++) {
@@ -234,7 +228,7 @@ VEC_INLINE void dense_solve(const struct jets_system *s, const struct dense_tabl
     }
 }
 
-/* order 0, where gravity pulls at the root */
+/* order 0, with gravity acting on the root */
 VEC_INLINE void dense_zeroth(const struct jets_system *s, const struct dense_table *table, int n,
                              num gravity, const struct dense_order *known,
                              struct dense_order *newest) {

@@ -1,29 +1,29 @@
-/* The orders of real pendulums of up to DENSE_MAX bodies, for any vector of doubles, a pendulum a
- * lane, by the inverse of their system. The recurrences are those of small_loads_template.
+/* The orders of real pendulums of up to DENSE_MAX bodies, for any vector of doubles, one pendulum
+ * per lane, by the inverse of their system. The recurrences are those of small_loads_template.
  * Leaves to others: drives and torques (lanes_loads_template), the factorization
- * (bodies_factor_template, whose sweeps these are), drag per mass and whatever acts on tips
+ * (bodies_factor_template, whose sweeps these are), drag per mass and forces on tips
  * (bodies_template).
- * Invariant: the inverse is made by the stable sweeps, one unit after the other; series stand where
- * the general kernel has them. */
+ * Invariant: the stable sweeps compute the inverse, one unit after the other; series have the
+ * places of the general kernel. */
 #ifndef PEND_LANES_BODIES_TEMPLATE_H
 #define PEND_LANES_BODIES_TEMPLATE_H
 
 #include "core/taylor/lanes/lanes_loads_template.h"
 
-/* answers of arm i, phi'' in the axes of the start and Re G, to a unit of each arm's -kr (pull) and
- * moment (side), and of the pivot's acceleration along and across the first arm (lift) */
+/* responses of arm i, phi'' in the axes of the start and Re G, to a unit of each arm's -kr (pull)
+ * and moment (side), and of the pivot's acceleration along and across the first arm (lift) */
 struct lanes_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num push_pull[DENSE_MAX][DENSE_MAX], push_side[DENSE_MAX][DENSE_MAX];
     num rate_lift[2][DENSE_MAX], push_lift[2][DENSE_MAX];
 };
 
-/* what arms ask of their bases, their moments over D, kr, and the accelerations of the bases */
+/* forces on the bases, moments over D, kr, and the accelerations of the bases */
 struct lanes_probe {
     num x[DENSE_MAX], y[DENSE_MAX], answer[DENSE_MAX], base_x[DENSE_MAX], base_y[DENSE_MAX];
 };
 
-/* leaves to root, of a unit of arm j: a moment, or kr */
+/* leaves to root, for a unit of arm j: a moment, or kr */
 VEC_INLINE void lanes_climb(const struct bodies_system *b, int n, int j, int moment,
                             struct lanes_probe *u) {
     num zero = num_of(0);
@@ -42,7 +42,7 @@ VEC_INLINE void lanes_climb(const struct bodies_system *b, int n, int j, int mom
     }
 }
 
-/* root to leaves: what all arms answer; `pulled` is the arm whose kr is 1, or -1 */
+/* root to leaves: the response of all arms; `pulled` is the arm whose kr is 1, or -1 */
 VEC_INLINE void lanes_descend(const struct bodies_system *b, int n, int pulled, num sign,
                               struct lanes_probe *u, num rate[], num push[]) {
     for (int i = 0; i < n; i++) {
@@ -137,8 +137,8 @@ VEC_INLINE void lanes_rigid(const struct lanes_loads *x, int n) {
     }
 }
 
-/* the forces at the tips and what the pivot exerts, orders below `order`, from the series of the
- * motion: the sweeps of the general kernel */
+/* the forces at the tips and of the pivot, orders below `order`, from the series of the motion, by
+ * the sweeps of the general kernel */
 static void lanes_tips(const struct lanes_loads *x, int order) {
     const struct bodies_system *b = x->b;
     for (int k = 0; k < order; k++) {
@@ -160,10 +160,10 @@ static void lanes_tips(const struct lanes_loads *x, int order) {
     }
 }
 
-/** Non-zero if the terms are those of bodies that lanes_bodies takes: all that lanes_orders takes,
- * with masses that are not all points at tips or arms that hang elsewhere. O(1). */
+/** Returns non-zero if lanes_bodies supports the terms: those of lanes_orders, with masses other
+ * than points at tips or arms attached elsewhere. O(1). */
 static inline int lanes_bodies_known(const struct pend_terms *terms) {
-    struct pend_terms points = *terms; // what would be left with points at the tips
+    struct pend_terms points = *terms; // the terms with points at the tips instead
     int shaped = 0;
     for (int r = 0; r < PEND_TERM_ROWS; r++) {
         if (!jets_loads_shape(r)) continue;
@@ -173,7 +173,7 @@ static inline int lanes_bodies_known(const struct pend_terms *terms) {
     return shaped && jets_loads_known(&points);
 }
 
-/** As lanes_orders, of bodies. O(n order^2). */
+/** lanes_orders for bodies. O(n order^2). */
 static inline void lanes_bodies(const struct jets_system *s, const struct bodies_system *b,
                                 const struct bodies_moment *now, int order, int forces) {
     const struct pend_terms *terms = b->terms;

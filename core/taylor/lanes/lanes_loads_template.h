@@ -1,8 +1,8 @@
-/* The orders of real pendulums of point masses, for any vector of doubles, a pendulum a lane:
+/* The orders of real pendulums of point masses, for any vector of doubles, one pendulum per lane:
  * torques between arms, and a pivot that moves. The recurrences are those of small_loads_template.
  * Leaves to others: other real pendulums (bodies_template), memory and angles (ensemble).
- * Invariant: the numbers of springs, friction and drives stand where the general kernel has them,
- * so that its power is theirs. */
+ * Invariant: the numbers of springs, friction and drives have the places of the general kernel,
+ * whose function computes the power. */
 #ifndef PEND_LANES_LOADS_TEMPLATE_H
 #define PEND_LANES_LOADS_TEMPLATE_H
 
@@ -10,8 +10,8 @@
 #include "core/taylor/lanes/dense_template.h"
 #include "core/taylor/jets_loads.h"
 
-/* a pendulum's systems, its instant, the orders, whether forces beyond order 0 are wanted, and the
- * series of forces in fixed axes: real and imaginary parts */
+/* a pendulum's systems, its instant, the orders, whether forces beyond order 0 are requested, and
+ * the series of forces in fixed axes: real and imaginary parts */
 struct lanes_loads {
     const struct jets_system *s;
     const struct bodies_system *b;
@@ -74,10 +74,10 @@ VEC_INLINE void lanes_lift(const struct lanes_loads *x, int k, num *along, num *
  */
 struct lanes_arm {
     num re[SINGLE_ROWS], im[SINGLE_ROWS], rate[SINGLE_ROWS], along[SINGLE_ROWS],
-        across[SINGLE_ROWS], back[SINGLE_ROWS]; /* back: less what is along */
+        across[SINGLE_ROWS], back[SINGLE_ROWS]; /* back: minus the component along */
 };
 
-/* order k of Re (conj(u) (x + i y)); the newest coefficients come last, and sums do not wait for
+/* order k of Re (conj(u) (x + i y)); the newest coefficients come last, and sums do not depend on
  * each other, as in single_convolve */
 VEC_INLINE num lanes_weigh(const num re[], const num im[], const num x[], const num y[], int k,
                            int moves) {
@@ -124,7 +124,7 @@ static inline void lanes_single(const struct lanes_loads *x) {
         s->rate[(size_t)(k + 1) * s->stride] = u.rate[k + 1] = share * acc;
     }
     if (!x->moves) return;
-    // what the pivot exerts moves the mass: F = m (a + l u'')
+    // the force of the pivot moves the mass: F = m (a + l u'')
     struct single_pair sum = single_convolve(u.re, u.im, u.rate, x->order);
     u.re[x->order + 1] = num_neg(sum.im * s->share[x->order]);
     u.im[x->order + 1] = sum.re * s->share[x->order];
@@ -139,7 +139,7 @@ static inline void lanes_single(const struct lanes_loads *x) {
 
 /* ---- several arms */
 
-/* T of an order, and the sums of what is known of Im (conj(u) F) with Re u and with Im u */
+/* T of an order, and the known sums of Im (conj(u) F) with Re u and with Im u */
 struct lanes_sums {
     num Tr, Ti, known, less;
 };
@@ -151,8 +151,8 @@ VEC_INLINE void lanes_add(struct lanes_sums *sum, num ur, num ui, num w, num x, 
     sum->less = num_fma(ui, x, sum->less);
 }
 
-/* the sums of arm i of order k, which is even, and of the order after it without the terms that
- * need order k: what is loaded serves both */
+/* the sums of arm i of order k, which is even, and of order k + 1 without the terms that need order
+ * k, so that loaded values serve both */
 VEC_INLINE void lanes_convolve(const struct lanes_loads *x, int n, int k, int i,
                                struct lanes_sums *now, struct lanes_sums *next) {
     const struct bodies_system *b = x->b;
@@ -188,7 +188,7 @@ VEC_INLINE void lanes_convolve(const struct lanes_loads *x, int n, int k, int i,
     now->Ti = num_fma(first, rate[k * n], now->Ti);
 }
 
-/* the sums of order k, the second of two, with the terms that were missing */
+/* the missing terms of the sums of order k, the second of two orders */
 VEC_INLINE void lanes_complete(const struct lanes_loads *x, int n, int k, int i,
                                struct lanes_sums *sum) {
     const struct bodies_system *b = x->b;
@@ -200,7 +200,7 @@ VEC_INLINE void lanes_complete(const struct lanes_loads *x, int n, int k, int i,
     sum->less = num_fma(first, x->along[now - n], sum->less);
 }
 
-/* order k of point masses from its sums; the forces across are kept */
+/* order k of point masses from its sums; stores the forces across */
 VEC_INLINE void lanes_order(const struct lanes_loads *x, const struct dense_table *table, int n,
                             int k, const struct lanes_sums sum[]) {
     const struct jets_system *s = x->s;
@@ -281,9 +281,9 @@ static inline void lanes_several(const struct lanes_loads *x) {
 }
 
 /**
- * All orders of up to DENSE_MAX arms: rate_1 .. rate_order, force_0 and, where forces are wanted,
- * force_1 .. force_{order - 1}, from rate_0, cosine, sine and bend; and what bodies_power needs of
- * such a pendulum. O(n order^2).
+ * All orders of up to DENSE_MAX arms: rate_1 .. rate_order, force_0 and, on request, force_1 ..
+ * force_{order - 1}, from rate_0, cosine, sine and bend; and the input of bodies_power. O(n
+ * order^2).
  */
 static inline void lanes_orders(const struct jets_system *s, const struct bodies_system *b,
                                 const struct bodies_moment *now, int order, int forces) {

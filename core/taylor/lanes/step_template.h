@@ -1,4 +1,4 @@
-/* The length of a step of several series at once, one a lane, by the rule of the taylor method. The
+/* The step lengths of several series at once, one per lane, by the rule of the taylor method. The
  * including file defines STEP_SIZE(s, place), the magnitude of the coefficient of a rate at a
  * place, as a `wide`.
  * Leaves to others: one series alone, whose arms are in lanes (kernel_jets).
@@ -11,8 +11,7 @@
 
 enum { STEP_TRAILING = 4, STEP_LEADING = 4 };
 
-/* binary logarithm of the largest coefficient of order j, far below all others where all are
- * zero */
+/* binary logarithm of the largest coefficient of order j; far below all others if all are zero */
 VEC_INLINE wide step_norm(const struct jets_system *s, int j) {
     wide norm = wide_of(0);
     for (int k = 0; k < s->n; k++)
@@ -20,8 +19,8 @@ VEC_INLINE wide step_norm(const struct jets_system *s, int j) {
     return WIDE_(log2)(norm) - (wide)((wide_mask)(norm == 0) & (wide_mask)wide_of(1e4));
 }
 
-/* the step in units: the first term left out is below rtol times the motion, or atol; tolerances
- * are binary logarithms */
+/* the step in units, for which the first neglected term is below rtol times the motion, or atol;
+ * tolerances are binary logarithms */
 static wide step_reach(const struct jets_system *s, int order, double log_rtol, double log_atol) {
     static const double log2_of[STEP_LEADING] = {0, 1, 1.5849625007211562, 2};
     wide leading[STEP_LEADING], reach = wide_of(10);
@@ -30,14 +29,14 @@ static wide step_reach(const struct jets_system *s, int order, double log_rtol, 
     for (int i = 0; i < STEP_LEADING; i++) leading[i] = step_norm(s, i) - log2_of[i];
     for (int j = order - STEP_TRAILING + 1; j <= order; j++) {
         wide trailing = step_norm(s, j);
-        // what rests and goes on resting limits no step, though its leading terms are 0 too
+        // an arm that stays at rest limits no step, although its leading terms are 0 too
         trailing -= (wide)((wide_mask)(trailing < -5e3) & (wide_mask)wide_of(1e6));
         wide far = log_atol * last[1] - trailing * s->share[j];
         wide here = log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
         for (int i = 1; i < STEP_LEADING; i++)
             here = WIDE_(max)(here,
                               log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
-        // the limit of atol is bounded as the limit of rtol is
+        // the limit by atol is bounded like the limit by rtol
         here = WIDE_(max)(here, WIDE_(min)(far, here + spread));
         reach = WIDE_(min)(reach, here);
     }

@@ -4,22 +4,22 @@
 
 static int blocks_start(int k) { return k / BLOCK_ARMS * BLOCK_ARMS; }
 
-/* an arm that hangs on no arm of its own block */
+/* true for an arm without children in its own block */
 static int blocks_leaves(const struct pend_tree *tree, int k) {
     return tree->parent[k] < blocks_start(k);
 }
 
-/* an arm that is its block's first and hangs on the last of the block before */
+/* true if the arm is the first of its block and a child of the last arm of the block before */
 static int blocks_leads(const struct pend_tree *tree, int k) {
     return k == blocks_start(k) && tree->parent[k] == k - 1;
 }
 
-/* an arm whose edge the parent's block keeps in its list */
+/* true if the edge to arm k is in the list of the parent's block */
 static int blocks_crosses(const struct pend_tree *tree, int k) {
     return blocks_leaves(tree, k) && !blocks_leads(tree, k);
 }
 
-/* children of arm k, BLOCK_SIBLINGS + 2 where there are as many or more */
+/* number of children of arm k, at most BLOCK_SIBLINGS + 2 */
 static int blocks_degree(const struct pend_tree *tree, int k) {
     int degree = 0;
     for (int c = k + 1; c < tree->end[k] && degree < BLOCK_SIBLINGS + 2; c = tree->end[c]) degree++;
@@ -60,7 +60,7 @@ static size_t blocks_lay(struct blocks *b, const struct pend_tree *tree, char *b
     size_t used = 0;
     b->count = (tree->n + BLOCK_ARMS - 1) / BLOCK_ARMS;
     b->numbers = blocks_take(base, &used, (size_t)b->count + 1, BLOCK_NUMBERS * sizeof(double));
-    if (base) b->numbers += BLOCK_NUMBERS; // the pivot's comes first
+    if (base) b->numbers += BLOCK_NUMBERS; // the pivot's block comes first
     b->shape = blocks_take(base, &used, (size_t)b->count, sizeof *b->shape);
     b->up_place = blocks_take(base, &used, counts.up, sizeof(int));
     b->up_arm = blocks_take(base, &used, counts.up, sizeof(int));
@@ -133,9 +133,8 @@ static void blocks_down_edges(struct blocks *b, const struct pend_tree *tree) {
     }
 }
 
-/* edges from later blocks in the order of their parents' blocks; the sweep that needs them comes
- * from the last block:
- * what is known last is added last */
+/* edges from later blocks in the order of their parents' blocks; their sweep starts at the last
+ * block, so that edges are added in the order in which values become known */
 static void blocks_up_edges(struct blocks *b, const struct pend_tree *tree) {
     int edges = 0;
     for (int k = 0; k < tree->n; k++) {

@@ -1,5 +1,5 @@
-/* A tree cut into blocks of eight arms: which arms of a block hang on each other, and what joins
- * one block to another.
+/* A tree divided into blocks of eight arms: the edges within each block, and the edges between
+ * blocks.
  * Leaves to others: the arithmetic (blocks_template), memory (jets).
  * Invariant: depends on the tree's shape alone; a block's arms follow each other in the tree's
  * stored order. */
@@ -39,7 +39,7 @@
 
 enum {
     BLOCK_ARMS = 8,
-    BLOCK_SIBLINGS = 3, /* arms with more are at a crowded joint */
+    BLOCK_SIBLINGS = 3, /* joints with more children are crowded */
 #define X(name) BLOCK_##name,
     BLOCK_ROWS(X)
 #undef X
@@ -55,19 +55,20 @@ struct block_run {
 
 /* The structure of one block; lanes count its arms. */
 struct block_shape {
-    int straight; /* every arm hangs on the one before it, the first on the last block's last */
-    int lead;     /* the first arm does so */
-    int rounds;   /* most siblings of an arm that is not at a crowded joint */
-    int parents[BLOCK_ARMS],
-        siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all; the pivot where there is none */
-    struct block_run up;                      /* edges from later blocks, without a lead */
-    struct block_run down;                    /* edges to earlier ones, a lead first */
-    struct block_run kids;                    /* children of the block's arms that are not first */
-    struct block_run joints;                  /* crowded joints */
+    int straight; /* every arm is a child of the one before it, also across the start of the
+                   * block */
+    int lead;     /* the first arm is a child of the last arm of the block before */
+    int rounds;   /* the most siblings of an arm at a joint that is not crowded */
+    int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all siblings; the
+                                                                    * pivot if there are fewer */
+    struct block_run up;     /* edges from later blocks, without the lead */
+    struct block_run down;   /* edges to earlier blocks, the lead first */
+    struct block_run kids;   /* children of the block's arms that are not first */
+    struct block_run joints; /* crowded joints */
 };
 
 /* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i.
- * Before block 0 is one more, whose last lane is the pivot and whose other rows are zero. */
+ * One more block precedes block 0: its last lane is the pivot, its other rows are zero. */
 struct blocks {
     int count;       /* blocks */
     double *numbers; /* count blocks of BLOCK_NUMBERS */
@@ -85,9 +86,10 @@ struct blocks {
 size_t pend_blocks_bytes(const struct pend_tree *tree);
 
 /**
- * Cuts a tree.
+ * Divides a tree into blocks.
  *
  * memory  pend_blocks_bytes(tree) bytes, all zero, aligned to 64; not owned.
+ *
  * O(n).
  */
 void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void *memory);

@@ -1,8 +1,8 @@
-/* The orders of one large tree, in blocks of eight arms: within a block both sweeps are a product
+/* The orders of one large tree, in blocks of eight arms: within a block both sweeps are products
  * with a small inverse.
  * Leaves to others: the factorization (jets_template), the cutting (blocks).
- * Invariant: an order has one dependency for each block, not for each arm; it subtracts nothing
- * that jets_template does not subtract. */
+ * Invariant: an order has one sequential dependency per block, not per arm; its subtractions are
+ * those of jets_template. */
 #ifndef PEND_BLOCKS_TEMPLATE_H
 #define PEND_BLOCKS_TEMPLATE_H
 
@@ -22,12 +22,13 @@ VEC_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLO
 
 /* ---- once a step */
 
-/* the lane of arm i's parent, below 0 where that is in another block; kappa of no arm is 0 */
+/* the lane of arm i's parent, negative if that is in another block; kappa of a missing arm is 0 */
 VEC_INLINE int block_parent(const struct block_shape *shape, int start, int i) {
     return shape->parents[i] - pend_blocks_place(start);
 }
 
-/* answers of a block's arms from lane h on to a unit at arm i, on the way up and on the way down */
+/* responses of a block's arms from lane h on to a unit at arm i, in the sweep up and in the sweep
+ * down */
 VEC_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape,
                              double *at, int start, int h) {
     wide up[BLOCK_ARMS], down[BLOCK_ARMS];
@@ -69,9 +70,8 @@ VEC_INLINE void block_coefficients(const struct jets_system *s, double *at, int 
     }
 }
 
-/* what the next block's first arm does to a block, where it hangs on the block's last; what the
- * last does to the next
- */
+/* the coupling of a block's last arm and the next block's first arm, its child, in both
+ * directions */
 static void blocks_join(const struct jets_system *s, const struct blocks *b) {
     for (int a = 0; a < b->count * BLOCK_ARMS; a += WIDE) {
         int i = a / BLOCK_ARMS, here = i * BLOCK_ARMS, next = here + BLOCK_ARMS;
@@ -94,7 +94,7 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
 
 /* ---- once an order, from the last block to the first */
 
-/* T and c of order k; what is known of order k + 1 waits in the block's rows */
+/* T and c of order k; the known part of order k + 1 is stored in the block's rows */
 VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row, int k,
                                         int couples) {
     struct convolved next, now = convolve(s, row, k, couples, &next);
@@ -105,7 +105,7 @@ VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at,
     return now;
 }
 
-/* the same of the second of two orders */
+/* block_known for the second of two orders */
 VEC_INLINE struct convolved block_complete(const struct jets_system *s, const double *at,
                                            size_t row, int k) {
     struct convolved known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI),
@@ -118,7 +118,7 @@ VEC_INLINE double blocks_one(const struct blocks *b, int place, int row) {
     return b->numbers[place + row * BLOCK_ARMS];
 }
 
-/* takes y from a lane of x */
+/* subtracts y from a lane of x */
 VEC_INLINE void block_less(struct vec8 *x, int lane, double y) {
     for (int p = 0; p < VEC8_PARTS; p++) x->part[p] -= wide_only(y, lane, p * WIDE);
 }
@@ -129,8 +129,8 @@ VEC_INLINE void block_add(struct vec8 *x, const double *at, int row, wide y) {
         x->part[p] = wide_fma(block_get(at + p * WIDE, row), y, x->part[p]);
 }
 
-/* f, the constant part of the force that an arm asks for; lane 0 of `after` is that of the next
- * block's first */
+/* f, the constant part of the force on an arm's base; lane 0 of `after` is that of the next block's
+ * first arm */
 VEC_INLINE struct vec8 block_bias(const struct jets_system *s, const struct blocks *b,
                                   const struct block_shape *shape, const double *at,
                                   const struct vec8 *pull, wide after) {
@@ -143,7 +143,7 @@ VEC_INLINE struct vec8 block_bias(const struct jets_system *s, const struct bloc
     return bias;
 }
 
-/* at crowded joints: the sum of Z f over the siblings before an arm and over those after it */
+/* at crowded joints: the sum of Z f over an arm's earlier and later siblings */
 VEC_INLINE void block_crowd(const struct blocks *b, int joint) {
     enum { SWAY = BLOCK_SWAY * BLOCK_ARMS, OTHERS = BLOCK_OTHERS * BLOCK_ARMS };
     double early = 0, late = 0;
@@ -177,7 +177,7 @@ VEC_INLINE void blocks_known(const struct jets_system *s, const struct blocks *b
     }
 }
 
-/* part p of the arms' successors; the last arm's is lane 0 of `after` */
+/* part p of the next arms' values; the last arm's is lane 0 of `after` */
 VEC_INLINE wide block_next(const struct vec8 *x, int p, wide after) {
     return wide_shift(x->part[p], p + 1 < VEC8_PARTS ? x->part[p + 1] : after);
 }
@@ -205,7 +205,7 @@ VEC_INLINE void block_gather(const struct jets_system *s, const struct blocks *b
     }
 }
 
-/* what stays of the tangential acceleration */
+/* the remaining part of the tangential acceleration */
 VEC_INLINE void block_rest(const struct jets_system *s, const struct blocks *b,
                            const struct block_shape *shape, double *at, const struct vec8 *bias,
                            wide after, const struct vec8 *side) {
@@ -259,7 +259,7 @@ VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *
     return wide_gather(b->numbers + row * BLOCK_ARMS, shape->parents + h);
 }
 
-/* x less the sum of Z f over each arm's siblings, but for crowded joints */
+/* x minus the sum of Z f over each arm's siblings, except at crowded joints */
 VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape, wide x,
                                int h) {
     for (int i = 0; i < shape->rounds; i++)
@@ -267,7 +267,7 @@ VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape 
     return x;
 }
 
-/* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
+/* the constant part of mu, tension first, from the siblings' sums without the arm itself */
 VEC_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at,
                               int h) {
     wide across = block_parents(b, shape, at, BLOCK_SIDE, h) - block_get(at + h, BLOCK_OTHERS);
@@ -294,7 +294,8 @@ VEC_INLINE struct vec8 block_radial(const struct jets_system *s, const struct bl
     return radial;
 }
 
-/* the coefficients of order k of a block's arms from lane h on and what they make of u */
+/* stores the coefficients of order k of a block's arms from lane h on and computes the next ones of
+ * u */
 VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h,
                             int k, int couples) {
     enum { STRIDE = BLOCK_ARMS };
@@ -315,7 +316,7 @@ VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b,
     wide_put(s->turn_im + after, turned * turn_share);
 }
 
-/* the root hangs on the pivot: what that adds to its shift */
+/* the pivot's contribution to the shift of the root */
 VEC_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *b,
                               struct couples_lift lift) {
     double *root = blocks_at(b, 0) + BLOCK_TENSION * BLOCK_ARMS, along = s->sine[0] * lift.y;

@@ -1,8 +1,7 @@
-/* A chain, each arm hanging on the one before it, in pieces of eight arms: the numbers from
- * which its tensions follow.
- * Leaves to others: the arithmetic (chain_template), memory (jets), other trees and unlike
- * masses (blocks).
- * Invariant: masses are alike enough that differences of tensions keep their digits. */
+/* A chain in pieces of eight arms: the numbers from which its tensions are computed.
+ * Leaves to others: the arithmetic (chain_template), memory (jets), other trees and unequal masses
+ * (blocks).
+ * Invariant: masses differ so little that differences of tensions keep their digits. */
 #ifndef PEND_CHAIN_H
 #define PEND_CHAIN_H
 
@@ -53,29 +52,29 @@ enum {
     CHAIN_NUMBERS = CHAIN_ROW_COUNT * CHAIN_ARMS
 };
 
-/* Of row ENDS: what a piece hands on of what comes from before or after it, what its first arm's
- * force tells the piece before, and what comes from before and from after. */
+/* Numbers of row ENDS: the transmission of a piece for values from before or after it, the effect
+ * of its first arm's force on the piece before, and the values from before and from after. */
 enum { CHAIN_THROUGH, CHAIN_BACK, CHAIN_FROM_BEFORE, CHAIN_FROM_AFTER };
 
 struct chain {
     int count;       /* pieces */
-    double *numbers; /* count pieces of CHAIN_NUMBERS; one of zeros before and one after them */
+    double *numbers; /* count pieces of CHAIN_NUMBERS, between two pieces of zeros */
 };
 
-/** Returns non-zero if the tree is a chain of more than 8 arms whose masses are alike. O(n). */
+/** Returns non-zero if the tree is a chain of more than 8 arms with similar masses. O(n). */
 int pend_chain_suits(const struct pend_tree *tree);
 
-/** Returns the bytes that the numbers of a chain of any masses need, a multiple of 64. */
+/** Returns the bytes for the numbers of a chain of any masses, a multiple of 64. */
 size_t pend_chain_bytes(const struct pend_tree *tree);
 
 /**
- * Lays out a chain of any masses and fills in its lengths, which are what the sums of its orders
- * ask for; arguments as of pend_chain_init.
+ * Lays out a chain of any masses and stores its lengths, which the sums of its orders need;
+ * arguments as for pend_chain_init.
  */
 void pend_chain_lay(struct chain *chain, const struct pend_tree *tree, void *memory);
 
 /**
- * Fills in what does not change from step to step.
+ * Sets the values that do not change from step to step.
  *
  * memory  pend_chain_bytes(tree) bytes, all zero, aligned to 64; not owned.
  */

@@ -1,9 +1,9 @@
-/* The orders of one chain: tensions from one product a piece, every piece at once. In blocks
- * instead a trajectory by the method taylor takes a server 42 % longer with 9 arms, 39 % with 32,
- * 31 % with 100 and 15 % with 500 (processor time of whole requests).
- * Leaves to others: other trees (blocks_template), which chains (chain).
- * Invariant: an order has no sweep from arm to arm; the inverse is made of products and sums of
- * one sign. */
+/* The orders of one chain: tensions from one product per piece, all pieces at once. In blocks, the
+ * request of a trajectory by the method taylor takes more processor time: 42 % more with 9 arms, 39
+ * % with 32, 31 % with 100 and 15 % with 500.
+ * Leaves to others: other trees (blocks_template), the choice of chains (chain).
+ * Invariant: an order has no sweep from arm to arm; the inverse consists of products and sums of
+ * equal sign. */
 #ifndef PEND_CHAIN_TEMPLATE_H
 #define PEND_CHAIN_TEMPLATE_H
 
@@ -27,7 +27,7 @@ VEC_INLINE void chain_put(double *at, int row, int lane, wide x) {
     wide_put(at + row * CHAIN_ARMS + lane, x);
 }
 
-/* of an address that is not a vector's */
+/* loads from an address that need not be aligned */
 VEC_INLINE wide chain_load(const double *at) {
     wide x;
     memcpy(&x, at, sizeof x);
@@ -47,7 +47,7 @@ VEC_INLINE wide chain_last(const double *at, int row, int lane) {
 
 /* ---- once a step */
 
-/* a power of two that brings x >= 1 to 1 .. 2 */
+/* a power of two that scales x >= 1 to 1 .. 2 */
 VEC_INLINE double chain_scale(double x) {
     unsigned long long bits, exponent = 0x7ffULL << 52;
     memcpy(&bits, &x, sizeof bits);
@@ -57,10 +57,9 @@ VEC_INLINE double chain_scale(double x) {
 }
 
 /*
- * The mass S = N / D that hangs on an arm's base, from that of the next: S = m (m + S') / (m + S'
- * Z'^2), as a fraction, so that no arm waits for a division; and N' / N = S' / (m + S'). Everything
- * is positive.
- */
+ * The effective mass S = N / D at an arm's base, from that of the next: S = m (m + S') / (m + S'
+ * Z'^2). It is a fraction, so that no arm waits for a division; and N' / N = S' / (m + S'). All
+ * numbers are positive. */
 static void chain_masses(const struct jets_system *s, const struct chain *chain) {
     double N = s->mass[s->n - 1], D = 1;
     for (int piece = chain->count - 1; piece >= 0; piece--) {
@@ -75,7 +74,7 @@ static void chain_masses(const struct jets_system *s, const struct chain *chain)
             N = here;
         }
     }
-    // the pivot neither spreads nor moves: what the root adds is its S
+    // the pivot does not move: the root contributes its S
     chain_at(chain, 0)[CHAIN_N_LAST * CHAIN_ARMS] = D;
 }
 
@@ -99,15 +98,15 @@ static void chain_gains(const struct jets_system *s, const struct chain *chain) 
     }
 }
 
-/* forces that a unit at each arm of a piece makes in it: G_ij = G_ii kappa_{i+1} .. kappa_j for
- * i <= j, symmetric */
+/* responses of a piece's arms to a unit force at each: G_ij = G_ii kappa_{i+1} .. kappa_j for i <=
+ * j, symmetric */
 VEC_INLINE void chain_green(double *at) {
     enum { LAST = CHAIN_ARMS - 1 };
     // unit + LAST - i has 1 in lane i
     static const double unit[2 * CHAIN_ARMS] = {[LAST] = 1};
     const double *kappa = at + CHAIN_KAPPA * CHAIN_ARMS, *gain = at + CHAIN_GAIN * CHAIN_ARMS;
     for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
-        // what goes on from arm i to those after it, then what arrives at i from those up to it
+        // the effect of arm i on those after it, then the effects at i of those up to it
         wide on[CHAIN_ARMS], way = chain_load(unit + h), here = wide_of(0);
         for (int i = LAST; i > 0; i--) {
             on[i] = wide_of(kappa[i]) * way;
@@ -127,7 +126,7 @@ VEC_INLINE void chain_green(double *at) {
     ends[CHAIN_BACK] = kappa[0] / gain[0];
 }
 
-/* what follows from the angles alone, an arm at a time */
+/* the coefficients that depend on the angles alone, one arm at a time */
 static void chain_coefficients(const struct jets_system *s, const struct chain *chain) {
     for (int a = 0; a < chain->count * CHAIN_ARMS; a += WIDE) {
         int h = a % CHAIN_ARMS;
@@ -174,7 +173,7 @@ VEC_INLINE void chain_sums_put(double *at, int row, int lane, struct chain_sums 
     chain_put(at, row + 3, lane, x.ci);
 }
 
-/* adds u times a rate, and times a force; what real parts of u meet of it is `cross` */
+/* adds u times a rate, and times a force; `cross` is the factor of the force for real parts of u */
 VEC_INLINE void chain_add(struct chain_sums *x, wide ur, wide ui, wide rate, wide force,
                           wide cross) {
     x->Tr = wide_fma(ur, rate, x->Tr);
@@ -186,7 +185,7 @@ VEC_INLINE void chain_add(struct chain_sums *x, wide ur, wide ui, wide rate, wid
 /* the series of WIDE arms */
 struct chain_series {
     const double *re, *im, *rate, *force;
-    const double *cross; /* imaginary parts of the forces, where torques act; else the forces */
+    const double *cross; /* imaginary parts of the forces with torques; otherwise the forces */
 };
 
 VEC_INLINE struct chain_series chain_series(const struct jets_system *s, int piece, int lane,
@@ -206,10 +205,8 @@ VEC_INLINE void chain_term(const struct chain_series *x, int j, int k, struct ch
               chain_order(x->force, k - j), chain_order(x->cross, k - j));
 }
 
-/*
- * Of T and c of orders k and k + 1 the terms without a coefficient from order k - 2 on: they are
- * added up while that order and the next are solved, which waits.
- */
+/* The terms of T and c of orders k and k + 1 without coefficients from order k - 2 on. They are
+ * added up during the latency of solving that order and the next. */
 VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain, int piece, int k,
                           int couples) {
     double *at = chain_at(chain, piece);
@@ -244,7 +241,7 @@ VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain
     }
 }
 
-/* T and c of an even order k, and of order k + 1 but for the terms that order k is needed for */
+/* T and c of an even order k, and of order k + 1 without the terms that need order k */
 VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at, int piece, int h,
                                         int k, int couples) {
     struct chain_series x = chain_series(s, piece, h, couples);
@@ -278,7 +275,7 @@ VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at,
     return now;
 }
 
-/* T and c of an odd order k: the terms that were missing */
+/* the missing terms of T and c of an odd order k */
 VEC_INLINE struct chain_sums chain_odd(const struct jets_system *s, double *at, int piece, int h,
                                        int k) {
     struct chain_series x = chain_series(s, piece, h, 0);
@@ -310,7 +307,7 @@ VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *cha
     }
 }
 
-/* right-hand sides, and what they say of phi'' without the tensions */
+/* right-hand sides, and their contribution to phi'' without the tensions */
 VEC_INLINE void chain_ask(const struct chain *chain) {
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);
@@ -327,7 +324,7 @@ VEC_INLINE void chain_ask(const struct chain *chain) {
     }
 }
 
-/* the root hangs on the pivot */
+/* the pivot's contribution to the right-hand side of the root */
 VEC_INLINE void chain_hang(const struct jets_system *s, const struct chain *chain,
                            struct couples_lift lift) {
     double *at = chain_at(chain, 0), C = s->cosine[0], Z = s->sine[0], across = C * lift.y;
@@ -339,7 +336,7 @@ VEC_INLINE void chain_hang(const struct jets_system *s, const struct chain *chai
     at[CHAIN_KNOWN * CHAIN_ARMS] -= across * at[CHAIN_PART * CHAIN_ARMS];
 }
 
-/* every piece by itself */
+/* solves every piece alone */
 VEC_INLINE void chain_pieces(const struct chain *chain) {
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);
@@ -356,7 +353,7 @@ VEC_INLINE void chain_pieces(const struct chain *chain) {
     }
 }
 
-/* the effects of the pieces on each other: two sums from end to end, computed side by side */
+/* the coupling of the pieces: two sums from end to end, computed side by side */
 VEC_INLINE void chain_join(const struct chain *chain) {
     enum { MU = CHAIN_MU * CHAIN_ARMS, ENDS = CHAIN_ENDS * CHAIN_ARMS };
     double before = 0, after = 0;
@@ -382,7 +379,7 @@ VEC_INLINE void chain_tensions(const struct chain *chain) {
     }
 }
 
-/* the coefficients of order k and what they make of u */
+/* stores the coefficients of order k and computes the next ones of u */
 VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *chain, int k,
                             int couples) {
     wide order = wide_of(k + 1), share = wide_of(s->share[k + 1]);
@@ -416,7 +413,7 @@ VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *c
         chain_old(s, chain, piece, k, couples);
 }
 
-/* order k, and meanwhile half of the old terms of order `later` */
+/* order k, interleaved with half of the old terms of order `later` */
 VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain,
                             struct couples_lift lift, int k, int later, int half, int couples) {
     if (couples) couples_chain_order(s, k);

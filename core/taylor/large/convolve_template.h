@@ -1,8 +1,8 @@
 /* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in
- * lanes. Where torques act between the arms (`couples`), the series of the forces in axes that are
- * fixed stand for lambda, as small_loads_template has it, and Im c is all of what is known of them.
- * Leaves to others: their storage until they are needed (blocks_template, levels_template).
- * Invariant: `row` is where the series of the arms begin; tiles of eight arms. */
+ * lanes. With torques between the arms (`couples`), the series of the forces in fixed axes replace
+ * lambda, as in small_loads_template, and Im c is their known part.
+ * Leaves to others: storing them until needed (blocks_template, levels_template).
+ * Invariant: `row` is the index at which the series of the arms begin; tiles of eight arms. */
 #ifndef PEND_CONVOLVE_TEMPLATE_H
 #define PEND_CONVOLVE_TEMPLATE_H
 
@@ -15,10 +15,8 @@ struct convolved {
     wide Tr, Ti, cr, ci;
 };
 
-/*
- * T and c of order k, and in *next those of order k + 1 without the terms that need order k, so
- * that every coefficient is loaded once for both. Row -1 of the forces is zero.
- */
+/* T and c of order k, and in *next those of order k + 1 without the terms that need order k, so
+ * that every coefficient is loaded once for both. Row -1 of the forces is zero. */
 VEC_INLINE struct convolved convolve(const struct jets_system *s, size_t row, int k, int couples,
                                      struct convolved *next_) {
     enum { STRIDE = CONVOLVE_STRIDE };
@@ -61,8 +59,7 @@ VEC_INLINE struct convolved convolve(const struct jets_system *s, size_t row, in
     return now;
 }
 
-/* T and c of order k, the second of two: with the terms that were missing, of which Re c has
- * none */
+/* the missing terms of T and c of order k, the second of two orders; Re c has none */
 VEC_INLINE struct convolved convolve_rest(const struct jets_system *s, size_t row, int k,
                                           struct convolved known) {
     enum { STRIDE = CONVOLVE_STRIDE };

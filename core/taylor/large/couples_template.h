@@ -1,10 +1,9 @@
-/* Torques between the arms of a tree of more than eight arms, order by order: what springs,
- * friction and drives make of the angles and rates of an order, as forces across the arms; what the
- * pivot's motion is in an order; the forces along the arms, and the power of all. Leaves to others:
- * the orders themselves (chain_template, blocks_template, levels_template), the derivation
- * (small_loads_template), where arms sit (jets_loads). Invariant: one pass over the seats an order,
- * the same for every cutting. Ideal trees have none of it: `couples` is known where the orders are
- * compiled. */
+/* Torques between the arms of a tree of more than eight arms, order by order: springs, friction and
+ * drives as forces across the arms; the pivot's acceleration; the forces along the arms; and the
+ * power of all. Leaves to others: the orders themselves (chain_template, blocks_template,
+ * levels_template), the derivation (small_loads_template), the seats of arms (jets_loads).
+ * Invariant: one pass over the seats per order, the same for every decomposition. Ideal trees pay
+ * nothing: `couples` is a compile-time constant. */
 #ifndef PEND_COUPLES_TEMPLATE_H
 #define PEND_COUPLES_TEMPLATE_H
 
@@ -39,7 +38,7 @@ static void couples_motors(const struct jets_system *s, const struct bodies_mome
     }
 }
 
-/* numbers of a term of WIDE arms from k on, 0 where there are none */
+/* numbers of a term of WIDE arms from k on, 0 if the pendulum does not have it */
 VEC_INLINE wide couples_row(const struct jets_loads *loads, enum pend_term_row row, int k) {
     int at = loads->terms->row[row], n = loads->terms->n;
     if (at < 0) return wide_of(0);
@@ -49,7 +48,7 @@ VEC_INLINE wide couples_row(const struct jets_loads *loads, enum pend_term_row r
     return x;
 }
 
-/* the numbers of WIDE arms from k on go to their seats */
+/* stores the numbers of WIDE arms from k on at their seats */
 VEC_INLINE void couples_sit(const struct jets_system *s, double *to, int k, wide x) {
     const int *seat = s->loads->seat;
     if (!seat) {
@@ -59,7 +58,7 @@ VEC_INLINE void couples_sit(const struct jets_system *s, double *to, int k, wide
     for (int i = 0; i < WIDE && k + i < s->n; i++) to[seat[k + i]] = x[i];
 }
 
-/* what is known before the first order; rates of order 0 are there */
+/* values known before the first order; requires rates of order 0 */
 static void couples_begin(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
     double unit = now->unit, square = unit * unit;
@@ -80,8 +79,9 @@ static void couples_begin(const struct jets_system *s, const struct bodies_momen
 
 /* ---- once an order */
 
-/* the torques of an order between arms and what carries them, the arms from a on, whose series are
- * at `row`; `less` is minus what rates of the order before are over as angles of this one */
+/* The torques of an order between arms and their parents, for the arms from a on, whose series are
+ * at `row`. `less` is minus the factor that turns rates of the order before into angles of this
+ * one. */
 VEC_INLINE wide couples_torque(const struct jets_loads *loads, int a, size_t row, int k, wide less,
                                wide up) {
     wide slip = wide_get(loads->spin + a) - up;
@@ -104,7 +104,7 @@ VEC_INLINE void couples_torques(const struct jets_loads *loads, int tile, size_t
     }
 }
 
-/* the same less those of the first children, as forces across */
+/* the torques minus those of the first children, as forces across */
 VEC_INLINE void couples_cross(const struct jets_loads *loads, int tile, size_t row) {
     const double *torque = loads->torque, *near = torque + loads->near[tile].child;
     const int *child = loads->near[tile].child == LOADS_APART ? loads->child : NULL;
@@ -116,7 +116,7 @@ VEC_INLINE void couples_cross(const struct jets_loads *loads, int tile, size_t r
     }
 }
 
-/* the known forces across of order k that torques make go to `cross` */
+/* adds the forces across of order k due to torques to `cross` */
 VEC_INLINE void couples_order(const struct jets_system *s, int k) {
     const struct jets_loads loads = *s->loads;
     size_t order = (size_t)k * COUPLES_ARMS;
@@ -130,7 +130,7 @@ VEC_INLINE void couples_order(const struct jets_system *s, int k) {
         cross[kid->row] -= loads.torque[kid->child] * kid->part;
 }
 
-/* the same of a chain, whose arms' neighbours are those before and after them */
+/* couples_order for a chain, in which the neighbours are the arms before and after */
 VEC_INLINE void couples_chain_order(const struct jets_system *s, int k) {
     const struct jets_loads loads = *s->loads;
     wide less = wide_of(k ? -s->share[k - 1] : 0), after = wide_of(0);
@@ -147,8 +147,8 @@ VEC_INLINE void couples_chain_order(const struct jets_system *s, int k) {
     }
 }
 
-/* the known force across over the order, from what the convolutions say of it (`ci`, less their
- * real parts); its series is kept. `row` is where order k of the arms is. */
+/* The known force across over the order, from the result of the convolutions (`ci`, minus their
+ * real parts); stores its series. `row` is the index of order k of the arms. */
 VEC_INLINE wide couples_across(const struct jets_system *s, size_t row, int k, wide ci) {
     double *at = s->loads->cross + row;
     wide cross = wide_get(at) + ci;
@@ -156,7 +156,7 @@ VEC_INLINE wide couples_across(const struct jets_system *s, size_t row, int k, w
     return cross * wide_of(s->share[k]);
 }
 
-/* what order k finds at the pivot: its acceleration over the order, gravity included */
+/* the acceleration of the pivot for order k, over the order, with gravity */
 struct couples_lift {
     double x, y;
 };
@@ -189,7 +189,7 @@ static void couples_along(const struct jets_system *s, int order) {
     }
 }
 
-/* the force that the pivot exerts, along the first arm's axes: F = lambda u of point masses */
+/* the force that the pivot exerts, along the first arm's axes: F = lambda u for point masses */
 static void couples_haul(const struct jets_system *s, int order) {
     const struct jets_loads *loads = s->loads;
     size_t row = jets_row(s, couples_seat(loads, 0));
@@ -219,8 +219,8 @@ static void couples_total(const struct couples_sums *all, int order, double *sum
         for (int i = 0; i < COUPLES_ARMS; i++) sum[k] += all->order[k][i / WIDE][i % WIDE];
 }
 
-/* adds the power of the drives: the sum over the arms of rates relative to the parent times
- * torques; orders below `order` */
+/* adds the power of the drives: the sum over the arms of torques times rates relative to the
+ * parent; orders below `order` */
 static void couples_effort(const struct jets_system *s, int order, double *sum) {
     struct couples_sums all;
     memset(&all, 0, sizeof all);
@@ -238,8 +238,8 @@ static void couples_effort(const struct jets_system *s, int order, double *sum) 
     couples_total(&all, order, sum);
 }
 
-/* adds what friction takes: the sum over the arms of a factor times the square of rates relative to
- * the parent, whose products of two orders are alike both ways */
+/* adds the heat of friction: the sum over the arms of a factor times the square of rates relative
+ * to the parent; products of two orders are symmetric */
 static void couples_waste(const struct jets_system *s, int order, double *sum) {
     struct couples_sums all;
     memset(&all, 0, sizeof all);
@@ -267,7 +267,7 @@ static void couples_waste(const struct jets_system *s, int order, double *sum) {
     couples_total(&all, order, sum);
 }
 
-/* the constant torques' power */
+/* adds the power of constant torques */
 static void couples_constant(const struct jets_system *s, int order, double *sum) {
     const struct jets_loads *loads = s->loads;
     double square = loads->unit * loads->unit;

@@ -3,14 +3,13 @@
 #include <assert.h>
 #include <string.h>
 
-/* the heights that arms above the one at hand have from children met so far, one a joint that
- * waits */
+/* the heights of arms from the children visited so far, one per waiting joint */
 struct levels_climb {
     int joint[LEVELS_MAX], height[LEVELS_MAX], waiting;
 };
 
-/* the height of arm k, met from the last arm to the first; no more joints wait than the
- * sub-trees halve */
+/* the height of arm k; arms are visited from the last to the first; sizes of sub-trees halve, which
+ * bounds the waiting joints */
 static int levels_height(struct levels_climb *climb, const struct pend_tree *tree, int k) {
     int top = climb->waiting - 1, height = 0, p = tree->parent[k];
     if (top >= 0 && climb->joint[top] == k) {
@@ -31,7 +30,7 @@ static int levels_degree(const struct pend_tree *tree, int k) {
     return degree;
 }
 
-/* arms of each level, levels; 0 where a tree is not for levels */
+/* number of arms of each level; returns the number of levels, 0 for a tree unsuitable for levels */
 static int levels_measure(const struct pend_tree *tree, int arms[LEVELS_MAX]) {
     struct levels_climb climb = {.waiting = 0};
     int levels = 0;
@@ -47,7 +46,7 @@ static int levels_measure(const struct pend_tree *tree, int arms[LEVELS_MAX]) {
 
 static int levels_blocks(int arms) { return (arms + LEVEL_ARMS - 1) / LEVEL_ARMS; }
 
-/* the lowest of the levels that the cap takes: as many as one block has lanes for */
+/* the lowest of the levels in the cap, which has as many arms as one block has lanes */
 static int levels_cap(const int arms[], int levels) {
     int room = LEVEL_ARMS;
     while (levels > 0 && arms[levels - 1] <= room) room -= arms[--levels];
@@ -61,7 +60,7 @@ int pend_levels_count(const struct pend_tree *tree) {
     return cap > 0 && count <= 3 * levels_blocks(tree->n) / 2 ? count : 0;
 }
 
-/* arms that are not their parent's first child: as many as there are leaves, but one */
+/* number of arms that are not their parent's first child: the number of leaves minus one */
 static int levels_light(const struct pend_tree *tree) {
     int light = -1;
     for (int k = 0; k < tree->n; k++) light += tree->end[k] == k + 1;
@@ -74,7 +73,7 @@ static void *levels_take(char *base, size_t *used, size_t count, size_t bytes) {
     return part;
 }
 
-/* what is needed while a tree is cut; level i has arms[i] arms, and blocks from start[i] on */
+/* data of the decomposition; level i has arms[i] arms, and blocks from start[i] on */
 struct levels_plan {
     int *height, *next; /* of an arm; the next one of the same height, -1 after the last */
     int cap, arms[LEVELS_MAX], head[LEVELS_MAX],
@@ -154,14 +153,14 @@ static void levels_seat(struct levels *l, const struct pend_tree *tree,
     }
 }
 
-/* a rank without children yet */
+/* starts a rank without children */
 static void levels_open(struct levels *l, int rank) {
     for (int i = 0; i < LEVEL_ARMS; i++)
         l->rank[rank].children[i] = pend_levels_place(l->count * LEVEL_ARMS);
 }
 
-/* the children of a joint: the first has its lane, where there is one, the others' places are
- * found by rank */
+/* the children of a joint: the first has the joint's lane, if there is one; the places of the
+ * others are found by rank */
 static void levels_joint(struct levels *l, const struct pend_tree *tree, int k, int first,
                          struct level_block *block) {
     int rank = block->first, lane = l->seat[k] % LEVEL_ARMS;
@@ -177,7 +176,7 @@ static void levels_joint(struct levels *l, const struct pend_tree *tree, int k, 
     }
 }
 
-/* the joints of a block; none of the cap's has a first child in its lane */
+/* the joints of a block; in the cap no first child has its parent's lane */
 static void levels_joints(struct levels *l, const struct pend_tree *tree,
                           const struct levels_plan *plan, int i) {
     struct level_block *block = &l->block[i];
@@ -191,7 +190,7 @@ static void levels_joints(struct levels *l, const struct pend_tree *tree,
     l->ranks = block->end;
 }
 
-/* the blocks of a level, and which those of the levels next to it belong to */
+/* links the blocks of a level to those of the neighbouring levels */
 static void levels_link(struct levels *l, const struct pend_tree *tree,
                         const struct levels_plan *plan, int level) {
     int firsts = level + 1 < plan->cap ? plan->arms[level + 1] : 0;
@@ -206,8 +205,8 @@ static void levels_link(struct levels *l, const struct pend_tree *tree,
     }
 }
 
-/* what no step changes, of leaves all but the share in their parents; an empty lane has a mass,
- * to be divided by, but no length */
+/* Sets the values that no step changes; for leaves all except the share in their parents. An empty
+ * lane has a mass, because it is a divisor, but no length. */
 static void levels_furnish(struct levels *l, const struct pend_tree *tree) {
     for (int i = 0; i < l->count * LEVEL_ARMS; i++) {
         double *at = l->numbers + pend_levels_place(i);
@@ -222,7 +221,7 @@ static void levels_furnish(struct levels *l, const struct pend_tree *tree) {
     }
 }
 
-/* who sits where: the cap's arms in stored order, then level after level from the top */
+/* assigns seats: the cap's arms in stored order, then level after level from the top */
 static void levels_seats(struct levels *l, const struct pend_tree *tree,
                          const struct levels_plan *plan) {
     int padded = (tree->n + LEVEL_ARMS - 1) / LEVEL_ARMS * LEVEL_ARMS,

@@ -1,6 +1,7 @@
 /* The order-0 system of a tree in levels, factorized: eight joints at once.
- * Leaves to others: the cutting (levels), the orders (levels_template), the formulas (jets_factor).
- * Invariant: the factors are those of jets_factor, to rounding; a leaf's are set once for all. */
+ * Leaves to others: the decomposition (levels), the orders (levels_template), the formulas
+ * (jets_factor).
+ * Invariant: the factors are those of jets_factor up to rounding; a leaf's are set once. */
 #ifndef PEND_LEVELS_FACTOR_H
 #define PEND_LEVELS_FACTOR_H
 
@@ -29,8 +30,8 @@ VEC_INLINE wide level_parents(const struct levels *l, const struct level_block *
     return level_gather(l, row, places + h);
 }
 
-/* answers of the cap's arms from lane h on to a unit at one of them, on the way up and on the
- * way down */
+/* responses of the cap's arms from lane h on to a unit at one of them, in the sweep up and in the
+ * sweep down */
 VEC_INLINE void level_invert(const struct levels *l, int h) {
     int root = (l->count - 1) * LEVEL_ARMS;
     const int *parents = l->block[l->count - 1].parents;
@@ -51,12 +52,12 @@ VEC_INLINE void level_invert(const struct levels *l, int h) {
     }
 }
 
-/* what hangs on each joint of a block: sums over the children met so far */
+/* sums over the children of each joint of a block that have joined so far */
 struct level_load {
     wide p, r, q, d;
 };
 
-/* the child of one rank joins; what the others do to it so far is kept */
+/* adds the child of one rank; stores the sums over its earlier siblings */
 VEC_INLINE void level_join(struct level_load *load, double *share, wide C, wide Z, wide S) {
     wide SC = S * C, SZ = S * Z;
     wide_put(share, load->q);
@@ -69,8 +70,8 @@ VEC_INLINE void level_join(struct level_load *load, double *share, wide C, wide 
     load->q = wide_fma(SZ, Z, load->q);
 }
 
-/* the same from the last child to the first: the others are those before and those after, never
- * all less the child */
+/* the same from the last child to the first: the sum over the siblings is that of the earlier plus
+ * that of the later ones, never the total minus the child */
 VEC_INLINE void level_part(struct level_load *late, double *share, wide mass, wide C, wide Z,
                            wide S) {
     wide SZ = S * Z;
@@ -147,7 +148,7 @@ static void level_factor_one(const struct levels *l, int lane) {
     at[LEVEL_WEIGHT * LEVEL_ARMS] = S * at[LEVEL_LENGTH * LEVEL_ARMS];
 }
 
-/* what a block's arms from lane h on pass on to their parents */
+/* the contributions of a block's arms from lane h on to their parents */
 VEC_INLINE void level_share(const struct levels *l, int i, int h) {
     const struct level_block *block = &l->block[i];
     double *at = levels_at(l, i) + h;
@@ -165,7 +166,7 @@ VEC_INLINE void level_share(const struct levels *l, int i, int h) {
               wide_fma(level_parents(l, block, LEVEL_LEAN, block->parents, h), C, Z));
 }
 
-/* the order-0 tree system, as jets_factor has it */
+/* factorizes the order-0 tree system, as jets_factor does */
 static void levels_factor(const struct jets_system *s, const struct levels *l) {
     int cap = l->count - 1;
     for (int k = 0; k < s->n; k++) {

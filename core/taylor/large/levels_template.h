@@ -1,9 +1,9 @@
-/* The orders of one bushy tree, level by level: no arm depends on another arm of its level. In
- * blocks alone, without levels, a trajectory by the method taylor takes a server as long at 32
- * arms, 10 % longer at 64, 31 % at 200 and 44 % at 1000 (processor time of whole requests).
- * Leaves to others: the factorization (levels_factor), the cutting (levels).
- * Invariant: one pass a sweep, which reads a block's numbers once; it subtracts nothing that
- * jets_template does not subtract. */
+/* The orders of one bushy tree, level by level: no arm depends on another arm of its level. Without
+ * levels, in blocks, the request of a trajectory by the method taylor takes the same processor time
+ * with 32 arms, 10 % more with 64, 31 % with 200 and 44 % with 1000.
+ * Leaves to others: the factorization (levels_factor), the decomposition (levels).
+ * Invariant: one pass per sweep, which reads a block's numbers once; its subtractions are those of
+ * jets_template. */
 #ifndef PEND_LEVELS_TEMPLATE_H
 #define PEND_LEVELS_TEMPLATE_H
 
@@ -13,8 +13,8 @@
 
 /* ---- once an order, from the leaves to the root */
 
-/* where the series of order k of a block's arms from lane h on will be, which until then hold T
- * and c, or what is known of them */
+/* the place of the series of order k of a block's arms from lane h on, which until then stores T
+ * and c, or their known parts */
 struct level_rows {
     double *rate, *turn_re, *turn_im, *force;
 };
@@ -26,7 +26,7 @@ VEC_INLINE struct level_rows level_rows(const struct jets_system *s, int block, 
                                s->turn_im + row + (size_t)2 * LEVEL_ARMS, s->force + row};
 }
 
-/* T and c of order k; what is known of order k + 1 waits where that order will be */
+/* T and c of order k; the known part of order k + 1 is stored at the place of that order */
 VEC_INLINE struct convolved level_known(const struct jets_system *s, int block, int h, int k,
                                         int couples) {
     struct level_rows last = level_rows(s, block, h, k), after = level_rows(s, block, h, k + 1);
@@ -41,7 +41,7 @@ VEC_INLINE struct convolved level_known(const struct jets_system *s, int block, 
     return now;
 }
 
-/* the same of the second of two orders, but for Re c, which is where it will be needed */
+/* level_known for the second of two orders, except Re c, which is in its place already */
 VEC_INLINE struct convolved level_complete(const struct jets_system *s, int block, int h, int k) {
     struct level_rows now = level_rows(s, block, h, k);
     struct convolved known = {wide_get(now.rate), wide_get(now.turn_re), wide_of(0),
@@ -49,7 +49,7 @@ VEC_INLINE struct convolved level_complete(const struct jets_system *s, int bloc
     return convolve_rest(s, (size_t)block * s->tile + (size_t)h, k, known);
 }
 
-/* T and c of order k, put where what they are part of will be; Ti and s go on */
+/* T and c of order k, stored in place; returns Ti and s */
 VEC_INLINE struct convolved level_begin(const struct jets_system *s, const struct levels *l,
                                         int block, int h, int k, int couples) {
     struct convolved known =
@@ -63,7 +63,7 @@ VEC_INLINE struct convolved level_begin(const struct jets_system *s, const struc
     return known;
 }
 
-/* what is asked of the parent, and what it takes */
+/* the force on the parent, and its reaction */
 VEC_INLINE void level_ask(double *at, wide known, wide bias) {
     level_put(at, LEVEL_BIAS, bias);
     level_put(at, LEVEL_ASKED,
@@ -72,16 +72,14 @@ VEC_INLINE void level_ask(double *at, wide known, wide bias) {
               wide_fma(level_get(at, LEVEL_SINE), bias, level_get(at, LEVEL_COSINE) * known));
 }
 
-/* what children ask for, and what they take */
+/* sums over children of forces on the parent, and of reactions */
 struct level_sums {
     wide asked, given;
 };
 
-/*
- * What all children of a block's joints ask for and take, from what the first do. What each of them
- * feels across leaves the child itself out: it is the joint's known force less what the children
- * before take, and those after.
- */
+/* The sums over all children of a block's joints, starting with the first. The sum for each child
+ * excludes the child itself: the joint's known force minus the sums over the earlier and over the
+ * later siblings. */
 VEC_INLINE struct level_sums level_children(const struct levels *l, int which, int h, wide known,
                                             struct level_sums sums) {
     const struct level_block *block = &l->block[which];
@@ -104,7 +102,7 @@ VEC_INLINE struct level_sums level_children(const struct levels *l, int which, i
     return sums;
 }
 
-/* leaves have nothing to add up */
+/* leaves have no children to sum over */
 VEC_INLINE void level_up_leaves(const struct jets_system *s, const struct levels *l, int i, int h,
                                 int k, int couples) {
     double *at = levels_at(l, i) + h;
@@ -125,8 +123,8 @@ VEC_INLINE void level_up(const struct jets_system *s, const struct levels *l, in
     level_put(at, LEVEL_TANGENTIAL, level_get(at, LEVEL_INV) * (known.ci - sums.given));
 }
 
-/* the cap's arms hang on each other: they ask first without what they are to find out, and again
- * when they know it */
+/* The cap's arms may be connected: their forces are computed first without the effect of other arms
+ * of the cap, and again with it. */
 VEC_INLINE void level_up_cap(const struct jets_system *s, const struct levels *l, int i, int k,
                              int couples) {
     const struct level_block *block = &l->block[i];
@@ -169,7 +167,7 @@ VEC_INLINE void levels_up(const struct jets_system *s, const struct levels *l, i
 
 /* ---- once an order, from the root to the leaves */
 
-/* what a block's arms feel from their parents */
+/* the forces of the parents on a block's arms */
 struct level_felt {
     wide across, radial, tangential;
 };
@@ -188,7 +186,7 @@ VEC_INLINE wide level_tension(const double *at, wide share) {
                     level_get(at, LEVEL_NU) * level_get(at, LEVEL_BIAS));
 }
 
-/* the coefficients of order k and what they make of u */
+/* stores the coefficients of order k and computes the next ones of u */
 VEC_INLINE void level_learn(const struct jets_system *s, const struct levels *l, int block, int h,
                             int k, const struct level_felt *felt, wide tension, wide tangential,
                             int couples) {
@@ -205,7 +203,7 @@ VEC_INLINE void level_learn(const struct jets_system *s, const struct levels *l,
     wide_put(now.turn_im, turned * wide_of(s->share[k + 1]));
 }
 
-/* keeps the acceleration of the tips, and tells the part across */
+/* stores the acceleration of the tips, and returns the part across */
 VEC_INLINE wide level_tip(double *at, wide radial) {
     wide tangential = level_get(at, LEVEL_TANGENTIAL) - level_get(at, LEVEL_LEAN) * radial;
     level_put(at, LEVEL_RADIAL, radial);
@@ -213,7 +211,7 @@ VEC_INLINE wide level_tip(double *at, wide radial) {
     return tangential;
 }
 
-/* the root, which is the cap's first arm, hangs on the pivot: what it feels along itself */
+/* the pivot's force along the root, which is the cap's first arm */
 VEC_INLINE double levels_lift(const struct levels *l, struct couples_lift lift) {
     const double *root = levels_at(l, l->count - 1);
     double *pivot = levels_at(l, l->count), along = root[LEVEL_SINE * LEVEL_ARMS] * lift.y;
@@ -223,7 +221,7 @@ VEC_INLINE double levels_lift(const struct levels *l, struct couples_lift lift) 
     return along;
 }
 
-/* the cap's tips answer to all its shifts at once */
+/* the cap's tips respond to all its shifts at once */
 VEC_INLINE void level_down_cap(const struct jets_system *s, const struct levels *l, double lift,
                                int i, int k, int couples) {
     const struct level_block *block = &l->block[i];

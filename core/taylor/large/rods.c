@@ -5,14 +5,14 @@
 
 #include "core/taylor/jets_loads.h"
 
-/* chains whose masses at the joints, or whose inertias, are further apart than this go by the
- * general kernel, and those with an arm that is this near to a point mass on it */
+/* Chains whose masses at the joints, or whose inertias, differ by more than the first factor use
+ * the general kernel. So do chains with an arm that is this close to a single point mass. */
 static const double RODS_MASSES = 256, RODS_POINT = 0.125;
-/* kg: powers of masses below this and above its inverse are no numbers */
+/* kg: powers of masses below this or above its inverse overflow or underflow */
 static const double RODS_LEAST = 0x1p-900;
 
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms) {
-    struct pend_terms points = *terms; // what would be left with points at the tips
+    struct pend_terms points = *terms; // the terms with points at the tips instead
     int shaped = 0;
     if (tree->n <= CHAIN_ARMS || terms->row[PEND_TERM_AT_X] >= 0) return 0;
     for (int k = 1; k < tree->n; k++)

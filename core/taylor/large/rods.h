@@ -1,8 +1,8 @@
-/* A chain of rods, each arm hanging at the tip of the one before it, in pieces of eight arms: the
- * numbers from which its forces follow.
+/* A chain of rods, joined at tips, in pieces of eight arms: the numbers from which its forces are
+ * computed.
  * Leaves to others: the arithmetic (rods_table_template, rods_template), the sums of an order
- * (chain), other trees and unlike masses (core/bodies).
- * Invariant: masses are alike enough that differences of forces keep their digits. */
+ * (chain), other trees and unequal masses (core/bodies).
+ * Invariant: masses differ so little that differences of forces keep their digits. */
 #ifndef PEND_RODS_H
 #define PEND_RODS_H
 
@@ -59,33 +59,32 @@ enum {
     RODS_NUMBERS = RODS_ROW_COUNT * CHAIN_ARMS
 };
 
-/* Of row ENDS and the next: how a piece hands on what comes from before, the transpose of which is
- * how it hands on what comes from after; what its first arm's force asks of the piece before; and
- * what comes from before and from after, two numbers each. */
+/* Numbers of row ENDS and the next: the transmission of a piece for values from before, whose
+ * transpose is that for values from after; the effect of its first arm's force on the piece before;
+ * and the values from before and from after, two numbers each. */
 enum { RODS_THROUGH = 0, RODS_BACK = 4, RODS_FROM_BEFORE = 8, RODS_FROM_AFTER = 10 };
 
 struct rods {
     int count; /* pieces */
     double scale;
-    double *numbers; /* count pieces of RODS_NUMBERS, one of zeros before and one after them */
+    double *numbers; /* count pieces of RODS_NUMBERS, between two pieces of zeros */
 };
 
-/** Returns non-zero if the terms may be those of a chain of rods: a chain of more than 8 arms that
- * hang at tips, with rods or bodies and nothing else than what the quick kernels take. O(n). */
+/** Returns non-zero if the terms may be those of a chain of rods: a chain of more than 8 arms
+ * joined at tips, with rods or bodies and no other terms than the quick kernels support. O(n). */
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms);
 
-/** Returns non-zero if also its numbers suit: centers are on the arms, between joint and tip,
- * masses at the joints are alike, and no arm is nearly a point somewhere on it. O(n). */
+/** Returns non-zero if the numbers are suitable too: centers of mass on the arms, between joint and
+ * tip, similar masses at the joints, and no arm close to a single point mass. O(n). */
 int pend_rods_suit(const struct pend_tree *tree, const struct pend_loads *loads);
 
-/** Returns the bytes that the numbers of a chain of rods and those of its chain need, a multiple of
- * 64. */
+/** Returns the bytes for the numbers of a chain of rods and of its chain, a multiple of 64. */
 size_t pend_rods_bytes(const struct pend_tree *tree);
 
 /**
- * Fills in what does not change from step to step.
+ * Sets the values that do not change from step to step.
  *
- * chain   out: of the tree, for the sums of the orders alone.
+ * chain   out: of the tree, used only for the sums of the orders.
  * memory  pend_rods_bytes(tree) bytes, all zero, aligned to 64; not owned.
  */
 void pend_rods_init(struct rods *rods, struct chain *chain, const struct pend_tree *tree,

@@ -1,23 +1,23 @@
-/* The tables of a chain of rods, once a step: what every arm of a piece of eight answers to a unit
- * of what an order asks of each.
- * Leaves to others: the orders that multiply by them (rods_template), which chains (rods).
- * Invariant: made of products and sums of one sign, but for what J' < 0 takes from an arm's own
- * inertia, of which at least an eighth is left.
+/* The tables of a chain of rods, once per step: the response of every arm of a piece of eight to a
+ * unit on the right-hand side of each.
+ * Leaves to others: the orders that multiply by them (rods_template), the choice of chains (rods).
+ * Invariant: products and sums of equal sign, except that J' < 0 reduces an arm's own inertia, of
+ * which at least an eighth remains.
  *
- * A body whose center is on its arm, and whose children hang at its tip, moves as the masses t = h
- * / l at its tip, M - t at its joint and an inertia J' = J - h l do. The equations of an order are
+ * A body with its center on its arm and its children at its tip is equivalent to the masses t = h /
+ * l at its tip and M - t at its joint and an inertia J' = J - h l. The equations of an order are
  * those of an ideal chain with these masses, where the force across an arm is s = known - (J' /
- * l^2) w, w the acceleration across it. The force (mu, s) of an arm is all that its neighbours on
- * either side know of it, so that the answers are products of 2 x 2 matrices along the chain, as
- * those of an ideal one are products of numbers.
+ * l^2) w, w the acceleration across it. An arm acts on its neighbours only by its force (mu, s), so
+ * that the responses are products of 2 x 2 matrices along the chain; for an ideal chain they are
+ * products of numbers.
  *
- * What hangs at a tip, P, and what holds a joint, H, are symmetric forms, force for a unit of
- * acceleration. A body turns P at its tip into the form at its joint by
+ * P, the chain below a tip, and H, the chain above a joint, are symmetric forms: force per unit of
+ * acceleration. The form at a body's joint, from P at its tip, is
  *     D = J + l^2 P_yy,    D Phi = [ M D + J P_xx + l^2 det P,  J' P_xy;  .,  M I_c + J_t P_yy ],
  *     D det Phi = M I_c (M + P_xx) + J_t (M P_yy + det P),
- * I_c and J_t the inertias about center and tip: of (d, d P, d det P) all this is linear, with
- * positive numbers but for those of P_xy, which needs no division; and H at its joint into the form
- * at its tip likewise, J and J_t changing places. */
+ * I_c and J_t the inertias about center and tip: all this is linear in (d, d P, d det P), with
+ * positive factors except those of P_xy, and needs no division. The form at its tip, from H at its
+ * joint, is the same with J and J_t exchanged. */
 #ifndef PEND_RODS_TABLE_TEMPLATE_H
 #define PEND_RODS_TABLE_TEMPLATE_H
 
@@ -71,8 +71,8 @@ VEC_INLINE struct rods_form rods_scaled(struct rods_form p) {
     return (struct rods_form){by * p.d, by * p.xx, by * p.xy, by * p.yy, by * p.n};
 }
 
-/* what hangs at each tip, from the last arm, and what holds each joint, from the first: side by
- * side, as each waits for its own last arm */
+/* the form below each tip, from the last arm on, and the form above each joint, from the first on:
+ * side by side, because each depends on its previous arm */
 static void rods_forms(const struct jets_system *s, const struct rods *rods) {
     struct rods_form hung = {.d = 1}, held = {.n = 1};
     for (int i = 0; i < s->n; i++) {
@@ -94,7 +94,7 @@ static void rods_forms(const struct jets_system *s, const struct rods *rods) {
     }
 }
 
-/* of an arm: P at the tip and H at the joint, with determinants; the first is over its d */
+/* of an arm: P at the tip and H at the joint, with determinants; the first is divided by its d */
 struct rods_ends {
     wide p, r, q, det, d, hp, hr, hq, hdet;
 };
@@ -107,7 +107,7 @@ VEC_INLINE struct rods_ends rods_ends(const double *at, int h) {
         RODS_GET(at, HELD_XY, h),      RODS_GET(at, HELD_YY, h),      RODS_GET(at, HELD_N, h)};
 }
 
-/* the form at the joint of the arm with all that it carries, times D / l^2: that is `a` */
+/* the form at the joint of an arm with its sub-tree, times D / l^2, which is `a` */
 struct rods_whole {
     wide a, line, xx, xy, yy, n;
 };
@@ -124,12 +124,11 @@ VEC_INLINE struct rods_whole rods_whole(const double *at, int h, const struct ro
 }
 
 /*
- * What arms answer to their own units. With Q = t + P, B = M - t + H and det over a product of
- * forms at joint and tip (X: D / l^2 times det (Phi + H)), an acceleration r asked along an arm and
- * a known force across it make
+ * The responses of arms to their own units. With Q = t + P, B = M - t + H and det over a product of
+ * forms at joint and tip (X: D / l^2 times det (Phi + H)), an acceleration r along an arm and a
+ * known force s across it give
  *     mu = [det Q det B + J' / l^2 (Q_xx det B + B_xx det Q)] / X r + y s,    w = - y r + det (Q +
- * B) / X s, y = (Q_xy det B + B_xy det Q) / X.
- */
+ * B) / X s, y = (Q_xy det B + B_xy det Q) / X. */
 static void rods_own(double *at, int h, double scale, const struct rods_ends *e,
                      const struct rods_whole *f) {
     wide M = RODS_GET(at, WHOLE, h), t = RODS_GET(at, TIP, h), own = RODS_GET(at, JOINT, h);
@@ -146,7 +145,7 @@ static void rods_own(double *at, int h, double scale, const struct rods_ends *e,
     RODS_PUT(at, LINE_LINE, h, line * by * (1 / scale));
     RODS_PUT(at, LINE_SIDE, h, wide_fma(e->r, B, e->hr * Q) * by);
     RODS_PUT(at, SIDE_SIDE, h, all * by * scale);
-    // (1 / Q + 1 / B), as symmetric forms: what the force (mu, s) takes
+    // (1 / Q + 1 / B), as symmetric forms: the reaction to the force (mu, s)
     wide part = wide_of(scale) / (Q + RODS_GET(at, VOID, h));
     wide other = wide_of(scale) / (B + RODS_GET(at, VOID, h));
     RODS_PUT(at, BACK_XX, h, wide_fma(t + e->q, part, (joint + e->hq) * other));
@@ -154,7 +153,7 @@ static void rods_own(double *at, int h, double scale, const struct rods_ends *e,
     RODS_PUT(at, BACK_YY, h, wide_fma(t + e->p, part, (joint + e->hp) * other));
 }
 
-/* what an arm answers to the force of the arm before it, whose tip has the mass `tip` */
+/* the response of an arm to the force of the arm before it, whose tip has the mass `tip` */
 static void rods_on(const struct jets_system *s, double *at, int h, int k, double scale,
                     const struct rods_ends *e, const struct rods_whole *f) {
     wide M = RODS_GET(at, WHOLE, h), t = RODS_GET(at, TIP, h), spread = RODS_GET(at, SPREAD, h);
@@ -182,13 +181,13 @@ static void rods_coefficients(const struct jets_system *s, const struct rods *ro
         rods_own(at, h, rods->scale, &ends, &whole);
         rods_on(s, at, h, k, rods->scale, &ends, &whole);
     }
-    // the pivot has no force before it
+    // no force acts on the pivot from before
     double *at = rods_at(rods, 0);
     RODS_ONE(at, ON_XX) = RODS_ONE(at, ON_XY) = RODS_ONE(at, ON_YX) = RODS_ONE(at, ON_YY) = 0;
 }
 
-/* numbers of arm i of a piece: what it answers to its own units, E from these to its force (mu, s),
- * K from the force before it to its answers, and F to its force */
+/* numbers of arm i of a piece: its response to its own units, E from these to its force (mu, s), K
+ * from the force before it to its response, and F to its force */
 struct rods_one {
     wide ll, ls, ss, e_yx, e_yy, k_xx, k_xy, k_yx, k_yy, f_yx, f_yy, resist;
 };
@@ -220,14 +219,14 @@ VEC_INLINE double *rods_green(double *at, int i, int table, int h) {
     return at + (RODS_GREEN + table * CHAIN_ARMS + i) * CHAIN_ARMS + h;
 }
 
-/* Answers of the arms of a piece to units of arms that are not before them are, but for signs,
- * those of these to units of the arms, which go along the chain from the first: of lanes up to i.
- */
+/* By reciprocity, the responses of arms to units at later arms are, up to signs, the responses of
+ * the later arms to units at the earlier ones. They are computed along the chain from the first
+ * arm: lanes up to i. */
 VEC_INLINE void rods_outward(double *at, int h) {
     enum { LAST = CHAIN_ARMS - 1 };
     static const double unit[2 * CHAIN_ARMS] = {[LAST] = 1};
     wide zero = wide_of(0);
-    // force of the arm at hand, along and across, for units of what is asked and what is known
+    // force of the current arm, along and across, for units of both right-hand sides
     struct rods_four force = {zero, zero, zero, zero};
     for (int i = 0; i < CHAIN_ARMS; i++) {
         struct rods_one x = rods_one(at, i);
@@ -255,12 +254,12 @@ VEC_INLINE void rods_green_add(double *at, int i, int table, int h, wide x) {
     wide_put(to, wide_get(to) + x);
 }
 
-/* answers of lanes after i to units of arm i, and of all to what comes from before */
+/* responses of lanes after i to units of arm i, and of all to values from the piece before */
 VEC_INLINE void rods_inward(double *at, int h) {
     enum { LAST = CHAIN_ARMS - 1 };
     static const double unit[2 * CHAIN_ARMS] = {[LAST] = 1};
     wide zero = wide_of(0);
-    struct rods_four way = {zero, zero, zero, zero}; // from the force of arm i
+    struct rods_four way = {zero, zero, zero, zero}; // due to the force of arm i
     for (int i = LAST; i >= 0; i--) {
         struct rods_one x = rods_one(at, i);
         if (i < LAST) {
@@ -280,7 +279,7 @@ VEC_INLINE void rods_inward(double *at, int h) {
     RODS_PUT(at, BEFORE_XY, h, way.xy);
     RODS_PUT(at, BEFORE_YX, h, way.yx);
     RODS_PUT(at, BEFORE_YY, h, way.yy);
-    // what comes from after acts as something asked of the last arm does
+    // values from the piece after act like a right-hand side of the last arm
     wide resist = wide_of((at + LAST)[RODS_RESIST * CHAIN_ARMS]);
     wide end = chain_load(unit + h);
     RODS_PUT(at, AFTER_XX, h, wide_get(rods_green(at, LAST, 0, h)));
@@ -289,7 +288,7 @@ VEC_INLINE void rods_inward(double *at, int h) {
     RODS_PUT(at, AFTER_YY, h, wide_fma(resist, wide_get(rods_green(at, LAST, 3, h)), -end));
 }
 
-/* how a piece and its neighbours act on each other */
+/* the coupling of a piece and its neighbours */
 static void rods_bounds(double *at) {
     enum { LAST = CHAIN_ARMS - 1 };
     double *ends = at + RODS_ENDS * CHAIN_ARMS, *through = ends + RODS_THROUGH;
@@ -306,7 +305,7 @@ static void rods_bounds(double *at) {
     back[3] = lanes1_fma(RODS_ONE(at, ON_XY), xy, RODS_ONE(at, ON_YY) * yy);
 }
 
-/* the products of the angles' sines and cosines by which forms turn */
+/* products of sines and cosines of the angles that rotate forms */
 static void rods_angles(const struct jets_system *s, const struct rods *rods) {
     for (int k = 0; k < rods->count * CHAIN_ARMS; k += WIDE) {
         double *at = rods_at(rods, k / CHAIN_ARMS);

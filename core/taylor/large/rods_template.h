@@ -1,21 +1,22 @@
-/* The orders of one chain of rods: forces from two products a piece of eight arms, every piece at
+/* The orders of one chain of rods: forces from two products per piece of eight arms, all pieces at
  * once.
  * Leaves to others: the tables (rods_table_template), the sums of an order (chain_template),
- * torques between the arms (couples_template), which chains (rods). Invariant: an order has no
- * sweep from arm to arm.
+ * torques between the arms (couples_template), the choice of chains (rods). Invariant: an order has
+ * no sweep from arm to arm.
  *
- * The series F = f u in axes that are fixed stand for lambda, as small_loads_template has it, of
- * the forces that massless arms with points at their tips and an inertia J' would have: (mu, s) of
- * an order are its real and imaginary parts, and s_k = tau_k / l + (J' / l) (k + 1) Re T_k - (J' /
- * l^2) w_k - sum_{j>=1} (Re u_j Im F_{k-j} - Im u_j Re F_{k-j}). The force at an arm's tip is F
- * less (t - m) times the acceleration of the tip, m the point at the tip; that at its joint F and
- * (M - t) times the acceleration of the joint. */
+ * The series F = f u in fixed axes replace lambda, as in small_loads_template. F are the forces of
+ * massless arms with points at their tips and an inertia J': (mu, s) of an order are its real and
+ * imaginary parts, and s_k = tau_k / l + (J' / l) (k + 1) Re T_k - (J' / l^2) w_k - sum_{j>=1} (Re
+ * u_j Im F_{k-j} - Im u_j Re F_{k-j}). The force at an arm's tip is F minus (t - m) times the
+ * acceleration of the tip, m the point mass there; that at its joint is F plus (M - t) times the
+ * acceleration of the joint. */
 #ifndef PEND_RODS_TEMPLATE_H
 #define PEND_RODS_TEMPLATE_H
 
 #include "core/taylor/large/rods_table_template.h"
 
-/* T and c of order k, what is asked along the arms, and the known forces across them */
+/* T and c of order k, the accelerations required along the arms, and the known forces across
+ * them */
 VEC_INLINE void rods_known(const struct jets_system *s, const struct rods *rods, int k,
                            int torques) {
     wide share = wide_of(s->share[k]);
@@ -40,7 +41,7 @@ struct rods_lift {
     double along, across;
 };
 
-/* the root hangs on the pivot */
+/* the pivot's contribution to the right-hand side of the root */
 VEC_INLINE struct rods_lift rods_hang(const struct jets_system *s, const struct rods *rods,
                                       struct couples_lift lift) {
     double *at = rods_at(rods, 0), C = s->cosine[0], Z = s->sine[0];
@@ -50,7 +51,7 @@ VEC_INLINE struct rods_lift rods_hang(const struct jets_system *s, const struct 
     return x;
 }
 
-/* every piece by itself */
+/* solves every piece alone */
 VEC_INLINE void rods_pieces(const struct rods *rods) {
     for (int piece = 0; piece < rods->count; piece++) {
         double *at = rods_at(rods, piece);
@@ -70,12 +71,12 @@ VEC_INLINE void rods_pieces(const struct rods *rods) {
     }
 }
 
-/* two numbers that pieces hand on */
+/* two numbers passed between pieces */
 struct rods_pair {
     double x, y;
 };
 
-/* force of an arm of a piece, as the piece by itself has it */
+/* force of an arm, from its piece alone */
 VEC_INLINE struct rods_pair rods_force(const double *at) {
     return (struct rods_pair){RODS_ONE(at, MU), lanes1_fma(-RODS_ONE(at, RESIST), RODS_ONE(at, WAY),
                                                            RODS_ONE(at, KNOWN))};
@@ -86,7 +87,7 @@ VEC_INLINE double rods_two(double a, double b, double c, double d, double e) {
     return lanes1_fma(a, b, lanes1_fma(c, d, e));
 }
 
-/* the effects of the pieces on each other: two sums from end to end, computed side by side */
+/* the coupling of the pieces: two sums from end to end, computed side by side */
 VEC_INLINE void rods_join(const struct rods *rods) {
     struct rods_pair before = {0, 0}, after = {0, 0}, last, first, f;
     for (int piece = 0; piece < rods->count; piece++) {
@@ -108,7 +109,7 @@ VEC_INLINE void rods_join(const struct rods *rods) {
     }
 }
 
-/* the coefficients of order k and what they make of u */
+/* stores the coefficients of order k and computes the next ones of u */
 VEC_INLINE void rods_learn(const struct jets_system *s, const struct rods *rods, int k,
                            double across, int torques) {
     wide order = wide_of(k + 1), share = wide_of(s->share[k + 1]);
@@ -142,7 +143,7 @@ VEC_INLINE void rods_learn(const struct jets_system *s, const struct rods *rods,
     }
 }
 
-/* order k, and meanwhile half of the old terms of order `later` */
+/* order k, interleaved with half of the old terms of order `later` */
 VEC_INLINE void rods_solve(const struct jets_system *s, double gravity, int k, int later, int half,
                            int torques) {
     const struct rods *rods = s->rods;

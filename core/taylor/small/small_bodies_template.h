@@ -1,34 +1,36 @@
-/* The tree system of order 0 of a real pendulum of up to LANES bodies: what every arm does for a
- * unit of every known part, and the forces at the arms' ends. Leaves to others: its factorization
+/* The tree system of order 0 of a real pendulum of up to LANES bodies: the response of every arm to
+ * a unit of every known part, and the forces at the arms' ends. Leaves to others: its factorization
  * (bodies_factor_template, whose sweeps these are, several right-hand sides side by side), the
  * orders that multiply by it (small_loads_template). Included once for each number of lanes.
- * Invariant: whatever the bodies are and wherever arms hang, an order costs two multiply-adds more
- * than one with torques between point masses.
+ * Invariant: for any bodies and attachment points, an order costs two multiply-adds more than one
+ * with torques between point masses.
  *
- * With G of bodies_template F = G / l stands where the force at the tip does among point masses:
+ * With G of bodies_template, F = G / l takes the place of the force at the tip of point masses:
  *     Im F_k = (tau_k - I phi''_k) / l - sum_{j>=1} (Re u_j Im F_{k-j} - Im u_j Re F_{k-j}),
- * and Re F_k is what the tree answers to Im T and to torques, as phi'' is. By reciprocity the
- * answers of an arm to the units of all others are those of all others to its own, but for signs:
- * with rho = Re G + I kr, d rho_i / d tau_j = -d chi_j / d kr_i, and d rho / d kr is symmetric. */
+ * and Re F_k, like phi'', is the tree's response to Im T and to torques. By reciprocity the
+ * responses of an arm to units at all others equal those of the others to its own unit, up to
+ * signs: with rho = Re G + I kr, d rho_i / d tau_j = -d chi_j / d kr_i, and d rho / d kr is
+ * symmetric. */
 
-/* right-hand sides, one a lane: kr, and known moments about the joints; the pivot's acceleration */
+/* right-hand sides, one per lane: kr, and known moments about the joints; the pivot's
+ * acceleration */
 struct SMALL(asked) {
     PART pulled[LANES], moment[LANES], lift_x, lift_y;
 };
 
-/* chi, Re G and forces at the tips of the arms; the force at the first joint without what the
- * pivot's acceleration adds to it */
+/* chi, Re G and forces at the tips of the arms; the force at the first joint without the part of
+ * the pivot's acceleration */
 struct SMALL(told) {
     PART chi[LANES], push[LANES], tip_x[LANES], tip_y[LANES], root_x, root_y;
 };
 
-/* what the arms ask of their bases, and their moments over D; and those on the parent but for the
- * arm's, with those of later siblings: leaves to root */
+/* leaves to root: the forces on the bases, the moments over D, and the moments on the parent
+ * without the arm's own, including those of later siblings */
 struct SMALL(climb) {
     PART x[LANES], y[LANES], answer[LANES], early[LANES];
 };
 
-/* a moment on the parent of arm c, and what the arm's (x, y) that is asked adds to it */
+/* a moment on the parent of arm c, and the part of the arm's force (x, y) in it */
 VEC_INLINE PART SMALL(moment)(const struct bodies_system *b, int c, PART x, PART y, PART moment) {
     moment = PART_(fma)(PART_(of)(b->place_y[c]), x, moment);
     return PART_(fma)(PART_(of)(-b->place_x[c]), y, moment);
@@ -92,7 +94,7 @@ VEC_INLINE void SMALL(pull)(const struct bodies_system *b, int a, PART kr,
     j->late[p] = SMALL(moment)(b, a, ax, ay, j->late[p]);
 }
 
-/* the force at the tip of arm a but for what hangs there, and what the arm adds to its parent's */
+/* the force at the tip of arm a without its children's, and the arm's part in its parent's */
 VEC_INLINE void SMALL(tip)(const struct bodies_system *b, int a, PART kr,
                            const struct SMALL(joint) * j, struct SMALL(told) * to) {
     PART m = PART_(of)(b->mass[a]), l = PART_(of)(b->len[a]);
@@ -107,8 +109,8 @@ VEC_INLINE void SMALL(tip)(const struct bodies_system *b, int a, PART kr,
     to->tip_y[p] += PART_(fma)(Z, j->x, C * j->y);
 }
 
-/* accelerations, and what follows from them: root to leaves, with the forces at the tips where
- * `tips` are wanted */
+/* root to leaves: accelerations and values that follow from them, with the forces at the tips if
+ * `tips` */
 VEC_INLINE void SMALL(descend)(const struct bodies_system *b, const struct SMALL(asked) * asked,
                                const struct SMALL(climb) * up, int tips, struct SMALL(told) * to) {
     struct SMALL(joint) j;
@@ -134,8 +136,7 @@ VEC_INLINE void SMALL(descend)(const struct bodies_system *b, const struct SMALL
     }
 }
 
-/* the table of responses, and in the rows of drop what the pivot's acceleration does, as far as it
- * is known */
+/* the table of responses, and in the rows of drop the known effect of the pivot's acceleration */
 VEC_INLINE void SMALL(rigid)(const struct jets_system *s, int order, struct SMALL(table) * table,
                              struct SMALL(pair) * inertia) {
     const struct jets_loads *loads = s->loads;
@@ -175,7 +176,7 @@ VEC_INLINE void SMALL(rigid)(const struct jets_system *s, int order, struct SMAL
     }
 }
 
-/* the moments and the pulls of PART_WIDTH orders from order k on, one a lane */
+/* the moments and the pulls of PART_WIDTH orders from order k on, one per lane */
 VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
                               struct SMALL(asked) * asked) {
     const struct jets_loads *loads = s->loads;
@@ -203,8 +204,8 @@ VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
     }
 }
 
-/* The forces of the pivot, orders below `order`, and in the place of F those at the tips, in axes
- * that are fixed: along the arms, and across where `across` they are wanted. */
+/* The forces of the pivot, orders below `order`, and in place of F the forces at the tips, in fixed
+ * axes: along the arms, and across if `across`. */
 static void SMALL(ends)(const struct jets_system *s, int order, int across) {
     const struct jets_loads *loads = s->loads;
     const struct bodies_system *b = loads->bodies;

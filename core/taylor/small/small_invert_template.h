@@ -1,17 +1,17 @@
-/* The inverse of the tree system of order 0 of a tree of up to LANES arms: what every arm does for
- * a unit of every known part. Leaves to others: the orders that multiply by it (small_template,
- * which includes this file once for each number of lanes). Invariant: built by the stable sweeps,
- * one unit right-hand side a lane. */
+/* The inverse of the tree system of order 0 of a tree of up to LANES arms: the response of every
+ * arm to a unit of every known part. Leaves to others: the orders that multiply by it
+ * (small_template, which includes this file once for each number of lanes). Invariant: built by the
+ * stable sweeps, one unit right-hand side per lane. */
 
-/* answers of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in
- * lane i: force along the arm, and acceleration across it; by reciprocity these rows are the
- * columns that the orders need */
+/* responses of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in
+ * lane i: force along the arm, and acceleration across it. By reciprocity these rows are the
+ * columns that the orders need. */
 struct SMALL(columns) {
     struct SMALL(arms) force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
 };
 
-/* sums over the children of an arm, and what the sweep up leaves, for the unit right-hand sides
- * of a span */
+/* sums over the children of an arm, and results of the sweep up, for the unit right-hand sides of a
+ * span */
 struct SMALL(node) {
     VEC push_pull, push_side, side_pull, side_side, sin,
         side; /* sums on the way up; side is g_t itself */
@@ -55,7 +55,7 @@ VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(
         VEC stiff = VEC_(of)(s->eff[k] * s->kappa[k]), inv_eff = VEC_(of)(s->inv_eff[k]);
         VEC tension_pull = s->nu[k] * x->bias_pull, tension_side = s->nu[k] * x->bias_side;
         if (k) {
-            // tension first, the siblings' part leaves k itself out
+            // tension first; the sum over the siblings excludes k itself
             tension_pull -= tau * (up->early_pull + x->late_pull);
             tension_side += tau * (up->side - (up->early_side + x->late_side));
             up->early_pull = VEC_(fma)(Z, x->bias_pull, up->early_pull);
@@ -77,7 +77,7 @@ VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(
     }
 }
 
-/* the columns in the units of the orders: pulls are l T, accelerations of angles */
+/* the columns in the units of the orders: pulls are l T, accelerations are of angles */
 VEC_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
     for (int span = 0; span < SPANS; span++) {
         VEC inv_len = VEC_(get)(s->inv_len + span * VEC_WIDTH);
@@ -91,7 +91,7 @@ VEC_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) 
 }
 
 #if LANES == 2
-/* two arms, one on the other: what the sweeps come to, with one division */
+/* two arms in a chain: the result of the sweeps in closed form, with one division */
 VEC_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
     double m0 = s->mass[0], m1 = s->mass[1], C = s->cosine[1], Z = s->sine[1], light = 1 / m1;
     double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0,

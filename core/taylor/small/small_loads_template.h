@@ -1,36 +1,37 @@
 /* The orders of a real pendulum of up to LANES arms: torques between arms, a pivot that moves, and
- * bodies. The recurrences are those of an ideal one (small_template), with two more known parts.
+ * bodies. The recurrences are those of an ideal pendulum (small_template), with two more known
+ * parts.
  * Leaves to others: the series of drives (loads_template), the inverse (small_invert_template,
  * small_bodies_template). Included once for each number of lanes.
- * Invariant: without torques an order costs two additions more than an ideal one.
+ * Invariant: without torques an order costs two more additions than for an ideal pendulum.
  *
  * A torque on an arm is a force across it, so that the force in an arm is f u with a complex f =
- * lambda + i sigma, sigma known from order to order. Its series F = f u in axes that are fixed is
- * what the recurrences are made with: sigma = Im (conj(u) F), so that of order k
+ * lambda + i sigma, sigma known from order to order. The recurrences use the series F = f u in
+ * fixed axes: sigma = Im (conj(u) F), so that for order k
  *     Im F_k = sigma_k - sum_{j>=1} (Re u_j Im F_{k-j} - Im u_j Re F_{k-j})
- * is known, at the cost of the sums with lambda, and Re F_k is what the tree answers. The lambda =
- * Re (conj(u) F) are no part of the recurrences and are computed behind them.
+ * is known, at the cost of the sums with lambda, and Re F_k is the response of the tree. The lambda
+ * = Re (conj(u) F) are not part of the recurrences and are computed afterwards.
  *
- * Drag per mass, -2 gamma m v, is of bodies' form too: phi'' + 2 gamma phi' stands for phi'', and
- * so for u'' and the pivot's z''. Bodies are no dearer an order: what their inertia adds, -J phi''
- * / l, is a force across as well. Rods cost 1.4 (one arm) to 1.7 times (6) what point masses do,
- * where the general kernel takes 2.7 to 3.6 times. */
+ * Drag per mass, -2 gamma m v, replaces phi'' by phi'' + 2 gamma phi', and likewise u'' and the
+ * pivot's z''. Bodies cost no more per order: the term of their inertia, -J phi'' / l, is a force
+ * across as well. Rods take 1.4 (one arm) to 1.7 times (6) the time of point masses; with the
+ * general kernel 2.7 to 3.6 times. */
 
-/* where the forces of row i begin, or those across */
+/* the start of the forces of row i, or of those across */
 VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
     return (LANES == 8 ? s->force + (i - 1) * 8 : s->rate + i * 8 + LANES) + span * VEC_WIDTH;
 }
 
 #include "core/taylor/small/small_bodies_template.h"
 
-/* the responses of all arms to the rate of an arm through friction, and what rates and angles make
- * of forces across: by friction, by springs */
+/* the responses of all arms to the rate of an arm through friction, and the forces across due to
+ * rates and angles: by friction, by springs */
 struct SMALL(joints) {
     struct SMALL(pair) friction[LANES], loss[LANES], spring[LANES];
-    struct SMALL(pair) inertia; /* of bodies: J over the arms' lengths, among the forces */
+    struct SMALL(pair) inertia; /* of bodies: J over the arms' lengths, stored with the forces */
 };
 
-/* what the rates of arm a and of its parent make of forces across, as the torque -c (w_a - w_p) */
+/* the forces across due to the rates of arm a and of its parent, by the torque -c (w_a - w_p) */
 VEC_INLINE void SMALL(hold)(const struct jets_system *s, int a, double c,
                             struct SMALL(pair) column[LANES]) {
     int up = s->parent[a];
@@ -65,7 +66,7 @@ VEC_INLINE void SMALL(join_arms)(const struct jets_system *s, const struct SMALL
     }
 }
 
-/* adds to the known parts of order k, which are over k + 1 */
+/* adds to the known parts of order k, which are divided by k + 1 */
 VEC_INLINE void SMALL(give)(const struct jets_system *s, const struct SMALL(joints) * joints, int k,
                             struct SMALL(pair) * question) {
     const struct jets_loads *loads = s->loads;
@@ -84,12 +85,12 @@ VEC_INLINE void SMALL(give)(const struct jets_system *s, const struct SMALL(join
     }
 }
 
-/* the rates of a pair where its forces are, part p of the forces */
+/* the rates of a pair, moved to the place of its forces, part p of the forces */
 VEC_INLINE PART SMALL(beside)(const struct SMALL(pair) * x, int p) {
     return SMALL(twice)(x->part[p - FORCES]);
 }
 
-/* takes from the known forces across what the inertia of bodies makes of `rates` */
+/* subtracts the inertia of bodies times `rates` from the known forces across */
 VEC_INLINE void SMALL(resist)(const struct SMALL(joints) * joints, const struct SMALL(pair) * rates,
                               struct SMALL(pair) * forces) {
     for (int p = FORCES; p < PARTS; p++)
@@ -97,8 +98,8 @@ VEC_INLINE void SMALL(resist)(const struct SMALL(joints) * joints, const struct 
             PART_(fma)(-joints->inertia.part[p], SMALL(beside)(rates, p), forces->part[p]);
 }
 
-/* what drag per mass adds to the known parts of order k, which is not 0: 2 gamma u_{k+1} to Im T
- * and to Re T, and less its part in phi'_k where inertia resists */
+/* adds drag per mass to the known parts of order k > 0: 2 gamma u_{k+1} to Im T and to Re T, and
+ * minus its part in phi'_k for inertia */
 VEC_INLINE void SMALL(haze)(const struct jets_system *s, int k, struct SMALL(pair) * question,
                             struct SMALL(pair) * minus_re) {
     PART share = PART_(of)(s->share[k]);
@@ -112,7 +113,7 @@ VEC_INLINE void SMALL(haze)(const struct jets_system *s, int k, struct SMALL(pai
     }
 }
 
-/* an answer without what drag per mass has of it, 2 gamma Im u_{k+1} */
+/* a response without the part of drag per mass, 2 gamma Im u_{k+1} */
 VEC_INLINE void SMALL(clear)(const struct jets_system *s, int k, struct SMALL(pair) * answer) {
     for (int p = 0; p < TURNS; p++) {
         const double *im = k ? s->turn_im + (k + 1) * 8 + p * PART_WIDTH : SMALL(motion)(s, 0, p);
@@ -127,7 +128,7 @@ VEC_INLINE void SMALL(clear)(const struct jets_system *s, int k, struct SMALL(pa
 #define SMALL_RATE(x, rate, lane) PART_(of)((rate)[lane])
 #endif
 
-/* the response of the tree to an order's question, to the pivot and to friction */
+/* the response of the tree to the right-hand side of an order, to the pivot and to friction */
 VEC_INLINE struct SMALL(pair)
     SMALL(respond)(const struct jets_system *s, const struct SMALL(table) * table,
                    const struct SMALL(joints) * joints, int k, int bodies,
@@ -168,8 +169,8 @@ VEC_INLINE struct SMALL(pair)
     return answer;
 }
 
-/* the forces across of order k, from its question and the rates of order k, beside the rates of
- * order k + 1 */
+/* the forces across of order k, from its right-hand side and the rates of order k, stored next to
+ * the rates of order k + 1 */
 VEC_INLINE void SMALL(cross)(const struct jets_system *s, const struct SMALL(joints) * joints,
                              int k, const struct SMALL(pair) * question,
                              const struct SMALL(pair) * motion, struct SMALL(pair) * across) {
@@ -192,7 +193,7 @@ VEC_INLINE void SMALL(cross)(const struct jets_system *s, const struct SMALL(joi
     }
 }
 
-/* the sums with real parts of turns join the others: what is left are those of rates */
+/* adds the sums with real parts of turns to the others; the remaining ones are those of rates */
 VEC_INLINE void SMALL(fold)(struct SMALL(known) * x) {
     for (int p = FORCES; p < PARTS; p++) {
         x->im.part[p] = PART_(fma)(SMALL(factor)(0, 1, p), x->minus_re.part[p], x->im.part[p]);
@@ -231,7 +232,7 @@ VEC_INLINE void SMALL(pivot_force)(const struct jets_system *s, int k,
     s->loads->pivot_force_y[k] = (k + 1) * question->part[FORCES][lane];
 }
 
-/* an order from its question: the coefficients, and what the pivot exerts */
+/* an order from its right-hand side: the coefficients, and the force of the pivot */
 VEC_INLINE void SMALL(order)(const struct jets_system *s, const struct SMALL(table) * table,
                              const struct SMALL(joints) * joints, int k, int bodies,
                              const struct SMALL(known) * known, struct SMALL(pair) * question,
@@ -328,7 +329,7 @@ static void SMALL(loaded_orders)(const struct jets_system *s, const double *valu
     }
 }
 
-/* the sum over the arms of what is left of a product of forces across and rates */
+/* the sum over the arms of the products of forces across and rates */
 VEC_INLINE double SMALL(sum)(const struct jets_system *s, const VEC all[]) {
     double total = 0;
     for (int i = 0; i < SPANS; i++) {
@@ -338,7 +339,8 @@ VEC_INLINE double SMALL(sum)(const struct jets_system *s, const VEC all[]) {
     return total;
 }
 
-/* the power of given torques, orders below `order`; those of orders from `orders` on are zero */
+/* the power of given torques, orders below `order`; given torques are zero from order `orders`
+ * on */
 VEC_INLINE void SMALL(effort)(const struct jets_system *s, int orders, int order, double *sum) {
     const double *forces = s->loads->given + LANES;
     for (int k = 0; k < order; k++) {
@@ -353,8 +355,8 @@ VEC_INLINE void SMALL(effort)(const struct jets_system *s, int orders, int order
     }
 }
 
-/* what friction takes: its forces are a symmetric form of the rates, so that products of two orders
- * are alike both ways */
+/* the heat of friction, whose forces are a symmetric form of the rates, so that products of two
+ * orders are symmetric */
 VEC_INLINE void SMALL(waste)(const struct jets_system *s, int order, double *sum) {
     const double *forces = s->loads->loss + LANES;
     for (int k = 0; k < order; k++) {

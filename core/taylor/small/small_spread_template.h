@@ -1,5 +1,5 @@
-/* The spreading of a small error of the state in one step of a tree of up to LANES arms: the
- * equations of the orders, linearized about the motion; their table of responses is the motion's.
+/* Propagation of a small error of the state over one step, for a tree of up to LANES arms: the
+ * equations of the orders, linearized about the motion, with the motion's table of responses.
  * Leaves to others: the motion's own series and its table (small_template, which includes this file
  * once for each number of lanes).
  * Invariant: the motion's series are only read. */
@@ -10,7 +10,7 @@ struct SMALL(change) {
     struct SMALL(turn) turn[JETS_SPREAD_MAX + 2];
 };
 
-/* what is known of the change of T and c of order k: every product has a factor of the motion
+/* the known part of the change of T and c of order k: every product has one factor of the motion
  * and one of the change */
 VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SMALL(change) * x,
                                     int k, struct SMALL(known) * known) {
@@ -31,7 +31,7 @@ VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SM
             minus_re[0] = PART_(fma)(x->turn[j].minus_re[at], own, minus_re[0]);
             im[0] = PART_(fma)(x->turn[j].im[at], own, im[0]);
         }
-        // the motion's turns of order 1 are i phi'_0, and are not kept
+        // the motion's turns of order 1 are i phi'_0, and are not stored
         PART first = SMALL(twice)(PART_(get)(SMALL(motion)(s, 0, at)));
         im[1] = PART_(fma)(first, x->motion[k].part[p], im[1]);
         known->minus_re.part[p] = minus_re[0] + minus_re[1];
@@ -81,7 +81,7 @@ struct SMALL(change_sums) {
     PART term[PARTS], faster[PARTS], turned[PARTS];
 };
 
-/* adds order j of the change; power: of the step, j + 1 */
+/* computes as many orders as needed; returns how many */
 VEC_INLINE void SMALL(change_add)(const struct jets_system *s, const struct SMALL(change) * x,
                                   int j, double power, struct SMALL(change_sums) * sums) {
     for (int p = 0; p < PARTS; p++) {

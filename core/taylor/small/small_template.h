@@ -1,11 +1,11 @@
-/* Series of trees of up to LANES arms, arms in lanes, the tree system of order 0 inverted once a
+/* Series of trees of up to LANES arms, arms in lanes, the tree system of order 0 inverted once per
  * step.
  * Leaves to others: memory and angles (jets). Included once for each number of lanes.
- * Invariant: the inverse is built by the stable sweeps, one unit right-hand side a lane. */
+ * Invariant: the stable sweeps compute the inverse, one unit right-hand side per lane. */
 #define SMALL_PASTE2(a, b) a##b
 #define SMALL_PASTE(a, b) SMALL_PASTE2(a, b)
 #define SMALL(name) SMALL_PASTE(SMALL_PASTE(small, LANES), _##name)
-/* one number an arm: a vector where the registers are as wide, else several, spans of arms */
+/* one number per arm: a vector if the registers are as wide, else several, spans of arms */
 #if LANES < KERNEL_WIDTH
 #define VEC_WIDTH LANES
 #else
@@ -29,12 +29,10 @@ VEC_INLINE VEC SMALL(unit)(int arm, int span) {
 
 #include "core/taylor/small/small_invert_template.h"
 
-/*
- * What the orders work on: rates in the lower half, forces in the upper one, as one vector where
- * the registers are as wide, else in parts. A sum over the turns u then has its real and its
- * imaginary part apart, [T | c] each; real parts of turns are kept with their signs turned, which
- * saves every other change of sign.
- */
+/* The operands of the orders: rates in the lower half, forces in the upper one, as one vector if
+ * the registers are as wide, else in parts. A sum over the turns u has its real and imaginary parts
+ * in separate vectors, [T | c] each. Real parts of turns are stored negated, which saves sign
+ * changes. */
 #if LANES == 2 && defined(__AVX2__)
 #define PART_WIDTH 4
 #elif LANES == 4 && defined(__AVX512F__)
@@ -46,8 +44,8 @@ VEC_INLINE VEC SMALL(unit)(int arm, int span) {
 #endif
 #define PART SMALL_PASTE(lanes, PART_WIDTH)
 #define PART_(name) SMALL_PASTE(PART, _##name)
-/* parts of a pair, and of the turns of all arms; turns stand twice in a part that holds a whole
- * pair; the first part that has forces */
+/* number of parts of a pair, and of the turns of all arms, which occur twice in a part that holds a
+ * whole pair; the first part with forces */
 #define PARTS (2 * LANES / PART_WIDTH)
 #define FORCES (PARTS > 1 ? PARTS / 2 : 0)
 #define TURNS (PARTS > 1 ? PARTS / 2 : 1)
@@ -61,7 +59,7 @@ struct SMALL(turn) {
     PART minus_re[TURNS], im[TURNS];
 };
 
-/* T and c: real parts with their signs turned, imaginary parts */
+/* T and c: negated real parts, imaginary parts */
 struct SMALL(known) {
     struct SMALL(pair) minus_re, im;
 };
@@ -74,8 +72,8 @@ VEC_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
     return s->rate + j * 8 + part * PART_WIDTH;
 }
 
-/* what the real parts of turns meet: the pair of the rates and of the forces across where `couples`
- * act in the joints, in memory; else the same */
+/* The factor of the real parts of turns, in memory: with torques in the joints (`couples`) the pair
+ * of the rates and of the forces across, else the pair of SMALL(motion). */
 VEC_INLINE double *SMALL(across)(const struct jets_system *s, int j, int part, int couples) {
     if (!couples || part < FORCES) return SMALL(motion)(s, j, part);
     return s->loads->across + j * LOADS_STRIDE + part * PART_WIDTH;
@@ -96,7 +94,7 @@ VEC_INLINE struct SMALL(pair)
     return pair;
 }
 
-/* the same number for all rates, and another for all forces */
+/* one number for all rates, another for all forces */
 VEC_INLINE PART SMALL(factor)(double rate, double force, int part) {
 #if PARTS == 1 && LANES == 2
     (void)part;
@@ -120,8 +118,7 @@ VEC_INLINE PART SMALL(twice)(PART x) {
 #endif
 }
 
-/* a series' sums of one part: of the order at hand and of the one after, two of each, so that
- * none waits for itself */
+/* a series' sums of one part, of this order and the next; two of each, which halves the latency */
 struct SMALL(sums) {
     PART now_re[2], now_im[2], next_re[2], next_im[2];
 };
@@ -135,8 +132,8 @@ VEC_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *
     *im = PART_(fma)(PART_(get)(s->turn_im + at), motion, *im);
 }
 
-/* the products for orders k and k + 1 of coefficients that were known before order k - 2: what
- * is loaded serves both */
+/* the products for orders k and k + 1 of coefficients that were known before order k - 2, so that
+ * loaded values serve both */
 VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, int couples,
                                   struct SMALL(sums) * x) {
     enum { STRIDE = 8 };
@@ -163,8 +160,8 @@ VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, 
     }
 }
 
-/* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on;
- * the coefficients of order k - 2 come late and last */
+/* T and c of orders k and k + 1, k even and > 0, without the terms of the orders from k - 1 on; the
+ * coefficients of order k - 2 are used last, because they are the newest */
 VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, int couples,
                              struct SMALL(known) * now, struct SMALL(known) * next) {
     for (int p = 0; p < PARTS; p++) {
@@ -186,8 +183,8 @@ VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, int couples,
     }
 }
 
-/* adds to the sums of order k + 2 what order k has brought, k not 0: the turns of order k + 2,
- * the motion of k + 1 */
+/* adds the new terms of order k > 0 to the sums of order k + 2: the turns of order k + 2, the
+ * motion of k + 1 */
 VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(turn) * turn,
                               const struct SMALL(pair) * motion, const struct SMALL(pair) * across,
                               int couples, struct SMALL(known) * x) {
@@ -203,13 +200,13 @@ VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(tu
     }
 }
 
-/* the change of phi''/(k + 1) + T and of (lambda + c)/(k + 1) of all arms by T of an arm, and by
- * its c / (k + 1) */
+/* the derivative of phi''/(k + 1) + T and of (lambda + c)/(k + 1) of all arms by T of an arm, and
+ * by its c / (k + 1) */
 struct SMALL(table) {
     struct SMALL(pair) pull[LANES], side[LANES];
 };
 
-/* number `lane` of a pair, everywhere */
+/* number `lane` of a pair, in all lanes */
 #if PARTS == 1 && LANES == 2
 #define SMALL_BEAM(x, lane)                                                                        \
     __builtin_shufflevector((x)->part[0], (x)->part[0], lane, lane, lane, lane)
@@ -260,7 +257,8 @@ VEC_INLINE struct SMALL(pair)
     return answer;
 }
 
-/* the coefficients of order k: rates of order k + 1, forces of order k, turns of order k + 2 */
+/* stores the coefficients of order k: rates of order k + 1, forces of order k, turns of order k +
+ * 2 */
 VEC_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
                             const struct SMALL(pair) * answer, struct SMALL(pair) * motion,
                             struct SMALL(turn) * turn) {
@@ -278,17 +276,15 @@ VEC_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMA
     }
 }
 
-/* rates of order 0 beside forces that are the same, their opposite, or none */
+/* rates of order 0 next to forces that are equal, opposite, or zero */
 struct SMALL(first) {
     struct SMALL(pair) same, opposite, alone;
 };
 
 /*
- * T and c of order k + 1 from the terms that are known already and those that need order k. The
- * dependency from the result of one order to the input of the next is but one multiply-add long.
- * u_1 is i phi'_0, and u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part
- * with c over k + 2.
- */
+ * T and c of order k + 1 from the terms already known and those that need order k. From the result
+ * of one order to the input of the next there is only one multiply-add. u_1 is i phi'_0, and
+ * u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part with c over k + 2. */
 VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k,
                                 const struct SMALL(first) * first,
                                 const struct SMALL(known) * known,
@@ -306,7 +302,7 @@ VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k,
     }
 }
 
-/* the rates of order 0 and what they make of the first question */
+/* the rates of order 0 and their part in the first right-hand side */
 struct SMALL(start) {
     struct SMALL(arms) zero, rate, opposite, square, pull, drop;
 };
@@ -331,8 +327,9 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     struct SMALL(columns) columns;
     struct SMALL(table) table;
     SMALL(invert)(s, &columns);
-    // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is
-    // force to s
+    // // by reciprocity the response of arm i to W_j is that of arm j to W_i, and acceleration to W
+    // is
+    // // force to s
     for (int j = 0; j < LANES; j++) {
         table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
         table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
@@ -353,7 +350,7 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     for (int p = 0; p < PARTS; p++) answer.part[p] -= drop.part[p];
     SMALL(keep)(s, 0, &known, &answer, &motion, &turn);
     for (int k = 1; k < order; k += 2) {
-        // the first of two, whose sums were made with those of the order before
+        // the first of two orders, whose sums were computed with those of the order before
         SMALL(complete)(s, k - 1, &first, &known, &answer, &turn, &next, &question);
         known = next;
         if (k + 1 < order) SMALL(known)(s, k + 1, 0, &now, &next);
