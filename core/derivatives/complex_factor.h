@@ -1,7 +1,7 @@
 /* Systems of complex equations: factors of a matrix, and solutions with them.
- * Leaves to others: which systems (method_radau); the library's, which browsers do not have.
+ * Leaves to others: the systems (method_radau). GSL's functions are not available in browsers.
  * Invariant: matrices are n rows of n, real and imaginary parts apart; the places of the pivots
- * have their inverses. */
+ * hold their inverses. */
 #ifndef PEND_COMPLEX_FACTOR_H
 #define PEND_COMPLEX_FACTOR_H
 
@@ -25,7 +25,7 @@ static inline int complex_factor(int n, double re[], double im[], int swap[]) {
         }
         double a = re[k * n + k], b = im[k * n + k], square = a * a + b * b;
         if (!(square > 0) || !isfinite(square)) return 0;
-        // the pivot's place has its inverse
+        // the pivot's place holds its inverse
         re[k * n + k] = a / square, im[k * n + k] = -b / square;
         const double *restrict top_re = re + k * n, *restrict top_im = im + k * n;
         for (int i = k + 1; i < n; i++) {

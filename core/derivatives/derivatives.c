@@ -18,17 +18,18 @@ enum { LANES = DERIVATIVES_LANES, FIRST = DERIVATIVES_FIRST, PASS = DERIVATIVES_
 /* numbers of a state: phi, phi_low, rate, rate_low at the start of a step and at its end */
 enum { STATE = 8 };
 
-/* how many orders in doubles an order with eight derivatives takes, about */
+/* cost of an order with eight derivatives, in orders in doubles, approximately */
 static const double derivatives_times = 4;
 
-/* a step below this part of what is left would never end */
+/* a step below this part of the remaining time would never reach the end */
 static const double derivatives_least = 1e-12;
 
 struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
-    struct pend_terms *none; /* of an ideal pendulum */
-    int quick;               /* its derivatives follow from the motion: `ideal` has both */
+    struct pend_terms *none; /* terms of an ideal pendulum */
+    int quick;               /* the derivatives are computed from the known motion; `ideal` has
+                              * both */
     int count, passes;       /* parameters; passes of eight */
     int order;
     double log_rtol, log_atol;
@@ -38,7 +39,8 @@ struct pend_derivatives {
     long steps, next; /* the first instant without a row */
     struct pend_error failure; /* code PEND_OK: none */
     struct pend_parameter *parameter;
-    /* a parameter's unit, a power of two: derivatives are by its multiples; and 1 over it */
+    /* a parameter's unit, a power of two, and its inverse; derivatives are with respect to
+     * multiples of it */
     double *seed, *per_seed;
     struct derivatives_pass *pass;
     struct ideal *ideal;        /* steps and series of an ideal pendulum; else NULL */
@@ -52,7 +54,7 @@ int pend_derivatives_valid(const struct pend_derivatives *d) {
 
 /* ---- making and freeing */
 
-/* takes bytes of a block, aligned to 64; with base NULL only counts them */
+/* allocates bytes of a block, aligned to 64; with base NULL only counts them */
 static void *derivatives_take(char *base, size_t *used, size_t bytes) {
     void *part = base ? base + *used : NULL;
     *used += (bytes + 63) / 64 * 64;
@@ -83,7 +85,7 @@ static void derivatives_lay_pass(const struct pend_derivatives *d, struct deriva
     if (base) *pass = made;
 }
 
-/* lays out all; says how many bytes it takes */
+/* lays out all arrays; returns their bytes */
 static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_terms *terms,
                               char *base) {
     size_t used = 0, n = (size_t)d->problem.tree->n;
@@ -103,7 +105,7 @@ static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_term
     return used;
 }
 
-/* what is known of a problem before there is memory */
+/* the part of a problem that is known before memory is allocated */
 static struct pend_derivatives derivatives_sketch(const struct pend_problem *problem, int count) {
     return (struct pend_derivatives){.kernel = pend_kernel_derivatives(),
                                      .problem = *problem,
@@ -123,7 +125,7 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     for (int i = 0; i < PEND_TERM_ROWS; i++) none.row[i] = -1;
     for (int i = 0; i < PEND_TERM_ONES; i++) none.one[i] = -1;
     size_t most = 0;
-    // which way a real pendulum goes is not known before its numbers are
+    // for a real pendulum the numbers decide between the two kernels, so take the larger
     for (sketch.quick = !pend_ideal_terms(terms); sketch.quick < 2; sketch.quick++) {
         size_t bytes = derivatives_lay(&sketch, terms ? terms : &none, NULL);
         if (bytes > most) most = bytes;
@@ -131,7 +133,7 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     return (double)most;
 }
 
-/* where a parameter stands in a pass */
+/* the number of a parameter in a pass */
 static double *derivatives_place(const struct derivatives_pass *pass, struct pend_parameter by) {
     double *array[] = {
         [PEND_PARAMETER_PHI] = pass->end_phi,     [PEND_PARAMETER_RATE] = pass->end_rate,
@@ -140,7 +142,8 @@ static double *derivatives_place(const struct derivatives_pass *pass, struct pen
     return array[by.kind] + (size_t)by.at * LANES;
 }
 
-/* the first numbers of a pass: the pendulum, and the start as the end of a step before it */
+/* the initial numbers of a pass: the pendulum, and the start, stored as the end of a step before
+ * it */
 static void derivatives_fill(const struct pend_derivatives *d, struct derivatives_pass *pass,
                              int first) {
     const struct pend_problem *problem = &d->problem;
@@ -149,7 +152,7 @@ static void derivatives_fill(const struct pend_derivatives *d, struct derivative
     for (int k = 0; k < tree->n; k++) {
         size_t at = (size_t)k * LANES;
         double low = problem->phi_low ? problem->phi_low[k] : 0;
-        // springs tell whole turns apart, and the place of a cart has none
+        // springs distinguish whole turns, and the position of a cart has none
         struct pend_sum phi = {problem->phi[k], low};
         if (whole) phi = pend_turns_rest(phi.high, phi.low, NULL);
         pass->len[at] = tree->len[k], pass->mass[at] = tree->mass[k];
@@ -250,8 +253,8 @@ static void derivatives_turn(struct derivatives_pass *pass) {
     }
 }
 
-/* expands all passes about the same start in the same unit; returns the step, in units, that the
- * motion and all derivatives allow */
+/* Expands all passes about the same start in the same unit; returns the largest step, in units,
+ * that the motion and all derivatives allow. */
 static double derivatives_reach(struct pend_derivatives *d, double unit) {
     double x = INFINITY;
     d->pass[0].unit = unit;
@@ -293,7 +296,7 @@ static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend
     if (isnan(x))
         return derivatives_fail(d, PEND_NOT_FINITE, "the derivatives ceased to be finite", error);
     d->steps++;
-    if (d->end == 0) return PEND_OK; // one instant, whose series is there
+    if (d->end == 0) return PEND_OK; // a single instant, whose series is complete
     x = fmin(x, (knot - d->time) / unit);
     d->reached = x * unit == knot - d->time ? knot : d->time + x * unit;
     if (d->reached == d->time || x * fabs(unit) < derivatives_least * fabs(d->end - d->time))
@@ -308,7 +311,7 @@ static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend
 
 /* ---- rows */
 
-/* the view of a pass: what the rows ask for, and what that is computed from */
+/* the view of a pass: the requested quantities, and those needed to compute them */
 static struct derivatives_view derivatives_look(const struct pend_derivatives *d,
                                                 const struct pend_derived_rows *rows, int *dynamics,
                                                 int *more) {
@@ -366,7 +369,7 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
                                long row, double t) {
     int dynamics, more;
     struct derivatives_view view = derivatives_look(d, rows, &dynamics, &more);
-    // forces at the tips of bodies follow from the state
+    // forces at the tips of bodies are computed from the state
     if (d->ideal && d->ideal->loads.terms && view.force) dynamics = more = 1;
     if (d->ideal)
         pend_ideal_values(d->ideal, (t - d->time) / d->pass[0].unit, view.acc || view.force);
@@ -489,7 +492,7 @@ enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
     if (d->next > d->problem.times.count || !isfinite(d->time) || !isfinite(d->reached) ||
         !isfinite(d->next_unit) || d->next_unit <= 0 || !isfinite(d->pass[0].unit))
         return PEND_INVALID;
-    // the series of the last step follows from its start
+    // the series of the last step is recomputed from its start
     if (d->steps) (void)derivatives_reach(d, d->pass[0].unit);
     return PEND_OK;
 }

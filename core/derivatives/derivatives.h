@@ -1,5 +1,5 @@
-/* A motion together with its derivatives with respect to any of its parameters and starts: the
- * variational equations, by power series of numbers that carry derivatives.
+/* A motion together with its derivatives with respect to parameters and initial values: the
+ * variational equations, by power series of numbers with derivatives.
  * Leaves to others: names of parameters (api), motions alone (run).
  * Invariant: arrays of results are in the CALLER's order of arms, the last axis is the parameter;
  * the same problem gives the same bits, whatever the sizes of the blocks. */
@@ -16,7 +16,7 @@ struct pend_derivatives;
  * Prepares a motion with derivatives; no step is taken yet.
  *
  * derivatives  out; NULL on failure; released by pend_derivatives_free.
- * problem      copied, but for its tree, loads, terms and list of instants, which must outlive the
+ * problem      copied, except its tree, loads, terms and list of instants, which must outlive the
  *              result. rtol and atol are those of the taylor method, for the motion and for every
  *              derivative; accuracy, step and no_drift do not matter.
  * count        of parameters, >= 1.
@@ -39,11 +39,11 @@ void pend_derivatives_free(struct pend_derivatives **derivatives);
  * rows   row 0 is the first instant that has no row yet. Angles are without the whole turns of a
  *        huge start (turns.h).
  * cap    >= 1.
- * work   about the number of arm-evaluations in doubles that this call may take; it takes at least
- *        one step or makes one row.
+ * work   approximate number of arm-evaluations in doubles that this call may take; it takes at
+ *        least one step or makes one row.
  * made   out: the rows made, also on failure; it can be 0.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error says the time. Later calls
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error contains the time. Later calls
  * return the same failure. No allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_derivatives_next(struct pend_derivatives *derivatives,
@@ -55,10 +55,10 @@ PEND_MUST_CHECK enum pend_status pend_derivatives_next(struct pend_derivatives *
  * The results of one state, whose angles and rates are the parameters of kinds PHI and RATE.
  *
  * phi, phi_low, rate  n values each, stored order; phi_low may be NULL.
- * time                s, at which drives are taken.
- * row                 of rows, which is filled in.
+ * time                s, at which drives are evaluated.
+ * row                 out: its index in rows.
  *
- * Leaves the motion as it is. What overflows is not finite. O(n count), no allocation.
+ * Does not change the motion. Values that overflow are not finite. O(n count), no allocation.
  */
 void pend_derivatives_state(struct pend_derivatives *derivatives, const double phi[],
                             const double phi_low[], const double rate[], double time,
@@ -78,11 +78,11 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
 int pend_derivatives_valid(const struct pend_derivatives *derivatives);
 
 /**
- * Shows a checkpoint the state of a motion between two calls of pend_derivatives_next. One that was
- * just made of the same problem and into which a checkpoint restored this state goes on with the
- * same bits. It must not have failed.
+ * Saves the state of a motion between two calls of pend_derivatives_next to a checkpoint, or
+ * restores it. A motion created for the same problem and restored continues with the same bits. The
+ * motion must not have failed.
  *
- * PEND_INVALID  the restored state is not that of such a motion, which can only be freed then.
+ * PEND_INVALID  the restored state does not belong to such a motion, which can then only be freed.
  */
 PEND_MUST_CHECK enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
                                                         struct pend_checkpoint *checkpoint);

@@ -1,13 +1,13 @@
-/* The quantities of a motion that have derivatives, and where their rows go.
- * Leaves to others: computing them (derivatives), by what (parameter).
- * Invariant: arms are in the caller's order, a cart has no place among them; the last axis of a
+/* The quantities of a motion that have derivatives, and the rows that receive them.
+ * Leaves to others: computing them (derivatives), the parameters (parameter).
+ * Invariant: arms are in the caller's order, a cart is not one of them; the last axis of a
  * derivative is the parameter. */
 #ifndef PEND_DERIVED_ROWS_H
 #define PEND_DERIVED_ROWS_H
 
-/* What is differentiated; the energies and a cart have one number a row, everything else one for
- * each arm, without a cart. FORCE is the compression at the tip; joint forces as struct
- * bodies_forces has them; the reaction of a rail is the force across it. */
+/* The quantities. The energies and those of a cart have one number per row, all others one for each
+ * arm, without a cart. FORCE is the compression at the tip; joint forces are as in struct
+ * bodies_forces; the reaction of a rail is the force across it. */
 enum pend_derived {
     PEND_DERIVED_PHI,
     PEND_DERIVED_RATE,
@@ -24,14 +24,14 @@ enum pend_derived {
     PEND_DERIVED_TIP_ACROSS,
     PEND_DERIVED_KINETIC,
     PEND_DERIVED_POTENTIAL,
-    PEND_DERIVED_CART_PLACE, /* from here on of a pendulum on a cart alone */
+    PEND_DERIVED_CART_PLACE, /* from here on only for a pendulum on a cart */
     PEND_DERIVED_CART_SPEED,
     PEND_DERIVED_CART_ACC,
     PEND_DERIVED_CART_REACTION,
     PEND_DERIVED
 };
 
-/* Rows of results; NULL = not wanted. With n arms and P parameters a row has n values and n P
+/* Rows of results; NULL if not needed. With n arms and P parameters a row has n values and n P
  * derivatives, [arm * P + parameter]; of the energies and a cart 1 and P. */
 struct pend_derived_rows {
     double *value[PEND_DERIVED], *derivative[PEND_DERIVED];
@@ -40,8 +40,8 @@ struct pend_derived_rows {
 /** Returns non-zero for a quantity that has one number a row. O(1). */
 static inline int pend_derived_single(int what) { return what >= PEND_DERIVED_KINETIC; }
 
-/** Returns the quantity whose first stored arm a cart's quantity is; of others that itself. O(1).
- */
+/** Returns the quantity of arms whose first stored arm a cart's quantity is; other quantities
+ * unchanged. O(1). */
 static inline int pend_derived_from(int what) {
     static const int from[] = {PEND_DERIVED_PHI, PEND_DERIVED_RATE, PEND_DERIVED_ACC,
                                PEND_DERIVED_JOINT_ACROSS};

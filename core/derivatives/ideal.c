@@ -82,7 +82,7 @@ size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *t
     return ideal_lay(&sketch, tree, terms, order, count, NULL);
 }
 
-/* the unit of a derivative where its parameter stands */
+/* sets the unit of a derivative at its parameter */
 static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, double seed) {
     struct ideal_group *g = &ideal->group[i / LANES];
     size_t at = (size_t)by.at * LANES + (size_t)(i % LANES);
@@ -107,13 +107,13 @@ static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, dou
         g->gravity[i % LANES] = seed;
         break;
     case PEND_PARAMETER_TERM:
-        break; // pend_ideal_vary
+        break; // see pend_ideal_vary
     }
     if (ideal->known.loaded && (by.kind == PEND_PARAMETER_TERM || by.kind == PEND_PARAMETER_LENGTH))
         pend_ideal_vary(&ideal->known, g, i % LANES, ideal->jets.tree, &ideal->loads, by, seed);
 }
 
-/* the start as the end of a step before it; springs tell whole turns apart */
+/* stores the start as the end of a step before it; springs distinguish whole turns */
 static void ideal_start(struct ideal *ideal, const struct pend_problem *problem) {
     int whole = pend_terms_whole_turns(ideal->loads.terms);
     for (int k = 0; k < ideal->known.n; k++) {
@@ -139,7 +139,7 @@ void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, in
     ideal->known.n = s->n = tree->n;
     ideal->known.order = order;
     if (tree->n > 1 && tree->n <= PEND_JETS_PAD && !ideal->jets.general) {
-        // the series of a small tree stand as the kernel wants them
+        // the series of a small tree have the layout that the kernel expects
         assert(ideal->jets.system.tile == ideal->known.tile);
         ideal->known.rate = ideal->jets.rate;
         if (!loads.terms) ideal->known.force = ideal->jets.force;
@@ -175,14 +175,14 @@ void pend_ideal_turn(struct ideal *ideal) {
     }
 }
 
-/* how far the spring of an arm is bent; that of the first arm against the vertical */
+/* the deflection of an arm's spring; that of the first arm is measured from the vertical */
 static double ideal_bend(const struct ideal *ideal, int k) {
     double angle = ideal->known.system.angle[k] + ideal->known.system.angle_low[k];
     if (ideal->known.system.parent[k] < 0) angle += M_PI_2;
     return angle - pend_terms_get(ideal->loads.terms, ideal->loads.value, PEND_TERM_REST, k);
 }
 
-/* what the kernel needs of the motion's series and of its start */
+/* computes the kernel's input from the motion's series and its start */
 static void ideal_learn(struct ideal *ideal) {
     const struct jets_state *at = &ideal->begin;
     struct ideal_known *known = &ideal->known;

@@ -1,8 +1,7 @@
-/* The motion of an ideal pendulum, or of a real one that suits (ideal_loads), with its derivatives:
- * the motion by the quick kernels, once, and its derivatives beside it in groups of eight. Leaves
- * to others: steps and rows (derivatives), arithmetic (jets, kernel_ideal). Invariant: one block of
- * the caller's memory; the motion does not depend on the derivatives but for the length of its
- * steps. */
+/* The motion of an ideal pendulum, or of a suitable real one (ideal_loads), with its derivatives:
+ * the motion by the quick kernels, once, and its derivatives in groups of eight. Leaves to others:
+ * steps and rows (derivatives), arithmetic (jets, kernel_ideal). Invariant: one block of the
+ * caller's memory; the motion depends on the derivatives only by the length of its steps. */
 #ifndef PEND_IDEAL_H
 #define PEND_IDEAL_H
 
@@ -25,7 +24,7 @@ struct ideal {
     double unit, first; /* s, of the series; the first instant */
 };
 
-/** Returns terms that are not empty, NULL in place of others. O(1). */
+/** Returns the terms, or NULL if they are empty. O(1). */
 static inline const struct pend_terms *pend_ideal_terms(const struct pend_terms *terms) {
     return terms && (terms->count || terms->harmonics) ? terms : NULL;
 }
@@ -35,11 +34,11 @@ size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *t
                         int count);
 
 /**
- * Prepares a motion; its start is the end of a step that was not there.
+ * Prepares a motion; its start is stored as the end of a step before it.
  *
- * ideal            at the beginning of pend_ideal_bytes(...) bytes, aligned to 64, not owned; stays
- *                  where it is.
- * parameter, seed  of each derivative what it is by, and its unit: count of each.
+ * ideal            at the beginning of pend_ideal_bytes(...) bytes, aligned to 64, not owned; must
+ *                  not be moved.
+ * parameter, seed  the parameter of each derivative and its unit: count of each.
  */
 void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, int order, int count,
                      const struct pend_parameter parameter[], const double seed[]);
@@ -49,7 +48,7 @@ void pend_ideal_turn(struct ideal *ideal);
 
 /** Expands about the start of a step, `since` s after the problem's first instant, in a unit of
  * time, s; returns the step in units that the
- * motion and all derivatives allow, NaN where a coefficient is not finite. */
+ * motion and all derivatives allow, NaN if a coefficient is not finite. */
 double pend_ideal_expand(struct ideal *ideal, double since, double unit, double log_rtol,
                          double log_atol);
 
@@ -63,7 +62,7 @@ void pend_ideal_values(struct ideal *ideal, double x, int all);
 /** Copies the values, and the derivatives from number `first` on, to a view of eight. */
 void pend_ideal_view(const struct ideal *ideal, int first, const struct derivatives_view *view);
 
-/** Shows a checkpoint the state. */
+/** Saves the state to a checkpoint, or restores it. */
 void pend_ideal_carry(struct ideal *ideal, struct pend_checkpoint *checkpoint);
 
 #endif

@@ -1,8 +1,8 @@
-/* What the derivatives of an ideal pendulum need of its motion in a step, and the tree system of
- * order 0, whose answers are taken for eight right-hand sides at once.
+/* The data of an ideal pendulum's motion in a step that its derivatives need, and the solution of
+ * the tree system of order 0 for eight right-hand sides at once.
  * Leaves to others: the orders (kernel_ideal, which includes this), the factorization
- * (jets_factor, ideal_loads_template). Invariant: the sweeps of points are those of jets_template,
- * with numbers as coefficients. */
+ * (jets_factor, ideal_loads_template). Invariant: the sweeps of point masses are those of
+ * jets_template, with numbers as coefficients. */
 #ifndef PEND_IDEAL_KNOWN_TEMPLATE_H
 #define PEND_IDEAL_KNOWN_TEMPLATE_H
 
@@ -48,8 +48,8 @@ static void ideal_turns(const struct ideal_known *s, size_t tile) {
     }
 }
 
-/* the same of two to eight arms, whose series are kept with the real parts' signs turned, but for
- * the first two orders (small_template) */
+/* the same for two to eight arms, whose stored series have negated real parts, except for the first
+ * two orders (small_template) */
 static void ideal_kept_turns(const struct ideal_known *s) {
     for (int p = 0; p < VEC8; p += WIDE) {
         wide_put(s->turn_re + p, wide_of(1));
@@ -63,7 +63,7 @@ static void ideal_kept_turns(const struct ideal_known *s) {
     }
 }
 
-/* accelerations of the tips, less that of gravity */
+/* accelerations of the tips, minus that of gravity */
 static void ideal_accelerations(const struct ideal_known *s) {
     for (int k = 0; k < s->n; k++) {
         int up = s->system.parent[k];
@@ -81,9 +81,8 @@ static void ideal_accelerations(const struct ideal_known *s) {
     }
 }
 
-/* sin phi and cos phi of one arm alone, to order - 1, from what they pull, which the motion's
- * series have: phi'_{k+1} = -G cos_k / (k + 1), and the force 3 m g sin_k from order 1 on
- * (single_template) */
+/* sin phi and cos phi of one arm alone, to order - 1, from the motion's series: phi'_{k+1} = -G
+ * cos_k / (k + 1), and the force is 3 m g sin_k from order 1 on (single_template) */
 static void ideal_pulled(const struct ideal_known *s, double pull, double weight) {
     double per = -1 / pull, lift = 1 / (3 * weight);
     s->acc_re[0] = s->system.sine[0], s->acc_im[0] = s->system.cosine[0];
@@ -93,7 +92,7 @@ static void ideal_pulled(const struct ideal_known *s, double pull, double weight
     }
 }
 
-/* the same from its turns, where gravity is next to nothing */
+/* the same from the arm's turns, if gravity is negligible */
 static void ideal_afloat(const struct ideal_known *s) {
     double C = s->system.cosine[0], Z = s->system.sine[0];
     ideal_turns(s, 0);
@@ -105,7 +104,7 @@ static void ideal_afloat(const struct ideal_known *s) {
 }
 
 static void ideal_alone(const struct ideal_known *s) {
-    const double least = 0x1p-500; // in units; well above the least numbers
+    const double least = 0x1p-500; // in units; well above the smallest doubles
     double pull = s->gravity * s->system.inv_len[0], weight = s->gravity * s->system.mass[0];
     if (fabs(pull) > least && fabs(weight) > least)
         ideal_pulled(s, pull, weight);
@@ -115,18 +114,18 @@ static void ideal_alone(const struct ideal_known *s) {
 
 /* ---- the tree system of order 0 */
 
-/* What is known of an order of an arm: E, and the force across. */
+/* The known parts of an order of an arm: E, and the force across. */
 struct ideal_sums {
     wide re, im, across;
 };
 
-/* What the system answers: the acceleration of the angle over its factor, the force along. */
+/* A solution of the system: the acceleration of the angle over its factor, the force along. */
 struct ideal_answer {
     wide x, along;
 };
 
-/* Rows of eight numbers an arm: sums of two orders and answers of more than IDEAL_DENSE arms; what
- * a mass adds; what the sweeps leave. */
+/* Rows of eight numbers per arm: sums of two orders and solutions for more than IDEAL_DENSE arms;
+ * the part of a varying mass; intermediate results of the sweeps. */
 enum {
     WORK_NOW,
     WORK_NEXT = 3,
@@ -209,7 +208,7 @@ VEC_INLINE void ideal_down(const struct ideal_known *s, const struct ideal_group
     }
 }
 
-/* leaves to root of bodies, by what ideal_bodies_factor left */
+/* leaves to root for bodies, with the factors of ideal_bodies_factor */
 VEC_INLINE void ideal_bodies_up(const struct ideal_known *s, const struct ideal_group *g, int p,
                                 const struct ideal_sums sum[], double factor) {
     const struct jets_system *t = &s->system;
@@ -256,7 +255,7 @@ VEC_INLINE void ideal_bodies_down(const struct ideal_known *s, const struct idea
     }
 }
 
-/* the answers to what is known of an order, by the sweeps */
+/* the solution for the known parts of an order, by the sweeps */
 VEC_INLINE void ideal_swept(const struct ideal_known *s, const struct ideal_group *g, int p,
                             const struct ideal_sums sum[], double factor, double inverse,
                             struct ideal_answer answer[]) {
@@ -269,8 +268,8 @@ VEC_INLINE void ideal_swept(const struct ideal_known *s, const struct ideal_grou
     }
 }
 
-/* what accelerations and forces of up to IDEAL_DENSE arms answer to a pull on an arm, and to a
- * force across it: a lane for each of these units, in vectors `from` the first of eight */
+/* responses of accelerations and forces of up to IDEAL_DENSE arms to a unit pull on an arm, and to
+ * a unit force across it. A lane per unit, in vectors `from` the first of eight. */
 static void ideal_table_part(const struct ideal_known *s, const struct ideal_group *group,
                              int from) {
     for (int p = 0; p < VEC8; p += WIDE) {

@@ -2,23 +2,24 @@
 
 #include <assert.h>
 
-/* The part of an arm's inertia about its joint, with what hangs at its tip, that must be its own:
- * the system loses as many digits as this has. */
+/* The part of the inertia of an arm with its tip's load about its joint that must be the arm's own.
+ * The system loses as many digits as this number has. */
 static const double ideal_own = 1e-3;
 
-/* centers further than this many lengths from the middle of an arm are far points' differences */
+/* a center further than this many lengths from the middle of an arm makes the equivalent points a
+ * difference of large masses */
 static const double ideal_far = 1.5;
 
 /* ---- which pendulums */
 
-/* whether rows of terms may be there, and be differentiated by */
+/* true if the row of terms is supported, also as a parameter */
 static int ideal_row_known(int row) {
     return row == PEND_TERM_ROD || row == PEND_TERM_BODY || row == PEND_TERM_CENTER_X ||
            row == PEND_TERM_INERTIA || row == PEND_TERM_DAMPING || row == PEND_TERM_STIFFNESS ||
            row == PEND_TERM_REST || row == PEND_TERM_TORQUE;
 }
 
-/* the row of terms that a place of the list is in; PEND_TERM_ROWS = none */
+/* the row of terms that contains a place of the list; PEND_TERM_ROWS if none */
 static int ideal_row_of(const struct pend_terms *terms, int at) {
     int row = 0;
     while (row < PEND_TERM_ROWS &&
@@ -31,14 +32,14 @@ static int ideal_bodies(const struct pend_terms *terms) {
     return terms->row[PEND_TERM_ROD] >= 0 || terms->row[PEND_TERM_BODY] >= 0;
 }
 
-/* the terms are of a kind that follows, their numbers not looked at */
+/* true if the kinds of terms are supported, whatever their numbers */
 static int ideal_terms_known(const struct pend_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (terms->row[r] >= 0 && !ideal_row_known(r) && r != PEND_TERM_CENTER_Y) return 0;
     return terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_RAIL] < 0;
 }
 
-/* the mass of all that hangs at the tip of arm k, kg */
+/* the mass of the sub-tree at the tip of arm k, kg */
 static double ideal_carried(const struct pend_tree *tree, const struct pend_loads *loads, int k) {
     double sum = 0;
     for (int c = k + 1; c < tree->end[k]; c++)
@@ -47,7 +48,8 @@ static double ideal_carried(const struct pend_tree *tree, const struct pend_load
     return sum;
 }
 
-/* the bodies' centers are near their arms, and no arm is next to nothing beside what it carries */
+/* true if the bodies' centers are near their arms, and no arm is negligible compared with its
+ * load */
 static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *loads) {
     const struct pend_terms *terms = loads->terms;
     for (int k = tree->n - 1; k >= 0; k--) {
@@ -99,7 +101,7 @@ void pend_ideal_load(struct ideal_known *known, const struct pend_tree *tree,
 
 /* ---- their parameters */
 
-/* points at the tip and at the joint of an arm, and the inertia beyond them, vary */
+/* variation of the points at the tip and at the joint of an arm, and of the additional inertia */
 static void ideal_shape(struct ideal_known *known, struct ideal_group *g, int lane, int k,
                         double tip, double joint, double inertia) {
     int up = known->system.parent[k];

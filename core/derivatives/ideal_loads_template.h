@@ -1,7 +1,7 @@
-/* What real pendulums have beyond ideal ones when their motion is known: the forces along and
- * across arms from the motion, the factors of bodies' system, torques in the joints.
- * Leaves to others: which pendulums there are (ideal_loads), points' answers
- * (ideal_known_template, which includes this).
+/* Additional computations for real pendulums with a known motion: the forces along and across arms,
+ * the factorization for bodies, torques in the joints.
+ * Leaves to others: the choice of pendulums (ideal_loads), point masses (ideal_known_template,
+ * which includes this).
  * Invariant: nothing here is a product of two series of derivatives. */
 #ifndef PEND_IDEAL_LOADS_TEMPLATE_H
 #define PEND_IDEAL_LOADS_TEMPLATE_H
@@ -56,7 +56,7 @@ VEC_INLINE void ideal_unwind(const struct ideal_known *s, size_t from, const dou
     }
 }
 
-/* forces along the arms, and across them where lengths vary */
+/* forces along the arms, and across them if lengths vary */
 static void ideal_forces(const struct ideal_known *s) {
     ideal_hauls(s);
     for (int k = 0; k < s->n; k += IDEAL_LANES)
@@ -70,18 +70,19 @@ static void ideal_forces(const struct ideal_known *s) {
 
 /* ---- the system of bodies */
 
-/* From the leaves to the root. The tip of an arm, with all that hangs there, opposes P a + q to an
- * acceleration a; with that of the joint a_0, the one along that is known rho and y across, the
+/* From the leaves to the root. The tip of an arm with its load resists an acceleration a by the
+ * force P a + q. With the acceleration a_0 of the joint, the known part rho along and y across, the
  * balance of the arm
  *
  *     side = (P a + q) across + (J' / l^2) y,   a = a_0 + (rho, y)
  *
- * gives y, and A a_0 + b as what the joint opposes. With D = P_yy + J' / l^2 the joint yields P_xy
- * / D and P_yy / D (slip), A_xx = P_xx - P_xy^2 / D (bear), and the rest of A is J' / l^2 (twist)
- * times the slip. */
+ * gives y and the force A a_0 + b at the joint. With D = P_yy + J' / l^2, the compliance of the
+ * joint is P_xy / D and P_yy / D (slip), A_xx = P_xx - P_xy^2 / D (bear), and the other elements of
+ * A are J' / l^2 (twist) times the slip. */
 static void ideal_bodies_factor(const struct ideal_known *s) {
     const double *mass = s->system.mass, *per = s->system.inv_len;
-    double *xx = s->bear, *xy = s->slip_along, *yy = s->slip_across; // P, until its arm's turn
+    double *xx = s->bear, *xy = s->slip_along,
+           *yy = s->slip_across; // P, until the sweep reaches the arm
     for (int k = 0; k < s->n; k++) xx[k] = yy[k] = mass[k], xy[k] = 0;
     for (int k = s->n - 1; k >= 0; k--) {
         int up = s->system.parent[k];
@@ -126,8 +127,8 @@ VEC_INLINE wide ideal_torque(const struct ideal_known *s, const struct ideal_gro
     return k ? sum : wide_fma(wide_get(g->torque + a * IDEAL_LANES + p), wide_of(s->square), sum);
 }
 
-/* the part of an arm's force across that does not move with what is asked for, order k; of the
- * sums an element is the real part of E, another the force across */
+/* The part of an arm's force across that does not depend on the solution, order k. One element of
+ * the sums is the real part of E, another the force across. */
 VEC_INLINE wide ideal_resist(const struct ideal_known *s, const struct ideal_group *g, int a, int k,
                              int p, wide re) {
     double more = (double)(k + 1) * (k + 2), per = s->system.inv_len[a];

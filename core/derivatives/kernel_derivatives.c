@@ -11,10 +11,9 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-/* Eight derivatives of real pendulums whose motion is not known first (ideal_loads.h) take 2.5
- * to 2.9 times as long as eight members of an ensemble in lanes
- * (tests/bench/parts/bench_derivatives.c). The peer is two motions more for each parameter, which
- * lose half of the digits. */
+/* For real pendulums that ideal_loads.h does not support, eight derivatives take 2.5 to 2.9 times
+ * as long as eight members of an ensemble (tests/bench/parts/bench_derivatives.c). The alternative,
+ * finite differences, needs two more motions per parameter and loses half of the digits. */
 
 static_assert((int)DERIVATIVES_PASS == (int)TANGENT_PARAMETERS &&
                   sizeof(num) == DERIVATIVES_LANES * sizeof(double),
@@ -29,12 +28,12 @@ enum {
     DERIVATIVES_AHEAD = 4 /* rows of a series beyond its order: turns are two ahead */
 };
 
-/* binary logarithm of the part of the motion below which a derivative is not looked at: rounding
- * has no limit of its own */
+/* binary logarithm of the part of the motion below which a derivative does not limit the step,
+ * because its rounding error has no bound of its own */
 static const double derivatives_floor = -40;
 
 /* numbers from one order to the next, an odd number: orders an even number of cache lines apart
- * evict each other, five times as slow with eight arms */
+ * would evict each other, which takes five times as long with eight arms */
 static size_t derivatives_stride(int n) { return (size_t)(n < 8 ? n : 8) | 1; }
 
 static size_t derivatives_tile(int n, int order) {
@@ -73,7 +72,7 @@ static struct bodies_system derivatives_system(const struct derivatives_pass *pa
     return s;
 }
 
-/* where the series of a step are */
+/* the places of the series of a step */
 struct derivatives_series {
     size_t stride, tile;
     const num *rate, *force;
@@ -109,7 +108,7 @@ static void derivatives_start(const struct bodies_system *s, const num phi[], co
 
 /* ---- the length of a step */
 
-/* the derivatives of part p; of the last part the value in every lane */
+/* the derivatives of part p; in the last part the value in every lane */
 VEC_INLINE wide derivatives_part(const num *x, int p) {
     return p < TANGENT_PARTS ? x->part[p] : wide_of(x->value);
 }
@@ -126,8 +125,8 @@ static void derivatives_norm(const struct bodies_system *s, int j, wide norm[DER
     }
 }
 
-/* the rule of step_template for each lane; a derivative's motion is at least the floor's part of
- * the value's */
+/* the rule of step_template for each lane; the motion of a derivative counts as at least
+ * 2^derivatives_floor of the value's */
 static double derivatives_reach(const struct bodies_system *s, int order, double log_rtol,
                                 double log_atol) {
     wide leading[DERIVATIVES_LEADING][DERIVATIVES_PARTS], reach = wide_of(10);
@@ -189,7 +188,7 @@ static void derivatives_press(const struct derivatives_pass *pass) {
 
 /* ---- the state inside a step */
 
-/* adds to a sum of two */
+/* adds to a sum of two doubles */
 VEC_INLINE void derivatives_sum(double *high, double *low, double *from, double *from_low, int k,
                                 num add) {
     num x = derivatives_number(from)[k];
@@ -263,7 +262,7 @@ struct derivatives_vector {
     num x, y;
 };
 
-/* the pivot's place, its velocity or its acceleration: the derivative of that order */
+/* the derivative of the given order of the pivot's position */
 static struct derivatives_vector derivatives_pivot(const struct bodies_system *s,
                                                    const struct bodies_moment *now, int order) {
     struct derivatives_vector sum = {num_of(0), num_of(0)};
@@ -279,13 +278,13 @@ static struct derivatives_vector derivatives_pivot(const struct bodies_system *s
     return sum;
 }
 
-/* x + i y turned by u */
+/* x + i y rotated by u */
 VEC_INLINE struct derivatives_vector derivatives_turn(num x, num y, struct derivatives_vector u) {
     return (struct derivatives_vector){num_sub(num_mul(x, u.x), num_mul(y, u.y)),
                                        num_fma(x, u.y, num_mul(y, u.x))};
 }
 
-/* the change of a vector that turns: its first or its second derivative by time */
+/* the first or second time derivative of a rotating vector */
 VEC_INLINE struct derivatives_vector derivatives_swing(struct derivatives_vector v, num rate,
                                                        num acc, int order) {
     if (!order) return v;
@@ -296,14 +295,14 @@ VEC_INLINE struct derivatives_vector derivatives_swing(struct derivatives_vector
                                        num_sub(num_mul(acc, v.x), num_mul(square, v.y))};
 }
 
-/* so far along the rail of a cart, in the axes */
+/* a displacement along the rail of a cart, in the axes */
 static struct derivatives_vector derivatives_rail(const struct bodies_system *s, num way) {
     return (struct derivatives_vector){num_neg(num_mul(s->point_y[0], way)),
                                        num_mul(s->point_x[0], way)};
 }
 
-/* the place, the velocity or the acceleration of the joint of arm k: on the pivot, on a cart, or on
- * its parent */
+/* position, velocity or acceleration of the joint of arm k: on the pivot, on a cart, or on its
+ * parent */
 static struct derivatives_vector derivatives_joint(const struct bodies_system *s,
                                                    const struct derivatives_view *view, int order,
                                                    int k, struct derivatives_vector pivot) {
@@ -341,8 +340,8 @@ static void derivatives_tips(const struct bodies_system *s, const struct bodies_
     }
 }
 
-/* kinetic energy, from the joints' velocities in base: M |v|^2 / 2 + Re(conj(v) i h u) phi' +
- * J phi'^2 / 2, of a cart the first of them alone */
+/* kinetic energy, from the joints' velocities in base: M |v|^2 / 2 + Re(conj(v) i h u) phi' + J
+ * phi'^2 / 2; for a cart only the first of these */
 static num derivatives_kinetic(const struct bodies_system *s, const num rate[]) {
     num sum = num_of(0), half = num_of(0.5);
     for (int k = 0; k < s->n; k++) {
@@ -358,7 +357,7 @@ static num derivatives_kinetic(const struct bodies_system *s, const num rate[]) 
     return sum;
 }
 
-/* potential energy, from the joints' places in base: of gravity and of springs */
+/* potential energy of gravity and springs, from the joints' positions in base */
 static num derivatives_potential(const struct bodies_system *s, num gravity) {
     num sum = num_of(0), half = num_of(0.5);
     for (int k = 0; k < s->n; k++) {
@@ -386,7 +385,7 @@ static void derivatives_forces(const struct bodies_system *s, const struct bodie
         if (view->joint_across) derivatives_number(view->joint_across)[k] = s->reach_y[k];
     }
     if (!pend_terms_cart(s->terms)) return;
-    // what the rail exerts on the cart, across it
+    // the force of the rail on the cart, across it
     num c = num_neg(s->point_y[0]), z = s->point_x[0];
     num across = num_sub(num_mul(c, s->pivot_force_y[0]), num_mul(z, s->pivot_force_x[0]));
     if (view->joint_across) derivatives_number(view->joint_across)[0] = across;

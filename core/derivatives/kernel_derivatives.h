@@ -1,8 +1,8 @@
-/* A motion with its derivatives by eight parameters: the general kernel in numbers that carry them,
- * by instruction set.
- * Leaves to others: which parameters, steps and instants there are (derivatives).
- * Invariant: a number is a value and, from DERIVATIVES_FIRST on, eight derivatives; an unsupported
- * set is never called. */
+/* A motion with its derivatives by eight parameters: the general kernel in numbers with
+ * derivatives, by instruction set.
+ * Leaves to others: the choice of parameters, steps and instants (derivatives).
+ * Invariant: a number is a value and, from DERIVATIVES_FIRST on, eight derivatives; a kernel of an
+ * unsupported set is never called. */
 #ifndef PEND_KERNEL_DERIVATIVES_H
 #define PEND_KERNEL_DERIVATIVES_H
 
@@ -13,11 +13,11 @@
 
 enum { DERIVATIVES_LANES = 16, DERIVATIVES_FIRST = 8, DERIVATIVES_PASS = 8 };
 
-/* What a motion is computed in. All arrays are numbers, n each in stored order, aligned to 64
- * bytes: DERIVATIVES_LANES doubles of which those between value and derivatives are not used. */
+/* The memory of a motion. All arrays are numbers, n each in stored order, aligned to 64 bytes. A
+ * number has DERIVATIVES_LANES doubles; those between value and derivatives are unused. */
 struct derivatives_pass {
     const struct pend_tree *tree;
-    const struct pend_terms *terms; /* of an ideal pendulum those that have no row */
+    const struct pend_terms *terms; /* for an ideal pendulum, terms without rows */
     int order;
     double start;                                /* s, of the first instant */
     double *len, *mass, *gravity;                /* gravity is one number */
@@ -25,16 +25,16 @@ struct derivatives_pass {
     double *phi, *phi_low, *rate, *rate_low;     /* at the start of a step */
     double *end_phi, *end_low, *end_rate, *slow; /* at its end; `slow` is the rates' rounding */
     double *series;                              /* kernel->count numbers */
-    double *place;     /* kernel->count numbers for order 1, of `observe` */
+    double *place;     /* kernel->count numbers for order 1, for `observe` */
     double *share;     /* doubles: 1 / (j + 1), order + 2 of them */
     double time, unit; /* s, of the series' start, from the first instant; s, a power of two */
-    int pressed;       /* the series of the forces is there */
+    int pressed;       /* the series of the forces has been computed */
 };
 
-/* A state and what follows from it: arrays of n numbers, NULL = not wanted; energies are one
- * number each. Across, along and joint forces as struct bodies_forces has them. */
+/* A state and derived quantities: arrays of n numbers, NULL if not needed; energies are one number
+ * each. Across, along and joint forces as struct bodies_forces has them. */
 struct derivatives_view {
-    double *phi, *rate; /* always there */
+    double *phi, *rate; /* required */
     double *acc, *force;
     double *z_re, *z_im, *zd_re, *zd_im, *zdd_re, *zdd_im;
     double *joint_along, *joint_across, *tip_across;
@@ -42,7 +42,8 @@ struct derivatives_view {
 };
 
 struct derivatives_kernel {
-    /** Numbers of a series to an order, for `series` and `place`. O(harmonics). */
+    /** Returns the count of numbers of a series to an order, for `series` and `place`.
+     * O(harmonics). */
     size_t (*count)(const struct pend_terms *terms, int n, int order);
     /**
      * Expands about the start of the step, in pass->unit.
@@ -50,23 +51,23 @@ struct derivatives_kernel {
      * log_rtol, log_atol  binary logarithms of the tolerances, as of the taylor method.
      *
      * Returns the step in units within which the value and every derivative keep the tolerance; a
-     * derivative that is below 2^-40 of the motion counts as that large. NaN where a coefficient
-     * is not finite. O(n order^2).
+     * derivative below 2^-40 of the motion counts as that large. NaN if a coefficient is not
+     * finite. O(n order^2).
      */
     double (*expand)(const struct derivatives_pass *pass, double log_rtol, double log_atol);
-    /** The series of the forces along the arms, after `expand`: a quarter of what that takes.
+    /** Computes the series of the forces along the arms, after `expand`, in a quarter of its time.
      * O(n order^2). */
     void (*press)(const struct derivatives_pass *pass);
     /** The state at the end of a step of x units. O(n order). */
     void (*advance)(const struct derivatives_pass *pass, double x);
-    /** phi, rate and, where wanted, acc and force x units after the start; the force after `press`.
-     * O(n order). */
+    /** phi, rate and, on request, acc and force x units after the start; the force requires
+     * `press`. O(n order). */
     void (*values)(const struct derivatives_pass *pass, double x,
                    const struct derivatives_view *view);
     /**
-     * Everything else of the view from its phi and rate, and acc and force where `dynamics` asks
-     * for them: O(n). time: s, the request's own. Accelerations of tips and forces at joints need
-     * `dynamics`.
+     * Computes all other quantities of the view from its phi and rate, and acc and force if
+     * `dynamics`: O(n). time: s, in the request's time. Accelerations of tips and forces at joints
+     * require `dynamics`.
      */
     void (*observe)(const struct derivatives_pass *pass, double time, int dynamics,
                     const struct derivatives_view *view);
@@ -77,7 +78,7 @@ extern const struct derivatives_kernel pend_kernel_derivatives_base;
 extern const struct derivatives_kernel pend_kernel_derivatives_avx2, pend_kernel_derivatives_avx512;
 #endif
 
-/** Returns the kernel of the best instruction set that runs here. O(1). */
+/** Returns the kernel of the best instruction set of this processor. O(1). */
 const struct derivatives_kernel *pend_kernel_derivatives(void);
 
 #endif

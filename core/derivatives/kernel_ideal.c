@@ -9,30 +9,30 @@
 #include "core/derivatives/ideal_known_template.h"
 #include "core/taylor/taylor_order.h"
 
-/* With u = e^{i (phi - phi_0)} a tip's acceleration less its joint's is l u'', and the force along
- * an arm F = lambda u, each in the arm's frame of the start. Let x be the change of phi, E that of
+/* With u = e^{i (phi - phi_0)}, a tip's acceleration minus its joint's is l u'', and the force
+ * along an arm is F = lambda u, each in the arm's frame of the start. Let x be the change of phi,
+ * and E that of
  * -i u (where a length changes, of -i l u over l): then
  *
  *   E = x u - i (dl / l) u          Im F - x lambda = Im F - Im (F u*)        (F: the change)
  *
- * of which order k + 2 of E but for x_{k+2}, and Im F of order k, are five sums of products of what
- * is known. The tree system of order 0, whose answers the motion has too, gives x'' and Re F:
- * Im E is a pull along an arm, Im F a force across it. A mass that varies is a force dm (z'' + i
- * g), which is taken out of F from its arm down to the pivot: B. Numbers with derivatives take ten
- * sums in place of these five, divide, and need a pass for seven.
+ * Order k + 2 of E without x_{k+2}, and Im F of order k, are five sums of products of known
+ * numbers. The tree system of order 0, the same as for the motion, gives x'' and Re F: Im E is a
+ * pull along an arm, Im F a force across it. A varying mass adds a force dm (z'' + i g), which is
+ * subtracted from F from its arm down to the pivot: B. Numbers with derivatives need ten sums
+ * instead of five, divisions, and a pass for every eight parameters.
  *
  * tests/bench/parts/bench_derivatives.c has the peers, core/theory.md the figures. */
 
 enum { LANES = IDEAL_LANES, TRAILING = 4, LEADING = 4 };
 
-/* binary logarithm of the part of the motion below which a derivative is not looked at */
+/* binary logarithm of the part of the motion below which a derivative does not limit the step */
 static const double ideal_floor = -40;
 
 /* ---- the orders */
 
-/* The sums of orders k and k + 1 of an arm without the terms that need order k. What is known has
- * an order less for what x_{i+2} meets in E than for what F_i meets, so that one loop serves both.
- */
+/* The sums of orders k and k + 1 of an arm without the terms that need order k. The factors of
+ * x_{i+2} in E have one order less than those of F_i, so that one loop serves both. */
 VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal_group *g, int a,
                                  int k, int p, struct ideal_sums *now, struct ideal_sums *next) {
     size_t row = (size_t)a * g->rows * LANES + (size_t)p, at = ideal_place(s, a, k);
@@ -56,7 +56,7 @@ VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal
     for (int i = 0; i < k; i++, re -= LANES, im -= LANES, force -= LANES) {
         x += LANES;
         wide y = wide_get(x + LANES), f = wide_get(along), c = wide_get(across);
-        // numbers of the next order are read again: sixteen registers do not hold them too
+        // numbers of the next order are loaded again: sixteen registers cannot hold them too
         wide later_re = wide_of(re[LANES]), later_im = wide_of(im[LANES]);
         next_x[0] = wide_fma(y, later_re, next_x[0]);
         next_f[1] = wide_fma(c, later_re, next_f[1]);
@@ -113,7 +113,7 @@ VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ide
     }
 }
 
-/* what torques and bodies add to the forces across of order k */
+/* adds torques and bodies to the forces across of order k */
 VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group *g, int n, int k,
                            int p, struct ideal_sums sum[]) {
     for (int a = 0; a < n; a++) {
@@ -127,8 +127,8 @@ VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group
     }
 }
 
-/* the coefficients of order k from its sums, which it changes; the answers are the coefficients of
- * the angles and of the forces along */
+/* the coefficients of order k of the angles and of the forces along, from the sums, which it
+ * overwrites */
 VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_group *g, int n,
                             int real, int k, int p, struct ideal_sums sum[],
                             struct ideal_answer answer[]) {
@@ -164,7 +164,7 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
     }
 }
 
-/* the orders; of up to IDEAL_DENSE arms what is known of an order stays in registers */
+/* the orders; for up to IDEAL_DENSE arms the known parts of an order stay in registers */
 VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_group *g, int n,
                                 int real, int p, struct ideal_sums now[], struct ideal_sums next[],
                                 struct ideal_answer answer[]) {
@@ -188,7 +188,7 @@ static void ideal_orders_swept(const struct ideal_known *s, const struct ideal_g
     ideal_orders_in(s, g, s->n, s->loaded, p, now, next, answer);
 }
 
-/* the orders of n arms, which are `room` at most; a copy lets the compiler see a number n */
+/* the orders of n arms, at most `room`; a separate copy makes n a constant for the compiler */
 #define IDEAL_ORDERS(name, room, arms, real)                                                       \
     static void ideal_orders_##name(const struct ideal_known *s, const struct ideal_group *g,      \
                                     int p) {                                                       \
@@ -254,7 +254,7 @@ VEC_INLINE wide ideal_norm(const struct ideal_known *s, const struct ideal_group
     return WIDE_(log2)(most * factor) - (wide)((wide_mask)(most == 0) & (wide_mask)wide_of(1e4));
 }
 
-/* the same of the motion's angles, times the floor's part; of order 1 on */
+/* the same for the motion's angles, times 2^ideal_floor; from order 1 on */
 static double ideal_motion_norm(const struct ideal_known *s, int j) {
     wide most = wide_of(0);
     for (int a = 0; a < s->n; a++)
@@ -263,8 +263,8 @@ static double ideal_motion_norm(const struct ideal_known *s, int j) {
     return most[0] > 0 ? WIDE_(log2)(most)[0] + ideal_floor : -1e4;
 }
 
-/* the rule of step_template for each lane; a derivative's motion is at least the floor's part of
- * the motion */
+/* the rule of step_template for each lane; the motion of a derivative counts as at least
+ * 2^ideal_floor of the motion */
 static double ideal_reach(const struct ideal_known *s, const struct ideal_group *g, double log_rtol,
                           double log_atol) {
     const double *last = s->system.share + s->order, *share = s->system.share;
@@ -316,7 +316,7 @@ static double ideal_expand(const struct ideal_known *s, const struct ideal_group
 
 /* ---- the state inside a step */
 
-/* adds to a sum of two */
+/* adds to a sum of two doubles */
 VEC_INLINE void ideal_sum(double *high, double *low, const double *from, const double *from_low,
                           wide add) {
     wide x = wide_get(from), more = add + wide_get(from_low), total = x + more, part = total - x;
@@ -324,7 +324,7 @@ VEC_INLINE void ideal_sum(double *high, double *low, const double *from, const d
     wide_put(high, total);
 }
 
-/* phi and unit phi' less their start, and unit^2 phi'' */
+/* phi and unit phi' minus their start, and unit^2 phi'' */
 struct ideal_gain {
     wide phi, rate, acc;
 };
@@ -365,7 +365,7 @@ static double ideal_horner(const double *series, int order, double x) {
     return sum;
 }
 
-/* The change of lambda = Re (F u*): of one arm alone that of m (g sin phi - l phi'^2). `faster` is
+/* The change of lambda = Re (F u*); for one arm alone that of m (g sin phi - l phi'^2). `faster` is
  * the change of the rate in units. */
 VEC_INLINE wide ideal_force(const struct ideal_known *s, const struct ideal_group *g, int a, int p,
                             double x, wide more, wide faster) {

@@ -1,29 +1,29 @@
-/* Eight derivatives of an ideal pendulum's motion that is known: a linear recursion with
- * coefficients that are numbers, by instruction set.
- * Leaves to others: the motion, memory, which parameters there are (ideal).
- * Invariant: a derivative does not depend on the other lanes; an unsupported set is never called.
- */
+/* Eight derivatives of an ideal pendulum with known motion: a linear recursion with numbers as
+ * coefficients, by instruction set.
+ * Leaves to others: the motion, memory, the choice of parameters (ideal).
+ * Invariant: a derivative does not depend on the other lanes; a kernel of an unsupported set is
+ * never called. */
 #ifndef PEND_KERNEL_IDEAL_H
 #define PEND_KERNEL_IDEAL_H
 
 #include "core/derivatives/ideal_system.h"
 
 struct ideal_kernel {
-    /** Cosines and sines of `known->system.angle`, its factorization, and what else is known of the
-     * motion from its rates and forces. O(n order^2). */
+    /** Computes cosines and sines of `known->system.angle`, its factorization, and the other data
+     * of the motion from its rates and forces. O(n order^2). */
     void (*know)(const struct ideal_known *known);
     /**
-     * The series of a group, and the longest step in units at which each of its derivatives keeps
-     * the tolerance, as the general kernel's (kernel_derivatives.h). NaN where a coefficient is not
-     * finite. O(n order^2).
+     * Computes the series of a group. Returns the longest step in units for which each of its
+     * derivatives keeps the tolerance, as the general kernel (kernel_derivatives.h); NaN if a
+     * coefficient is not finite. O(n order^2).
      */
     double (*expand)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                      double log_rtol, double log_atol);
     /** The state at the end of a step of x units. O(n order). */
     void (*advance)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                     double x);
-    /** The group's `out` x units after the start: phi and rate, and the others where `all` is not
-     * 0. O(n order). */
+    /** The group's `out` x units after the start: phi and rate, and the others if `all` is not 0.
+     * O(n order). */
     void (*values)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                    double x, int all);
 };
@@ -33,7 +33,7 @@ extern const struct ideal_kernel pend_kernel_ideal_base;
 extern const struct ideal_kernel pend_kernel_ideal_avx2, pend_kernel_ideal_avx512;
 #endif
 
-/** Returns the kernel of the best instruction set that runs here. O(1). */
+/** Returns the kernel of the best instruction set of this processor. O(1). */
 const struct ideal_kernel *pend_kernel_ideal(void);
 
 #endif

@@ -1,4 +1,4 @@
-/* What a motion is differentiated by.
+/* Parameters with respect to which a motion is differentiated.
  * Leaves to others: names of parameters (api), derivatives (derivatives).
  * Invariant: arms are counted in stored order. */
 #ifndef PEND_PARAMETER_H
@@ -9,9 +9,9 @@
 
 /* What a derivative is with respect to. */
 enum pend_parameter_kind {
-    PEND_PARAMETER_PHI,     /* the start's angle of an arm, rad */
-    PEND_PARAMETER_RATE,    /* the start's rate of an arm, rad/s */
-    PEND_PARAMETER_LENGTH,  /* of an arm, m; its rod and the joints at its tip go with it */
+    PEND_PARAMETER_PHI,     /* the initial angle of an arm, rad */
+    PEND_PARAMETER_RATE,    /* the initial rate of an arm, rad/s */
+    PEND_PARAMETER_LENGTH,  /* of an arm, m; its rod and the joints at its tip move with it */
     PEND_PARAMETER_MASS,    /* at the tip of an arm, kg */
     PEND_PARAMETER_GRAVITY, /* m/s^2 */
     PEND_PARAMETER_TERM     /* a number of the list of terms, in its unit */
@@ -19,7 +19,7 @@ enum pend_parameter_kind {
 
 struct pend_parameter {
     enum pend_parameter_kind kind;
-    int at; /* the stored arm, or the place in the list of terms; of gravity 0 */
+    int at; /* the stored arm, or the place in the list of terms; 0 for gravity */
 };
 
 /** Returns the value of a parameter, 0 of an angle or rate of the start, which have units of their

@@ -22,8 +22,7 @@ const struct derivatives_kernel *pend_kernel_derivatives(void) {
 
 /* ---- the motion */
 
-/* accelerations at an instant, s, relative; at stage `stage` of a step, if not negative, the power
- * too */
+/* accelerations at an instant, s, relative; for stage `stage` >= 0 of a step also the power */
 static void radau_pull(struct radau *r, double time, const struct radau_state *state, double acc[],
                        int stage) {
     double sum = r->start + time, part = sum - r->start;
@@ -100,8 +99,8 @@ double pend_radau_sum(const struct radau *r, const double weight[STAGES], const 
     return sum;
 }
 
-/* a first guess of Z for a step of h: the last step's polynomial goes on, if it is not asked too
- * far; else 0 */
+/* a first guess of Z for a step of h: extrapolates the last step's polynomial, if not too far; else
+ * 0 */
 static void radau_guess(struct radau *r, double h) {
     static const double longer = 2;
     const double *last = r->gain + (STAGES - 1) * r->n;
@@ -131,7 +130,7 @@ void pend_radau_differ(const struct radau *r, const double bent[], const double 
     }
 }
 
-/* R of a step of h, into `pull`, and the power at the stages; 0 where something is not finite */
+/* R of a step of h, into `pull`, and the power at the stages; returns 0 if a value is not finite */
 static int radau_rest(struct radau *r, double h) {
     double bad = 0, column[STAGES];
     int n = r->n;
@@ -150,7 +149,7 @@ static int radau_rest(struct radau *r, double h) {
     return bad == 0;
 }
 
-/* dZ from R, which is added to Z */
+/* computes dZ from R and adds it to Z */
 static void radau_correct(struct radau *r, double h) {
     int n = r->n;
     memset(r->change, 0, (size_t)(STAGES * n) * sizeof(double));
@@ -172,7 +171,7 @@ static void radau_correct(struct radau *r, double h) {
 
 /* ---- errors */
 
-/* what errors are compared with: the largest angles and rates in the step that is tried */
+/* the scale of errors: the largest angles and rates in the tried step */
 static void radau_level(const struct radau *r) {
     for (int k = 0; k < r->n; k++) {
         double phi = r->begin.phi[k], rate = r->begin.rate[k], far = fabs(phi), fast = fabs(rate);
@@ -185,7 +184,7 @@ static void radau_level(const struct radau *r) {
     }
 }
 
-/* the largest of dQ and dZ over what is allowed */
+/* the largest of dQ and dZ relative to the allowed error */
 static double radau_norm(const struct radau *r, double h) {
     double most = 0;
     for (int i = 0; i < STAGES * r->n; i++)
@@ -194,10 +193,11 @@ static double radau_norm(const struct radau *r, double h) {
     return most;
 }
 
-/* Newton's method for the stages of a step of h; returns the number of iterations, 0 where they do
- * not converge */
+/* Newton's method for the stages of a step of h; returns the number of iterations, 0 if they do not
+ * converge */
 static int radau_iterate(struct radau *r, double h) {
-    // what is left may be more than the last two corrections tell: calibrated on tumbling pendulums
+    // the remaining error can exceed the estimate from the last two corrections: calibrated on
+    // tumbling pendulums
     static const double least = 0.01, rounding = 20 * DBL_EPSILON, more = 4;
     double before = INFINITY, enough = fmax(least, rounding / r->rtol);
     for (int i = 1; i <= ITERATIONS; i++) {
@@ -207,7 +207,7 @@ static int radau_iterate(struct radau *r, double h) {
         radau_level(r);
         double norm = radau_norm(r, h), ratio = norm / before;
         if (!(ratio < 1)) return 0;
-        double part = i > 1 ? ratio / (1 - ratio) : 1; // of dZ, that is left
+        double part = i > 1 ? ratio / (1 - ratio) : 1; // factor from dZ to the remaining error
         if (norm * part <= enough) {
             for (int k = 0; k < r->n; k++) {
                 double change = more * part * fabs(r->change[(STAGES - 1) * r->n + k]);
@@ -216,15 +216,15 @@ static int radau_iterate(struct radau *r, double h) {
             radau_bend(r, h);
             return i;
         }
-        // what the iterations that are left would leave
+        // the error after all remaining iterations
         if (i > 1 && norm * part * pow(ratio, ITERATIONS - i) > enough) return 0;
         before = norm;
     }
     return 0;
 }
 
-/* the error of a step over what is allowed: that of the embedded formula, filtered by the real
- * system, with rates and accelerations at the start or near it; its parts go into `change` */
+/* The error of a step relative to the allowed one: that of the embedded formula, filtered by the
+ * real system, with rates and accelerations at the start or near it. Its parts go into `change`. */
 static double radau_error_at(struct radau *r, double h, const double rate[], const double acc[]) {
     int n = r->n;
     double m = radau_pole[0][0] / h, most = 0, *turned = r->change, *faster = r->change + n;
@@ -246,8 +246,8 @@ static double radau_error_at(struct radau *r, double h, const double rate[], con
     return most;
 }
 
-/* the same; where it is too large, and the step follows none like it, once more from a state that
- * is off by it: of stiff motions the first may be far too large */
+/* The same. If the error is too large and no similar step came before, repeats the estimate from a
+ * state shifted by the error: for stiff motions the first estimate may be far too large. */
 static double radau_judge(struct radau *r, double h) {
     double ratio = radau_error_at(r, h, r->begin.rate, r->first);
     if (!(ratio >= 1) || !r->rough) return ratio;
@@ -263,7 +263,7 @@ double pend_radau_try(struct radau *r, double h, double *longer) {
     int iterations = radau_matrices(r, h) ? radau_iterate(r, h) : 0;
     double ratio = iterations ? radau_judge(r, h) : INFINITY;
     if (!(ratio < INFINITY)) return INFINITY;
-    // the embedded formula has 7 orders, the end of the step 13: half as many digits more at least
+    // the embedded formula has order 7, the end of the step 13: at least half as many digits more
     double share = sqrt(ratio * r->rtol);
     for (int k = 0; k < r->n; k++) {
         r->off_phi[k] += share * fabs(r->change[k]);
@@ -276,8 +276,8 @@ double pend_radau_try(struct radau *r, double h, double *longer) {
 
 /* ---- neighbours */
 
-/* Solves the step once more from a neighbour, which begins as far away as errors may be, or at
- * 1e-10 of the motion, by the step's own matrices from its own stages: a few percent are enough. */
+/* Solves the step again from a neighbour at a distance of the estimated error, or 1e-10 of the
+ * motion, with the step's own matrices and stages. An accuracy of a few percent suffices. */
 void pend_radau_spread(struct radau *r, double phi[], double rate[]) {
     static const double enough = 1e-2, least = 1e-10;
     enum { MOST = 4 };

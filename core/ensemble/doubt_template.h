@@ -1,19 +1,19 @@
-/* How far the digits of the members hold: as in horizon.c and neighbour.c, which explain it, for
- * all lanes at once. Included by the kernel, after its series. Leaves to others: the series of a
- * step (kernel_ensemble), those of a neighbour of a real pendulum (real_template). Invariant: no
- * lane's estimate depends on another lane. */
+/* Horizons of the members, by the method of horizon.c and neighbour.c, for all lanes at once.
+ * Included by the kernel, after its series. Leaves to others: the series of a step
+ * (kernel_ensemble), those of a neighbour of a real pendulum (real_template). Invariant: no lane's
+ * estimate depends on another lane. */
 #ifndef PEND_DOUBT_TEMPLATE_H
 #define PEND_DOUBT_TEMPLATE_H
 
-/* terms from which the recurrence is fitted, and terms that are foretold by it */
+/* number of terms to which the recurrence is fitted, and of terms extrapolated by it */
 enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
 
-/* rounding of a step, relative to the changes that it makes; the factor by which the terms left
- * out may exceed those foretold */
+/* rounding error of a step, relative to its changes; the factor by which the neglected terms may
+ * exceed the extrapolated ones */
 static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 
-/* notes the ratio at an instant; where the ratio is too large the accuracy was lost after the
- * instant before */
+/* notes the ratio at an instant; if it is too large, the accuracy was lost after the instant
+ * before */
 VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
     num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0),
         from = lane_get(doubt->time, 0);
@@ -48,8 +48,7 @@ VEC_INLINE num doubt_ratio(const struct ensemble_lanes *lanes, const double rate
     return doubt->grade * num_max(angle, share);
 }
 
-/* the errors' series, to first order; returns the error of the forces at the start, over the
- * square of the unit */
+/* the errors' series, to first order; returns the error of the forces at the start, times unit^2 */
 VEC_INLINE num doubt_change(const struct ensemble_lanes *lanes, const struct jets_system *s,
                             const struct jets_system *change, num gravity, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
@@ -85,7 +84,7 @@ static __attribute__((noinline)) void doubt_limit(num *sum, num *before, int las
     }
 }
 
-/* The errors at the end of a step: the sum of their series, or where its terms do not fall, as in
+/* The errors at the end of a step: the sum of their series, or, if its terms do not decrease, as in
  * a contracting motion, its limit. */
 static __attribute__((noinline)) void doubt_later(const struct ensemble_lanes *lanes,
                                                   const struct jets_system *change, num x,
@@ -171,7 +170,7 @@ VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, n
     *two = NUM_(pick)(good, (bc * aa - ac * ab) * share, none);
 }
 
-/* adds the step's own errors: the terms left out, known or foretold, and rounding */
+/* adds the step's own errors: the neglected terms, known or extrapolated, and rounding */
 VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                           num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;

@@ -14,8 +14,8 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-/* numbers of arrays, by the size of an array: n values a lane for the kernel, one value a lane,
- * n values a lane for the notes, n values */
+/* sizes of arrays: n values per lane for the kernel, one value per lane, n values per lane for the
+ * outcomes, n values */
 enum {
     ENSEMBLE_LANED = 18,
     ENSEMBLE_SINGLE = 14,
@@ -50,7 +50,7 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
     return pend_loads_check_series(&problem->loads, error);
 }
 
-/* hands out `count` doubles of a block, a multiple of 64 bytes */
+/* allocates `count` doubles of a block, rounded up to 64 bytes */
 static double *ensemble_take(char **at, size_t count) {
     double *piece = (double *)(void *)*at;
     *at += (count + 7) / 8 * 8 * sizeof(double);
@@ -59,7 +59,7 @@ static double *ensemble_take(char **at, size_t count) {
 
 static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
 
-/* the numbers of an ensemble's terms */
+/* the count of numbers of an ensemble's terms */
 static size_t ensemble_terms(const struct pend_terms *terms) {
     return terms ? (size_t)terms->count : 0;
 }
@@ -130,7 +130,7 @@ PEND_VALIDATOR ensemble_valid(const struct pend_ensemble *e) {
     return 1;
 }
 
-/* whether forces beyond the start of a step are read */
+/* true if forces beyond the start of a step are needed */
 static int ensemble_forces(const struct pend_ensemble_problem *problem) {
     int wanted = (problem->observe & (PEND_OBSERVE_EXTREMES | PEND_OBSERVE_SIGNS)) != 0 ||
                  problem->times_count > 0;
@@ -231,12 +231,12 @@ static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double
     return fabs(held) < fabs(time) ? held : time;
 }
 
-/* puts the start of a member into lane i; returns how many arms may reach their bound */
+/* sets lane i to the start of a member; returns how many arms may reach their bound */
 static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct pend_member *member = &e->member;
     const struct pend_terms *terms = lanes->terms;
-    // cells of another width do not divide a whole turn, and springs tell whole turns apart
+    // cells of another width do not divide a whole turn, and springs distinguish whole turns
     int whole =
         (e->problem.bound == 0 || e->problem.bound == M_PI) && pend_terms_whole_turns(terms);
     for (int k = 0; k < lanes->n; k++) {
@@ -275,7 +275,7 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     return e->problem.spare && !terms ? ensemble_able(e, &tree, e->seat[i].energy) : arms;
 }
 
-/* copies the notes on the member in lane i, all but its end, into its outcome */
+/* copies the results of the member in lane i, except its end, into its outcome */
 static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
                                 struct pend_outcome *outcome) {
     size_t own = (size_t)i * (size_t)e->lanes.n;
@@ -302,7 +302,7 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
     if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
 }
 
-/* what drives have given less what friction has taken, J, up to a part of the step of lane i */
+/* work of drives minus heat of friction, J, up to a part of the step of lane i */
 static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double part) {
     double sum = 0, x = lanes->step[i] * part;
     if (!lanes->power) return 0;
@@ -310,8 +310,8 @@ static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double pa
     return part == 1 ? lanes->to.gain[i] : lanes->from.gain[i] + sum * x;
 }
 
-/* the difference between the energy at the end, at a part of the step, and the energy at the start
- * and what was exchanged, relative to the scale */
+/* the difference between the energy at a part of the step and the energy at the start plus the
+ * exchanged energy, relative to the scale */
 static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     const struct ensemble_lanes *lanes = &e->lanes;
     int width = lanes->width, terms = (int)ensemble_terms(lanes->terms);
@@ -331,7 +331,7 @@ static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     return scale == 0 ? 0 : fabs(gap) / scale;
 }
 
-/* part: of the step, where the member ended */
+/* part: the fraction of the step at which the member ended */
 static void ensemble_seat_deliver(struct pend_ensemble *e, int i, double part,
                                   struct pend_outcome *outcome, int *cancelled) {
     ensemble_seat_notes(e, i, outcome);
@@ -373,8 +373,7 @@ static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queu
     if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 
-/* puts the next member into lane i; when no member is left, the lane stays idle on its last
- * state */
+/* loads the next member into lane i; if there is none, the lane stays idle in its last state */
 static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_queue *queue) {
     while (queue->next < queue->end && !queue->cancelled) {
         ensemble_fetch(e, queue->next, queue);
@@ -389,7 +388,7 @@ static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_q
         e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
 }
 
-/* returns at which part of the step of lane i the member ends, 0 = the member goes on */
+/* returns the part of the step of lane i at which the member ends, 0 = the member continues */
 static double ensemble_seat_end(struct pend_ensemble *e, int i,
                                 const struct ensemble_attention *attention,
                                 struct pend_outcome *outcome) {

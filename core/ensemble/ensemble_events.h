@@ -1,6 +1,5 @@
 /* Conditions on the members of an ensemble: their passages, found on the series of each lane.
- * Leaves to others: where in a step they are (event_search), what else happens in it
- * (ensemble_watch).
+ * Leaves to others: finding them in a step (event_search), other events (ensemble_watch).
  * Invariant: a member's passages depend neither on its lane nor on its neighbours. */
 #ifndef PEND_ENSEMBLE_EVENTS_H
 #define PEND_ENSEMBLE_EVENTS_H
@@ -14,11 +13,11 @@ size_t pend_ensemble_events_bytes(const struct pend_ensemble_problem *problem, i
 /** Lays out the conditions in that memory, which is zero and aligned to 64. */
 void pend_ensemble_events_place(struct pend_ensemble *e, void *memory);
 
-/** Forgets what was known of the member before in lane i. O(conditions). */
+/** Clears the data of the previous member in lane i. O(conditions). */
 void pend_ensemble_events_start(struct pend_ensemble *e, int i);
 
 /**
- * Hands out the passages in the step that lane i just took.
+ * Reports the passages in the step that lane i just took.
  *
  * Returns the place in the step, from 0 to 1, at which they end the member; infinity if they do not
  * end it. No allocation.

@@ -3,8 +3,8 @@
 #include <assert.h>
 #include <math.h>
 
-/* the distance that is restored, rad: both its square, which the linear law neglects, and
- * rounding divided by it are near 1e-8 */
+/* the distance that is restored, rad: its square, neglected by the linear law, and rounding errors
+ * divided by it are both near 1e-8 */
 static const double shadow_distance = 1e-8;
 
 /* b = a + gap, as a sum of two */
@@ -14,13 +14,14 @@ static void shadow_put(double high[], double low[], int at, double gap) {
     low[at + 1] = (high[at] - (total - part)) + (add - part);
 }
 
-/* by what the gap of coordinate k is divided before it counts beside angles: m of a cart's place */
+/* the unit by which the gap of coordinate k is divided to compare it with angles: m for a cart's
+ * position */
 static double shadow_unit(const struct pend_ensemble *e, int i, int k) {
     return k || !pend_terms_cart(e->lanes.terms) ? 1 : e->seat[i].shortest;
 }
 
-/* what makes angles of rates, and of a cart's place. Where nothing pulls it is how fast the arms
- * turn, or 1 over the time */
+/* Sets the factors that convert rates, and a cart's position, to angles. Without gravity the former
+ * is the rate of the arms, or 1 over the duration. */
 static void shadow_scale(struct pend_ensemble *e, int i) {
     const struct ensemble_lanes *lanes = &e->lanes;
     double length = 0, turning = 0, shortest = INFINITY;

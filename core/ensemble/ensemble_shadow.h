@@ -1,5 +1,5 @@
-/* The neighbour of a member, from whose distance the member's largest Lyapunov exponent is
- * estimated.
+/* The neighbour of a member; the growth of its distance gives the member's largest Lyapunov
+ * exponent.
  * Leaves to others: the steps, which the member and its neighbour take together (kernel_ensemble).
  * Invariant: the distance is small enough for a linear law, and large enough to stand out from
  * rounding. */

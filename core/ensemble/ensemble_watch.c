@@ -20,7 +20,7 @@ void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory) {
     if (e->lanes.forces) pend_event_truth_place(&e->truth, e->problem.tree, memory);
 }
 
-/* the tree of the member in lane i, as far as places and energies need it, and what acts on it */
+/* the tree and the loads of the member in lane i, as far as positions and energies need them */
 static struct pend_tree watch_member(const struct pend_ensemble *e, int i,
                                      struct pend_loads *loads) {
     const struct ensemble_lanes *lanes = &e->lanes;
@@ -60,7 +60,7 @@ struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                .degree = pend_event_series_degree(lanes->order)};
 }
 
-/* whether the forces of the member that starts now are those of states */
+/* true if the forces of the current member must be computed from states */
 static int watch_unlike(const struct pend_ensemble *e) {
     struct pend_tree tree = *e->problem.tree;
     tree.mass = e->member.mass;
@@ -175,7 +175,7 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     return first;
 }
 
-/* the same where the step has the forces of states */
+/* the force's path, from states if the step has them */
 static struct roots_path watch_true_force(const struct event_step *step, int k, double part) {
     struct roots_path path = {.degree = EVENT_TERMS - 1};
     double power = 1;
@@ -243,7 +243,7 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
     }
     for (int k = 0; k < e->lanes.n; k++) {
         int own = i * e->lanes.n + k, peak = e->lanes.peak[k] >> i & 1;
-        // a sign that is not known yet is looked for in every step
+        // a sign that is not known yet is searched in every step
         int turn = e->lanes.signs && isnan(e->sign_change[own]) &&
                    ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
         if (!peak && !turn) continue;
@@ -255,7 +255,7 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
     }
 }
 
-/* hands the values at some instants to the receiver, row by row */
+/* passes the values at some instants to the receiver, row by row */
 static void watch_give(struct pend_ensemble *e, int i, int count) {
     int n = e->lanes.n;
     for (int a = 0; a < 4; a++)
@@ -302,7 +302,7 @@ static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     }
 }
 
-/* forces of the states at the instants x in place of the series' */
+/* replaces the series' forces at the instants x by those of the states */
 static void watch_true_rows(struct pend_ensemble *e, int i, const double x[], int count) {
     int n = e->lanes.n;
     struct pend_loads loads;

@@ -1,5 +1,5 @@
 /* Events inside a step of a member: crossings of the bound, extremes and zeros of forces, and
- * wanted rows.
+ * requested rows.
  * Leaves to others: which steps may hold an event (kernel_ensemble), where members start and end
  * (ensemble).
  * Invariant: the events found do not depend on where the steps begin and end, beyond rounding. */
@@ -8,16 +8,16 @@
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Returns the bytes of memory that forces of states take, a multiple of 64; lays them out in that
+/** Returns the bytes of memory for forces of states, a multiple of 64; lays them out in that
  * memory, aligned to 64. */
 size_t pend_ensemble_watch_bytes(const struct pend_ensemble_problem *problem, int forces);
 void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory);
 
 /**
- * The step that lane i just took, as what searches in it need.
+ * Returns the step that lane i just took, for searches in it.
  *
- * tree, loads  out: the pendulum of its member, as far as places, energies and forces need it;
- *              they last until the next call, and longer than the step that points to them.
+ * tree, loads  out: the pendulum of its member, as far as positions, energies and forces need it;
+ *              valid until the next call, and longer than the step that points to them.
  */
 struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                            struct pend_tree *tree, struct pend_loads *loads);
@@ -36,7 +36,7 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most);
 /** Notes the extremes and changes of sign of the forces up to `part` of the step, 0 < part <= 1. */
 void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part);
 
-/** Hands out the rows whose instants lie in the step of lane i, no later than `until`, s. */
+/** Reports the rows whose instants lie in the step of lane i, up to `until`, s. */
 void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until);
 
 /** Computes the state at `part` of the step of lane i, 0 .. 1, into the outcome's arrays. */

@@ -18,11 +18,11 @@ struct ensemble_seat {
     int arm, open;        /* the arm that crossed first; the number of arms that may still cross
                            * and have not */
     double first;         /* s, of the first crossing of any arm */
-    double energy, scale; /* J: at the start, and what a drift is measured against */
-    int unlike;           /* forces are those of states, as a series loses their digits */
+    double energy, scale; /* J: at the start, and the scale of a drift */
+    int unlike;           /* forces are computed from states, because a series loses their digits */
     double growth, frequency,
-        shortest; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates;
-                   * m, what makes an angle of a cart's place: the shortest arm */
+        shortest; /* logarithm of the neighbour's growth so far; 1/s, divides rates to give angles;
+                   * m, divides a cart's position: the shortest arm */
 };
 
 /* the members of a run that are not delivered yet */
@@ -42,27 +42,27 @@ struct pend_ensemble {
     double *first_crossing; /* [lane * n + arm], as all of these */
     long *crossings;
     double *most, *most_time, *least, *least_time, *sign_change;
-    double *sense; /* the sign that a force had first, 0 = none yet */
+    double *sense; /* the first sign of a force, 0 = none yet */
     struct pend_member member;
-    double *turns, *turns_low; /* rad, what the member's angles are larger by than the lane's: [arm
-                                * width + lane] */
+    double *turns, *turns_low; /* rad, whole turns by which the member's angles exceed the lane's:
+                                * [arm width + lane] */
     double *phi, *rate, *phi_low; /* of an outcome */
     double *subtree;              /* kg, of the member in `member` */
     double *room;                 /* 4 n, of energies */
     /* angles, rates, forces and angles from hanging of some instants: row by row, and as the
      * kernel leaves them */
     double *rows[4], *instants[4];
-    struct event_truth truth;   /* room for forces of states; phi NULL where none are read */
+    struct event_truth truth;   /* space for forces of states; phi is NULL if they are not needed */
     struct event_search search; /* of the problem's conditions */
     struct event_watch *watch;  /* [lane * conditions + condition] */
 };
 
 /**
- * Returns the order of the errors' series: two more for each tenfold number of swings, for an error
- * of a regular motion grows like t, and what its series leaves out acts as a growth that adds up.
+ * Returns the order of the errors' series: two more for each tenfold number of swings. An error of
+ * a regular motion grows like t, and a truncated series would make it grow exponentially.
  *
  * gravity, duration  m/s^2 and s, of either sign.
- * known              orders of the motion's series, which it does not exceed.
+ * known              orders of the motion's series, the upper limit.
  */
 static inline int ensemble_spread(const struct pend_tree *tree, double gravity, double duration,
                                   int known) {

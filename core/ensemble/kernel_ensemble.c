@@ -48,10 +48,10 @@ static size_t ensemble_numbers(const struct pend_terms *terms, int n, int order)
     return 4 * series + (size_t)ARRAY_COUNT * (size_t)n + real_numbers(terms, n, series, order);
 }
 
-/* the table of a small tree's answers, in numbers */
+/* size of the table of a small tree's responses, in numbers */
 enum { ENSEMBLE_ANSWERS = sizeof(struct dense_table) / sizeof(num) };
 
-/* where the arrays of a series are, for ideal pendulums and for real ones */
+/* the arrays of a series, for ideal and for real pendulums */
 struct ensemble_tables {
     struct jets_system jets;
     struct bodies_system real;
@@ -62,7 +62,7 @@ static size_t ensemble_series_count(const struct pend_terms *terms, int n, int o
            (sizeof(struct ensemble_tables) + 7) / 8;
 }
 
-/* the arrays of a series, behind which their table stands */
+/* the arrays of a series, followed by their table */
 VEC_INLINE struct ensemble_tables *ensemble_table(const struct ensemble_lanes *lanes,
                                                   double *series, int order) {
     num *at = (num *)(void *)series;
@@ -161,8 +161,8 @@ static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {
     F(0), F(1), F(2), F(3), F(4), F(5), F(6), F(7), F(8)};
 #undef F
 
-/* bounds of a series on [0, x]: its first terms in Bernstein's form, the rest by their size, and
- * the rounding of all */
+/* bounds of a series on [0, x]: its first terms in Bernstein's form, the absolute values of the
+ * others, and the rounding errors of all */
 VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     num top = a[0], bottom = a[0], size = num_abs(a[0]);
     for (int j = 1; j <= RANGE_DEGREE; j++) size += num_abs(a[j]);
@@ -196,7 +196,8 @@ static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct 
     return ~((wide_mask)(middle + high < inside) & (wide_mask)(middle + low > -inside));
 }
 
-/* in which lanes the force of arm k may exceed its extremes so far, and in which it may be zero */
+/* the lanes in which the force of arm k may exceed its extremes so far, and those in which it may
+ * be zero */
 static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x,
                            num scale) {
     const num *c = s->force + k;
@@ -235,7 +236,7 @@ static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jet
     return bad;
 }
 
-/* marks the events that the step may hold, as far as the caller looks for them */
+/* marks the requested events that the step may contain */
 static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                            num inverse, struct ensemble_attention *attention) {
     for (int k = 0; k < s->n && lanes->bound > 0; k++) {

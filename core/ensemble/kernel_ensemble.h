@@ -1,4 +1,4 @@
-/* One step of several members of an ensemble at once, one member a lane, by instruction set.
+/* One step of several members of an ensemble at once, one member per lane, by instruction set.
  * Leaves to others: which member is in which lane, and the delivery of its outcome (ensemble).
  * Invariant: no lane's result depends on another lane, except within a pair of lanes. */
 #ifndef PEND_KERNEL_ENSEMBLE_H
@@ -9,34 +9,34 @@
 #include "core/base/isa.h"
 #include "core/tree/terms.h"
 
-/* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are
+/* Values of arm k in lane i are array[k * width + i]; one value per lane: array[i]. All arrays are
  * aligned to 64. */
 struct ensemble_state {
     double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two */
-    double *time;                            /* s, one value a lane */
-    double *gain; /* J, one value a lane: what drives have given less what friction has taken, of
-                     lanes that are asked for it */
+    double *time;                            /* s, one value per lane */
+    double *gain; /* J, one value per lane: work of drives minus heat of friction, if requested */
 };
 
 /* Sets of lanes, bit i for lane i. */
 typedef unsigned char ensemble_set;
 
-/* How far the digits of the members hold: as horizon.h, for all lanes at once. Each array has
- * one value a lane, or one value an arm and lane. */
+/* Horizons of the members: as horizon.h, for all lanes at once. Each array has one value per lane,
+ * or one value per arm and lane. */
 struct ensemble_doubt {
-    double grade;       /* the factor that turns an error into its ratio to the allowed error; 0 =
-                         * horizons are not wanted */
+    double grade;       /* the factor from an error to its ratio to the allowed error; 0 = no
+                         * horizons */
     double *phi, *rate; /* the errors, rad and rad/s, of each arm */
     double *fastest, *strongest; /* rad/s and N, the largest so far */
-    double *time, *ratio; /* s, and the largest error over what is allowed, where they were noted */
+    double *time, *ratio; /* s, and the largest ratio of an error to the allowed one, at the noted
+                           * instants */
     double *held;         /* s, the instant up to which the accuracy holds; ENSEMBLE_HELD while
                            * it is not lost */
     int order;            /* of the errors' series during a step */
     double *series;       /* of the errors' change during a step */
-    double *limit;        /* ensemble_limits numbers a lane, for series that do not converge */
+    double *limit;        /* ensemble_limits numbers per lane, for series that do not converge */
 };
 
-/** Numbers a lane for the limits of errors' series of n arms. */
+/** Returns the numbers per lane for the limits of errors' series of n arms. */
 static inline size_t ensemble_limits(int n, int order) {
     return 4 * (size_t)n * (size_t)(order + 1);
 }
@@ -54,33 +54,33 @@ struct ensemble_lanes {
     int paired; /* lanes 2 j and 2 j + 1 take the same step */
     const int *parent, *end;
     double log_rtol, log_atol; /* binary logarithms */
-    double bound; /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
+    double bound; /* rad; searches for crossings of theta = bound + 2 i bound; 0 = none */
     int extremes,
-        signs;  /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
-    int forces; /* non-zero: forces beyond the start of a step are read */
+        signs;  /* non-zero: searches for new extremes of forces, and for changes of sign */
+    int forces; /* non-zero: forces beyond the start of a step are needed */
     struct ensemble_state from, to; /* start and end of the step */
     double *len, *inv_len, *mass;   /* an arm's own */
-    double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
-    double *start; /* s, one value a lane: what time 0 is in the time of the drives */
+    double *gravity, *unit, *stop;  /* one value per lane; unit and stop - time have one sign */
+    double *start;                  /* s, one value per lane: time 0 in the time of the drives */
     const struct pend_terms *terms; /* of real pendulums; NULL = ideal ones */
     double *value;                  /* their numbers: number j of lane i at value[j * width + i] */
-    double *power; /* out: order j of what the step's gain is per unit of x, over j + 1, J, at
-                      power[j * width + lane]; NULL = gains are not asked for */
+    double *power; /* out: order j of the step's gain per unit of x, over j + 1, J, at power[j *
+                    * width + lane]; NULL if not needed */
     double *step;  /* out: the step in units */
-    double *cell;  /* the number i of the stretch that theta of an arm is in */
+    double *cell;  /* the index i of the cell that contains theta of an arm */
     double *force_max, *force_min;    /* N, of each arm so far */
-    ensemble_set *near, *peak, *turn; /* out, a set an arm: where the step may leave the cell, where
-                                         the force may pass its extremes, where it may be zero */
+    ensemble_set *near, *peak, *turn; /* out, one set per arm: the step may leave the cell, the
+                                       * force may exceed its extremes, the force may be zero */
     double *series; /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
     double *share;  /* 1 / (j + 1) of order j */
 };
 
 enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8, ENSEMBLE_ORDER_MAX = 32 };
 
-/* Lanes that the caller has to look at. */
+/* Lanes that need the caller's attention. */
 struct ensemble_attention {
     ensemble_set done;  /* stop is reached */
-    ensemble_set bad;   /* a number is not finite, or time stands still */
+    ensemble_set bad;   /* a number is not finite, or the time does not advance */
     ensemble_set near;  /* some arm may have left its cell */
     ensemble_set force; /* the force of some arm may have passed an extreme or zero */
 };
@@ -92,11 +92,11 @@ struct ensemble_values {
 
 struct ensemble_kernel {
     int width;
-    /** Doubles that `series` needs; terms: NULL for ideal pendulums. */
+    /** Returns the doubles that `series` needs; terms: NULL for ideal pendulums. */
     size_t (*series_count)(const struct pend_terms *terms, int n, int order);
-    /** Prepares `series`, once, when all other arrays are in their places. */
+    /** Prepares `series`, once, after all other arrays are set. */
     void (*prepare)(struct ensemble_lanes *lanes);
-    /** Where the series of the forces begin; those of the rates begin with `series`. */
+    /** Returns the start of the series of the forces; those of the rates begin at `series`. */
     const double *(*force)(const struct ensemble_lanes *lanes);
     /** Takes one step in every lane, never beyond stop. */
     void (*step)(struct ensemble_lanes *lanes, struct ensemble_attention *attention);

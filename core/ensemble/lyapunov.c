@@ -10,12 +10,12 @@
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
-/* the distance of neighbours on both sides, rad: its square is what the linear law neglects, and
- * rounding is 1e-11 of it */
+/* the distance of neighbours on both sides, rad: the linear law neglects its square, and rounding
+ * errors are 1e-11 of it */
 static const double lyapunov_distance = 1e-5;
 
-/* the largest neglected part, relative to the shortest remaining direction; and the part below
- * which longer pieces would do */
+/* the largest neglected part, relative to the shortest remaining direction; below the second value
+ * longer pieces suffice */
 static const double lyapunov_error = 1e-6, lyapunov_little = 1e-9;
 
 enum {
@@ -29,25 +29,26 @@ struct pend_lyapunov {
     const struct pend_tree *tree;
     struct pend_loads loads;
     double rtol, frequency, interval;
-    double start; /* s, of the first interval that is not forgotten, in the time of drives */
+    double start; /* s, the start of the first interval that counts, in the time of drives */
     int whole;    /* motions do not depend on whole turns: there are no springs */
     int n, count;
-    double unit; /* m, in which the place of a cart counts beside angles; 1 where there is none */
+    double unit; /* m, by which the position of a cart is divided; 1 without a cart */
     struct pend_ensemble *ensemble; /* of pieces of this length */
     long pieces, piece;             /* the number of pieces in an interval; the number of
                                      * finished pieces */
     int under_way;                  /* a piece was begun */
-    double neglected;               /* the most in this interval, of what is left of a direction */
+    double neglected;               /* the largest neglected part of this interval, relative to the
+                                     * remaining length of a direction */
     enum pend_status status;        /* of a motion that could not be computed */
     double failed_at;
     long steps, intervals;
     double *base;      /* 2 n: angles, and rates over the frequency */
     double *direction; /* count x 2 n, orthonormal */
-    double *end;       /* (2 count + 1) x 2 n: where the motion and its neighbours came to */
+    double *end;       /* (2 count + 1) x 2 n: ends of the motion and its neighbours */
     double *growth;    /* count: logarithms */
     long a_mark;       /* intervals from a mark to the next */
-    int marks;         /* that are set */
-    double *mark;      /* count x LYAPUNOV_MARKS: the growth at instants alike far apart */
+    int marks;         /* number of marks in use */
+    double *mark;      /* count x LYAPUNOV_MARKS: the growth at equidistant instants */
     double *length;    /* count: the factor by which a piece has stretched each direction,
                         * without the directions before it */
 };
@@ -112,8 +113,8 @@ static double lyapunov_dot(int count, const double a[], const double b[]) {
     return sum;
 }
 
-/* makes directions orthonormal, starting with the first (Gram and Schmidt, twice); stores what
- * is left of each direction's length in `length`. Returns 0 where a direction is lost. */
+/* Makes directions orthonormal, starting with the first (Gram and Schmidt, twice); stores the
+ * remaining length of each direction in `length`. Returns 0 if a direction vanishes. */
 static int lyapunov_straighten(int count, int size, double direction[], double length[]) {
     for (int i = 0; i < count; i++) {
         double *own = direction + (size_t)i * (size_t)size;
@@ -142,9 +143,9 @@ static void lyapunov_aim(struct pend_lyapunov *lyapunov) {
 
 /* --- an interval --- */
 
-/* Turns the ends of the neighbours into directions, in the first rows after the motion's own.
- * Returns 0 where the neighbours are not linear enough: the error of two neighbours grows as the
- * third power of their distance. */
+/* Converts the ends of the neighbours to directions, in the first rows after the motion's own.
+ * Returns 0 if the neighbours are not linear enough: the error of two neighbours grows as the third
+ * power of their distance. */
 static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
     double longest = 0, shortest = INFINITY;
@@ -163,8 +164,7 @@ static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     return neglected <= lyapunov_error;
 }
 
-/* starts the next piece at the end of this one; angles lose their whole turns, and so keep their
- * digits */
+/* starts the next piece at the end of this one, without whole turns, which would cost digits */
 static void lyapunov_follow(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
     memcpy(lyapunov->base, lyapunov->end, size * sizeof *lyapunov->base);
@@ -201,7 +201,7 @@ static enum pend_status lyapunov_settle(struct pend_lyapunov *lyapunov, struct p
     return lyapunov_fail(lyapunov, error);
 }
 
-/* begins the next interval, in longer pieces where the last ones were shorter than necessary */
+/* begins the next interval, with longer pieces if the last ones were shorter than necessary */
 static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     int longer = lyapunov->pieces > 1 && lyapunov->neglected < lyapunov_little;
     lyapunov->piece = 0;
@@ -211,7 +211,7 @@ static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pen
     return lyapunov_open(lyapunov, error);
 }
 
-/* sets a mark where one is due; when all marks are used, every second one is kept */
+/* sets a mark if one is due; when all marks are used, keeps every second one */
 static void lyapunov_mark(struct pend_lyapunov *lyapunov) {
     if (lyapunov->intervals % lyapunov->a_mark) return;
     for (int i = 0; i < lyapunov->count; i++)
@@ -256,7 +256,7 @@ static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *probl
                      problem->interval);
 }
 
-/* m, the length of the shortest arm; the first that is stored may be a cart */
+/* m, the length of the shortest arm; the first stored one may be a cart */
 static double lyapunov_shortest(const struct pend_lyapunov_problem *problem) {
     double shortest = INFINITY;
     for (int k = pend_terms_cart(problem->loads.terms); k < problem->tree->n; k++)
@@ -264,8 +264,9 @@ static double lyapunov_shortest(const struct pend_lyapunov_problem *problem) {
     return shortest;
 }
 
-/* 1/s, about the frequency of the fastest swing: rates divided by it make an oscillation stretch
- * no direction much. Where nothing swings it is how fast the arms turn, or 1 over the interval */
+/* 1/s, approximate frequency of the fastest swing. Rates divided by it make an oscillation a
+ * near-circle, which stretches no direction much. Without gravity it is the rate of the arms, or 1
+ * over the interval. */
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = lyapunov_shortest(problem);
     double frequency = sqrt(fabs(problem->loads.gravity) * sqrt(problem->tree->n) / shortest);

@@ -1,8 +1,8 @@
 /* Lyapunov exponents of a motion: the rates at which neighbours in several directions move away
  * from it, with the directions made orthonormal interval by interval.
  * Leaves to others: the steps, which the motion and its neighbours take side by side (ensemble).
- * Invariant: neighbours are so near that the law of their distances is linear; an interval in
- * which they moved too far apart is computed again in shorter pieces. */
+ * Invariant: neighbours are close enough for a linear law of their distances; otherwise an interval
+ * is computed again in shorter pieces. */
 #ifndef PEND_LYAPUNOV_H
 #define PEND_LYAPUNOV_H
 
@@ -12,16 +12,15 @@
 struct pend_lyapunov_problem {
     const struct pend_tree *tree; /* must outlive the computation */
     struct pend_loads loads;      /* what acts on the tree; so must its terms and their numbers */
-    /* the start, n values each, stored order; copied. The place of a cart counts beside angles in
-     * lengths of the shortest arm. */
+    /* the start, n values each, stored order; copied. The position of a cart counts in lengths of
+     * the shortest arm. */
     const double *phi, *rate;
     int count; /* exponents, the largest first; 1 .. 2 n */
     double
         interval; /* s, > 0: after which the directions are made orthonormal again, or more often */
     double rtol;  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */
-    const double
-        *phi_low; /* rad, what rounding to doubles has left of phi, n values; NULL = nothing */
-    double start; /* s, the motion's beginning in the time of its drives */
+    const double *phi_low; /* rad, low-order part of phi, n values; NULL = 0 */
+    double start;          /* s, the start of the motion in the time of its drives */
 };
 
 struct pend_lyapunov;
@@ -42,7 +41,7 @@ PEND_MUST_CHECK enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapun
 void pend_lyapunov_free(struct pend_lyapunov **lyapunov);
 
 /**
- * Continues the present interval. The results' bits do not depend on `steps`.
+ * Continues the current interval. The results' bits do not depend on `steps`.
  *
  * steps  the largest number of steps of all lanes in this call.
  * done   out: non-zero if the interval is over; the next call begins another.
@@ -67,10 +66,10 @@ void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double expone
 
 /**
  * The standard error of each exponent, 1/s. It is the error of the mean of 16 to 31 parts of the
- * time, equal in length, whose growth rates scatter, plus one power of e divided by the time,
- * because the directions need some time to turn to where they grow. About two in three exponents of
- * a longer time lie within one error, nearly all within two; exponents that tend to 0 are within
- * two errors of 0. Before there are four parts the error is the exponent's own size, or more.
+ * time, equal in length, from the scatter of their growth rates, plus one power of e divided by the
+ * time, because the directions take time to align. About two in three exponents of a longer time
+ * lie within one error, nearly all within two; exponents that tend to 0 are within two errors of 0.
+ * Before there are four parts the error is the exponent's own size, or more.
  *
  * error  out, `count` values.
  */

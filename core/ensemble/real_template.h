@@ -1,8 +1,7 @@
-/* Real pendulums in the lanes of an ensemble, one a lane: their series, the balance of their
- * energies, and how small errors of a state spread. Included by the kernel, after the numbers.
+/* Real pendulums in the lanes of an ensemble, one per lane: their series, the balance of their
+ * energies, and the propagation of small errors. Included by the kernel, after the numbers.
  * Leaves to others: the equations of motion (bodies_template), steps (kernel_ensemble).
- * Invariant: lanes differ in every number of the list of terms, and in nothing else but what ideal
- * pendulums differ in. */
+ * Invariant: lanes may differ in the numbers of the list of terms, and as ideal pendulums do. */
 #ifndef PEND_REAL_TEMPLATE_H
 #define PEND_REAL_TEMPLATE_H
 
@@ -12,16 +11,16 @@
 #include "core/taylor/lanes/lanes_loads_template.h"
 #include "core/tree/turns.h"
 
-/* a neighbour's distance in its largest coordinate, rad, over which errors are taken as linear; and
- * an error below which there is none */
+/* a neighbour's distance in its largest coordinate, rad, at which errors count as linear; an error
+ * below the second value counts as 0 */
 static const double real_near = 0x1p-20, real_least = 0x1p-1000;
 
-/* Numbers that a series to `order` takes beside those of an ideal pendulum; 0 for one. */
+/* Numbers of a series to `order` in addition to those of an ideal pendulum; 0 for an ideal one. */
 static size_t real_numbers(const struct pend_terms *terms, int n, size_t series, int order) {
     return terms ? bodies_numbers(terms, (size_t)n, series, order) : 0;
 }
 
-/* lays out what an ideal pendulum has not, and shares with it what it has */
+/* lays out the additional arrays, and shares those of an ideal pendulum */
 static void real_lay(struct bodies_system *b, const struct ensemble_lanes *lanes,
                      const struct jets_system *s, size_t series, int order, num *memory) {
     *b = jets_bodies(s, lanes->terms, (const num *)(const void *)lanes->value);
@@ -48,8 +47,8 @@ static void real_bend(const struct bodies_system *b, const num phi[], const num 
     if (pend_terms_cart(b->terms)) bodies_cart_start(b, phi[0] + low[0]);
 }
 
-/* the orders of the quick form where it takes the pendulum, of the general one else; forces beyond
- * order 0 if they are wanted */
+/* the orders by the quick form if it supports the pendulum, else by the general one; forces beyond
+ * order 0 on request */
 static void real_orders(const struct jets_system *s, const struct bodies_system *b,
                         const struct bodies_moment *now, int order, int forces) {
     if (s->n <= DENSE_MAX && jets_loads_known(b->terms)) {
@@ -76,13 +75,13 @@ static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *l
     real_orders(s, b, &now, order, lanes->forces);
 }
 
-/* the step of x units, or a shorter one that the joints' dry friction asks for */
+/* the step of x units, or a shorter one required by the joints' dry friction */
 static num real_reach(const struct bodies_system *b, num x) {
     return b->need & BODIES_FRICTION ? bodies_reach(b, x) : x;
 }
 
-/* What the pivot gives in x units beyond the orders of its power, as pend_exchange_beyond, over the
- * square of the unit. */
+/* The work of the pivot in x units beyond the orders of its power, as pend_exchange_beyond, times
+ * unit^2. */
 static num real_beyond(const struct bodies_system *b, int order, num x) {
     num sum = num_of(0);
     for (int k = 2 * order - 2; k >= order; k--) {
@@ -97,7 +96,7 @@ static num real_beyond(const struct bodies_system *b, int order, num x) {
     return sum;
 }
 
-/* what drives give and friction takes in a step of x units, J; its series is kept for parts of the
+/* work of drives and heat of friction in a step of x units, J; stores its series for parts of the
  * step */
 static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *lanes,
                                                    const struct bodies_system *b, num unit, num x) {
@@ -112,8 +111,8 @@ static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *
     NUM_(put)(lanes->to.gain, NUM_(get)(lanes->from.gain) + sum * x);
 }
 
-/* a time, s, in which the error of a rate may count as one of an angle: dry friction is linear in
- * a distance that is small beside its speed in the joint where that is least */
+/* A time, s, that converts the error of a rate to one of an angle. Dry friction is linear only for
+ * distances small compared with its speed; this is the smallest over the joints. */
 static num real_time(const struct ensemble_lanes *lanes, num length) {
     const double linear = 1e-5;
     const struct pend_terms *terms = lanes->terms;
@@ -125,10 +124,9 @@ static num real_time(const struct ensemble_lanes *lanes, num length) {
     return time;
 }
 
-/* The series of what small errors at the start of the step become, to first order: that of a
- * neighbour in their direction less the motion's own, as in neighbour.c, in the rates of `near`.
- * Returns the largest error of a force at the start, over the square of the unit. s: the series of
- * the neighbour. */
+/* The series of errors, to first order: that of a neighbour in their direction minus the motion's
+ * own, as in neighbour.c, in the rates of `near`. Returns the largest error of a force at the
+ * start, times unit^2. s: the series of the neighbour. */
 static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *lanes,
                                                  const struct jets_system *s,
                                                  const struct bodies_system *own,
@@ -140,7 +138,7 @@ static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *la
     num most = num_of(real_least), force = num_of(0), time = real_time(lanes, x * unit);
     const num *error_phi = (const num *)(const void *)doubt->phi,
               *error_rate = (const num *)(const void *)doubt->rate;
-    // the places of a series that are not in use yet
+    // arrays of the series that are not in use yet
     num *phi = near->turned, *low = near->pulled;
     for (int k = 0; k < own->n; k++)
         most = num_max(most, num_max(num_abs(error_phi[k]), num_abs(error_rate[k] * time)));

@@ -21,17 +21,16 @@ enum { EXTENDED_ROWS = 8, EXTENDED_BYTES_CAP = 1 << 30 };
 
 /* ---- orders */
 
-/* the first term of a step that is left out, relative to the motion of the step: a hundredth of
- * rtol, but not below the last digit of the numbers */
+/* the first neglected term of a step, relative to the motion of the step: a hundredth of rtol, but
+ * not below the last digit of the numbers */
 static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106); }
 
 static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
 
 /*
- * The order above which coefficients need but one double: the order at which the terms of a step
- * have fallen by the ratio of a double's precision to the target. The slowest to fall are those of
- * an exponential, x^j / j!, with x such that the first term left out is the target.
- */
+ * The order above which one double per coefficient suffices: there the terms of a step have
+ * decreased by the ratio of a double's precision to the target. The terms of an exponential
+ * decrease slowest, x^j / j!, with x such that the first neglected term is the target. */
 static int extended_precise(double target, int order) {
     double bits = -log2(target), log_x = (lgamma(order + 2) / M_LN2 - bits) / (order + 1);
     int j = 1;
@@ -188,7 +187,7 @@ void pend_extended_carry(struct pend_extended *e, struct pend_checkpoint *checkp
     if (!pend_checkpoint_puts(checkpoint)) return;
     m->unit = unit;
     if (!steps) return;
-    // `start` was shown as what is there before the first step
+    // `start` holds the state before the first step
     e->stage = PEND_EXTENDED_UNDER_WAY;
     (void)pend_extended_step(e);
     e->steps = steps;

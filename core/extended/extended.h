@@ -23,7 +23,7 @@ struct pend_extended;
  * Prepares a workspace for one thread.
  *
  * extended  out; NULL on failure; ends with pend_extended_free.
- * tree      must outlive the workspace; lengths and masses are taken as the doubles that they are.
+ * tree      must outlive the workspace; lengths and masses are taken as exact doubles.
  * terms     of real pendulums, as those of the loads; must outlive the workspace; or NULL.
  * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not
  *           chaotic stays near it.
@@ -43,23 +43,24 @@ PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extend
 void pend_extended_free(struct pend_extended **extended);
 
 /**
- * Puts a trajectory into the workspace, at time 0.
+ * Starts a trajectory in the workspace, at time 0.
  *
  * loads    what acts on the tree; gravity of any finite value; the workspace's terms, whose numbers
  *          are copied.
  * state    copied; phi_low and rate_low may be NULL: zero.
- * start    s, what time 0 is in the time of drives.
- * stop     s, where the trajectory is to stop, either sign; a step ends there exactly.
+ * start    s, time 0 in the time of drives.
+ * stop     s, end of the trajectory, either sign; a step ends there exactly.
  */
 void pend_extended_start(struct pend_extended *extended, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double start, double stop);
 
-/** Changes the time at which it stops, s; the new one is on the same side of its time. */
+/** Changes the time at which the trajectory stops, s; the new one must be on the same side of the
+ * current time. */
 void pend_extended_stop(struct pend_extended *extended, double stop);
 
 enum pend_extended_stage { PEND_EXTENDED_UNDER_WAY, PEND_EXTENDED_STOPPED, PEND_EXTENDED_FAILED };
 
-/** Takes one step; returns what it has come to. No allocation, O(n order^2). */
+/** Takes one step; returns the new stage. No allocation, O(n order^2). */
 enum pend_extended_stage pend_extended_step(struct pend_extended *extended);
 
 /** Returns the time at the end of the last step, s. */
@@ -85,14 +86,14 @@ void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint 
  * count  any.
  * t      s; taken as exact.
  * to     instant i of arm k at [i * n + k]; phi_low and rate_low may be NULL.
- * acc    out, rad/s^2, NULL = not wanted.
+ * acc    out, rad/s^2, NULL if not needed.
  * force  out, N, NULL = not wanted.
  */
 void pend_extended_at(const struct pend_extended *extended, int count, const double t[],
                       const struct pend_extended_state *to, double acc[], double force[]);
 
 /**
- * The power of drives, and what friction and the air take, in the last step, of a real pendulum:
+ * Computes the power of drives, and of friction and drag, of a real pendulum in the last step:
  * series about the step's start in x = (t - its start) / unit, pend_extended_order coefficients
  * each, J times unit^2, rounded to doubles. Returns the unit, s. O(n order^2).
  */

@@ -1,8 +1,8 @@
 /* The known parts T and c of an order of the series in numbers of 32 digits: the convolutions of
- * the known coefficients of u, phi' and lambda, in as few operations as their sizes allow.
+ * the known coefficients of u, phi' and lambda, with the fewest operations that their sizes allow.
  * Leaves to others: the solution for the next coefficients (extended_orders_template), memory
  * (kernel_extended).
- * Invariant: a sum has all digits that its largest term has, unless an order needs one double. */
+ * Invariant: a sum has all digits of its largest term, unless the order needs one double only. */
 #ifndef PEND_EXTENDED_KNOWN_TEMPLATE_H
 #define PEND_EXTENDED_KNOWN_TEMPLATE_H
 
@@ -15,18 +15,17 @@
 
 enum {
 #ifdef __FMA__
-    FIXED = 8 /* the order from which terms are so small that sums with a fixed last place do */
+    FIXED = 8 /* the order from which terms are small enough for sums with a fixed last place */
 #else
     FIXED = 1 << 30 /* these need fused multiply-add */
 #endif
 };
 
 /*
- * What the sums of T and c need besides the series, in the same order, where a vector has four
- * lanes: the four sums of an arm go side by side, u = (Re u, Im u, Re u, Im u) of order j and met =
+ * The input of the sums of T and c for vectors of four lanes, in the order of the series: the four
+ * sums of an arm are computed side by side, u = (Re u, Im u, Re u, Im u) of order j and met =
  * (phi', phi', lambda, lambda), phi' of order j and lambda of order j - 1. Sizes are |Re u| + |Im
- * u| and |met|.
- */
+ * u| and |met|. */
 struct extended_packs {
     int packed; /* 0: not used */
     num *u, *met;
@@ -81,8 +80,8 @@ struct extended_fixed {
 
 typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(wide))));
 
-/* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so
- * that the last place is the same all along */
+/* an initial value for products with a total size of at most `size`: 6 times a power of two above
+ * it, so that the last place never changes */
 VEC_INLINE wide extended_bias(wide size) {
     extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
     return (wide)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
@@ -109,7 +108,7 @@ struct extended_rough {
     wide wind_re, wind_im, drag_re, drag_im;
 };
 
-/* the same of an order that needs but one double */
+/* extended_convolve for an order that needs one double only */
 VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
                                                          const struct extended_packs *packs,
                                                          size_t n, int k, int a) {
@@ -134,7 +133,7 @@ VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_syste
     return x;
 }
 
-/* the four sums, from one each in a lane */
+/* the four sums, each from its lane */
 VEC_INLINE struct extended_known extended_spread(num x) {
     return (struct extended_known){num_of2(x.high[0], x.low[0]), num_of2(x.high[1], x.low[1]),
                                    num_of2(x.high[2 % WIDE], x.low[2 % WIDE]),

@@ -1,5 +1,5 @@
-/* The orders of the series in numbers of 32 digits from their known parts: of small trees by the
- * inverse of the tree system, of others by its sweeps.
+/* The orders of the series in numbers of 32 digits from their known parts: for small trees by the
+ * inverse of the tree system, for others by its sweeps.
  * Leaves to others: the known parts (extended_known_template), the step (kernel_extended).
  * Invariant: from order `precise` on one double of each number is computed, the other is 0. */
 #ifndef PEND_EXTENDED_ORDERS_TEMPLATE_H
@@ -10,7 +10,7 @@
 
 enum { DENSE_MAX = 4 /* arms of trees whose orders are solved by an inverse */ };
 
-/* 1 / (j + 1) to all digits, from its first ones */
+/* 1 / (j + 1) to all digits, from its high-order part */
 VEC_INLINE num extended_share(const double share[], int j) {
     wide high = wide_of(share[j]);
     num rest = NUM_(product)(high, wide_of(j + 1));
@@ -19,8 +19,7 @@ VEC_INLINE num extended_share(const double share[], int j) {
 
 /* ---- orders of small trees, by the inverse of the tree system */
 
-/* the change of phi'' and of the force of arm i by a unit of T_j (pull) and of c_j (side):
- * [j][i] */
+/* the derivative of phi'' and of the force of arm i by T_j (pull) and by c_j (side): [j][i] */
 struct extended_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
@@ -53,7 +52,7 @@ static void extended_invert(const struct jets_system *s, struct extended_table *
     }
 }
 
-/* order k from its known parts; lift and drop are gravity's, of the root */
+/* order k from its known parts; lift and drop are the parts of gravity at the root */
 VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table,
                                int n, int k, num gravity, const struct extended_known known[]) {
     num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1),

@@ -2,7 +2,8 @@
 
 #include "core/simd/vec_isa.h"
 
-/* A number is a sum of two doubles, the same in every lane: of an instant each in `values`. */
+/* A number is a sum of two doubles, the same in every lane; in `values` each lane is another
+ * instant. */
 #define NUMBER_DOUBLE_DOUBLE
 #include "core/extended/extended_orders_template.h"
 
@@ -25,7 +26,7 @@ enum {
 /* numbers from one series to the next */
 static size_t extended_series(int n, int order) { return (size_t)n * (size_t)(order + 2); }
 
-/* what ideal pendulums take, in vectors */
+/* numbers of an ideal pendulum, in vectors */
 static size_t extended_ideal(int n, int order) {
     size_t numbers = 4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
     return 2 * numbers + 6 * extended_series(n, order);
@@ -69,7 +70,7 @@ VEC_INLINE num extended_angle(const struct extended_motion *motion, int k) {
     return num_of2(motion->from.phi[k], motion->from.phi_low[k]);
 }
 
-/* the same of a real pendulum, with the numbers of its terms, behind what ideal ones take */
+/* numbers and arrays of a real pendulum, placed after those of an ideal one */
 static struct bodies_system extended_real(const struct extended_motion *motion,
                                           const struct jets_system *s) {
     size_t n = (size_t)motion->n, count = (size_t)motion->terms->count;
@@ -118,8 +119,7 @@ static void extended_bodies(const struct extended_motion *motion, const struct j
 
 /* ---- the step */
 
-/* phi (less its start) and unit times phi' (less its start) x units after the start, by Horner's
- * rule */
+/* phi and unit times phi', minus their start values, x units after the start, by Horner's rule */
 struct extended_change {
     num phi, rate;
 };
@@ -197,7 +197,7 @@ static int extended_step(struct extended_motion *motion) {
     }
     wide_mask lands = (wide_mask)(x >= left);
     wide next = WIDE_(pick)(lands, stop, time + x * unit);
-    // times are doubles, but their difference is not
+    // times are doubles, but their difference need not be one
     num step = num_scale(num_total(next, -time), 1 / unit);
     wide bad = extended_advance(motion, &s, step, unit);
     // the next unit is a power of two near this step

@@ -1,5 +1,5 @@
 /* One step of a trajectory in numbers of 32 digits, by instruction set.
- * Leaves to others: where it begins and ends (extended).
+ * Leaves to others: its start and end (extended).
  * Invariant: the same bits in every instruction set with fused multiply-add. */
 #ifndef PEND_KERNEL_EXTENDED_H
 #define PEND_KERNEL_EXTENDED_H
@@ -23,7 +23,7 @@ struct extended_motion {
     struct extended_state from, to; /* start and end of the step */
     const double *len, *mass;
     double gravity, unit, stop;     /* unit and stop - time have one sign */
-    double start;                   /* s, what time 0 is in the time of drives; taken as exact */
+    double start;                   /* s, time 0 in the time of drives; taken as exact */
     const struct pend_terms *terms; /* of real pendulums; NULL = ideal ones */
     double *value;                  /* their numbers */
     double *share;                  /* 1 / (j + 1) of order j, up to order + 1 */
@@ -39,14 +39,14 @@ struct extended_values {
 };
 
 struct extended_kernel {
-    int width; /* doubles of a vector: most instants of `values` */
-    /** Doubles that `series` needs; terms: NULL for ideal pendulums. */
+    int width; /* doubles of a vector: the largest number of instants of `values` */
+    /** Returns the doubles that `series` needs; terms: NULL for ideal pendulums. */
     size_t (*series_count)(const struct pend_terms *terms, int n, int order);
     /**
      * Takes one step, never beyond stop.
      *
-     * Returns EXTENDED_DONE where stop is reached, with EXTENDED_BAD where a number is not finite
-     * or time stands still, else 0.
+     * Returns EXTENDED_DONE if stop is reached, with EXTENDED_BAD if a number is not finite or the
+     * time does not advance, else 0.
      */
     int (*step)(struct extended_motion *motion);
     /**
@@ -58,8 +58,8 @@ struct extended_kernel {
     void (*values)(const struct extended_motion *motion, double unit, int count, const double t[],
                    const struct extended_values *to);
     /**
-     * The power of drives, and what friction and the air take, of a real pendulum as series about
-     * the start of the step just taken: `order` coefficients each, J times unit^2, rounded.
+     * The power of drives, and of friction and drag, of a real pendulum as series about the start
+     * of the step just taken: `order` coefficients each, J times unit^2, rounded.
      *
      * unit  s, of that step.
      */

@@ -1,5 +1,5 @@
-/* The Taylor method in numbers of about 32 digits: one trajectory, whose states are rounded to
- * doubles at its interface.
+/* The Taylor method in numbers of about 32 digits: one trajectory, with states rounded to doubles
+ * at the interface.
  * Leaves to others: the series, their steps and sums (extended), the time loop (run).
  * Invariant: instants and steps are doubles taken as exact; a step allocates nothing. */
 #include <assert.h>
@@ -16,7 +16,7 @@ struct extended_stepper {
     struct pend_extended *extended;
     int n;
     long steps;
-    int gives;     /* the work of drives and the heat of friction are added up */
+    int gives;     /* integrate the work of drives and the heat of friction */
     double before; /* s, the start of the last step */
     struct pend_exchange exchange;
 };
@@ -120,7 +120,7 @@ static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkp
     if (!x->gives) return;
     pend_checkpoint_row(checkpoint, &x->before, 1);
     pend_exchange_carry(&x->exchange, checkpoint);
-    // the series of the last step follows from its start
+    // the series of the last step is recomputed from its start
     if (pend_checkpoint_puts(checkpoint) && x->steps) extended_stepper_power(x);
 }
 

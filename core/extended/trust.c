@@ -33,7 +33,7 @@ void pend_trust_free(struct pend_trust **trust) {
     *trust = NULL;
 }
 
-/* columns of rows of angles, in which a cart has none */
+/* number of columns of rows of angles, without a cart */
 static int trust_arms(const struct pend_problem *problem) {
     assert(problem->tree->n >= 1);
     return problem->tree->n - (pend_terms_cart(problem->loads.terms) ? 1 : 0);
@@ -56,15 +56,15 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
         made->t[i] = block + (size_t)i * rows;
         made->phi[i] = made->t[i] + cap;
     }
-    // the more exact run keeps the tolerances of its own
+    // the more exact run uses its own tolerances
     struct pend_problem own = *problem, exact;
-    // whole turns have fewer digits than the remainder
+    // whole turns would cost digits
     own.no_turns = 1;
     exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
-    // a run in 32 digits is compared with one in 32 digits at another order and step; the finer of
-    // the two counts as exact
+    // // compare a run in 32 digits with another of 32 digits and a different order; the finer one
+    // // counts as exact
     if (method == pend_method_taylor.extended)
         exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default
                                                                 : PEND_EXTENDED_RTOL_MIN;

@@ -1,5 +1,5 @@
-/* The time up to which the digits of a trajectory hold: the same problem is solved by its method
- * and in 32 digits, and the two are compared at every wanted instant.
+/* The time up to which a trajectory is accurate: solves the same problem by its method and in 32
+ * digits, and compares the two at every requested instant.
  * Leaves to others: the samples of the response (run).
  * Invariant: both runs have the same start, instants and limits; neither is more than a block
  * ahead of the comparison. */
@@ -15,10 +15,10 @@ struct pend_trust;
  *
  * trust      out; NULL on failure; ends with pend_trust_free.
  * method     the method whose digits are checked. A method of 32 digits is compared with itself at
- *            another tolerance and order; the comparison then ends no later than the digits of the
- *            less exact of the two.
+ *            another tolerance and order; the comparison then ends when the less exact of the two
+ *            is no longer accurate.
  * problem    copied; its tree and its list of instants must outlive the comparison.
- * tolerance  rad, > 0: how far angles may be off.
+ * tolerance  rad, > 0: the allowed error of angles.
  *
  * PEND_NO_MEMORY, and what pend_run_new returns.
  */
@@ -34,7 +34,7 @@ void pend_trust_free(struct pend_trust **trust);
  * Continues the comparison until the two runs differ by more than the tolerance, the last instant
  * is reached, or `work` is used up.
  *
- * work  about the number of arm-evaluations of each run in this call.
+ * work  approximate number of arm-evaluations of each run in this call.
  * done  out: non-zero if the comparison is complete.
  *
  * The failures of pend_run_next, of either run; later calls return the same failure.
