@@ -201,9 +201,7 @@ void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads
     assert((size_t)work % 64 == 0 && isfinite(loads->gravity));
     assert(phi != acc && phi != force && acc != force);
     struct dynamics_work w = dynamics_view(work, tree->n);
-    // // the unit of mass is a power of 2 near the total, so that products of masses neither
-    // overflow
-    // // nor underflow
+    // the unit of mass is a power of 2 near the total: products of masses stay in range
     int exponent;
     frexp(tree->subtree_mass[0], &exponent);
     if (exponent < -1000) exponent = -1000;

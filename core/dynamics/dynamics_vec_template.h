@@ -65,9 +65,7 @@ static wide lanes_up(const struct pend_tree *tree, double unit, const double phi
                      const double rate[], struct lanes_arm arm[]) {
     struct lanes_sums stack[WAITING], *top = stack, now = {0};
     wide largest = WIDE_(of)(0), zero = largest, scale = WIDE_(of)(unit);
-    VEC_PIN(scale); // // otherwise masses are scaled before they are copied to all lanes, at the
-                    // cost of one
-                    // // more operation
+    VEC_PIN(scale); // otherwise masses are scaled before they are copied to all lanes
     for (int k = tree->n - 1; k >= 0 && k >= tree->n - VEC_AHEAD; k--)
         lanes_prepare(tree, phi, rate, &arm[k], k);
     for (int k = tree->n - 1; k >= 0; k--) {

@@ -63,8 +63,8 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
     exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
-    // // compare a run in 32 digits with another of 32 digits and a different order; the finer one
-    // // counts as exact
+    // compare a run in 32 digits with another of 32 digits and a different order; the finer one
+    // counts as exact
     if (method == pend_method_taylor.extended)
         exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default
                                                                 : PEND_EXTENDED_RTOL_MIN;

@@ -66,8 +66,8 @@ VEC_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
 #else
     // n times the first two parts of pi / 2 is exact up to n = 2^20
     VEC far = x - n * 0x1.921fb54400000p+0, second = n * 0x1.0b4611a600000p-34, near = far - second;
-    // // the rounding error of that difference (0 if far is the smaller one) and the rest of pi / 2
-    // // belong to the tail
+    // the rounding error of that difference (0 if far is the smaller one) and the rest of pi / 2
+    // belong to the tail
     VEC tail = ((far - near) - second) + low - n * 0x1.3198a2e037073p-69;
 #endif
     VEC r = near + tail;

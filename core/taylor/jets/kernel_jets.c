@@ -254,7 +254,9 @@ VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int
     return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
 }
 
-/* the largest magnitude among the arms of each of these rows; NaN or infinite if one of them is */
+/* arms: 2, 4 or 8 lanes that are not 0.
+ * Returns the largest magnitude among the arms of each of these rows; not a number, or infinite,
+ * where one of them is */
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
     int last = s->levels ? jets_seats(s) : s->n;
@@ -305,9 +307,8 @@ VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, doub
              most = TERM_(of)(-KERNEL_FAR);
         for (int j = 0; j < TERMS; j++) {
             if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
-            // // a radius of convergence from a trailing term and a leading one, times the margin
-            // for
-            // // the tolerance
+            // a radius of convergence from a trailing term and a leading one, times what is left at
+            // the tolerance
             term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
             most = TERM_(max)(
                 TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
@@ -331,8 +332,8 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
 
 #include "core/taylor/jets/left_template.h"
 
-/* error propagation for one arm, by the linearized recurrences of its orders: u of the motion and
- * its change, rates */
+/* One arm alone. The change d of its angle solves d'' = (g / l) sin(phi) d, and from order 1 on the
+ * coefficients of sin phi are those of the force over 3 m g (single_orders). */
 static double kernel_single_spread(const struct jets_system *s, const struct pend_loads *loads,
                                    const struct jets_spread *how, double *phi, double *speed) {
     double pull[JETS_SPREAD_MAX + 1], turn[JETS_SPREAD_MAX + 2], before = INFINITY;

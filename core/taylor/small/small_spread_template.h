@@ -81,7 +81,7 @@ struct SMALL(change_sums) {
     PART term[PARTS], faster[PARTS], turned[PARTS];
 };
 
-/* computes as many orders as needed; returns how many */
+/* adds order j of the change; power: of the step, j + 1 */
 VEC_INLINE void SMALL(change_add)(const struct jets_system *s, const struct SMALL(change) * x,
                                   int j, double power, struct SMALL(change_sums) * sums) {
     for (int p = 0; p < PARTS; p++) {

@@ -327,9 +327,9 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     struct SMALL(columns) columns;
     struct SMALL(table) table;
     SMALL(invert)(s, &columns);
-    // // by reciprocity the response of arm i to W_j is that of arm j to W_i, and acceleration to W
+    // by reciprocity the response of arm i to W_j is that of arm j to W_i, and acceleration to W
     // is
-    // // force to s
+    // force to s
     for (int j = 0; j < LANES; j++) {
         table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
         table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
