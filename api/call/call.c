@@ -9,17 +9,17 @@
 #include "api/encode/negotiate.h"
 #include "api/call/forecast.h"
 
-/* s, about: reading and writing one row of stored results */
+/* approximate time to read and encode one stored row, s */
 static const double fetch_row_seconds = 5e-7;
-/* bytes of memory of a call besides its operation; of a call that reads a job's results: a chunk, a
- * record, its rows */
+/* memory of a call without its operation; of a call that reads a job's results (a chunk, a record,
+ * its rows) */
 static const double call_bytes = 4096, results_bytes = 1 << 20;
 
 enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
 
 struct api_call {
     const struct api_limits *limits;
-    struct api_limits own; /* those of an answer that is read from a source */
+    struct api_limits own; /* limits of an answer that is read from a source */
     double (*now)(void *context);
     void *context;
     int (*hurry)(void *company);
@@ -27,22 +27,22 @@ struct api_call {
     enum stage stage;
     const struct api_op *op;
     const struct api_format *format;
-    void *state;              /* the operation's */
-    struct api_source source; /* of an answer that is stored already; all NULL if it is computed */
-    struct api_results *results; /* once the answer is read from the source */
-    int fetched;                 /* the source was read to its end */
-    int waits;                   /* the source has no bytes yet */
-    int ranged;                  /* only the bytes of `range` are wanted */
+    void *state;                 /* the operation's state */
+    struct api_source source;    /* the stored parts of the answer; all NULL if it is computed */
+    struct api_results *results; /* set while the answer is read from the source */
+    int fetched;                 /* the source is exhausted */
+    int waits;                   /* the source has no bytes available yet */
+    int ranged;                  /* only the bytes of `range` are requested */
     struct api_range range;
     long long known;         /* bytes of the whole, as api_call_length says; <= 0 = unknown */
-    long long position;      /* bytes of the answer that were skipped or appended to the output */
-    struct api_buffer whole; /* bytes of the whole answer that are not yet cut to the range */
+    long long position;      /* bytes of the answer skipped or written so far */
+    struct api_buffer whole; /* bytes of the answer, not yet cut to the range */
     struct api_problem problem;
-    double seconds; /* of the turns so far */
+    double seconds; /* computation time so far */
     long steps;
     size_t before; /* bytes of the caller's buffer before the answer began */
-    int promised;  /* the answer's head was sent: it cannot become a problem any more */
-    double cost;   /* s, as estimated */
+    int promised;  /* the head is sent: the answer cannot become a problem any more */
+    double cost;   /* estimated time, s */
     struct api_forecast forecast;
     double letters; /* bytes of the request: an upper bound of its names and lists in memory */
     struct api_answer answer;
@@ -68,7 +68,7 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
     return PEND_OK;
 }
 
-/* keeps the header fields of a computation that is complete */
+/* stores the header fields of a complete computation */
 static void call_keep_stats(struct api_call *call) {
     if (!call->answer.has_stat_fields) return;
     api_stats_fields(&call->stat_fields, call->source.fetch ? api_results_stats(call->results)
@@ -76,7 +76,7 @@ static void call_keep_stats(struct api_call *call) {
     call->answer.stat_fields = &call->stat_fields;
 }
 
-/* frees the operation's state; its steps are kept for the log */
+/* frees the operation's state; keeps its number of steps for the log */
 static void call_end_op(struct api_call *call) {
     api_results_free(&call->results);
     if (!call->state) return;
@@ -104,7 +104,7 @@ void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *co
     call->company = company;
 }
 
-/* ends the call after its answer was promised: only some representations can still say why */
+/* ends the call after the head was sent: only some representations can still report the error */
 static enum api_progress call_break(struct api_call *call, struct api_buffer *out) {
     size_t before = out->bytes;
     call_end_op(call);
@@ -137,8 +137,8 @@ static enum api_progress call_refuse(struct api_call *call, struct api_buffer *o
     return API_DONE;
 }
 
-/* states the problem of a failure, unless one was stated already; a lack of memory replaces faults,
- * which may be incomplete then */
+/* sets the problem of a failure, unless one is set; PEND_NO_MEMORY replaces the errors, which may
+ * be incomplete */
 static enum api_progress call_fail(struct api_call *call, enum pend_status status,
                                    const struct pend_error *error, struct api_buffer *out) {
     const char *text = error && error->text[0] ? error->text : pend_status_text(status);
@@ -153,14 +153,14 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
     return call_refuse(call, out);
 }
 
-/* checks everything but the body of a request; states the problem if it is refused */
+/* checks a request without its body; sets the problem if it is refused */
 static void call_check_envelope(struct api_call *call, const struct api_request *request) {
     call->format = api_negotiate_format(request->accept, call->op->samples);
     api_request_check(request, call->limits, &call->problem);
     if (!call->format) api_negotiate_refuse(&call->problem, call->op->samples);
 }
 
-/* the head of the answer; its digest and columns are set */
+/* fills in the head of the answer; its digest and columns are set */
 static void call_head(struct api_call *call, long long length) {
     const struct api_op *op = call->op;
     const struct api_format *format = call->format;
@@ -176,7 +176,8 @@ static void call_head(struct api_call *call, long long length) {
     call->answer.file_name = call->file_name;
 }
 
-/* the head of the answer, from what was read of the request; 0 if it would take far too long */
+/* fills in the head of the answer from the parsed request; returns 0 if it would take far too long
+ */
 static int call_foresee(struct api_call *call) {
     const struct api_op *op = call->op;
     const struct api_table *table = op->table ? op->table(call->state) : NULL;
@@ -210,7 +211,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     call->own.stored = source->again && !source->partial;
     call->limits = &call->own;
     enum api_progress progress = api_call_open(call, request, out);
-    /* the request was good when the job was accepted: faults in it are not this client's */
+    /* the request was valid when the job was accepted: errors in it are not this client's */
     if (progress == API_DONE && call->answer.status == 400) {
         api_problem_clear(&call->problem);
         api_problem_set(&call->problem, 500,
@@ -226,8 +227,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
 
 /* --- ranges --- */
 
-/* computes which bytes are wanted, once the length of the whole is known; returns 0 if there are
- * none */
+/* resolves the range once the total length is known; returns 0 if it is empty */
 static int call_settle_range(struct api_call *call, long long total) {
     struct api_range *range = &call->range;
     call->answer.total = total;
@@ -280,8 +280,8 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     return PEND_OK;
 }
 
-/* appends the wanted bytes of the next piece. If the length of the whole is not known, the answer
- * is written twice; the first time only counts its bytes. */
+/* appends the requested bytes of the next piece. If the total length is unknown, the answer is
+ * written twice; the first pass only counts its bytes. */
 static enum pend_status call_fetch_range(struct api_call *call, struct api_buffer *out, int *done,
                                          struct pend_error *error) {
     struct api_buffer *whole = &call->whole;
@@ -317,7 +317,7 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
     return PEND_OK;
 }
 
-/* can it end within its limits? What is read, or was promised, is not judged */
+/* true if the call can end within its limits; stored or promised answers always pass */
 static int call_hopeful(struct api_call *call) {
     return call->source.fetch || call->promised ||
            api_forecast_good(&call->forecast, call->op, call->state, call->limits, call->seconds,
@@ -387,7 +387,7 @@ double api_call_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
-    /* the rows of a job are read and not computed: the operation holds only its request */
+    /* the rows of a job are read, not computed: the operation holds only its request */
     if (call->source.fetch)
         return all + 8 * call->letters + results_bytes +
                api_results_bytes(&call->source, call->format, call->op->table(call->state));

@@ -1,7 +1,7 @@
 /* One request from its bytes to its answer's bytes, without a socket.
  * Leaves to others: receiving and sending the bytes, threads and clocks (server).
- * Invariant: a call is used by one thread at a time; the same request and limits give the same
- * answer, except compute_seconds. */
+ * Invariant: one thread at a time uses a call; the same request and limits give the same answer,
+ * except compute_seconds. */
 #ifndef API_CALL_H
 #define API_CALL_H
 
@@ -10,12 +10,12 @@
 #include "api/call/request.h"
 #include "api/call/results.h"
 
-/* How a call stands. */
+/* The state of a call. */
 enum api_progress {
     API_MORE,   /* call again; bytes may have been appended */
     API_DONE,   /* the answer is complete: an answer of the operation, or a problem */
     API_BROKEN, /* it failed after api_call_promise: the bytes in out may be sent, but the client
-                   must see that the message is not complete */
+                   must notice that the message is incomplete */
     API_WAITS   /* call again once the source has more; bytes may have been appended. Only after
                    api_call_results */
 };
@@ -33,50 +33,48 @@ struct api_call;
 PEND_MUST_CHECK enum pend_status api_call_new(struct api_call **call,
                                               const struct api_limits *limits);
 
-/** True if its stage fits its operation, answer and problem; for assertions. O(1). */
+/** True if the stage, operation, answer and problem are consistent; for assertions. O(1). */
 int api_call_valid(const struct api_call *call);
 
-/** Frees a call at any stage; nothing happens if it is NULL. */
+/** Frees a call at any stage; it may be NULL. */
 void api_call_free(struct api_call **call);
 
 /**
- * Gives the call a clock; before api_call_open, or never.
+ * Sets the clock of a call; before api_call_open, or never.
  *
  * now  returns the seconds since any fixed instant, monotonic; called a few times a run on the
  *      thread that runs the call.
  *
- * With a clock api_call_run returns after about a millisecond, and the answer's stats have
- * compute_seconds; without one it returns after a fixed amount of work, and compute_seconds is left
- * out. In both cases it returns once it has appended about 256 KiB and at most one block of samples
- * more.
+ * With a clock api_call_run returns after about a millisecond, and the answer's stats contain
+ * compute_seconds; without one it returns after a fixed amount of work, and compute_seconds is
+ * omitted. In both cases it returns once it has appended about 256 KiB, plus at most one block of
+ * samples.
  */
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
 /**
- * Gives the call a way to ask whether other work is urgent; with a clock, before api_call_open, or
- * never.
+ * Sets a function that tells whether other work is urgent; requires a clock; before api_call_open,
+ * or never.
  *
- * hurry  called between two pieces of work once a run has lasted a quarter of a millisecond; if it
- *        returns non-zero, the run returns. Called on the thread that runs the call.
+ * hurry  called between two pieces of work once a run has lasted a quarter of a millisecond, on the
+ *        thread that runs the call; if it returns non-zero, the run returns.
  */
 void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company);
 
 /**
- * Reads and checks the whole request. Afterwards the answer is known to be a problem, or the
- * computation is ready to run.
+ * Parses and checks the whole request.
  *
- * API_MORE  the request is good: api_call_run computes.
- * API_DONE  it is refused: the problem was appended to out.
- * O(body). Never crashes, hangs or grows beyond the limits whatever the bytes are.
+ * API_MORE  the request is valid: api_call_run computes.
+ * API_DONE  it is refused: the problem is appended to out.
+ * O(body). Stays within the limits for arbitrary bytes.
  */
 PEND_MUST_CHECK enum api_progress
 api_call_open(struct api_call *call, const struct api_request *request, struct api_buffer *out);
 
 /**
- * As api_call_open, but api_call_run makes the answer from the stored parts of a job instead of
- * computing it.
+ * As api_call_open, but api_call_run encodes the answer from the stored parts of a job.
  *
- * request  the job's request, with the Accept of the client who wants the results.
+ * request  the job's request, with the Accept of the client that fetches the results.
  * source   copied; its context must outlive the call.
  */
 PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call,
@@ -86,80 +84,78 @@ PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call,
 
 /* A range of an answer's bytes, numbered from 0. */
 struct api_range {
-    long long first; /* -1: the last `last` bytes are wanted */
+    long long first; /* -1: the last `last` bytes */
     long long last;  /* -1: up to the end */
 };
 
 /**
- * Sets the length of the whole answer, if it was learned from an earlier answer with the same ETag.
- * To be called before api_call_range, which then does not write the answer twice.
+ * Sets the total length of the answer, if known from an earlier answer with the same ETag. Call
+ * before api_call_range, which then need not write the answer twice.
  *
  * bytes  0 or less: unknown.
  */
 void api_call_length(struct api_call *call, long long bytes);
 
 /**
- * Restricts the answer to a range of its bytes, status 206, for a call that api_call_results has
- * opened, before its first run. If the length of the whole is unknown before it is written, the
- * answer is written twice; the first time only counts its bytes.
+ * Restricts the answer to a range of its bytes, status 206, for a call opened by api_call_results,
+ * before its first run. If the total length is unknown, the answer is written twice; the first pass
+ * only counts its bytes.
  *
- * API_DONE  as after api_call_open; status 416 if no byte of the answer is in the range, which
- *           api_call_run may also find later.
+ * API_DONE  as after api_call_open; status 416 if the range is empty, which api_call_run may also
+ *           discover later.
  */
 PEND_MUST_CHECK enum api_progress api_call_range(struct api_call *call, struct api_range range,
                                                  struct api_buffer *out);
 
 /**
  * Returns the identity of the answer as 64 hexadecimal digits: a SHA-256 of the operation, the body
- * in a canonical form (the order of keys, blanks, the spelling of numbers and most defaults written
- * out do not matter), the representation, and the engine. NULL for a request that was refused.
- * Equal digests mean equal answers, except compute_seconds.
+ * in canonical form (independent of key order, blanks, number formats and most explicit defaults),
+ * the representation, and the engine. NULL for a refused request. Equal digests mean equal answers,
+ * except compute_seconds.
  *
- * Valid once api_call_open has returned; lives as long as the call.
+ * Valid after api_call_open, for the lifetime of the call.
  */
 const char *api_call_etag(const struct api_call *call);
 
 /**
- * Returns an estimate of the computation, s, from the request alone: within a factor of about three
- * for most requests, on the machine that it was fitted on. 0 for a request that was refused.
+ * Returns an estimate of the computation time, s, from the request alone: within a factor of about
+ * three for most requests, on the machine that it was fitted on. 0 for a refused request.
  */
 double api_call_cost(const struct api_call *call);
 
 /**
- * Returns the bytes of memory that the call holds or will hold until the next api_call_run ends:
- * its operation's arrays, the rows that a representation keeps, the request's values; not the
- * caller's buffer. An upper bound, within a factor of about two if it is large. Known once
- * api_call_open has returned and before the first run allocates that memory; it may grow between
- * two runs, for operations that cannot know how much they will find. 0 after the end.
+ * Returns an upper bound of the memory, in bytes, that the call holds or will hold until the next
+ * api_call_run ends: the operation's arrays, kept rows, the request's values; not the caller's
+ * buffer. Within a factor of about two if it is large. Known after api_call_open, before the first
+ * run allocates that memory; it may grow between runs if an operation cannot predict its results. 0
+ * after the end.
  */
 double api_call_bytes(const struct api_call *call);
 
 /**
- * True if api_call_run refuses a computation after some hundredths of a second if, judged by its
- * first part, it cannot end within max-steps and max-compute-seconds.
+ * True if api_call_run forecasts: it refuses a computation after some hundredths of a second if
+ * that cannot end within max-steps and max-compute-seconds.
  */
 int api_call_foresees(const struct api_call *call);
 
-/** Returns an upper bound of the bytes of the answer's body, of a range that of the whole. */
+/** Returns an upper bound of the bytes of the answer's body, also if only a range is requested. */
 double api_call_answer_bytes(const struct api_call *call);
 
 /**
- * True if the answer may be sent in pieces while it is computed; valid once api_call_open has
- * returned.
+ * True if the answer can be streamed while it is computed; valid after api_call_open.
  */
 int api_call_streams(const struct api_call *call);
 
-/** The least room in bytes of the buffer of an answer that streams: what flows is never held as a
- * whole, so that the limit of answers does not bound it. */
+/** The least limit, in bytes, of the buffer of a streamed answer, which is never held as a whole
+ * and is not bounded by max-answer-bytes. */
 enum { API_CALL_STREAM = 1 << 24 };
 
 /**
- * Promises the answer of api_call_answer: its head is sent to the client. From now on the caller
- * may remove bytes from `out` between two runs, and a failure breaks the answer instead of
- * replacing it.
+ * Declares that the head of api_call_answer is sent. From now on the caller may remove bytes from
+ * `out` between runs, and a failure breaks the answer instead of replacing it.
  *
- * To be called between api_call_open and API_DONE, only if api_call_streams is true; further calls
- * change nothing.
+ * Call between api_call_open and API_DONE, only if api_call_streams is true; further calls have no
+ * effect.
  */
 void api_call_promise(struct api_call *call);
 
@@ -167,16 +163,16 @@ void api_call_promise(struct api_call *call);
  * Continues the computation and appends to the answer, for about a millisecond or 256 KiB at a
  * time, so that the caller can check its clock and its client.
  *
- * API_DONE    also after a failure if nothing was promised: the bytes written so far are removed
- *             (out->bytes is what it was before the first run) and the answer becomes a problem.
- * API_BROKEN  a failure after api_call_promise. What was appended stays; application/x-ndjson gets
- *             a last line {"problem": {...}}.
+ * API_DONE    also after a failure without api_call_promise: the answer is removed from `out` and
+ *             becomes a problem.
+ * API_BROKEN  a failure after api_call_promise. The appended bytes stay; application/x-ndjson gets
+ * a last line {"problem": {...}}.
  */
 PEND_MUST_CHECK enum api_progress api_call_run(struct api_call *call, struct api_buffer *out);
 
 /**
- * Ends a call early, as a failure in api_call_run would: by a problem of that status (a deadline, a
- * cancellation).
+ * Ends a call early with a problem of this status (deadline, cancellation), like a failure in
+ * api_call_run.
  *
  * Returns API_DONE or API_BROKEN.
  */
@@ -184,8 +180,7 @@ enum api_progress api_call_stop(struct api_call *call, int status, const char *d
                                 struct api_buffer *out);
 
 /**
- * Returns the head of the answer: after API_DONE the final one, before that the one that it will be
- * if nothing fails.
+ * Returns the head of the answer: the final one after API_DONE, before that the expected one.
  */
 struct api_answer api_call_answer(const struct api_call *call);
 

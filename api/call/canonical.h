@@ -1,8 +1,7 @@
-/* Writing a JSON value in its canonical form: keys in the order of their bytes, no blanks, the
- * shortest numbers.
- * Leaves to others: which values are written so (request, scene).
- * Invariant: values that differ only in the order of keys and the spelling of numbers and texts
- * give the same bytes; the bytes read back to the same value. */
+/* Writes a JSON value in canonical form: keys in byte order, no blanks, shortest numbers.
+ * Leaves to others: which values need it (request, scene).
+ * Invariant: values that differ only in key order and in the notation of numbers and texts give the
+ * same bytes; the bytes parse to the same value. */
 #ifndef API_CANONICAL_H
 #define API_CANONICAL_H
 

@@ -30,8 +30,8 @@ static void digest_bytes(struct digest *digest, size_t bytes, const void *data) 
     digest->used += bytes;
 }
 
-/* Every value begins with a letter for its kind, and its length in one byte or in nine, so that no
- * two values give the same input. */
+/* Every value begins with a letter for its kind and its length in one or nine bytes, so that
+ * different values never give the same input. */
 static void digest_kind(struct digest *digest, char kind, uint64_t count) {
     uint8_t head[10] = {(uint8_t)kind, (uint8_t)(count < 255 ? count : 255)};
     memcpy(head + 2, &count, sizeof count);
@@ -44,8 +44,8 @@ static void digest_text(struct digest *digest, const char *text) {
     digest_bytes(digest, bytes, text);
 }
 
-/* whole numbers of one byte each: paths, parents and counts may be many, and hashing is what takes
- * time */
+/* hashes small integers as one byte each: lists of parents can be long, and hashing dominates the
+ * cost */
 static int digest_small(struct digest *digest, int count, const double number[]) {
     uint8_t bytes[256];
     for (int i = 0; i < count; i++)
@@ -81,7 +81,7 @@ static void digest_array(struct digest *digest, const struct api_value *value) {
         digest_value(digest, &item);
 }
 
-/* the number of members, without those that repeat a default */
+/* the number of members that do not repeat a default */
 static int members(const struct api_value *object) {
     int count = 0;
     struct api_value member = api_value_first(object);

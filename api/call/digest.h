@@ -1,4 +1,4 @@
-/* The digest of a request in its canonical form, by which ETags and caches identify answers.
+/* The digest of a request in canonical form, which identifies answers in ETags and caches.
  * Leaves to others: comparing digests (server).
  * Invariant: SHA-256, so that no client can make two requests collide; requests that differ only in
  * the order of keys, in blanks or in the spelling of numbers have the same digest. */
@@ -12,8 +12,8 @@ enum { API_DIGEST_BYTES = 65 }; /* 64 hexadecimal digits and a NUL */
 /**
  * Computes the digest of an operation's request.
  *
- * parts  texts that belong to it: operation, argument, media type, engine; ended by NULL.
- * root   the body, or NULL if there is none.
+ * parts  further texts: operation, argument, media type, engine; ended by NULL.
+ * root   the body, or NULL.
  *
  * O(bytes of the body), and O(m^2) in an object of m members. No allocation.
  */
@@ -23,14 +23,13 @@ void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
 enum { API_SEAL_BYTES = 16 };
 
 /**
- * Computes the seal of bytes that are stored elsewhere for a time: it shows, when they are read
- * back, that they are unchanged and belong to the same place.
+ * Computes the seal of stored bytes, which shows later that they are unchanged and in their place.
  *
  * seal   out: the first bytes of a SHA-256.
- * place  with the number what the bytes belong to; the same bytes elsewhere have another seal.
+ * place  identifies, with `number`, where the bytes belong; elsewhere their seal differs.
  *
- * There is no secret in it: whoever can change the bytes can change the seal too, so their reader
- * must check them as well. O(bytes).
+ * The seal has no secret: an attacker who can change the bytes can change it too, so readers must
+ * still validate them. O(bytes).
  */
 void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
               size_t bytes);

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* what makes a computation shorter */
+/* describes how to shorten a computation */
 static const char *forecast_way_out(const struct api_op *op, const void *state) {
     const char *way = op->way_out ? op->way_out(state) : NULL;
     return way ? way : "ask for a shorter time or a looser tolerance";

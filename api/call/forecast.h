@@ -1,22 +1,22 @@
-/* Whether a computation that is under way can end within its limits.
- * Leaves to others: running it (call), the estimates of what has not begun (the operations).
- * Invariant: once it is under way it is judged by steps and seconds that were taken alone. */
+/* Forecasts whether a computation can end within its limits.
+ * Leaves to others: running it (call), estimates before it begins (the operations).
+ * Invariant: a running computation is judged only by the steps and seconds it has used. */
 #ifndef API_FORECAST_H
 #define API_FORECAST_H
 
 #include "api/op/op.h"
 
-/* What was judged so far; all zero before the first turn. */
+/* The state of the forecasts; all zero initially. */
 struct api_forecast {
-    double look_at; /* s of turns after which the computation is judged again */
-    int looks;      /* how often it was */
+    double look_at; /* computation time of the next forecast, s */
+    int looks;      /* number of forecasts */
 };
 
 /**
- * Judges a computation before it begins, by its estimated time, s: what would take longer than the
- * limit even if the estimate were too long by the operation's doubt is refused.
+ * Forecast before a computation begins, from its estimated time, s. It is refused if it exceeds the
+ * limit even when the estimate is reduced by the operation's uncertainty factor.
  *
- * problem  out: what is wrong and the way out.
+ * problem  out: the reason and the remedy.
  *
  * Returns 0 if it cannot end within the limits. O(1).
  */
@@ -24,15 +24,14 @@ int api_forecast_begins(const struct api_op *op, const void *state, const struct
                         double seconds, struct api_problem *problem);
 
 /**
- * Judges a computation after a turn, from the steps and the time that the part done so far has
- * taken: first after a hundredth of a second, then each time it has taken four times as long. A
- * motion may need more steps in its first part than later, so the first judgements allow more,
- * those from 10 s on half as much again; an operation that does not integrate has no even progress,
- * and is not judged.
+ * Forecast during a computation, from the steps and the time of the part done so far: first after
+ * 10 ms, then whenever the time has quadrupled. Early forecasts have a larger tolerance, because a
+ * motion may need more steps at its beginning; from 10 s on the tolerance is 50 %. Operations that
+ * do not integrate make no steady progress and are never refused here.
  *
- * state    the operation's, which is not complete.
- * seconds  of all turns so far.
- * problem  out: what is wrong and the way out.
+ * state    state of the operation, which is not complete.
+ * seconds  computation time so far.
+ * problem  out: the reason and the remedy.
  *
  * Returns 0 if it cannot end within the limits. O(1), and what the operation's `progress` takes.
  */

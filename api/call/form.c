@@ -29,7 +29,7 @@ struct form {
 
 /* ---- cutting */
 
-/* tells what is wrong at a place; returns 0 */
+/* sets the problem at a position; returns 0 */
 static int form_fault(const struct form *form, const char *at, const char *text) {
     assert(at >= form->body && at <= form->end);
     api_problem_set(form->problem, 400, "the form is malformed: byte %zu of the body %s",
@@ -37,7 +37,7 @@ static int form_fault(const struct form *form, const char *at, const char *text)
     return 0;
 }
 
-/* the boundary, which stands in no line of the parts */
+/* reads the boundary, which separates the parts */
 static int form_boundary(struct form *form, const char *content_type) {
     static const char also[] = "'()+_,-./:=? ";
     struct span boundary = {NULL, 0};
@@ -224,7 +224,7 @@ static enum pend_status table_utf16(const struct span *table, struct api_buffer 
     return PEND_OK;
 }
 
-/* a table as a string of JSON */
+/* appends a table as a JSON string */
 static enum pend_status form_table(const struct form *form, int i, struct api_buffer *out) {
     struct span table = form->table[i];
     int utf8 = 1;
@@ -244,7 +244,7 @@ static enum pend_status form_table(const struct form *form, int i, struct api_bu
     return api_buffer_text(out, "\"");
 }
 
-/* an object with a table more */
+/* appends an object with one more table */
 static enum pend_status form_with(const struct form *form, const struct api_value *object, int i,
                                   struct api_buffer *out) {
     struct api_value had = api_value_member(object, "csv");
@@ -264,7 +264,7 @@ static enum pend_status form_with(const struct form *form, const struct api_valu
     return api_buffer_text(out, "}");
 }
 
-/* the runs, a table each */
+/* appends the runs with one table each */
 static enum pend_status form_runs(const struct form *form, const struct api_value *runs,
                                   struct api_buffer *out) {
     int count = api_value_count(runs), objects = api_value_kind(runs) == API_ARRAY;

@@ -23,7 +23,7 @@ static void job_date(int64_t days, int64_t *year, int *month, int *day) {
     *year = years + era * 400 + (*month <= 2);
 }
 
-/* so many digits as a number; -1 where they are not digits */
+/* reads `count` digits; -1 if they are not digits */
 static int job_digits(const char *text, int count) {
     int number = 0;
     for (int i = 0; i < count; i++) {
@@ -33,7 +33,7 @@ static int job_digits(const char *text, int count) {
     return number;
 }
 
-/* days since 1970 of a date that job_date gives back; -1 for one that is none */
+/* days since 1970 of a date; -1 if the date does not exist */
 static int64_t job_days(int64_t year, int month, int day) {
     int64_t before = year - (month <= 2), era = before / 400, of_era = before - era * 400, back;
     int64_t of_year = (153 * (month + (month > 2 ? -3 : 9)) + 2) / 5 + day - 1;
@@ -43,7 +43,7 @@ static int64_t job_days(int64_t year, int month, int day) {
     return back == year && back_month == month && back_day == day ? days : -1;
 }
 
-/* seconds that a zone's clocks are ahead of UTC: "Z", "+01:00"; 86400 for any other text */
+/* offset of a time zone from UTC, s: "Z", "+01:00"; 86400 if malformed */
 static int job_zone(const char *text) {
     if (!strcmp(text, "Z") || !strcmp(text, "z")) return 0;
     if ((*text != '+' && *text != '-') || strlen(text) != 6 || text[3] != ':') return 86400;
@@ -52,7 +52,7 @@ static int job_zone(const char *text) {
     return (*text == '-' ? -60 : 60) * (60 * hours + minutes);
 }
 
-/* a point and up to six digits as us; -1 for a point without digits. *text goes on behind them */
+/* reads a point and up to six digits as us; -1 if there are no digits. *text moves past them */
 static int job_fraction(const char **text) {
     int us = 0, digits = 0;
     if (**text != '.') return 0;
@@ -99,7 +99,7 @@ static enum pend_status job_link(struct api_buffer *out, const char *relation, c
     return api_buffer_text(out, "}");
 }
 
-/* whole percents, rounded down: only a job that is done has 100 */
+/* percentage, rounded down: only a completed job has 100 */
 static long job_progress(const struct api_job *job) {
     if (job->results) return 100;
     long progress = (long)(100 * ((double)job->done / (double)(job->parts > 0 ? job->parts : 1)));

@@ -13,15 +13,16 @@ struct api_job {
     const char *id, *operation;
     const char *status;  /* as in OGC API - Processes: "running" */
     const char *message; /* how it ended; "" = nothing to say */
-    const char *title;   /* what its client calls it; "" = nothing */
-    const char *version; /* of the program that took it in; "" = not known */
-    const char *owner;   /* who may end it and list it: "key", "token", "account" or "address" */
+    const char *title;   /* "" = none */
+    const char *version; /* of the program that accepted it; "" = unknown */
+    const char *owner; /* kind of the client that may end and list it: "key", "token", "account" or
+                          "address" */
     long parts, done;
     int64_t created, started, finished, expires;
     double remaining; /* s, estimated; < 0 = unknown */
-    long long bytes;  /* of results that are kept */
-    int results;      /* they can be fetched */
-    int request;      /* so can its request */
+    long long bytes;  /* bytes of stored results */
+    int results;      /* non-zero: results can be fetched */
+    int request;      /* non-zero: the request can be fetched */
 };
 
 /** Appends a member that is an instant, us since 1970, in UTC in the form of RFC 3339; null for 0.

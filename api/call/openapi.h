@@ -14,8 +14,8 @@ extern const char api_openapi_packed[];
 extern const size_t api_openapi_packed_bytes;
 extern const char api_openapi_etag[];
 
-/* The same description as OpenAPI 3.0, for programs that know no later form; where that has no word
- * for something it allows more. */
+/* The same as OpenAPI 3.0, for older tools; what 3.0 cannot express is described more permissively.
+ */
 extern const char api_openapi_twin_json[];
 extern const size_t api_openapi_twin_bytes;
 extern const char api_openapi_twin_packed[];

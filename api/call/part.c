@@ -9,8 +9,8 @@
 #include "api/call/forecast.h"
 #include "api/encode/encode_raw.h"
 
-/* bytes of results of a part, which are in memory until it is kept: a few workers hold two parts
- * each, beside everything else that max-held-bytes is for */
+/* most bytes of a part's results, which are in memory until they are stored; a few workers hold two
+ * parts each */
 enum { PLAN_PART_BYTES = 1 << 24 };
 
 /* bytes of all results; 0 = unknown */
@@ -20,7 +20,7 @@ static double plan_rows(const struct api_op *op, const void *state) {
     return (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
 }
 
-/* the memory and the results of one part: all parts have about the same */
+/* estimates memory and results of a part; all parts are similar */
 static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
     if (op->part) op->part(state, 0, plan->parts);
     plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
@@ -63,13 +63,13 @@ struct api_part {
     const struct api_op *op;
     char digest[API_DIGEST_BYTES];
     long number;
-    /* of the seals of checkpoints: the request, and the number of its parts */
+    /* place in the seals of checkpoints: the request, and its number of parts */
     char place[API_DIGEST_BYTES + 24];
-    const struct api_format *format; /* raw, then JSON if that says more */
-    void *state;                     /* NULL once the part is complete, unless it carries */
-    int carries;                     /* the next part needs a checkpoint of this one */
-    int resumes;                     /* this part still needs the checkpoint of the one before */
-    int wrote;                       /* bytes were appended */
+    const struct api_format *format; /* raw, then JSON if that contains more */
+    void *state; /* NULL once the part is complete, unless it has a checkpoint to write */
+    int carries; /* the next part needs a checkpoint of this one */
+    int resumes; /* this part still needs the checkpoint of the one before */
+    int wrote;   /* bytes were appended */
     double (*now)(void *context);
     void *context;
     int (*hurry)(void *company);
@@ -77,7 +77,7 @@ struct api_part {
     double seconds;
 };
 
-/* has the operation read the request */
+/* lets the operation read the request */
 static enum pend_status part_read(struct api_part *part, struct pend_error *error) {
     struct api_problem problem;
     api_problem_init(&problem);
@@ -173,15 +173,15 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
                                           .at = carried->data + carried->bytes,
                                           .bytes = checkpoint.used};
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
-    /* the checkpoint is stored, and another process reads it */
+    /* the checkpoint is stored and may be read by another process */
     unsigned char *seal = (unsigned char *)checkpoint.at + checkpoint.used;
     api_seal(seal, part->place, part->number + 1, checkpoint.at, checkpoint.used);
     carried->bytes += checkpoint.used + API_SEAL_BYTES;
     return PEND_OK;
 }
 
-/* makes records of the JSON that was appended since `before`, the last one first: each moves by the
- * heads before it */
+/* wraps the JSON appended since `before` into records, from the last to the first: each moves by
+ * the heads before it */
 static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     size_t bytes = out->bytes - before, records = (bytes + API_PIECE_BYTES - 1) / API_PIECE_BYTES;
     PEND_TRY(api_buffer_room(out, records * API_RAW_HEAD));
@@ -196,7 +196,7 @@ static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     return PEND_OK;
 }
 
-/* a record without rows: every part has at least one record, so that a missing part is noticed */
+/* writes an empty record, so that every part has one and a missing part is noticed */
 static enum pend_status part_write_nothing(struct api_part *part, struct api_buffer *out) {
     PEND_TRY(api_buffer_room(out, API_RAW_HEAD));
     api_raw_head_put(out->data + out->bytes, API_RAW_ROWS, 0);
@@ -211,7 +211,7 @@ double api_part_bytes(const struct api_part *part) {
     return (double)sizeof *part + (double)part->request.body_bytes + state;
 }
 
-/* true if JSON is still to say more than the rows, which the last part of a chain has */
+/* true if the part must still write JSON beyond its rows; only the last part of a chain does */
 static int part_says_more(const struct api_part *part) {
     return part->format == &api_format_raw && part->op->json && !part->carries;
 }

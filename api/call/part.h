@@ -1,19 +1,19 @@
-/* Computing a request as a job, in parts, each of which is stored in raw form. Parts are
- * independent of each other, or chained: then each begins where the one before it ended. Leaves to
- * others: when and where a part is computed and stored (server), the answer (results). Invariant: a
- * part's bytes are the same whenever and wherever it is computed, except compute_seconds. */
+/* Computes a request as a job in parts, each stored in raw form. Parts are independent, or chained:
+ * then each continues from the end of the previous one. Leaves to others: when and where a part is
+ * computed and stored (server), the answer (results). Invariant: a part's bytes do not depend on
+ * when and where it is computed, except compute_seconds. */
 #ifndef API_PART_H
 #define API_PART_H
 
 #include "api/call/call.h"
 
-/* What is known about a job before it runs. */
+/* The plan of a job. */
 struct api_plan {
     long parts;   /* >= 1 */
     int chained;  /* non-zero: a part needs the checkpoint of the one before it */
     double cost;  /* s, estimated, of all parts */
     double bytes; /* memory that a part holds while it is computed, as api_part_bytes says */
-    double kept;  /* bytes of results that the largest part has at least; 0 = unknown */
+    double kept;  /* lower bound of the results of the largest part, bytes; 0 = unknown */
     char digest[API_DIGEST_BYTES]; /* of the request, without the representation and the engine */
 };
 
@@ -22,12 +22,11 @@ struct api_plan {
  *
  * plan     out.
  * request  its Accept is ignored.
- * seconds  about how long a part should take; one whose results would be large takes less.
- * body     the request's body is appended here in the form in which it is stored: without blanks,
- *          its keys in order; NULL = not wanted. Its digest is the same.
- * out      a problem is appended here.
+ * seconds  approximate time of a part; parts with large results are shorter.
+ * body     the request's body is appended in its stored form: without blanks, keys in order; NULL =
+ * not wanted. Its digest is the same. out      a problem is appended.
  *
- * Returns 0 if the request is good, else the problem's HTTP status. O(body).
+ * Returns 0 if the request is valid, else the problem's HTTP status. O(body).
  */
 int api_plan_read(struct api_plan *plan, const struct api_request *request,
                   const struct api_limits *limits, double seconds, struct api_buffer *body,
@@ -39,10 +38,11 @@ struct api_part;
  * Reads the request of a part, so that it is ready to run.
  *
  * part     out; NULL on failure; ends with api_part_free.
- * request  one that api_plan_read found good; its body is read here, once, and must outlive the
- * part. number   of the part, 0 .. parts - 1. error    on failure says why, for the job's message.
+ * request  accepted by api_plan_read; must outlive the part.
+ * number   index of the part, 0 .. parts - 1.
+ * error    on failure the reason, for the job's message.
  *
- * PEND_INVALID, PEND_LIMIT  the request is refused, since the limits have changed.
+ * PEND_INVALID, PEND_LIMIT  the request is refused because the limits have changed.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_part_new(struct api_part **part,
@@ -50,38 +50,37 @@ PEND_MUST_CHECK enum pend_status api_part_new(struct api_part **part,
                                               const struct api_limits *limits, long number,
                                               long parts, struct pend_error *error);
 
-/** True if the part's number, operation and state fit each other; for assertions. O(1). */
+/** True if the part's number, operation and state are consistent; for assertions. O(1). */
 int api_part_valid(const struct api_part *part);
 
-/** Frees a part, complete or not; nothing happens if it is NULL. */
+/** Frees a part, complete or not; it may be NULL. */
 void api_part_free(struct api_part **part);
 
 /**
- * Continues from the checkpoint of the part before this one; to be called before the first run of
- * every part of a chain but the first.
+ * Loads the checkpoint of the previous part; call before the first run of every chained part except
+ * the first.
  *
  * PEND_INVALID    the checkpoint is damaged, belongs to another request or part, or was written by
- * a version with other contents. PEND_NO_MEMORY, and the failures of the operation's start.
+ * an incompatible version. PEND_NO_MEMORY  and the failures of the operation's start.
  */
 PEND_MUST_CHECK enum pend_status api_part_resume(struct api_part *part, const void *carried,
                                                  size_t bytes, struct pend_error *error);
 
 /**
- * Appends the checkpoint that the next part begins with; to be called once, when this part is
- * complete. Appends nothing if the parts are independent, and after the last part.
+ * Appends the checkpoint for the next part; call once, when this part is complete. Appends nothing
+ * for independent parts, and after the last part.
  *
  * PEND_NO_MEMORY, PEND_LIMIT
  */
 PEND_MUST_CHECK enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried);
 
-/** Returns the bytes of memory that the part holds or will hold until its next run ends, as
- * api_call_bytes does. */
+/** Returns an upper bound of the part's memory until its next run ends, as api_call_bytes does. */
 double api_part_bytes(const struct api_part *part);
 
-/** Gives the part a clock, as api_call_clock does. */
+/** Sets the clock, as api_call_clock does. */
 void api_part_clock(struct api_part *part, double (*now)(void *context), void *context);
 
-/** Gives the part a way to ask whether other work is urgent, as api_call_hurry does. */
+/** Sets the function that tells whether other work is urgent, as api_call_hurry does. */
 void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *company);
 
 /**

@@ -11,7 +11,7 @@
 #include "api/encode/negotiate.h"
 #include "api/json/did_you_mean.h"
 
-/* whether the body is a form of files, and the operation takes one */
+/* true if the body is a multipart form and the operation accepts forms */
 static int request_form(const struct api_request *request) {
     const char *type = request->content_type, *text;
     size_t bytes;
@@ -19,7 +19,7 @@ static int request_form(const struct api_request *request) {
            api_negotiate_parameter(type, strlen(type), "multipart/form-data", "", &text, &bytes);
 }
 
-/* what a query says belongs into the body, or into the head */
+/* reports query parameters, which belong in the body or in header fields */
 static void request_query(const char *query, struct api_problem *problem) {
     char name[20] = "";
     sscanf(query, "%19[^=&]", name);
@@ -52,7 +52,7 @@ struct span {
     size_t bytes;
 };
 
-/* what the body is as JSON; of a form that is written to `joined` */
+/* returns the body as JSON; that of a form is written to `joined` */
 static enum pend_status request_body(const struct api_request *request,
                                      const struct api_limits *limits, struct api_buffer *joined,
                                      struct span *body, struct api_problem *problem) {
@@ -73,7 +73,7 @@ static enum pend_status request_body(const struct api_request *request,
     return PEND_OK;
 }
 
-/* the body in its canonical form, unless that is longer, since the client wrote numbers shorter */
+/* the body in canonical form, unless that is longer because the client wrote shorter numbers */
 static enum pend_status request_canonical(const struct span *body, const struct api_value *root,
                                           struct api_buffer *canonical) {
     size_t before = canonical->bytes;
@@ -91,7 +91,7 @@ enum pend_status api_request_read(const struct api_request *request,
                                   char digest[API_DIGEST_BYTES], struct api_buffer *canonical) {
     const struct api_op *op = api_op_at(request->op);
     const char *argument = request->argument ? request->argument : "";
-    /* an answer is this engine's; a job is the same job whichever engine computes it */
+    /* the engine is part of an answer's identity, but not of a job's */
     const char *engine = format == &api_format_raw ? "" : api_engine;
     const char *const parts[] = {op->name, argument, format->media_type, engine, NULL};
     struct api_json *document = NULL;

@@ -1,6 +1,6 @@
-/* A request as it was received, and reading its body for the operation.
+/* A received request; parses its body for the operation.
  * Leaves to others: representations (negotiate), running the operation (call, part, results).
- * Invariant: a request that was refused has a stated problem. */
+ * Invariant: a refused request has a problem. */
 #ifndef API_REQUEST_H
 #define API_REQUEST_H
 
@@ -18,12 +18,12 @@ struct api_request {
     size_t body_bytes;
 };
 
-/** Checks a request without its body; states the problem if it is refused. */
+/** Checks a request without its body; sets the problem if it is refused. */
 void api_request_check(const struct api_request *request, const struct api_limits *limits,
                        struct api_problem *problem);
 
 /**
- * Reads the body and has the operation read it.
+ * Parses the body and lets the operation read it.
  *
  * format     the representation of the answer.
  * limits     must outlive the state.

@@ -8,16 +8,16 @@
 
 struct api_results {
     struct api_table table;
-    struct api_writer *writer; /* NULL where JSON pieces are passed on as they are */
-    struct api_buffer record;  /* the record that is not whole yet, head and all */
-    double *rows[API_COLUMNS]; /* room for a record's rows, one block */
+    struct api_writer *writer; /* NULL if JSON pieces are copied unchanged */
+    struct api_buffer record;  /* the incomplete record, with its head */
+    double *rows[API_COLUMNS]; /* memory for a record's rows, one block */
     struct api_raw_figures figures;
     struct api_stats stats;
     int pieces;  /* JSON records so far */
-    int later;   /* how many rows come is not known before the end */
-    long most;   /* rows, once all parts are there */
-    int partial; /* the last of them may be missing */
-    int turn;    /* how often the parts were read to their end */
+    int later;   /* the number of rows is known only at the end */
+    long most;   /* rows of all parts */
+    int partial; /* the last parts may be missing */
+    int turn;    /* completed passes over the parts */
 };
 
 static size_t row_bytes(const struct api_table *table) {
@@ -32,7 +32,7 @@ static size_t record_most(const struct api_table *table) {
 void api_results_head(const struct api_source *source, struct api_answer *answer) {
     struct api_answer plain = *answer;
     if (!source->partial) return;
-    /* with the next part it is another answer: it has no tag */
+    /* the next part will change the answer, so it has no ETag */
     *answer = (struct api_answer){.status = 202,
                                   .media_type = plain.media_type,
                                   .columns = plain.columns,
@@ -61,7 +61,7 @@ static enum pend_status results_room(struct api_results *results) {
     return PEND_OK;
 }
 
-/* the record that is being gathered is within its limit; a writer has the results' table */
+/* true if the incomplete record is within its limit, and a writer has the results' table */
 PEND_VALIDATOR results_valid(const struct api_results *results) {
     const struct api_buffer *record = &results->record;
     if (results->pieces < 0 || !api_buffer_valid(record)) return 0;
@@ -69,7 +69,7 @@ PEND_VALIDATOR results_valid(const struct api_results *results) {
            (api_writer_valid(results->writer) && results->writer->rows <= results->table.rows);
 }
 
-/* refuses a form that has no place for some of the rows only */
+/* refuses representations that cannot hold partial results */
 static enum pend_status results_form(const struct api_format *format, int apart,
                                      struct pend_error *error) {
     if (format->picture)
@@ -120,7 +120,7 @@ void api_results_free(struct api_results **results) {
     free(gone);
 }
 
-/* a record that is whole */
+/* processes a complete record */
 static enum pend_status results_take(struct api_results *results, enum api_raw kind,
                                      const char *data, size_t bytes, struct api_buffer *out) {
     if (kind == API_RAW_JSON) {
@@ -175,7 +175,7 @@ enum pend_status api_results_fetch(struct api_results *results, const struct api
     return status;
 }
 
-/* the figures of an answer that may lack parts: how many rows there are, of how many */
+/* adds the statistics of a partial answer: rows present, rows in all */
 static void results_count(struct api_results *results) {
     results->stats.count = 0;
     api_stats_whole(&results->stats, "rows", results->writer->rows);
