@@ -199,26 +199,42 @@ static enum pend_status oembed_attribute(const char *text, struct api_buffer *ou
     return PEND_OK;
 }
 
-static enum pend_status oembed_frame(const struct api_oembed *wanted, struct api_buffer *out) {
+/* what the link shows: its arms are counted where it is readable; others say it behind # only */
+static void oembed_title(const char *link, char title[64]) {
+    const char *length = strstr(link, "&length="), *sheet = strstr(link, "&sheet=");
+    snprintf(title, 64, "Pendulum");
+    if (sheet)
+        snprintf(title, 64, "Worksheet: %.*s", (int)strcspn(sheet + 7, "&#%") % 40, sheet + 7);
+    if (!length) return;
+    int arms = 1;
+    for (const char *at = length + 8; *at && *at != '&' && *at != '#'; at++)
+        arms += *at == ',' || !strncasecmp(at, "%2C", 3);
+    snprintf(title, 64, arms == 1 ? "Single pendulum" : "Pendulum of %d arms", arms);
+}
+
+static enum pend_status oembed_frame(const struct api_oembed *wanted, const char *title,
+                                     struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "<iframe src=\""));
     PEND_TRY(oembed_attribute(wanted->link, out));
     PEND_TRY(api_buffer_format(out,
-                               "\" width=\"%ld\" height=\"%ld\" title=\"pendulumd\" "
+                               "\" width=\"%ld\" height=\"%ld\" title=\"%s\" "
                                "style=\"border:0\" loading=\"lazy\" allow=\"fullscreen\">"
                                "</iframe>",
-                               wanted->width, wanted->height));
+                               wanted->width, wanted->height, title));
     return api_buffer_add(out, "", 1);
 }
 
 enum pend_status api_oembed_write(const struct api_oembed *wanted, struct api_buffer *out) {
     struct api_buffer frame;
+    char title[64];
     int home = (int)(strcspn(wanted->link, "?") + 1);
     assert(wanted->width > 0 && wanted->height > 0 && home > 8);
     api_buffer_init(&frame, 4 * API_OEMBED_LINK + 1024);
-    enum pend_status status = oembed_frame(wanted, &frame);
-    if (status == PEND_OK)
-        status = api_buffer_text(out, "{\"version\":\"1.0\",\"type\":\"rich\",\"title\":"
-                                      "\"pendulumd\",\"provider_name\":\"pendulumd\"");
+    oembed_title(wanted->link, title);
+    enum pend_status status = oembed_frame(wanted, title, &frame);
+    if (status == PEND_OK) status = api_buffer_text(out, "{\"version\":\"1.0\",\"type\":\"rich\"");
+    if (status == PEND_OK) status = api_out_text(out, "title", title);
+    if (status == PEND_OK) status = api_buffer_text(out, ",\"provider_name\":\"pendulumd\"");
     if (status == PEND_OK)
         status = api_buffer_format(out, ",\"provider_url\":\"%.*s\"", home - 1, wanted->link);
     if (status == PEND_OK) status = api_out_whole(out, "width", wanted->width);

@@ -5,7 +5,7 @@
 // one whose files do not come says so, and is built when they do.
 
 import { said } from "./client.js";
-import { createBag, h } from "./dom.js";
+import { createBag, h, icon, iconButton } from "./dom.js";
 import presets from "./gallery.js";
 import { DRAWERS } from "./state.js";
 
@@ -17,6 +17,8 @@ const WORDS = {
   class: ["class"],
   worksheet: ["class"],
 };
+
+const IN_CLASS = ["class", "worksheet"];
 
 /**
  * The drawers while they are there; open: promises of those that have been opened, null where its
@@ -146,13 +148,50 @@ function addTab({ app, tabs, panels }, id) {
   panels.set(id, h("div", { role: "tabpanel", ...back, hidden: true, tabindex: -1 }));
 }
 
+/** The names in the order that their reader needs: in a class its drawers come first. */
+function orderOf() {
+  const first = "room" in document.documentElement.dataset ? IN_CLASS : [];
+  return [...first, ...DRAWERS.filter((id) => !first.includes(id))];
+}
+
+/** @param {Chest} chest @param {HTMLElement} list */
+function arrange({ tabs }, list) {
+  list.replaceChildren(...orderOf().map((id) => /** @type {HTMLElement} */ (tabs.get(id))));
+}
+
+/**
+ * On a small screen the names have one row: a key opens all of them, and another closes the drawer.
+ * @param {Chest} chest
+ */
+function keysOf({ app, element, tabs }) {
+  const { store, text } = app;
+  const open = (/** @type {boolean} */ on) => {
+    element.classList.toggle("menu", on);
+    menu.setAttribute("aria-expanded", String(on));
+  };
+  const turn = () => open(!element.classList.contains("menu"));
+  const attributes = {
+    type: "button",
+    class: "button menu-key",
+    "data-act": "menu",
+    on: { click: turn },
+  };
+  const menu = h("button", { ...attributes, "aria-expanded": "false" }, icon("menu"), text("menu"));
+  const shut = () => {
+    store.set({ view: { drawer: null } });
+    tabs.get(DRAWERS[0])?.focus();
+  };
+  const close = iconButton("close", text("close"), shut, { class: "icon-button close-key" });
+  return { menu, close, open };
+}
+
 /** Arrows walk the tabs. @param {Chest} chest @param {KeyboardEvent} event */
 function walk({ tabs }, event) {
   const steps = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
   if (!steps) return;
   event.preventDefault();
   event.stopPropagation();
-  const keys = [...tabs.values()];
+  const keys = orderOf().map((id) => /** @type {HTMLElement} */ (tabs.get(id)));
   const at = keys.findIndex((tab) => tab === document.activeElement);
   keys[(at + steps + keys.length) % keys.length].focus();
 }
@@ -168,15 +207,25 @@ export function mountDrawers(element, app) {
   };
   for (const id of DRAWERS) addTab(chest, id);
   const attributes = { class: "tabs", role: "tablist", "aria-label": text("drawers") };
-  const list = h("div", attributes, ...chest.tabs.values());
-  element.append(list, h("div", { class: "panels" }, ...chest.panels.values()));
+  const list = h("div", attributes);
+  arrange(chest, list);
+  const { menu, close, open } = keysOf(chest);
+  element.append(
+    h("div", { class: "rail-row" }, list, menu, close),
+    h("div", { class: "panels" }, ...chest.panels.values()),
+  );
   element.setAttribute("aria-label", text("drawers"));
 
   bag.on(list, "keydown", (event) => walk(chest, event));
+  bag.on(document, "pendulumd-room", () => arrange(chest, list));
   // whoever waits for files may have them when the server is back
   bag(client.watch(({ kind }) => kind === "well" && anew(chest, store.get().view.drawer)));
   bag(
-    store.subscribe((doc, before) => doc.view.drawer !== before.view.drawer && follow(chest, doc)),
+    store.subscribe((doc, before) => {
+      if (doc.view.drawer === before.view.drawer) return;
+      open(false);
+      follow(chest, doc);
+    }),
   );
   follow(chest, store.get());
   return {

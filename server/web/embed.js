@@ -33,6 +33,19 @@ async function set({ store, clock, client }, { scene, time, playing }) {
   if (playing === false) clock.pause();
 }
 
+/** The height in which nothing has to be scrolled, at the width that the frame has, pixels. */
+function sizeOf() {
+  const width = document.documentElement.clientWidth;
+  // the bar is a little higher in a higher frame
+  const bar = (document.getElementById("timebar")?.offsetHeight ?? 0) + 8;
+  const sheet = document.getElementById("embed-sheet");
+  const stage = Math.round(Math.min((2 * width) / 3, 420));
+  if (!sheet) return { pendulumd: "size", width, height: stage + bar };
+  const beside = sheet.offsetTop < bar + 1;
+  const height = beside ? Math.max(stage, sheet.scrollHeight) : stage + sheet.scrollHeight;
+  return { pendulumd: "size", width, height: height + bar };
+}
+
 /** @param {App} app @param {MessageEvent} event */
 async function heard(app, { data, source, origin }) {
   const from = /** @type {Window | null} */ (source);
@@ -40,6 +53,7 @@ async function heard(app, { data, source, origin }) {
   // a page of a file has no origin to be answered at
   const at = { targetOrigin: origin === "null" ? "*" : origin };
   if (data.pendulumd === "get") from.postMessage(stateOf(app), at);
+  if (data.pendulumd === "size") from.postMessage(sizeOf(), at);
   if (data.pendulumd !== "set") return;
   try {
     await set(app, data);
@@ -60,7 +74,7 @@ function tellAnswers(name, /** @type {any} */ { id, sheet, before, given }) {
 
 /** The worksheet beside the stage. @param {App} app */
 async function mountSheet(app) {
-  const place = h("section", { id: "embed-sheet" });
+  const place = h("section", { id: "embed-sheet", "data-drawer": "worksheet" });
   document.documentElement.dataset.embed = "sheet";
   document.getElementById("main")?.append(place);
   const name = fresh();
@@ -70,6 +84,7 @@ async function mountSheet(app) {
   try {
     const [{ default: part }] = await Promise.all([
       app.files.script("drawers/worksheet.js"),
+      app.files.style("class/class.css"),
       ...["drawers", "class"].map((words) => app.text.part(words)),
     ]);
     await part.mount(place, app);

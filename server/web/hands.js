@@ -92,6 +92,18 @@ function follow(app, look, press, at, stretching) {
   app.edits.turn(press.arm, angle + press.drag.turn, stretching ? far * press.drag.stretch : null);
 }
 
+/**
+ * A finger on an arm moves the arm; beside it, it scrolls.
+ * @param {Hands} hands @param {TouchEvent} event
+ */
+function hold({ canvas, look }, event) {
+  const [touch] = event.touches;
+  const place = canvas.getBoundingClientRect();
+  if (event.touches.length > 1) return;
+  if (pick(look, touch.clientX - place.left, touch.clientY - place.top, true))
+    event.preventDefault();
+}
+
 /** @param {Hands} hands @param {PointerEvent} event */
 function down(hands, event) {
   if (!event.isPrimary || event.button !== 0) return;
@@ -152,6 +164,7 @@ export function mountHands(canvas, app, look) {
   const bag = createBag();
   /** @type {Hands} */
   const hands = { app, canvas, look, press: null };
+  bag.on(canvas, "touchstart", (event) => hold(hands, event), { passive: false });
   bag.on(canvas, "pointerdown", (event) => down(hands, event));
   bag.on(canvas, "pointermove", (event) => move(hands, event));
   bag.on(canvas, "pointerup", (event) => up(hands, event));

@@ -70,7 +70,7 @@ function tongueOf({ text, speak }) {
 }
 
 /** What is shown, in words. @param {Text} text @param {Doc} doc */
-function titleOf(text, { preset, title }) {
+export function titleOf(text, { preset, title }) {
   return preset && text.has(`preset.${preset}`) ? text(`preset.${preset}`) : title;
 }
 

@@ -9,7 +9,7 @@ import { createClock } from "./clock.js";
 import { mountDrawers } from "./drawers.js";
 import { createEdits } from "./edits.js";
 import * as files from "./files.js";
-import { mountHeader } from "./header.js";
+import { mountHeader, titleOf } from "./header.js";
 import { beginJournal, beginning, yours } from "./journal.js";
 import { bearer, keep } from "./keep.js";
 import { choose } from "./language.js";
@@ -118,9 +118,14 @@ function tell(direction, label) {
   if (label) app.announce(text(`said.${direction}`, { what: text(`step.${label}`) }));
 }
 
+/** The tab, and who shares the page, have the scene's name. */
+function retitle() {
+  document.title = [titleOf(text, store.get()), text("name")].filter(Boolean).join(" \u00b7 ");
+}
+
 function mount() {
   views.forEach((view) => view.destroy());
-  document.title = text("name");
+  retitle();
   views = shown.map(([id, view]) => {
     const place = /** @type {HTMLElement} */ (document.getElementById(id));
     return tried(app, () => view(place, app), place);
@@ -190,7 +195,8 @@ function astray({ reason, error }) {
 /** What the page does without, as soon as it is known. */
 async function tellWithout() {
   bearer(); // whoever may keep nothing is told so before the first request has tried
-  const missed = keep.refused ? [text("failure.storage")] : [];
+  // a frame of another page is refused that by many browsers, and has nothing to keep
+  const missed = keep.refused && !embedded ? [text("failure.storage")] : [];
   if (missed.length) app.complain(missed[0]);
   if (await files.dressed("page.css")) return;
   missed.push(text("failure.style"));
@@ -224,6 +230,7 @@ async function begin() {
   await parsed;
   await text.use().catch((error) => app.complain(said(error, text)));
   mount();
+  store.subscribe(retitle);
   document.getElementById("waiting")?.remove();
   if (first.patch) goOn();
   else open();

@@ -4,6 +4,15 @@
 
 import { h } from "../dom.js";
 
+/** Who one is in a class, for parts of the page that follow it. @param {string} role */
+function told(role) {
+  const { dataset } = document.documentElement;
+  if ((dataset.room ?? "") === role) return;
+  if (role) dataset.room = role;
+  else delete dataset.room;
+  document.dispatchEvent(new Event("pendulumd-room"));
+}
+
 /** @param {Room} room @returns {{end: End, show: () => void}} */
 export function mountChip({ app, session, say }) {
   const header = /** @type {HTMLElement} */ (document.getElementById("header"));
@@ -12,6 +21,7 @@ export function mountChip({ app, session, say }) {
 
   function show() {
     const { entry, state } = session;
+    told(entry && state !== "none" && state !== "gone" ? entry.role : "");
     if (!entry || state === "none") return chip.remove();
     const frozen = entry.role === "pupil" && session.value("stages/class")?.frozen;
     const kind = state === "live" && frozen ? "frozen" : state;

@@ -124,6 +124,30 @@ function makeForm({ app, session, say }, fault) {
   );
 }
 
+/**
+ * Who comes by the code of a room is asked for a nickname, and for nothing else.
+ * @param {Room} room
+ */
+export function openJoinCard(room) {
+  const { say, session, app } = room;
+  const fault = h("p", { class: "fault", role: "alert" });
+  const away = awayLine(app);
+  const later = button(say("class.join.later"), () => card.close(), { class: "as-link" });
+  const head = h("h2", { id: "join-head" }, say("class.joinHere"));
+  const attributes = { class: "join-card", "aria-labelledby": "join-head" };
+  const card = h("dialog", attributes, head, joinForm(room, fault), fault, away.place, later);
+  const end = session.subscribe(() => session.state === "live" && card.close());
+  card.addEventListener("close", () => {
+    end();
+    away.end();
+    card.remove();
+    app.store.set({ view: { drawer: "class" } });
+  });
+  document.body.append(card);
+  card.showModal();
+  /** @type {HTMLElement | null} */ (card.querySelector("[data-class=nickname]"))?.focus();
+}
+
 /** @param {HTMLElement} element @param {Room} room */
 export function mountJoin(element, room) {
   const { say, session } = room;

@@ -87,13 +87,13 @@ export function mountPupil(element, room, follower) {
   const sheet = mountGivenSheet(room);
   const { code, nickname } = session.entry ?? { code: "" };
   element.append(
-    h("p", { class: "quiet" }, say("class.youAre", { code, nickname })),
-    now,
     words,
-    hand.place,
     question.place,
+    hand.place,
+    now,
     sheet.place,
     stateKeys(room, follower),
+    h("p", { class: "quiet" }, say("class.youAre", { code, nickname })),
     h(
       "p",
       { class: "class-foot" },

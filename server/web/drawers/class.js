@@ -4,8 +4,9 @@
 // Invariant: one room at a time; it goes on while other drawers are open and languages change.
 
 import { awayLine } from "../class/away.js";
+import { createBanner } from "../class/banner.js";
 import { mountChip } from "../class/chip.js";
-import { mountJoin } from "../class/join.js";
+import { mountJoin, openJoinCard } from "../class/join.js";
 import { createSession } from "../class/session.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
@@ -61,7 +62,12 @@ function lifeOf(app) {
   app.files.style("class/class.css").catch(() => {});
   const session = createSession(app.client);
   /** @type {Room} */
-  const room = { app, session, say: app.text, tell: (words) => app.announce(words) };
+  const room = { app, session, say: app.text, tell: () => {} };
+  const banner = createBanner(room);
+  room.tell = (words) => {
+    app.announce(words);
+    if (session.entry?.role === "pupil") banner.show(words);
+  };
   /** @type {Life} */
   const one = {
     room,
@@ -85,7 +91,8 @@ export async function resume(/** @type {App} */ app) {
   const found = await one.room.session.resume(codeInAddress());
   one.back = false;
   if (found && one.room.session.entry?.role === "pupil") await one.coming;
-  app.store.set({ view: { drawer: "class" } });
+  if (!found && codeInAddress()) openJoinCard(one.room);
+  else app.store.set({ view: { drawer: "class" } });
 }
 
 /** Which of its faces the drawer has now. @param {Life} one */

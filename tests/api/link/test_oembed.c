@@ -115,12 +115,14 @@ TEST(the_answer_holds_a_frame_whose_attributes_nothing_ends) {
     api_buffer_init(&out, 1 << 16);
     CHECK_INT(api_oembed_write(&wanted, &out), PEND_OK);
     CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
-    CHECK_TEXT(out.data,
-               "{\"version\":\"1.0\",\"type\":\"rich\",\"title\":\"pendulumd\",\"provider_name\":"
-               "\"pendulumd\",\"provider_url\":\"http://h/\",\"width\":300,\"height\":200,\"html\":"
-               "\"<iframe src=\\\"http://h/?embed=1&amp;length=1,1&amp;theta=9#d=a\\\\b\\\" "
-               "width=\\\"300\\\" height=\\\"200\\\" title=\\\"pendulumd\\\" style=\\\"border:0\\\""
-               " loading=\\\"lazy\\\" allow=\\\"fullscreen\\\"></iframe>\"}");
+    CHECK_TEXT(
+        out.data,
+        "{\"version\":\"1.0\",\"type\":\"rich\",\"title\":\"Pendulum of 2 arms\",\"provider_name\":"
+        "\"pendulumd\",\"provider_url\":\"http://h/\",\"width\":300,\"height\":200,\"html\":"
+        "\"<iframe src=\\\"http://h/?embed=1&amp;length=1,1&amp;theta=9#d=a\\\\b\\\" "
+        "width=\\\"300\\\" height=\\\"200\\\" title=\\\"Pendulum of 2 arms\\\" "
+        "style=\\\"border:0\\\""
+        " loading=\\\"lazy\\\" allow=\\\"fullscreen\\\"></iframe>\"}");
     api_buffer_clear(&out);
     api_buffer_init(&out, 100);
     CHECK_INT(api_oembed_write(&wanted, &out), PEND_LIMIT);

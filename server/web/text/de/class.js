@@ -10,9 +10,10 @@ export default {
   "class.intro":
     "Zusammen arbeiten: Deine Lehrkraft hat einen Code aus sechs Zeichen. Kein Konto, und niemand fragt nach deinem Namen.",
   "class.code": "Code des Raums",
-  "class.nickname": "Wie soll die Klasse dich nennen?",
+  "class.nickname": "Spitzname",
   "class.nickname.hint": "Irgendein kurzer Name; es muss nicht deiner sein.",
   "class.join": "Mitmachen",
+  "class.join.later": "Erst umsehen",
   "class.join.code": "Ein Code hat sechs Buchstaben und Ziffern, ohne 0, 1, I und O.",
   "class.join.nickname": "Wähle einen Namen für die Klasse.",
   "class.join.none": "Es gibt keinen Raum {code}. Sieh dir den Code noch einmal an.",

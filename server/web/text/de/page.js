@@ -1,7 +1,7 @@
 // German: the keys of en/page.js.
 
 export default {
-  name: "Pendelbäume",
+  name: "Pendellabor",
   language: "Sprache",
   theme: "Hell oder dunkel",
   undo: "Rückgängig",
@@ -11,6 +11,7 @@ export default {
   docs: "API",
   degrees: "{angle}°",
   seconds: "{time} s",
+  menu: "Menü",
   close: "Schließen",
   again: "Noch einmal",
   "again.now": "Jetzt versuchen",

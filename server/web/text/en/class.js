@@ -10,9 +10,10 @@ export default {
   "class.intro":
     "Work together: your teacher has a code of six characters. No account, and nobody asks your name.",
   "class.code": "Code of the room",
-  "class.nickname": "What shall the class call you?",
+  "class.nickname": "Nickname",
   "class.nickname.hint": "Any short name; it need not be your own.",
   "class.join": "Join",
+  "class.join.later": "Look around first",
   "class.join.code": "A code has six letters and digits, without 0, 1, I and O.",
   "class.join.nickname": "Choose a name for the class to call you.",
   "class.join.none": "There is no room {code}. Look at the code once more.",

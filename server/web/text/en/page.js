@@ -3,7 +3,7 @@
 // (tests/rules/words.sh).
 
 export default {
-  name: "Pendulum trees",
+  name: "Pendulum Lab",
   language: "Language",
   theme: "Light or dark",
   undo: "Undo",
@@ -13,6 +13,7 @@ export default {
   docs: "API",
   degrees: "{angle}°",
   seconds: "{time} s",
+  menu: "Menu",
   close: "Close",
   again: "Try again",
   "again.now": "Try now",

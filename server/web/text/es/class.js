@@ -10,9 +10,10 @@ export default {
   "class.intro":
     "Trabajar juntos: tu docente tiene un código de seis caracteres. Sin cuenta, y nadie pregunta tu nombre.",
   "class.code": "Código de la sala",
-  "class.nickname": "¿Cómo quieres que te llame la clase?",
+  "class.nickname": "Apodo",
   "class.nickname.hint": "Cualquier nombre corto; no hace falta que sea el tuyo.",
   "class.join": "Entrar",
+  "class.join.later": "Mirar primero",
   "class.join.code": "Un código tiene seis letras y cifras, sin 0, 1, I ni O.",
   "class.join.nickname": "Elige un nombre para la clase.",
   "class.join.none": "No hay ninguna sala {code}. Mira el código otra vez.",

@@ -1,7 +1,7 @@
 // Spanish: the keys of en/page.js.
 
 export default {
-  name: "Árboles de péndulos",
+  name: "Laboratorio de péndulos",
   language: "Idioma",
   theme: "Claro u oscuro",
   undo: "Deshacer",
@@ -11,6 +11,7 @@ export default {
   docs: "API",
   degrees: "{angle}°",
   seconds: "{time} s",
+  menu: "Menú",
   close: "Cerrar",
   again: "Reintentar",
   "again.now": "Intentar ahora",

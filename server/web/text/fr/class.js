@@ -10,9 +10,10 @@ export default {
   "class.intro":
     "Travailler ensemble : ton professeur a un code de six caractères. Pas de compte, et personne ne demande ton nom.",
   "class.code": "Code de la salle",
-  "class.nickname": "Comment la classe doit-elle t’appeler ?",
+  "class.nickname": "Pseudo",
   "class.nickname.hint": "N’importe quel nom court ; ce n’est pas forcément le tien.",
   "class.join": "Entrer",
+  "class.join.later": "D’abord regarder",
   "class.join.code": "Un code a six lettres et chiffres, sans 0, 1, I ni O.",
   "class.join.nickname": "Choisis un nom pour la classe.",
   "class.join.none": "Il n’y a pas de salle {code}. Regarde encore une fois le code.",

@@ -1,7 +1,7 @@
 // French: the keys of en/page.js.
 
 export default {
-  name: "Arbres de pendules",
+  name: "Labo pendule",
   language: "Langue",
   theme: "Clair ou sombre",
   undo: "Annuler",
@@ -11,6 +11,7 @@ export default {
   docs: "API",
   degrees: "{angle}°",
   seconds: "{time} s",
+  menu: "Menu",
   close: "Fermer",
   again: "Réessayer",
   "again.now": "Essayer maintenant",

@@ -10,9 +10,10 @@ export default {
   "class.intro":
     "Samenwerken: je docent heeft een code van zes tekens. Geen account, en niemand vraagt je naam.",
   "class.code": "Code van het lokaal",
-  "class.nickname": "Hoe moet de klas je noemen?",
+  "class.nickname": "Bijnaam",
   "class.nickname.hint": "Een korte naam; het hoeft niet je eigen te zijn.",
   "class.join": "Meedoen",
+  "class.join.later": "Eerst rondkijken",
   "class.join.code": "Een code heeft zes letters en cijfers, zonder 0, 1, I en O.",
   "class.join.nickname": "Kies een naam voor de klas.",
   "class.join.none": "Er is geen lokaal {code}. Kijk nog eens naar de code.",

@@ -1,7 +1,7 @@
 // Dutch: the keys of en/page.js.
 
 export default {
-  name: "Slingerbomen",
+  name: "Slingerlab",
   language: "Taal",
   theme: "Licht of donker",
   undo: "Ongedaan maken",
@@ -11,6 +11,7 @@ export default {
   docs: "API",
   degrees: "{angle}°",
   seconds: "{time} s",
+  menu: "Menu",
   close: "Sluiten",
   again: "Nog eens proberen",
   "again.now": "Nu proberen",

@@ -10,9 +10,10 @@ export default {
   "class.intro":
     "Birlikte çalışın: öğretmeninde altı karakterli bir kod var. Hesap yok, kimse adını sormaz.",
   "class.code": "Odanın kodu",
-  "class.nickname": "Sınıf sana ne desin?",
+  "class.nickname": "Takma ad",
   "class.nickname.hint": "Kısa bir ad yeter; kendi adın olması gerekmez.",
   "class.join": "Katıl",
+  "class.join.later": "Önce göz at",
   "class.join.code": "Kodda 0, 1, I ve O dışında altı harf ve rakam vardır.",
   "class.join.nickname": "Sınıf için bir ad seç.",
   "class.join.none": "{code} diye bir oda yok. Koda bir daha bak.",

@@ -1,7 +1,7 @@
 // Turkish: the keys of en/page.js.
 
 export default {
-  name: "Sarkaç ağaçları",
+  name: "Sarkaç laboratuvarı",
   language: "Dil",
   theme: "Açık ya da koyu",
   undo: "Geri al",
@@ -11,6 +11,7 @@ export default {
   docs: "API",
   degrees: "{angle}°",
   seconds: "{time} s",
+  menu: "Menü",
   close: "Kapat",
   again: "Yeniden dene",
   "again.now": "Şimdi dene",
