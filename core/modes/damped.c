@@ -29,7 +29,7 @@ static void damped_form(const struct linear_arms *arms, int drag, double out[]) 
     }
 }
 
-/* adds a torque of the joints, of `strength` a radian of what an arm differs by from its holder */
+/* adds a torque of the joints, of `strength` per radian of an arm's angle to its holder */
 static void damped_joint(const struct linear_arms *arms, size_t k, double strength, double out[]) {
     size_t n = (size_t)arms->n;
     out[k * n + k] += strength;
@@ -62,7 +62,7 @@ enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct
     return status;
 }
 
-/* B or S: what hangs on a cart turns against the ground */
+/* B or S; arms on a cart turn against the ground */
 static void damped_paths(const struct pend_tree *tree, const struct pend_loads *loads,
                          enum pend_matrix which, double out[]) {
     size_t n = (size_t)tree->n, cart = (size_t)tree->order[0];
@@ -123,8 +123,8 @@ static struct pend_damped *damped_alloc(int n) {
     return made;
 }
 
-/* the first arm whose angle a shape may be measured by: a cart's place, m, is no angle, and counts
- * where no arm swings */
+/* the first arm whose angle scales a shape; a cart's position, m, is not an angle and counts only
+ * if no arm swings */
 static size_t damped_first(const struct pend_damped *damped, const double complex shape[]) {
     if (!damped->loads || !pend_terms_cart(damped->loads->terms)) return 0;
     for (int k = 1; k < damped->n; k++)
@@ -132,7 +132,7 @@ static size_t damped_first(const struct pend_damped *damped, const double comple
     return 0;
 }
 
-/* adds a mode; its shape's entry of largest size becomes 1 */
+/* adds a mode; the largest entry of its shape becomes 1 */
 static void damped_add(struct pend_damped *damped, double complex value,
                        const double complex shape[]) {
     size_t n = (size_t)damped->n, row = (size_t)damped->count * n;
@@ -152,7 +152,7 @@ static void damped_add(struct pend_damped *damped, double complex value,
     damped->decay[damped->count++] = creal(value);
 }
 
-/* nothing damps: K x = omega^2 M x */
+/* no damping: K x = omega^2 M x */
 static enum pend_status damped_symmetric(struct pend_damped *damped, double mass[],
                                          double stiffness[]) {
     size_t n = (size_t)damped->n;
@@ -173,7 +173,7 @@ static enum pend_status damped_symmetric(struct pend_damped *damped, double mass
         least = fmax(least, (double)n * 0x1p-52 * fabs(value[j]));
     for (size_t j = 0; j < n && !status; j++) {
         double square = value[j];
-        if (fabs(square) <= least) square = 0; // a cart that nothing holds
+        if (fabs(square) <= least) square = 0; // a free cart
         for (size_t i = 0; i < n; i++) shape[i] = block[i * n + j];
         if (square >= 0) {
             damped_add(damped, I * sqrt(square), shape);
@@ -234,7 +234,7 @@ static enum pend_status damped_general(struct pend_damped *damped, double mass[]
     double *block = malloc((3 * rows * rows + 2 * rows) * sizeof *block);
     enum pend_status status = work && block ? PEND_OK : PEND_NO_MEMORY;
     if (!status) {
-        // whatever the units of time and of a cart's place are
+        // for any units of time and of a cart's position
         gsl_eigen_nonsymmv_params(1, work);
         gsl_matrix_view matrix = gsl_matrix_view_array(block, rows, rows);
         gsl_matrix_complex_view vector =
@@ -251,7 +251,7 @@ static enum pend_status damped_general(struct pend_damped *damped, double mass[]
     return status;
 }
 
-/* mode a comes before mode b: those that grow first, then by omega, then by decay */
+/* true if mode a comes before mode b: growing modes first, then by omega, then by decay */
 static int damped_before(const struct pend_damped *d, int a, int b) {
     int grows = d->decay[a] > 0, other = d->decay[b] > 0;
     if (grows != other) return grows;
@@ -281,7 +281,7 @@ static void damped_sort(struct pend_damped *d) {
     }
 }
 
-/* the modes about the equilibrium that is in `damped` already */
+/* the modes about the equilibrium that `damped` already contains */
 static enum pend_status damped_solve(struct pend_damped *damped, const struct pend_tree *tree,
                                      const struct pend_loads *loads) {
     size_t square = (size_t)tree->n * (size_t)tree->n;
@@ -300,7 +300,7 @@ static enum pend_status damped_solve(struct pend_damped *damped, const struct pe
     return status;
 }
 
-/* the modes that were found without a matrix; what is round-off of 0 is 0 */
+/* takes over the modes found without a matrix; round-off of 0 becomes 0 */
 static enum pend_status damped_take_still(struct pend_damped *damped, const double square[],
                                           const double vector[]) {
     size_t n = (size_t)damped->n;
@@ -322,7 +322,7 @@ static enum pend_status damped_take_still(struct pend_damped *damped, const doub
     return PEND_OK;
 }
 
-/* goes on with the search without a matrix, and keeps the mode that it may have found */
+/* continues the search without a matrix, and stores a mode if it found one */
 static enum pend_status damped_take_lossy(struct pend_damped *damped, int *done) {
     enum pend_lossy_stage stage = PEND_LOSSY_UNDER_WAY;
     double complex root = 0, *shape = malloc((size_t)damped->n * sizeof *shape);

@@ -1,8 +1,8 @@
-/* Small motions of a real pendulum about an equilibrium: the modes there, damped or not: of
- * few arms from dense matrices.
- * Leaves to others: where it is (rest), many arms (still, lossy), ideal pendulums, whose modes need
- * no matrix (modes). Invariant: the equations are M x'' + C
- * x' + K x = 0 in the angles x from the equilibrium; drives that depend on time are left out. */
+/* Small motions of a real pendulum about an equilibrium: its modes, damped or not. Few arms use
+ * dense matrices.
+ * Leaves to others: the equilibrium (rest), many arms (still, lossy), ideal pendulums, whose modes
+ * need no matrix (modes). Invariant: the equations are M x'' + C x' + K x = 0 in the angles x from
+ * the equilibrium; drives that depend on time are ignored. */
 #ifndef PEND_DAMPED_H
 #define PEND_DAMPED_H
 
@@ -11,10 +11,10 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* From so many coordinates on the modes of what loses nothing are found without a matrix: below,
- * dense ones are as quick. */
+/* From this number of coordinates on, undamped modes are found without a matrix; for fewer, dense
+ * matrices are as fast. */
 enum { PEND_DAMPED_TREE = 24 };
-/* The most coordinates whose damped modes are found from dense matrices. */
+/* The largest number of coordinates whose damped modes are found from dense matrices. */
 enum { PEND_DAMPED_DENSE = 100 };
 
 struct pend_lossy;
@@ -25,22 +25,22 @@ struct pend_damped {
     int n, count;    /* arms; modes, n .. 2 n */
     double *phi;     /* n: the equilibrium, rad, stored order */
     double *omega;   /* rad/s, >= 0 */
-    double *decay;   /* 1/s: the real part of the eigenvalue, below 0 where the mode dies away */
-    double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k; the arm's entry
-                        of largest size is 1, or a cart's, m, where no arm swings */
-    /* while they are looked for */
+    double *decay;   /* 1/s: the real part of the eigenvalue, negative for a decaying mode */
+    double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k. The largest
+                      * arm's entry is 1, or that of a cart, m, if no arm swings. */
+    /* the search under way */
     const struct pend_tree *tree;
     const struct pend_loads *loads;
     struct pend_still *still;
-    double *square; /* n + n^2 numbers of it */
+    double *square; /* n + n^2 numbers for it */
     struct pend_lossy *lossy;
 };
 
 /**
- * Fills in M, C and K at an equilibrium, n x n row-major each.
+ * Computes M, C and K at an equilibrium, n x n row-major each.
  *
  * M  kg m^2: M_jk = Re(conj(p u_j) H_k u_k) for an arm k beyond the point p of arm j, H the first
- *    moment of an arm and of all that hangs on it; M_kk = J_k + sum |p_c|^2 m_c.
+ *    moment of an arm with its sub-tree; M_kk = J_k + sum |p_c|^2 m_c.
  * C  N m s/rad: friction of the joints (that of speed s as f / s), drag of the tips, 2 gamma M.
  * K  N m/rad: springs, and Re(conj(G) H_k u_k) on the diagonal, G = i g + a, with its sign.
  *
@@ -53,8 +53,8 @@ PEND_MUST_CHECK enum pend_status pend_damped_matrices(const struct pend_tree *tr
                                                       double damping[], double stiffness[]);
 
 /**
- * Fills in one of the matrices of M x'' + C x' + K x = B u, u the torques of the joints; A is
- * M^-1 K, S the path matrix.
+ * Computes one of the matrices of M x'' + C x' + K x = B u, u the torques of the joints; A is M^-1
+ * K, S the path matrix.
  *
  * phi  n angles of an equilibrium, rad, stored order.
  * out  n x n row-major, in the caller's order; a cart's own entry of B and S is the only one in
@@ -70,15 +70,15 @@ PEND_MUST_CHECK enum pend_status pend_damped_matrix(const struct pend_tree *tree
                                                     double out[]);
 
 /**
- * Finds all modes about the equilibrium that Newton's method finds from a start.
+ * Finds all modes about the equilibrium to which Newton's method converges from a start.
  *
  * damped  out; NULL on failure; released by pend_damped_free.
  * phi     n angles to start from, rad, stored order.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE the equilibrium was not found, or eigenvalues did not converge.
- * Modes are sorted: those that grow first, then by omega, then by decay. O(n^2) where
- * nothing damps or there are more than PEND_DAMPED_DENSE, else O(n^3) with a matrix of 2 n rows.
+ * Modes are sorted: growing ones first, then by omega, then by decay. O(n^2) without damping or
+ * above PEND_DAMPED_DENSE, else O(n^3) with a matrix of 2 n rows.
  */
 PEND_MUST_CHECK enum pend_status pend_damped_new(struct pend_damped **damped,
                                                  const struct pend_tree *tree,
@@ -86,13 +86,13 @@ PEND_MUST_CHECK enum pend_status pend_damped_new(struct pend_damped **damped,
                                                  struct pend_error *error);
 
 /**
- * Finds the equilibrium as pend_damped_new, and leaves the modes to pend_damped_step.
+ * Finds the equilibrium as pend_damped_new; pend_damped_step finds the modes.
  *
  * tree, loads  must outlive the search.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE the equilibrium was not found.
- * O(n) a step of Newton's method.
+ * O(n) per step of Newton's method.
  */
 PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
                                                    const struct pend_tree *tree,
@@ -100,11 +100,11 @@ PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
                                                    const double phi[], struct pend_error *error);
 
 /**
- * Goes on with the modes: some hundred sweeps over a tree of PEND_DAMPED_TREE arms or more that
- * loses nothing, or of more than PEND_DAMPED_DENSE, else all at once.
+ * Continues the search for modes: some hundred sweeps over an undamped tree of PEND_DAMPED_TREE
+ * arms or more, or a damped one of more than PEND_DAMPED_DENSE; otherwise all modes at once.
  *
- * damped  not done yet; NULL on failure.
- * done    out, non-zero once all modes are there.
+ * damped  not finished; NULL on failure.
+ * done    out, non-zero once all modes are found.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE eigenvalues did not converge.

@@ -8,8 +8,8 @@
 
 /**
  * Allocates a block aligned to 64 bytes; blocks of 4 MiB or more use huge pages if the system has
- * them. A matrix of eigenvectors is written once, so that the page faults of small pages would be
- * a quarter of its cost.
+ * them. A matrix of eigenvectors is written once; page faults of small pages would take a quarter
+ * of that time.
  *
  * Returns NULL if memory is short. The contents are not initialized.
  */

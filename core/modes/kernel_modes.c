@@ -10,7 +10,7 @@ typedef KERNEL_OF(lanes, ) lanes;
 #define kernel_fma KERNEL_OF(lanes, _fma)
 #define kernel_all KERNEL_OF(lanes, _of)
 
-/* several vectors of shifts side by side keep the processor busy where the tree is a chain */
+/* several vectors of shifts side by side keep the processor busy in a chain */
 enum { DD_TYPE = 4, GROUP = DD_TYPE * WIDTH };
 
 typedef long long masks __attribute__((vector_size(WIDTH * sizeof(double))));
@@ -18,13 +18,13 @@ typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(d
 
 #define INLINE static inline __attribute__((always_inline))
 
-/* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and
- * sums over pivots that nearly do keep their digits. */
+/* Added to each pivot, relative to its spring. It is far below round-off, but no pivot vanishes,
+ * and sums over nearly vanishing pivots keep their digits. */
 #define KERNEL_TINY 0x1p-57
 
-/* 1 / x of normal x, each in place. A division occupies the widest unit for 16 cycles, half of
- * all that a node takes:
- * there an estimate of 14 bits is refined twice, to 42 bits and then to the last place. */
+/* 1 / x of normal x, each in place. A division occupies the widest unit for 16 cycles, half the
+ * time of a node. With AVX-512 an estimate of 14 bits is refined twice instead, to 42 bits and to
+ * the last place. */
 INLINE void kernel_inverses(lanes x[], int count) {
 #if defined(__AVX512F__)
     __m512d one = (__m512d)kernel_all(1), estimate[DD_TYPE], rest[DD_TYPE];
@@ -61,9 +61,8 @@ struct tally {
     sign_bits below[DD_TYPE];
 };
 
-/* What the children pull becomes what the node itself pulls. Step after step for all shifts: the
- * processor looks only a hundred operations ahead, less than one shift's way through the node
- * takes. */
+/* Computes a node's pull from its children's pulls. Step by step for all shifts, because the
+ * processor looks ahead only a hundred operations, less than one shift needs for a node. */
 INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass,
                        int pairs) {
     double tiny = spring * KERNEL_TINY;
@@ -101,19 +100,19 @@ INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *re
     struct pulls stack[PEND_LAPLACIAN_STACK], pulls = {0};
     int top = 0;
     for (int k = laplacian->n - 1; k >= 0; k--) switch (turn[k]) {
-        case 0: /* inside a chain, or the first sibling with arms on it */
+        case 0: /* inside a chain, or the first sibling with children */
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
-        case PEND_TURN_LEAF: /* a new branch begins, while the sums of its sibling wait */
+        case PEND_TURN_LEAF: /* a new branch begins; the sums of its sibling are on the stack */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
-        case PEND_TURN_NEXT: /* a branch ends beside siblings that wait */
+        case PEND_TURN_NEXT: /* a branch ends; its siblings' sums are on the stack */
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             pulls_add(&pulls, &stack[--top], pairs);
             break;
-        default: { /* a single arm beside siblings */
+        default: { /* a single arm with siblings */
             struct pulls leaf = {0};
             probe_node(&tally, &leaf, spring[k], mass[k], pairs);
             pulls_add(&pulls, &leaf, pairs);
@@ -154,11 +153,11 @@ static void kernel_probe(const struct pend_laplacian *laplacian, int count,
     }
 }
 
-/* Arrays of the twisted factorization, WIDTH entries a node. What a division can restore is not
- * kept: for large trees the time goes into memory. */
+/* Arrays of the twisted factorization, WIDTH entries per node. Values that a division can restore
+ * are not stored, because large trees are limited by memory bandwidth. */
 struct twist {
     lanes *t;     /* pivot from below, without the node's own spring */
-    lanes *above; /* what pulls from above, c u / (u + c); before, the sums over earlier siblings */
+    lanes *above; /* pull from above, c u / (u + c); before, the sums over earlier siblings */
     lanes *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
 
@@ -192,7 +191,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k], mass = laplacian->mass[k];
         if (k) {
-            /* everything at the parent but this branch */
+            /* everything at the parent except this branch */
             int p = parent[k];
             lanes u = kernel_fma(-shift, kernel_all(laplacian->mass[p]), w.above[p]), earlier = {0};
             if (k > p + 1) u += earlier = w.above[k];
@@ -215,7 +214,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
     return at;
 }
 
-/* goes from the twist of one lane to the pivot: x into tip, y = x - x_parent into above */
+/* from the twist of one lane to the pivot: x into tip, y = x - x_parent into above */
 static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, int k, int lane) {
     double x = 1;
     for (;; k = laplacian->parent[k]) {
@@ -258,8 +257,8 @@ INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
     for (int i = 0; i < WIDTH; i++) memcpy(row[i] + k, &node[i], sizeof node[i]);
 }
 
-/* spreads x from the climbed ways into all other branches and writes the angles to their rows;
- * returns sum m x^2 */
+/* propagates x from the paths to the pivot into all other branches and stores the angles in their
+ * rows; returns sum m x^2 */
 static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at,
                           double *row[]) {
     const int *end = laplacian->end;

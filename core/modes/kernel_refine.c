@@ -11,7 +11,7 @@
 #define wide_pick WIDE_(pick)
 #define num_pick NUM_(pick)
 
-/* a correction of the eigenvalue by this part or less ends the iteration */
+/* a correction of the eigenvalue by at most this part ends the iteration */
 #define FINE_ENOUGH 1e-27
 
 enum { FINE_ROUNDS = 5 };
@@ -19,12 +19,12 @@ enum { FINE_ROUNDS = 5 };
 /* The arrays of the twisted factorization, as in kernel_modes. */
 struct fine {
     num *t;     /* pivot from below, without the node's own spring */
-    num *above; /* what pulls from above; before, the sums over earlier siblings; then, in .high, x
-                   - x_parent */
+    num *above; /* pull from above; before, the sums over earlier siblings; then, in .high, x -
+                 * x_parent */
     num *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
 
-/* t + c, kept from vanishing */
+/* t + c, replaced if it nearly vanishes */
 VEC_INLINE num fine_pivot(num t, double spring) {
     num d = num_add(t, num_of(spring));
     d.high = wide_pick((wide_mask)(d.high == 0), wide_of(spring * 0x1p-110), d.high);
@@ -64,7 +64,7 @@ static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shi
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k], mass = laplacian->mass[k];
         if (k) {
-            /* everything at the parent but this branch */
+            /* everything at the parent except this branch */
             int p = laplacian->parent[k];
             num u = num_fma(minus_shift, num_of(laplacian->mass[p]), w.above[p]),
                 earlier = num_of(0);
@@ -90,7 +90,7 @@ static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shi
     return at;
 }
 
-/* goes from the twists to the pivot */
+/* from the twists to the pivot */
 static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wide_mask at) {
     num x = num_of(1);
     for (int k = laplacian->n - 1; k >= 0; k--) {
@@ -103,8 +103,8 @@ static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wi
     }
 }
 
-/* spreads x from the climbed ways into all other branches and writes the angles to their rows;
- * returns sum m x^2 */
+/* propagates x from the paths to the pivot into all other branches and stores the angles in their
+ * rows; returns sum m x^2 */
 static wide fine_spread(const struct pend_laplacian *laplacian, struct fine w, wide_mask at,
                         double *row[]) {
     wide total = {0};
@@ -140,7 +140,7 @@ void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
         wide_mask at = fine_down(laplacian, minus_shift, w, &gamma);
         fine_climb(laplacian, w, at);
         square = fine_spread(laplacian, w, at, vector);
-        /* Rayleigh's quotient: the residual is gamma, at the twist alone, where x is 1 */
+        /* Rayleigh quotient: the residual is gamma at the twist, where x is 1, and 0 elsewhere */
         num step = num_of(0);
         step.high = -gamma / square;
         for (int i = 0; i < WIDE; i++)

@@ -2,23 +2,22 @@
  *
  *     s = -w^2 + 2 i w drag_per_mass,  d = i w drag,  kappa = spring + i w damper
  *     form = s mass + d,  cross = s moment + d lever,  own = s inertia + d span + fall
- *     each child, of base b + place x, adds its form, cross and own in that base
- *     D = own + kappa,  x = (couple - <cross, b> + kappa x_p) / D
+ *     each child, with base b + place x, adds its form, cross and own in terms of that base D = own
+ *     + kappa,  x = (couple - <cross, b> + kappa x_p) / D
  *
- * (without x_p where the joint turns against the ground: at the pivot, and on a cart)
- * and x put into the rest leaves a symmetric form in b and x_p for the parent: a complex number
- * has no sign, so no pivot is safe. One that is nearly 0 is replaced by a small number, and what
- * the equations miss then is solved for once more; the same corrects what light arms between heavy
- * ones lose. */
+ * (without x_p if the joint turns against the ground: at the pivot, and on a cart). Substituting x
+ * leaves a symmetric form in b and x_p for the parent. Complex pivots can vanish: one near 0 is
+ * replaced by a small number, and iterative refinement removes the residual. Refinement also
+ * restores the digits that light arms between heavy ones lose. */
 #include "core/modes/kernel_response.h"
 
 #include "core/simd/vec_isa.h"
 
 #define INLINE static inline __attribute__((always_inline))
 
-/* the part of its parts' size below which a pivot is replaced */
+/* a pivot below this part of the size of its terms is replaced */
 #define KERNEL_TINY 0x1p-50
-/* the part of their parts' size that the equations may miss */
+/* allowed residual of the equations, relative to the size of their terms */
 #define KERNEL_MISSED 0x1p-50
 
 enum { CORRECTIONS = 6 };
@@ -49,7 +48,7 @@ INLINE wave wave_mul(wave a, wave b) {
     return (wave){lanes8_fma(a.re, b.re, -(a.im * b.im)), lanes8_fma(a.re, b.im, a.im * b.re)};
 }
 
-/* r a + c of a real number */
+/* r a + c with a real r */
 INLINE wave wave_scale(double r, wave a, wave c) {
     lanes8 all = lanes8_of(r);
     return (wave){lanes8_fma(all, a.re, c.re), lanes8_fma(all, a.im, c.im)};
@@ -96,7 +95,7 @@ static void kernel_open(const struct linear_arm *arm, const struct kernel_shift 
     wave_put(&node->joint, joint);
 }
 
-/* adds to a parent what is left of an arm whose angle is eliminated */
+/* adds the form of an arm, its angle eliminated, to its parent */
 static void kernel_pass(const struct linear_arm *arm, const struct response_node *node,
                         struct response_node *parent) {
     wave x = wave_get(&node->cross[0]), y = wave_get(&node->cross[1]);
@@ -142,8 +141,8 @@ static void kernel_factor(const struct linear_arms *arms, const struct kernel_sh
     }
 }
 
-/* adds the angles that a right-hand side gives, `couple` of the nodes and the pivot's displacement,
- * in the lanes of a mask */
+/* adds the solution for a right-hand side, `couple` of the nodes and the pivot's displacement, in
+ * the lanes of a mask */
 static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bits8 where,
                          struct response_node node[]) {
     wave none = {lanes8_of(0), lanes8_of(0)};
@@ -166,7 +165,7 @@ static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bi
         const struct linear_arm *arm = arms->arm + k;
         const struct response_node *parent = arm->parent < 0 ? NULL : node + arm->parent;
         wave sum = wave_get(&node[k].couple);
-        // `rest` holds the parent's new angle, push the new displacement of the joint
+        // `rest` holds the parent's new angle, `push` the new displacement of the joint
         wave carrier = parent ? wave_get(&parent->rest) : none;
         wave held = arm->holder < 0 ? none : carrier;
         for (int i = 0; i < 2; i++) {
@@ -185,7 +184,7 @@ static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bi
     }
 }
 
-/* displacements of the joints from the angles */
+/* computes displacements of the joints from the angles */
 static void kernel_place(const struct linear_arms *arms, const wave pivot[2],
                          struct response_node node[]) {
     for (int k = 0; k < arms->n; k++) {
@@ -198,7 +197,7 @@ static void kernel_place(const struct linear_arms *arms, const wave pivot[2],
     }
 }
 
-/* the force at the joint and what the arm's own equation misses, children apart */
+/* the force at the joint and the residual of the arm's own equation, without children */
 static void kernel_balance(const struct linear_arms *arms, const struct kernel_shift *shift, int k,
                            struct response_node node[]) {
     const struct linear_arm *arm = arms->arm + k;
@@ -226,12 +225,12 @@ static void kernel_balance(const struct linear_arms *arms, const struct kernel_s
     scale += wave_size(bent);
     wave_put(&node[k].rest, miss);
     lanes8_put(node[k].scale.im, scale);
-    // the torque of the joint, which acts on the parent too: couple is free until the next solution
+    // the torque of the joint acts on the parent too; couple is free until the next solution
     wave_put(&node[k].couple, arm->holder < 0 ? none : bent);
 }
 
-/* forces at the joints, and what the equations miss; returns the lanes in which that is too much
- */
+/* forces at the joints, and residuals of the equations; returns the lanes in which these are too
+ * large */
 static bits8 kernel_check(const struct linear_arms *arms, const struct kernel_shift *shift,
                           struct response_node node[]) {
     bits8 missed = (bits8)(lanes8_of(0) != 0);
@@ -257,8 +256,8 @@ static bits8 kernel_check(const struct linear_arms *arms, const struct kernel_sh
     return missed;
 }
 
-/* sums of squares: of the answer, and of the drives' torques with the pivot's, each in the units of
- * the arms' own stiffness */
+/* sums of squares of the solution and of the torques of drives and pivot, in units of the arms' own
+ * stiffness */
 static void kernel_sizes(const struct linear_arms *arms, const struct kernel_shift *shift,
                          const wave pivot[2], struct response_sweep *sweep,
                          const struct response_node node[]) {

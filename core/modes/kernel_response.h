@@ -1,7 +1,7 @@
-/* The sweeps over a tree that answer harmonic drives of eight frequencies, side by side: compiled
- * once for each instruction set.
- * Leaves to others: the constants of the arms (linear_arms), what is answered (response).
- * Invariant: lanes never mix, so that a frequency has the same bits in any company. */
+/* The sweeps over a tree for its response to harmonic drives of eight frequencies, side by side;
+ * compiled once for each instruction set.
+ * Leaves to others: the constants of the arms (linear_arms), the results (response).
+ * Invariant: lanes never mix, so that the bits of a frequency do not depend on the others. */
 #ifndef PEND_KERNEL_RESPONSE_H
 #define PEND_KERNEL_RESPONSE_H
 
@@ -16,33 +16,35 @@ struct response_lanes {
     double im[RESPONSE_LANES];
 };
 
-/* What the sweeps keep of an arm. With the base's displacement b and the arm's angle x, all that
- * hangs on the arm asks for the force form b + cross x at its base. */
+/* The values of an arm in the sweeps. With the displacement b of the base and the arm's angle x,
+ * the sub-tree exerts the force form b + cross x at its base. */
 struct response_node {
     struct response_lanes form[3], cross[2], own; /* xx, xy, yy; couplings; of x itself */
     struct response_lanes joint, inverse;         /* spring and damper; of the pivot */
-    struct response_lanes drive, couple, push[2]; /* N m, wanted; N m, N, of an elimination */
+    struct response_lanes drive, couple, push[2]; /* N m, given; N m, N, of an elimination */
     struct response_lanes angle, base[2];         /* rad, m */
-    struct response_lanes force[2], rest;         /* N at the joint; N m, what the equations miss */
-    struct response_lanes scale;                  /* sizes: of own, of rest's parts */
+    struct response_lanes force[2], rest;         /* N at the joint; N m, residual of the
+                                                   * equation */
+    struct response_lanes scale;                  /* sizes: of own, of the terms of rest */
 };
 
-/* What the sweeps of eight frequencies are given and tell. */
+/* Input and output of the sweeps for eight frequencies. */
 struct response_sweep {
     double omega[RESPONSE_LANES];   /* rad/s */
     struct response_lanes pivot[2]; /* m, the pivot's displacement */
-    double moved[RESPONSE_LANES];   /* J: the answer's squares times the arms' own stiffness */
-    double driven[RESPONSE_LANES];  /* J: the torques' squares over it */
+    double moved[RESPONSE_LANES];   /* J: sum of squares of the solution times the arms' own
+                                     * stiffness */
+    double driven[RESPONSE_LANES];  /* J: sum of squares of the torques over that stiffness */
 };
 
 /**
  * Solves the equations of motion for eight frequencies, with angles, displacements of joints and
  * forces at joints in the nodes.
  *
- * node  n, aligned to 64; in: drive; out: the rest of it.
+ * node  n, aligned to 64; in: drive; out: all other members.
  *
- * Cannot fail; what overflows is not finite. O(n): one sweep to the root and one back, and two
- * more for each correction, at most six, by what the equations still miss.
+ * Cannot fail; values that overflow are not finite. O(n): one sweep to the root and one back, and
+ * two more for each of at most six refinements.
  */
 typedef void pend_response_fn(const struct linear_arms *arms, struct response_sweep *sweep,
                               struct response_node node[]);

@@ -49,7 +49,7 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
     int n = laplacian->n;
     const int *parent = laplacian->parent, *end = laplacian->end;
     /* no eigenvalue is below 1 / trace(L^-1 M), and this trace is the sum over all nodes of the
-     * mass that a node carries over its spring */
+     * sub-tree's mass over the node's spring */
     double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1],
            springs[PEND_LAPLACIAN_STACK + 1];
     int top = 0, height[PEND_LAPLACIAN_STACK + 1], tall = 0;

@@ -2,7 +2,8 @@
  * tied to the pivot.
  * Leaves to others: eigenvalues and vectors (modes_values, modes_vectors), merged branches
  * (modes_symmetry).
- * Invariant: L is never assembled; parent[k] < k, and of siblings the heaviest comes last. */
+ * Invariant: L is never assembled; parent[k] < k, and of siblings the one with the largest sub-tree
+ * comes last. */
 #ifndef PEND_LAPLACIAN_H
 #define PEND_LAPLACIAN_H
 
@@ -20,7 +21,7 @@ enum { PEND_LAPLACIAN_STACK = 34 };
 /* All arrays have n entries and lie in one block. L = S^-T diag(spring) S^-1. */
 struct pend_laplacian {
     int n;
-    double *spring;      /* N/m: g (S^T m) / l; negative where the arm stands up */
+    double *spring;      /* N/m: g (S^T m) / l; negative for an upright arm */
     double *mass;        /* kg */
     double *len;         /* m */
     int *parent, *end;   /* as in the tree */
@@ -49,10 +50,10 @@ void pend_laplacian_free(struct pend_laplacian **laplacian);
 int pend_laplacian_valid(const struct pend_laplacian *laplacian);
 
 /**
- * The spring of an arm about an equilibrium.
+ * Returns the spring of an arm about an equilibrium.
  *
  * k   stored number of the arm.
- * up  n flags in stored order, non-zero where the arm stands up; NULL when all hang.
+ * up  n flags in stored order, non-zero for upright arms; NULL if all hang.
  */
 double pend_laplacian_spring(const struct pend_tree *tree, const struct pend_loads *loads,
                              const unsigned char up[], int k);

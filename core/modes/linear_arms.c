@@ -6,7 +6,7 @@
 
 #include "core/modes/rest.h"
 
-/* i times a vector of the arm's frame, turned */
+/* i times a vector of the arm's frame, rotated into fixed axes */
 static void linear_lever(double complex turn, const double from[2], double to[2]) {
     double complex lever = I * turn * (from[0] + I * from[1]);
     to[0] = creal(lever);
@@ -18,14 +18,14 @@ static double complex linear_turn(const struct pend_loads *loads, const double p
     return !k && pend_terms_cart(loads->terms) ? 1 : cexp(I * phi[k]);
 }
 
-/* the constants of an arm alone */
+/* the constants of an arm without its sub-tree */
 static void linear_alone(const struct pend_tree *tree, const struct pend_loads *loads,
                          const double phi[], int k, struct linear_arm *arm) {
     const struct pend_terms *terms = loads->terms;
     struct rest_body body = pend_rest_arm(tree, loads, k);
     double complex turn = linear_turn(loads, phi, k);
     double tip[2] = {tree->len[k], 0}, point[2] = {0, 0};
-    // the tip of a cart stands for the point whose move by a unit of its place is the rail's
+    // the tip of a cart represents the point whose displacement per unit of position is the rail's
     // direction
     if (!k && pend_terms_cart(terms))
         tip[0] = body.moment[0] / body.mass, tip[1] = body.moment[1] / body.mass;

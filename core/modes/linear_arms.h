@@ -1,28 +1,29 @@
 /* The arms of a real pendulum in small motions about an equilibrium: the constants of the
  * linearized equations.
  * Leaves to others: the equilibrium (rest), solving the equations (still, lossy, damped, response).
- * Invariant: the constants are those at the given angles, whether or not these are at rest. */
+ * Invariant: the constants are those at the given angles, even if these are not an equilibrium. */
 #ifndef PEND_LINEAR_ARMS_H
 #define PEND_LINEAR_ARMS_H
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Constants of an arm. The angle of a cart, which is arm 0 then, is its place on the rail in m, and
- * so are the units of all that goes with it. Vectors have x and y in the fixed frame, and are the
- * derivative of a place by an angle: i times what the arm's frame says, turned. */
+/* Constants of an arm. The angle of a cart, arm 0, is its position on the rail in m, and the units
+ * of its constants change accordingly. Vectors have x and y in the fixed frame. They are
+ * derivatives of positions by an angle: i times the vector in the arm's frame, rotated. */
 struct linear_arm {
     int parent;
-    int holder; /* the arm against which its joint turns it: the parent, or -1 for the ground */
+    int holder; /* the arm relative to which its joint turns it: the parent, or -1 for the ground */
     double mass, moment[2], inertia; /* kg, kg m, kg m^2, of the arm alone */
     double drag, lever[2], span;     /* N s/m; m, of the tip; m^2, the lever's square */
-    double fall;                     /* N m/rad, of gravity on the arm and all that hangs on it */
+    double fall;                     /* N m/rad, of gravity on the arm and its sub-tree */
     double spring, damper;           /* N m/rad, N m s/rad, of its joint */
     double place[2];                 /* m, of its joint, by its parent's angle */
-    double whole[2], wind[2];        /* kg m, N s: the moments of masses and of drag with all that
-                                        hangs on the arm */
+    double whole[2], wind[2];        /* kg m, N s: first moments of mass and of drag of the arm and
+                                      * its sub-tree */
     double whole_mass;               /* kg, of the same */
-    double whole_inertia, wind_inertia; /* kg m^2, N m s: with what hangs on the arm as points */
+    double whole_inertia, wind_inertia; /* kg m^2, N m s: with the sub-tree's arms as points at the
+                                         * tip */
 };
 
 struct linear_arms {
@@ -32,10 +33,10 @@ struct linear_arms {
 };
 
 /**
- * Fills in the constants.
+ * Computes the constants.
  *
  * arms  out; ends with pend_linear_arms_clear, also after a failure.
- * phi   n angles, rad, stored order; a cart's place in m.
+ * phi   n angles, rad, stored order; a cart's position in m.
  *
  * PEND_NO_MEMORY  O(n).
  */

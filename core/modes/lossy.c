@@ -16,10 +16,11 @@ enum {
     LOSSY_SEED = 2
 };
 
-/* a root has settled when it moves by less than this part of its size; it is real when its
- * imaginary part is less; the most that a shape may miss of the equations, in parts of the largest
- * torque; how far a root may be from where the roots settled, in parts of its size, which is far
- * where many are alike; and how far the sum of 1 / (z - p) may be from what the sweep at z has */
+/* A root has converged if it moves by less than `settled` of its size; it is real if its imaginary
+ * part is below `real_part`. Next: the allowed residual of a shape, relative to the largest torque;
+ * the allowed distance of a root from its converged value, relative to its size, large because of
+ * clusters; and the allowed difference between the sum of 1 / (z - p) and the sweep's value at
+ * z. */
 static const double settled = 1e-11, real_part = 1e-8, missed_most = 1e-9, moved_most = 0.3,
                     sum_missed = 1e-6;
 
@@ -28,13 +29,13 @@ struct dual {
     double complex v, d;
 };
 
-/* factors of masses, of what is lost and of what pulls back */
+/* factors of masses, of damping and of stiffness */
 struct lossy_factors {
     struct dual mass, loss;
     double back;
 };
 
-/* what the sweeps keep of an arm */
+/* values of an arm in the sweeps */
 struct lossy_node {
     struct dual form[3], cross[2], own, joint;
     double complex inverse;                /* of the pivot */
@@ -45,16 +46,17 @@ struct lossy_node {
 
 struct pend_lossy {
     struct linear_arms arms;
-    struct pend_still *still;  /* NULL once the modes without losses are there */
-    int n, round, at;          /* Aberth's round; the next root of it, or to be handed out */
-    int moving;                /* roots of the round that have not settled */
-    int fewest, patience;      /* the fewest so far, and the rounds left until there are fewer */
+    struct pend_still *still;  /* NULL once the undamped modes are found */
+    int n, round, at;          /* Aberth's round; its next root, or the next root to return */
+    int moving;                /* roots of the round that have not converged */
+    int fewest, patience;      /* the smallest such number so far, and the rounds left in which it
+                                * must decrease */
     int zeros;                 /* roots that are 0 */
     double least;              /* 1/s: a root below it is 0 */
-    double *square, *vector;   /* n, n x n: those modes */
+    double *square, *vector;   /* n, n x n: the undamped modes */
     double complex *root;      /* 2 n */
     double complex *x, *y;     /* n each */
-    unsigned char *still_root; /* 2 n flags: the root has settled */
+    unsigned char *still_root; /* 2 n flags: the root has converged */
     struct lossy_node *node;   /* n */
 };
 
@@ -106,7 +108,7 @@ static struct dual lossy_cross(const struct lossy_factors *f, const struct linea
     return lossy_weigh(f, arm->moment[i], arm->drag * arm->lever[i]);
 }
 
-/* adds to a parent what is left of an arm whose angle is eliminated */
+/* adds the form of an arm, its angle eliminated, to its parent */
 static void lossy_pass(const struct linear_arm *arm, const struct lossy_node *node,
                        struct dual inverse, struct lossy_node *parent) {
     const struct dual none = {0, 0};
@@ -148,7 +150,7 @@ static double complex lossy_factor(struct pend_lossy *s, double complex p) {
         const struct linear_arm *arm = s->arms.arm + k;
         struct lossy_node *node = s->node + k;
         struct dual pivot = dual_add(node->own, node->joint);
-        // at a root to rounding: its parts cancel
+        // at a root up to rounding: its terms cancel
         double parts = cabs(f.mass.v * arm->inertia) + fabs(arm->fall) + cabs(node->joint.v);
         if (cabs(pivot.v) <= 0x1p-60 * parts) pivot.v = 0x1p-60 * parts;
         struct dual inverse = dual_inverse(pivot);
@@ -159,7 +161,7 @@ static double complex lossy_factor(struct pend_lossy *s, double complex p) {
     return sum;
 }
 
-/* x of form x = b by the factors; b and x may be one */
+/* solves form x = b by the factors; b and x may be the same array */
 static void lossy_solve(const struct pend_lossy *s, const double complex b[], double complex x[]) {
     struct lossy_node *node = s->node;
     for (int k = 0; k < s->n; k++) {
@@ -190,8 +192,8 @@ static void lossy_solve(const struct pend_lossy *s, const double complex b[], do
     }
 }
 
-/* the rows of a form times x, and the sizes of their parts, in the nodes; derived: of its
- * derivative */
+/* the rows of a form, or of its derivative if `derived`, times x, and the sizes of their terms,
+ * into the nodes */
 static void lossy_apply(const struct pend_lossy *s, double complex p, int derived,
                         const double complex x[]) {
     struct lossy_factors f = lossy_at(s, p);
@@ -230,7 +232,7 @@ static void lossy_apply(const struct pend_lossy *s, double complex p, int derive
     }
 }
 
-/* what a mode without losses, of unit size in M, loses: x^T C x */
+/* the damping x^T C x of an undamped mode of unit mass norm */
 static double lossy_loss(const struct pend_lossy *s, const double x[]) {
     double sum = 2 * s->arms.drag_per_mass;
     for (int k = 0; k < s->n; k++) {
@@ -249,7 +251,8 @@ static double lossy_loss(const struct pend_lossy *s, const double x[]) {
     return sum;
 }
 
-/* the roots of every mode by itself, a little beside each other and beside the real axis */
+/* initial roots: those of every mode alone, slightly apart from each other and from the real
+ * axis */
 static void lossy_guess(struct pend_lossy *s) {
     assert(s->n >= 1 && s->square && s->vector && s->root);
     double most = fmax(fabs(s->square[0]), fabs(s->square[s->n - 1])), null = s->n * 0x1p-52 * most;
@@ -293,8 +296,8 @@ static int lossy_move(struct pend_lossy *s, int i) {
     return cabs(move) <= settled * cabs(p) || cabs(s->root[i]) <= s->least;
 }
 
-/* what stands still has roots of 0, the smallest; those that are nearly real are real.
- * PEND_NOT_FINITE if there are more on one side of the real axis */
+/* Sorts the roots: of neutral modes the smallest ones become 0, nearly real ones real.
+ * PEND_NOT_FINITE if there are more on one side of the real axis. */
 static enum pend_status lossy_sort_out(struct pend_lossy *s) {
     int above = 0;
     assert(s->zeros >= 0 && s->zeros <= 2 * s->n);
@@ -314,11 +317,11 @@ static enum pend_status lossy_sort_out(struct pend_lossy *s) {
     return above ? PEND_NOT_FINITE : PEND_OK;
 }
 
-/* the next sweeps of the rounds; `ready` once all roots have settled */
+/* continues with the sweeps of the rounds; `ready` once all roots have converged */
 static enum pend_status lossy_go(struct pend_lossy *s, int *ready) {
     for (int sweep = 0; sweep < LOSSY_SWEEPS && !*ready; s->at++) {
         if (s->at == 2 * s->n) {
-            // rounding makes multiple roots wander about where they are
+            // rounding errors keep multiple roots moving around their value
             if (s->moving < s->fewest) s->fewest = s->moving, s->patience = LOSSY_PATIENCE;
             *ready = !s->moving || !s->patience-- || s->round == LOSSY_ROUNDS;
             s->at = -1;
@@ -336,14 +339,14 @@ static enum pend_status lossy_go(struct pend_lossy *s, int *ready) {
     return lossy_sort_out(s);
 }
 
-/* y^T (rows of the nodes) */
+/* y^T times the rows of the nodes */
 static double complex lossy_product(const struct pend_lossy *s, const double complex y[]) {
     double complex sum = 0;
     for (int k = 0; k < s->n; k++) sum += y[k] * s->node[k].row;
     return sum;
 }
 
-/* the largest row over the largest of its parts */
+/* the largest row relative to its largest term */
 static double lossy_missed(const struct pend_lossy *s) {
     double most = 0, size = 0;
     for (int k = 0; k < s->n; k++) {
@@ -360,7 +363,7 @@ static int lossy_unit(const struct pend_lossy *s, double complex y[]) {
     return most > 0 && isfinite(most);
 }
 
-/* the shape that a root begins with: that of its mode without losses, and a little of all else */
+/* the initial shape of a root: that of its undamped mode, plus a little of every other angle */
 static void lossy_shape(struct pend_lossy *s, int i) {
     const double *mode = s->vector + (size_t)(i / 2) * (size_t)s->n;
     double most = 0;
@@ -369,7 +372,7 @@ static void lossy_shape(struct pend_lossy *s, int i) {
         s->x[k] = mode[k] / most + 1e-3 * pend_rng_normal(LOSSY_SEED, (uint64_t)i, 2 + (uint32_t)k);
 }
 
-/* improves root i and its shape; the best of both is in *root and x; returns what they miss */
+/* improves root i and its shape; stores the best of both in *root and x; returns their residual */
 static double lossy_polish(struct pend_lossy *s, int i, double complex *root) {
     double complex p = s->root[i];
     double best = INFINITY;
@@ -379,7 +382,7 @@ static double lossy_polish(struct pend_lossy *s, int i, double complex *root) {
     for (int round = 0; round < LOSSY_POLISHES; round++) {
         lossy_apply(s, p, 1, s->x);
         for (int k = 0; k < s->n; k++) s->y[k] = s->node[k].row;
-        // at a root to rounding the solution is large, and along the shape
+        // at a root up to rounding the solution is large and parallel to the shape
         (void)lossy_factor(s, p);
         lossy_solve(s, s->y, s->y);
         if (!lossy_unit(s, s->y)) break;
@@ -404,7 +407,7 @@ static double lossy_polish(struct pend_lossy *s, int i, double complex *root) {
     return best;
 }
 
-/* PEND_NOT_FINITE if the roots that were handed out and their conjugates are not all */
+/* PEND_NOT_FINITE if the returned roots and their conjugates are not all roots */
 static enum pend_status lossy_check(struct pend_lossy *s) {
     double largest = 0, smallest = INFINITY;
     for (int i = 0; i < 2 * s->n; i++) {
@@ -413,7 +416,7 @@ static enum pend_status lossy_check(struct pend_lossy *s) {
         if (size > 0) smallest = fmin(smallest, size);
     }
     for (int part = 0; part < 4 && largest > 0; part++) {
-        // few roots are near there: those that grow
+        // few roots are near there, only those of growing modes
         double complex z = (2 + I) * smallest * pow(largest / smallest, part / 3.0);
         double complex sum = -lossy_factor(s, z);
         double size = cabs(sum);
@@ -478,7 +481,7 @@ enum pend_status pend_lossy_new(struct pend_lossy **lossy, const struct pend_tre
     }
     s->vector = s->square + n;
     s->x = s->root + 2 * n;
-    s->y = s->root + 3 * n; // and n more, for the best shape
+    s->y = s->root + 3 * n; // n more, for the best shape
     return PEND_OK;
 }
 

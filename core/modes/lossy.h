@@ -1,17 +1,17 @@
-/* Small motions of a real pendulum that loses energy, without a matrix: all roots and shapes of
- * M x'' + C x' + K x = 0 about an equilibrium, O(n^2) in all.
- * Leaves to others: where it rests (rest), the modes without losses that it begins with (still),
- * few arms, whose dense matrices are as quick (damped). Invariant: 2 n roots are followed, and no
- * two of them become one; a root that is handed out solves the equations with its shape.
+/* Small motions of a damped real pendulum without a matrix: all roots and shapes of M x'' + C x' +
+ * K x = 0 about an equilibrium, O(n^2) in total.
+ * Leaves to others: the equilibrium (rest), the undamped modes as initial values (still), few arms,
+ * for which dense matrices are as fast (damped). Invariant: 2 n distinct roots are iterated; a
+ * returned root and its shape solve the equations.
  *
- * Derivation. For a complex p the form p^2 M + p C + K of a tree is eliminated from the leaves on,
- * as `response` does it with p = i omega. Its determinant is the product of the pivots D, and so
- * sum D'/D, which the same sweep computes, is the logarithmic derivative of the polynomial whose
- * roots are wanted. Ehrlich's and Aberth's method (Math. Comp. 27, 1973) moves all roots at once,
+ * Derivation. For a complex p, a sweep from the leaves eliminates the form p^2 M + p C + K of a
+ * tree, as `response` does for p = i omega. Its determinant is the product of the pivots D. So sum
+ * D'/D, which the same sweep computes, is the logarithmic derivative of the characteristic
+ * polynomial. Ehrlich's and Aberth's method (Math. Comp. 27, 1973) moves all roots at once,
  *     p_i <- p_i - N / (1 - N sum_j 1 / (p_i - p_j)),   N = 1 / sum D'/D,
- * beginning with the roots of p^2 + p x^T C x + omega^2 of the modes x without losses. The root and
- * its shape are then found to rounding by solving with the form at p: y = (form)^-1 (form)' x and
- * p <- p - y^T (form) y / y^T (form)' y, the symmetric form's Rayleigh quotient. */
+ * starting from the roots of p^2 + p x^T C x + omega^2 for the undamped modes x. The root and its
+ * shape are then refined to rounding by solving with the form at p: y = (form)^-1 (form)' x and p
+ * <- p - y^T (form) y / y^T (form)' y, the Rayleigh quotient of the symmetric form. */
 #ifndef PEND_LOSSY_H
 #define PEND_LOSSY_H
 
@@ -22,7 +22,7 @@
 
 struct pend_lossy;
 
-/* What a step has come to. */
+/* The result of a step. */
 enum pend_lossy_stage { PEND_LOSSY_UNDER_WAY, PEND_LOSSY_MODE, PEND_LOSSY_DONE };
 
 /**
@@ -41,12 +41,12 @@ PEND_MUST_CHECK enum pend_status pend_lossy_new(struct pend_lossy **lossy,
 void pend_lossy_free(struct pend_lossy **lossy);
 
 /**
- * Goes on with the search: some hundred sweeps over the tree.
+ * Continues the search by some hundred sweeps over the tree.
  *
- * stage  out; PEND_LOSSY_MODE: `root`, 1/s, is one whose imaginary part is 0 or more, and shape, n
- *        values, its angles, of any size. Conjugates are not handed out.
+ * stage  out; PEND_LOSSY_MODE: `root`, 1/s, has an imaginary part >= 0, and shape contains its n
+ *        angles, of any scale. Conjugates are not returned.
  *
- * PEND_NOT_FINITE  the roots did not converge, or one does not solve the equations.
+ * PEND_NOT_FINITE  the roots did not converge, or one of them does not solve the equations.
  */
 PEND_MUST_CHECK enum pend_status pend_lossy_step(struct pend_lossy *lossy,
                                                  enum pend_lossy_stage *stage, double complex *root,

@@ -9,9 +9,8 @@ const char *const pend_matrix_names[PEND_MATRIX_COUNT + 1] = {
 
 static double matrix_sign(const unsigned char up[], int k) { return up && up[k] ? -1 : 1; }
 
-/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k, which is not zero for the arm itself, its parent, its
- * children and its siblings
- */
+/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k, which is non-zero only for the arm itself, its parent, its
+ * children and its siblings */
 static void matrix_row_a(const struct pend_tree *tree, const struct pend_loads *loads, double sign,
                          int j, double row[]) {
     int p = tree->parent[j];
@@ -25,7 +24,7 @@ static void matrix_row_a(const struct pend_tree *tree, const struct pend_loads *
     row[tree->order[j]] = (own + at_base) * tree->subtree_mass[j];
 }
 
-/* l_j l_k times the mass that both carry */
+/* l_j l_k times the mass that both arms carry */
 static void matrix_row_m(const struct pend_tree *tree, const unsigned char up[], int j,
                          double row[]) {
     double own = matrix_sign(up, j) * tree->len[j];

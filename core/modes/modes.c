@@ -13,17 +13,18 @@
  * eigenvalue is a few units of the last place */
 #define MODES_MULTIPLE 2e-15
 
-/* ratio of eigenvalues from which rounding errors of large terms hide the squares of small ones */
+/* at this ratio of eigenvalues, rounding errors of large terms exceed the squares of the smallest
+ * frequencies */
 #define MODES_FAR 1e30
 
-/* the number of vectors that one step spreads or scales */
+/* the number of vectors that one step expands or scales */
 enum { MODES_PIECE = 32 };
 
 /* eigenvalue number `index` of those computed of a part, with all its occurrences */
 struct mode {
     double value;
     int part, index;
-    int row; /* of the first occurrence in the result; below 0 if that is not selected */
+    int row; /* of the first occurrence in the result; negative if it is not selected */
 };
 
 /* the step that comes next; the phases follow each other in this order */
@@ -43,19 +44,18 @@ struct pend_modes_search {
     const struct pend_tree *tree;
     struct pend_spectrum *spectrum;
     enum phase phase;
-    int part;    /* the part whose eigenvalues are under way, in PHASE_VALUES */
+    int part;    /* the current part, in PHASE_VALUES */
     int *first;  /* for each part, its first index in value[]; one more entry ends the last part */
     int *number; /* for each part, the number of its first computed eigenvalue */
     double *value; /* the computed eigenvalues, signed, ascending in each part */
     struct mode *mode;
     int mode_count;
     int below;      /* number of modes below those computed */
-    int drop, keep; /* the rows wanted are drop .. keep - 1; the others only complete multiple
-                       frequencies */
+    int drop, keep; /* the requested rows are drop .. keep - 1; the others only complete multiple
+                     * frequencies */
     struct pend_modes *modes;
-    int *lead;   /* for each row, the first arm that moves, the caller's number; -1 if that is not
-                    known */
-    int at, end; /* the modes of the part under way, in PHASE_VECTORS and PHASE_SPREAD */
+    int *lead;   /* for each row, the first arm that moves, as the caller's number; -1 if unknown */
+    int at, end; /* the modes of the current part, in PHASE_VECTORS and PHASE_SPREAD */
     int low;     /* index of the first of their vectors */
     int row; /* the number of occurrences done in PHASE_SPREAD; the next row from PHASE_STAND on */
     struct pend_vectors *vectors;
@@ -106,7 +106,7 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
                         int *first, int *end) {
     const struct pend_laplacian *l = s->spectrum->part[part];
     const struct pend_modes_request *r = &s->request;
-    /* no count is needed if there is one part, or if all or no modes are wanted */
+    /* one part, or all or no modes: no count is needed */
     *first = r->count && r->count < s->tree->n ? r->first : 0;
     *end = r->count < s->tree->n ? *first + r->count : l->n;
     if (s->spectrum->symmetry->part_count == 1 || !r->count || r->count == s->tree->n) return;
@@ -121,7 +121,7 @@ static enum pend_status modes_plan(struct pend_modes_search *s) {
     int parts = s->spectrum->symmetry->part_count, values = 0;
     double cut[2] = {0, 0};
     if (parts > 1 && s->request.count && s->request.count < s->tree->n) {
-        /* shifts that have all selected modes between them, and few others */
+        /* shifts that enclose all selected modes and few others */
         cut[0] = pend_spectrum_cut(s->spectrum, s->request.first, 0);
         cut[1] = pend_spectrum_cut(s->spectrum, s->request.first + s->request.count, 1);
     }
@@ -214,15 +214,15 @@ static void modes_fill_rows(struct pend_modes_search *s, int low, int high, int 
     }
 }
 
-/* Turns the wanted rows, begin .. end - 1 of those computed, into the rows of the result, together
- * with all other rows of multiple frequencies that the selection cuts; pend_modes_trim drops these.
- */
+/* Converts the requested rows, begin .. end - 1 of those computed, to the rows of the result,
+ * together with all other rows of multiple frequencies that the selection cuts; pend_modes_trim
+ * removes these. */
 static enum pend_status modes_rows(struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
     int begin = (r->count ? r->first : s->below) - s->below, end = begin + r->count, low = 0,
         high = s->mode_count;
     modes_count_rows(s);
-    /* the modes that have these rows */
+    /* the modes of these rows */
     while (low < high && s->mode[low].row + modes_times(s, &s->mode[low]) <= begin) low++;
     while (low < high && s->mode[high - 1].row >= end) high--;
     if (low < high) {
@@ -269,7 +269,7 @@ static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     s->low = s->mode[s->at].index;
     size_t count = (size_t)(s->mode[s->end - 1].index - s->low + 1);
     s->vector = malloc(count * sizeof *s->vector);
-    /* a tree without like branches has its vectors written in place */
+    /* in a tree without like branches, vectors are written in place */
     if (!whole) s->room = malloc(count * (size_t)n * sizeof *s->room);
     if (!s->vector || (!whole && !s->room)) return PEND_NO_MEMORY;
     for (size_t i = 0; i < count; i++)
@@ -291,7 +291,7 @@ static enum pend_status modes_vectors(struct pend_modes_search *s) {
     return PEND_OK;
 }
 
-/* spreads occurrences of one mode over the whole tree, then goes to the next mode or part */
+/* expands occurrences of one mode over the whole tree, then continues with the next mode or part */
 static enum pend_status modes_spread(struct pend_modes_search *s) {
     const struct mode *mode = &s->mode[s->at];
     int times = modes_times(s, mode), n = s->spectrum->part[mode->part]->n;
@@ -309,7 +309,7 @@ static enum pend_status modes_spread(struct pend_modes_search *s) {
     return ++s->at == s->end ? modes_run_begin(s) : PEND_OK;
 }
 
-/* changes signs: so far an angle is a displacement to the right over a length, and a standing arm
+/* changes signs: so far an angle is a displacement to the right over a length, and an upright arm
  * turns the other way */
 static void modes_stand(struct pend_modes_search *s) {
     for (int piece = 0; piece < MODES_PIECE && s->row < s->modes->count; piece++, s->row++) {
@@ -464,8 +464,8 @@ void pend_modes_search_free(struct pend_modes_search **search) {
 
 double pend_modes_cost(int n, int count, int vectors) {
     assert(n >= 1 && count >= 0);
-    /* 4.4 sweeps an eigenvalue of 1 ns an arm; a vector costs about 8, more where the vectors
-     * leave the cache */
+    /* 4.4 sweeps per eigenvalue at 1 ns per arm; a vector takes about 8, more if the vectors do not
+     * fit in the cache */
     return 1e-9 * n * (count + 20.0) * (vectors ? 20 : 5.5);
 }
 

@@ -17,19 +17,20 @@ enum pend_select {
     PEND_SELECT_BETWEEN
 };
 
-/* What is wanted of a tree's modes; {.loads.gravity = 9.81} asks for all frequencies about hanging.
- */
+/* The request for a tree's modes; {.loads.gravity = 9.81} requests all frequencies about
+ * hanging. */
 struct pend_modes_request {
     struct pend_loads loads; /* what acts on the tree; gravity > 0 */
     int vectors;             /* non-zero to compute the eigenvectors too */
     enum pend_normalize normalize;
     enum pend_select
-        select; /* in ascending order of signed omega^2, so that modes that grow come first */
+        select; /* in ascending order of signed omega^2, so that growing modes come first */
     int count;  /* SLOWEST, FASTEST: number of modes; NUMBERS: of modes from number `first` on */
     int first;  /* NUMBERS: from 0 */
-    double from, to; /* BETWEEN, rad/s: from <= omega <= to, to round-off; none is no error */
-    const unsigned char *up; /* n flags in stored order, non-zero where the arm stands up; NULL: all
-                                hang. theta is the small deviation from that equilibrium. */
+    double from, to; /* BETWEEN, rad/s: from <= omega <= to, to round-off; an empty range is no
+                      * error */
+    const unsigned char *up; /* n flags in stored order, non-zero for upright arms; NULL: all hang.
+                              * theta is the small deviation from that equilibrium. */
 };
 
 /* A search under way. */
@@ -40,8 +41,8 @@ struct pend_modes_search;
  *
  * No matrix is formed: in tip displacements the linearization is a weighted tree. Sweeps over this
  * tree count the eigenvalues below a shift, to full relative precision, and give the vectors
- * (core/theory.md). Like branches are solved once. No eigenvalue is 0, whichever arms stand, and
- * the number of negative ones is the number of arms that stand.
+ * (core/theory.md). Like branches are solved once. No eigenvalue is 0, and the number of negative
+ * ones is the number of upright arms.
  *
  * Signs and bases are fixed, so that the same tree gives the same vectors: the first entry in the
  * caller's order that is not zero (PEND_MODES_ZERO) is positive, and the vectors of a multiple
@@ -77,8 +78,8 @@ PEND_MUST_CHECK enum pend_status pend_modes_search_step(struct pend_modes_search
                                                         struct pend_error *error);
 
 /**
- * Returns the modes that a finished search found, which the caller releases by pend_modes_free;
- * NULL after the first call.
+ * Returns the modes of a finished search; the caller releases them by pend_modes_free. NULL after
+ * the first call.
  */
 struct pend_modes *pend_modes_search_take(struct pend_modes_search *search);
 
@@ -92,13 +93,13 @@ void pend_modes_search_free(struct pend_modes_search **search);
  */
 double pend_modes_cost(int n, int count, int vectors);
 
-/** Makes a whole search. Parameters and errors as pend_modes_search_new and _step. */
+/** Runs a whole search. Parameters and errors as pend_modes_search_new and _step. */
 PEND_MUST_CHECK enum pend_status pend_modes_select(struct pend_modes **modes,
                                                    const struct pend_tree *tree,
                                                    const struct pend_modes_request *request,
                                                    struct pend_error *error);
 
-/** All modes about hanging: pend_modes_select with the rest of the request 0. */
+/** All modes about hanging: pend_modes_select with all other members of the request 0. */
 PEND_MUST_CHECK enum pend_status pend_modes_new(struct pend_modes **modes,
                                                 const struct pend_tree *tree,
                                                 const struct pend_loads *loads, int vectors,

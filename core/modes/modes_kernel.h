@@ -1,6 +1,6 @@
 /* The sweeps over a tree with many shifts side by side, one shift in each lane of a vector, and
  * the choice of the instruction set.
- * Leaves to others: which shifts (modes_values), orthogonality (modes_vectors).
+ * Leaves to others: the choice of shifts (modes_values), orthogonality (modes_vectors).
  * Invariant: a lane's bits depend only on its shift, not on other lanes or their number. */
 #ifndef PEND_MODES_KERNEL_H
 #define PEND_MODES_KERNEL_H
@@ -21,7 +21,7 @@ struct pend_modes_probe {
 struct pend_modes_kernel {
     int lanes; /* number of eigenvectors that one call of `vectors` or `fine` computes */
 
-    /** Fills in count probes from their shifts. O(count n). */
+    /** Computes count probes from their shifts. O(count n). */
     void (*probe)(const struct pend_laplacian *laplacian, int count,
                   struct pend_modes_probe probe[]);
 
@@ -31,16 +31,16 @@ struct pend_modes_kernel {
      * value   `lanes` eigenvalues to full precision.
      * lead    the node whose angle is to be positive.
      * work    3 * lanes * n doubles, aligned to 64.
-     * vector  out, `lanes` pointers to n angles each; lanes whose result is not used may share one.
-     * tip     out, the same for the tip displacements; NULL if they are not wanted.
+     * vector  out, `lanes` pointers to n angles each; unused lanes may share one.
+     * tip     out, the same for the tip displacements; NULL if not needed.
      */
     void (*vectors)(const struct pend_laplacian *laplacian, const double value[], int lead,
                     double work[], double *vector[], double *tip[]);
 
     /**
-     * Does the same in sums of two doubles, about ten times as slowly, for eigenvalues that are
-     * near each other. It refines the eigenvalues too, so that vectors whose eigenvalues agree to
-     * 1e-11 are still orthogonal to round-off.
+     * The same in double-double, about ten times slower, for close eigenvalues. It refines the
+     * eigenvalues too, so that vectors with eigenvalues that agree to 1e-11 are still orthogonal to
+     * round-off.
      *
      * work    6 * lanes * n doubles, aligned to 64.
      */

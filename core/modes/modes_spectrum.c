@@ -7,13 +7,13 @@
 
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
-/* (rad/s)^2, the range of the squares of the frequencies: outside it sums and quotients of the
+/* (rad/s)^2, the range of the squares of the frequencies: outside it, sums and quotients of the
  * sweeps would overflow or lose digits */
 #define SPECTRUM_LEAST 1e-300
 #define SPECTRUM_MOST 1e300
 
-/* N/m: a pivot of a sweep may be smaller than its spring by 2^110, and its inverse must be a number
- */
+/* N/m: a pivot of a sweep may be smaller than its spring by 2^110, and its inverse must be
+ * finite */
 #define SPECTRUM_WEAKEST 1e-270
 
 /* the spectrum between two calls */
@@ -41,7 +41,7 @@ enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct
         s->least = fmin(s->least, s->part[i]->least);
         s->most = fmax(s->most, s->part[i]->most);
     }
-    /* as many directions give way as arms stand up */
+    /* there are as many negative eigenvalues as upright arms */
     for (int k = 0; up && k < tree->n; k++) s->negative += up[k] != 0;
     status = PEND_OK;
     assert(spectrum_valid(s));
@@ -138,7 +138,7 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
         int below[SPECTRUM_SHIFTS], i = 0;
         spectrum_shifts(lo, hi, negative, at, shift);
         pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
-        /* the first shift that has the number below it */
+        /* the first shift above the eigenvalue of this number */
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
         if (i == 0 || below[i] == number) return shift[i];
         int slack = number / 8 + 8, more = below[i] - number, less = number - below[i - 1];
@@ -150,7 +150,7 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
     return 0;
 }
 
-/* turns L into -L and back */
+/* replaces L by -L, and back */
 static void spectrum_negate(struct pend_laplacian *l) {
     for (int k = 0; k < l->n; k++) l->spring[k] = -l->spring[k];
 }

@@ -33,7 +33,7 @@ struct pend_spectrum {
 /**
  * Prepares the spectrum of a tree about an equilibrium.
  *
- * up  n flags in stored order, non-zero where an arm stands up; NULL when all hang.
+ * up  n flags in stored order, non-zero for upright arms; NULL if all hang.
  *
  * PEND_NO_MEMORY  O(n).
  */
@@ -47,10 +47,10 @@ void pend_spectrum_free(struct pend_spectrum **spectrum);
 
 /**
  * Checks that the squares of the frequencies lie within the range of numbers in which modes can be
- * computed, 1e-300 to 1e300 (rad/s)^2, and that gravity pulls every arm back by 1e-270 N/m at
- * least.
+ * computed, 1e-300 to 1e300 (rad/s)^2, and that the stiffness of gravity at every arm is at least
+ * 1e-270 N/m.
  *
- * PEND_INVALID  error says where they lie. O(n).
+ * PEND_INVALID  error contains them. O(n).
  */
 PEND_MUST_CHECK enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
                                                      struct pend_error *error);

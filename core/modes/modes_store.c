@@ -89,8 +89,7 @@ static double store_largest(int n, const double x[]) {
     return largest[0];
 }
 
-/* the caller's number, from `from`, of the first arm whose entry is not zero; n when there is
- * none */
+/* the caller's number, >= `from`, of the first arm with a non-zero entry; n if there is none */
 static int store_first(const struct pend_tree *tree, const double x[], double zero, int from) {
     while (from < tree->n && fabs(x[tree->place[from]]) <= zero) from++;
     return from;
@@ -108,7 +107,7 @@ static void store_rotate(int n, double x[], double y[], int entry) {
     y[entry] = 0;
 }
 
-/* brings `group` orthogonal vectors into the echelon form of the caller's order; they stay
+/* transforms `group` orthogonal vectors to echelon form in the caller's order; they stay
  * orthogonal */
 static void store_echelon(const struct pend_tree *tree, int group, double vector[]) {
     int n = tree->n, lead = 0;
@@ -138,7 +137,7 @@ static void store_echelon(const struct pend_tree *tree, int group, double vector
     }
 }
 
-/* the number by which a vector is to be divided; NaN where all its entries are zero or infinite */
+/* the divisor of a vector for its normalization; NaN if all its entries are zero or infinite */
 static double store_divisor(const struct pend_tree *tree, const double x[], double norm,
                             enum pend_normalize rule, int lead) {
     double largest = lead < 0 || rule == PEND_NORMALIZE_MAX ? store_largest(tree->n, x) : 0;

@@ -13,24 +13,24 @@
 
 /* The scale and the sign of a vector. */
 enum pend_normalize {
-    PEND_NORMALIZE_MASS,  /* vector^T Re(0) vector = 1, the first entry (in the caller's order) that
-                             is not zero > 0 */
+    PEND_NORMALIZE_MASS,  /* vector^T Re(0) vector = 1, and the first non-zero entry (in the
+                           * caller's order) is positive */
     PEND_NORMALIZE_FIRST, /* that entry is 1 */
-    PEND_NORMALIZE_MAX    /* the entry of largest magnitude is 1; of several that agree to
-                             PEND_MODES_ZERO the first */
+    PEND_NORMALIZE_MAX    /* the entry of largest magnitude is 1; the first one, if several agree to
+                           * PEND_MODES_ZERO */
 };
 
 /* count modes of n arms; vector[k * n + arm] is mode-major, arm in stored order. */
 struct pend_modes {
     int count, n;
     int first;      /* the number, from 0, of mode 0 of these among all modes of the tree */
-    int growing;    /* number of modes, the first ones, that do not swing but grow as e^{-omega t}
-                       with omega < 0; 0 about hanging */
-    double *omega;  /* rad/s, ascending; 1/s below 0 */
-    double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, where arms stand, Re of the
-                       equilibrium's angles; NULL when not asked for */
-    double *norm;   /* sqrt(vector^T Re(0) vector) of each vector as it is scaled now; NULL without
-                       vectors */
+    int growing;    /* number of modes, the first ones, that grow as e^{-omega t} with omega < 0
+                     * instead of swinging; 0 about hanging */
+    double *omega;  /* rad/s, ascending; 1/s if negative */
+    double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, with upright arms, in Re at the
+                     * equilibrium's angles; NULL if not requested */
+    double *norm;   /* sqrt(vector^T Re(0) vector) of each vector in its current scale; NULL without
+                     * vectors */
 };
 
 /**
@@ -45,14 +45,14 @@ PEND_MUST_CHECK enum pend_status pend_modes_alloc(struct pend_modes **modes, int
                                                   int vectors);
 
 /**
- * Gives the multiple frequency that begins at a mode its basis: orthogonal vectors of which each
- * has its first entry that is not zero at a later arm than the vector before.
+ * Sets the basis of the multiple frequency that begins at a mode: orthogonal vectors in echelon
+ * form, each with its first non-zero entry at a later arm than the vector before.
  *
  * modes     omega ascending, vectors mass-orthogonal and of the same mass norm.
  * multiple  frequencies are one multiple frequency if the largest exceeds the least by at most
  *           this relative difference.
- * lead      in and out, one entry a mode: the first arm (the caller's number) whose entry is not
- *           zero, -1 if that is not known.
+ * lead      in and out, one entry per mode: the first arm (the caller's number) with a non-zero
+ *           entry, -1 if unknown.
  *
  * Returns the number of the first mode of the next frequency. O(n), and O(g^2 n) for a frequency
  * of multiplicity g.
@@ -63,14 +63,13 @@ int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, dou
 /**
  * Scales a vector by a rule, and updates its norm.
  *
- * lead  the first arm (the caller's number) whose entry is not zero, -1 if that is not known.
+ * lead  the first arm (the caller's number) with a non-zero entry, -1 if unknown.
  * O(n).
  */
 void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, int mode,
                       enum pend_normalize rule, int lead);
 
-/** Drops all modes but those with the numbers from .. end - 1, and counts those that grow.
- * O(count). */
+/** Removes all modes except numbers from .. end - 1, and counts the growing ones. O(count). */
 void pend_modes_trim(struct pend_modes *modes, int from, int end);
 
 /** Returns true if the invariants of computed modes hold. O(count). For assertions. */
@@ -81,19 +80,19 @@ void pend_modes_free(struct pend_modes **modes);
 
 /**
  * Returns the angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low from
- * the positive real axis, without whole turns. low is the rounding error of phi, or 0: then phi is
- * taken to hang at -pi/2 as a double. O(1).
+ * the positive real axis, without whole turns. low is the rounding error of phi; with 0, the double
+ * nearest -pi/2 counts as hanging. O(1).
  */
 double pend_modes_theta(double phi, double low);
 
 /**
  * Decomposes a start into modes: theta(t) = sum_k c_k(t) vector_k with c_k = amplitude cos(omega t
- * + phase) for a mode that swings, and c_k = rising e^{st} + falling e^{-st} for one that grows,
- * s = -omega.
+ * + phase) for a swinging mode, and c_k = rising e^{st} + falling e^{-st} for a growing one, s =
+ * -omega.
  *
  * up           as in the request for the modes.
  * theta, rate  n values, rad and rad/s from the equilibrium, stored order.
- * first        out, count values, of the vectors as they are scaled now: amplitude >= 0; rising.
+ * first        out, count values, for the current scale of the vectors: amplitude >= 0; rising.
  * second       out, count values: phase, rad in (-pi, pi], 0 if the amplitude is 0; falling.
  *
  * PEND_NO_MEMORY  O(n) scratch.

@@ -6,13 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* what is known of the branch that begins at an arm */
+/* data of the branch that begins at an arm */
 struct branch {
     uint64_t hash;
     int arm, n; /* n: number of arms after merging */
 };
 
-/* like branches as they are found, by parent */
+/* like branches found so far, by parent */
 struct found {
     struct branch kind;
     struct pend_likes likes;
@@ -75,7 +75,7 @@ static int symmetry_caller_first(const struct pend_tree *tree, int arm) {
     return first;
 }
 
-/* files a run of like siblings, in the caller's order */
+/* stores a run of like siblings, in the caller's order */
 static void symmetry_file(struct finder *f, struct branch run[], int count) {
     struct pend_symmetry *s = f->symmetry;
     struct branch kind = run[0];
@@ -89,7 +89,7 @@ static void symmetry_file(struct finder *f, struct branch run[], int count) {
     for (int i = 0; i < count; i++) s->branch[f->branch_count++] = run[i].arm;
 }
 
-/* one joint: sorts its branches, merges the like ones, and gives every branch its place */
+/* one joint: sorts its branches, merges like ones, and assigns every branch its place */
 static void symmetry_joint(struct finder *f, int arm) {
     const struct pend_tree *tree = f->symmetry->tree;
     int count = 0, place = 1;
@@ -148,7 +148,7 @@ static int symmetry_by_lead(const void *a, const void *b) {
     return x < y ? -1 : x > y;
 }
 
-/* files the like branches of one joint under a part */
+/* assigns the like branches of one joint to a part */
 static void symmetry_contrasts(struct pend_symmetry *s, struct pend_part *part, int likes) {
     for (int from = 0; from < s->likes[likes].count - 1; from++) {
         int lead = symmetry_caller_first(s->tree, s->branch[s->likes[likes].first + from]);
@@ -156,7 +156,8 @@ static void symmetry_contrasts(struct pend_symmetry *s, struct pend_part *part, 
     }
 }
 
-/* sorts the like branches by kind and makes a part of each kind; returns 0 when a hash deceived */
+/* sorts the like branches by kind and creates a part for each kind; returns 0 after a hash
+ * collision */
 static int symmetry_parts(struct finder *f, int place[], int at[]) {
     struct pend_symmetry *s = f->symmetry;
     qsort(f->found, (size_t)f->found_count, sizeof *f->found, symmetry_by_kind);
@@ -182,7 +183,7 @@ static int symmetry_parts(struct finder *f, int place[], int at[]) {
     return 1;
 }
 
-/* makes the symmetry of a tree without like branches: one part, every arm in its own place */
+/* the symmetry of a tree without like branches: one part, every arm at its own place */
 static void symmetry_none(struct pend_symmetry *s) {
     s->part[0] = (struct pend_part){0, s->tree->n, 1, 0};
     s->part_count = 1;
@@ -194,7 +195,7 @@ static void symmetry_none(struct pend_symmetry *s) {
     }
 }
 
-/* bounds the number of like branches: all children that have siblings */
+/* upper bound of the number of like branches: all children with siblings */
 static int symmetry_bound(const struct pend_tree *tree) {
     int bound = 0;
     for (int k = 1; k < tree->n; k++)
@@ -202,7 +203,7 @@ static int symmetry_bound(const struct pend_tree *tree) {
     return bound;
 }
 
-/* a symmetry whose arms all stand alone so far, without parts; NULL when memory is short */
+/* a symmetry without like branches or parts; NULL if memory is short */
 static struct pend_symmetry *symmetry_allocate(const struct pend_tree *tree, size_t bound) {
     size_t n = (size_t)tree->n;
     struct pend_symmetry *s = malloc(sizeof *s);
@@ -281,8 +282,8 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
     int root = symmetry->part[part].root;
     PEND_TRY(pend_laplacian_alloc(laplacian, symmetry->part[part].n));
     struct pend_laplacian *l = *laplacian;
-    /* places of the arms that represent others; until the next loop `end` holds the arm and `mass`
-     * the number of arms that it represents */
+    /* places of the representing arms; until the next loop `end` holds the arm and `mass` the
+     * number of arms that it represents */
     for (int k = root; k < tree->end[root];) {
         if (k != root && symmetry->merged[k]) {
             k = tree->end[k];
@@ -331,7 +332,7 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
     }
 }
 
-/* the angles of a part, times a factor, on the arms of one branch */
+/* stores the angles of a part, times a factor, in the arms of one branch */
 static void symmetry_spread_branch(const struct pend_symmetry *s, int root, const double angle[],
                                    double factor, const int place[], double vector[]) {
     for (int k = root, end = s->tree->end[root]; k < end; k++) vector[k] = factor * angle[place[k]];

@@ -79,7 +79,7 @@ PEND_MUST_CHECK enum pend_status pend_symmetry_laplacian(struct pend_laplacian *
                                                          const unsigned char up[], int place[]);
 
 /**
- * Fills in the places in a part of all arms that move in its modes.
+ * Computes the places in a part of all arms that move in its modes.
  *
  * place  n ints, one for each arm of the tree; those of other arms are not changed.
  * O(n).
@@ -87,7 +87,7 @@ PEND_MUST_CHECK enum pend_status pend_symmetry_laplacian(struct pend_laplacian *
 void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int place[]);
 
 /**
- * Spreads a part's mode over the arms of the tree.
+ * Expands a part's mode to the arms of the tree.
  *
  * which   number of the mode's occurrence, 0 <= which < times; occurrences are mass-orthogonal.
  * angle   the part's n angles.
@@ -96,7 +96,7 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
  * vector  out, n angles of the tree.
  *
  * Returns the caller's number of the first arm that moves, whose angle in `vector` is positive; -1
- * if that arm is not known. O(n).
+ * if that arm is unknown. O(n).
  */
 int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which,
                          const double angle[], double zero, const int place[], double vector[]);

@@ -8,12 +8,13 @@
 
 enum {
     VALUES_BATCH = 64, /* shifts tried at a time */
-    VALUES_LANES = 16, /* shifts that cost no more than one: fewer are not worth a sweep */
-    VALUES_TRIES = 6   /* Laguerre steps before bisection takes turns with them */
+    VALUES_LANES = 16, /* number of shifts that take no more time than one; with fewer a sweep is
+                        * wasteful */
+    VALUES_TRIES = 6   /* Laguerre steps before they alternate with bisection */
 };
 
-/* of a tree deeper than this, so many of the slowest are polished, when they are off by no more
- * than this part */
+/* in a tree deeper than this, so many of the slowest are polished if their error is below this
+ * part */
 enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 #define VALUES_POLISH 1e-9
 
@@ -21,26 +22,24 @@ enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 struct span_end {
     double at;
     int below;   /* eigenvalues below `at` */
-    int near;    /* non-zero when one eigenvalue, inside, outweighs all others there: the hint
-                    converges on it */
-    double hint; /* Laguerre's bound of the nearest eigenvalue towards the inside; `at` where
-                    nothing is known */
-    double step; /* its distance, which may be below the last place of `at`; infinite where nothing
-                    is known */
+    int near;    /* non-zero if one eigenvalue inside outweighs all others there, so that the hint
+                  * converges to it */
+    double hint; /* Laguerre's bound of the nearest eigenvalue on the inside; `at` if unknown */
+    double step; /* its distance, which may be below the last place of `at`; infinite if unknown */
 };
 
-/* An interval that holds hi.below - lo.below > 0 of the eigenvalues sought. */
+/* An interval that contains hi.below - lo.below > 0 of the requested eigenvalues. */
 struct span {
     struct span_end lo, hi;
-    double rest; /* share of the other eigenvalues in sum 1 / (shift - lambda_i)^2, as hints turned
-                    out; 0 at first */
+    double rest; /* share of the other eigenvalues in sum 1 / (shift - lambda_i)^2, estimated from
+                  * the errors of hints; 0 at first */
     int tries;
 };
 
 struct pend_values {
     const struct pend_laplacian *laplacian;
     const struct pend_modes_kernel *kernel;
-    int first, last; /* numbers sought: first <= number < last */
+    int first, last; /* requested numbers: first <= number < last */
     double *value;
     int todo_count, polished;
     struct span todo[];
@@ -58,7 +57,7 @@ int pend_values_below(const struct pend_laplacian *laplacian, double shift) {
     return probe.below;
 }
 
-/* what a probe tells the span above it (side 1) or below it (side -1) */
+/* the end of the span above (side 1) or below (side -1) a probe */
 static struct span_end values_end(const struct pend_modes_probe *probe, int n, int side) {
     struct span_end end = {probe->shift, probe->below, 0, probe->shift, INFINITY};
     double rate = -side * probe->log_rate, bend = probe->log_bend;
@@ -70,7 +69,7 @@ static struct span_end values_end(const struct pend_modes_probe *probe, int n, i
     return end;
 }
 
-/* the end of a span of one eigenvalue that knows more of it */
+/* the end of a span of one eigenvalue with the better hint */
 static const struct span_end *values_nearer(const struct span *span) {
     const struct span_end *lo = &span->lo, *hi = &span->hi;
     if (lo->near != hi->near) return lo->near ? lo : hi;
@@ -81,7 +80,7 @@ static double values_middle(double lo, double hi) {
     return lo > 0 && hi > 4 * lo ? sqrt(lo) * sqrt(hi) : lo + 0.5 * (hi - lo);
 }
 
-/* the bounds of what is inside: the hints, as far as these make sense */
+/* bounds of the eigenvalues inside: the hints, if they are consistent */
 static void values_bounds(const struct span *span, double *lo, double *hi) {
     *lo = span->lo.hint > span->lo.at && span->lo.hint < span->hi.at ? span->lo.hint : span->lo.at;
     *hi = span->hi.hint < span->hi.at && span->hi.hint > span->lo.at ? span->hi.hint : span->hi.at;
@@ -98,8 +97,8 @@ static void values_finish(struct pend_values *v, const struct span *span, double
         if (number >= v->first && number < v->last) v->value[number - v->first] = value;
 }
 
-/* True when a span needs no further count: it is as small as round-off, or its one eigenvalue's
- * hint is exact: it is off by half the step's cube times the rest. */
+/* True if a span needs no further count: it has the size of round-off, or the error of its
+ * eigenvalue's hint, half the cube of the step times `rest`, is below round-off. */
 static int values_converged(const struct span *span, double *value) {
     double round_off = DBL_EPSILON * span->hi.at;
     *value = values_middle(span->lo.at, span->hi.at);
@@ -111,8 +110,8 @@ static int values_converged(const struct span *span, double *value) {
     return end->near && (end->step <= round_off || (span->rest > 0 && error <= 0.25 * round_off));
 }
 
-/* the next shift for a span of one eigenvalue: the better hint, or bisection when the hints lead
- * nowhere */
+/* the next shift for a span of one eigenvalue: the better hint, or bisection if the hints do not
+ * converge */
 static double values_next(struct span *span) {
     double lo, hi;
     values_bounds(span, &lo, &hi);
@@ -120,16 +119,16 @@ static double values_next(struct span *span) {
         return values_middle(span->lo.at, span->hi.at);
     const struct span_end *end = values_nearer(span);
     if (end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
-    /* both hints fall short by the cubes of their steps, one from either side */
+    /* both hints fall short by the cubes of their steps, from either side */
     double share = span->lo.step / span->hi.step;
     share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share)
                                                                 : end == &span->lo;
     double shift = share * lo + (1 - share) * hi;
-    // hints that cross by round-off lead to an end itself, where there is nothing left to count
+    // hints that cross because of round-off lead to an end, where nothing is left to count
     return shift > span->lo.at && shift < span->hi.at ? shift : end->hint;
 }
 
-/* shifts between two bounds, evenly spaced, in the logarithm where the bounds are far apart */
+/* evenly spaced shifts between two bounds, in the logarithm if the bounds are far apart */
 static void values_space(double lo, double hi, int count, double shift[]) {
     double ratio = lo > 0 && hi > 4 * lo ? log(hi / lo) : 0;
     for (int i = 0; i < count; i++) {
@@ -148,7 +147,7 @@ static int values_split(struct span *span, int room, double shift[]) {
     if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
     if (room > 2 * several) room = 2 * several;
     if (hi - lo <= 4 * DBL_EPSILON * hi) {
-        /* one number as far as the hints tell: counts on both sides of it are to prove that */
+        /* a single number according to the hints: counts on both sides of it must confirm that */
         int count = 0;
         double below = lo * (1 - 6 * DBL_EPSILON), above = hi * (1 + 6 * DBL_EPSILON);
         if (below > span->lo.at) shift[count++] = below;
@@ -164,7 +163,7 @@ static int values_split(struct span *span, int room, double shift[]) {
     return room;
 }
 
-/* learns from the one eigenvalue of a part how far off the hints of the whole span were */
+/* updates the error estimate of the hints of a span from the one eigenvalue of a part */
 static void values_learn(const struct span *span, struct span *part) {
     const struct span_end *end = values_nearer(part), *old[2] = {&span->lo, &span->hi};
     for (int i = 0; end->near && i < 2; i++) {
@@ -174,7 +173,7 @@ static void values_learn(const struct span *span, struct span *part) {
     }
 }
 
-/* files what lies between two counted ends of a span */
+/* stores the part between two counted ends of a span */
 static void values_file(struct pend_values *v, const struct span *whole, struct span span) {
     double value;
     if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last)
@@ -187,8 +186,7 @@ static void values_file(struct pend_values *v, const struct span *whole, struct 
         v->todo[v->todo_count++] = span;
 }
 
-/* cuts a span at the shifts that were counted; ends are worked out where something lies between
- * them */
+/* splits a span at the counted shifts; computes ends only around eigenvalues */
 static void values_cut(struct pend_values *v, const struct span *span, int count,
                        struct pend_modes_probe probe[]) {
     const struct pend_modes_probe *from = NULL;
@@ -196,7 +194,7 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     for (int i = 0; i < count; i++) {
         if (!(probe[i].shift > (from ? from->shift : span->lo.at) && probe[i].shift < span->hi.at))
             continue;
-        /* counts rise with the shift; where round-off says otherwise the first count stands */
+        /* counts rise with the shift; if round-off violates this, the earlier count is used */
         if (probe[i].below < below) probe[i].below = below;
         if (probe[i].below > most) probe[i].below = most;
         if (probe[i].below > below) {
@@ -210,7 +208,7 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     if (from && below == most) return;
     struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest,
                         span->tries};
-    /* no shift separates anything: no double is left between the ends */
+    /* no shift separates anything: there is no double between the ends */
     if (!from && count) {
         values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
         return;
@@ -218,7 +216,7 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     values_file(v, span, part);
 }
 
-/* one round: takes spans from the end of the list, counts at their next shifts, files the parts */
+/* one round: takes spans from the end of the list, counts at their next shifts, stores the parts */
 static void values_round(struct pend_values *v) {
     struct pend_modes_probe probe[VALUES_BATCH];
     struct span span[VALUES_BATCH];
@@ -242,9 +240,9 @@ static void values_round(struct pend_values *v) {
         values_cut(v, &span[i], count[i], probe + at);
 }
 
-/* One Newton step from a value that is good to a dozen digits, in extended precision. On a long
- * way out the sums of the sweep grow by nearly the same amount arm after arm, so that their
- * round-off all points one way. */
+/* One Newton step in extended precision from a value with a dozen correct digits. On a long path
+ * the sums of the sweep grow by nearly the same amount from arm to arm, so that their round-off has
+ * a bias. */
 static double values_polish(const struct pend_laplacian *l, double value) {
     long double pull[PEND_LAPLACIAN_STACK + 1], rate[PEND_LAPLACIAN_STACK + 1], log_rate = 0;
     int top = 0;
@@ -268,7 +266,7 @@ enum pend_status pend_values_new(struct pend_values **values,
                                  double value[]) {
     assert(pend_laplacian_valid(laplacian));
     assert(first >= 0 && count >= 0 && count <= laplacian->n - first);
-    /* every span holds one of the values sought, and a round adds at most its own shifts */
+    /* every span contains a requested value, and a round adds at most its own shifts */
     struct pend_values *v = *values =
         malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
     if (!v) return PEND_NO_MEMORY;

@@ -1,7 +1,7 @@
 /* Eigenvalues of a weighted tree by counting, to full relative accuracy.
  * Leaves to others: vectors (modes_vectors), merging several trees' values (modes).
- * Invariant: every value lies in an interval between two counted shifts, so that none is missed
- * and none is found twice. */
+ * Invariant: every value lies between two counted shifts, so that none is missed and none is found
+ * twice. */
 #ifndef PEND_MODES_VALUES_H
 #define PEND_MODES_VALUES_H
 
@@ -20,8 +20,8 @@ struct pend_values;
  *
  * values            out; NULL on failure; released by pend_values_free.
  * laplacian, value  must outlive the search; the laplacian must not change meanwhile.
- * value             out, count values > 0, 1/s^2, complete at the end of the search. The
- *                   eigenvalues sought must be positive: see pend_values_below.
+ * value             out, count values > 0, 1/s^2, complete at the end of the search. The requested
+ *                   eigenvalues must be positive: see pend_values_below.
  *
  * PEND_NO_MEMORY  O(count).
  */

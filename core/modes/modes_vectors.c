@@ -8,32 +8,32 @@
 
 #include "core/modes/hugepage.h"
 
-/* eigenvalues nearer to each other than this, relatively, have their vectors made orthogonal */
+/* vectors of eigenvalues closer than this, relatively, are orthogonalized */
 #define VECTORS_NEAR 2e-3
 
-/* two vectors with more neighbours than this are computed so finely that only these are still
- * near */
+/* a vector with more neighbours than this is computed in double-double, after which only these are
+ * still close */
 enum { VECTORS_CROWD = 16 };
 #define VECTORS_NEAR_FINE 1e-11
 
 enum { VECTORS_TRIES = 8 };
 
-/* components along other vectors smaller than this are not removed */
+/* components along other vectors below this size are not removed */
 #define VECTORS_SLIGHT 2e-14
 
 /* the number of vectors that one call projects on */
 enum { VECTORS_PIECE = 64 };
 
-/* The state of the orthogonalization of vector `number`, of norm 1: passes of projection until no
- * component along the others remains, and inverse iteration if too little of the vector remains. */
+/* The state of the orthogonalization of vector `number`, of norm 1: projections until no component
+ * along the others remains, and inverse iteration if the rest of the vector is too small. */
 struct settling {
-    int first; /* the first vector that this one is made orthogonal to */
+    int first; /* the first vector to which this one is orthogonalized */
     int next;  /* the first vector that this pass has not reached */
     int pass, try;
-    int due; /* iterations that follow whatever is left of the vector, because a random start has a
-              * component along every mode */
+    int due; /* iterations that follow in any case, because a random start has a component along
+              * every mode */
     double squares; /* the sum of the squares of the components that this pass removed */
-    double left;    /* the norm that was left of the vector; 1 when nothing was removed */
+    double left;    /* the norm of the vector after projection; 1 if nothing was removed */
 };
 
 struct pend_vectors {
@@ -41,7 +41,7 @@ struct pend_vectors {
     const double *value;
     int lead, count;
     int twisted; /* the number of vectors that the twisted factorization has computed */
-    int number;  /* the number of the vector under way */
+    int number;  /* the number of the current vector */
     struct settling settling;
     int begin;           /* the first vector that is near by the wider measure */
     int begin_fine;      /* the first vector that is near by the narrower measure */
@@ -64,13 +64,12 @@ static int vectors_within(const struct pend_vectors *v, int a, int b, double par
     return v->value[b] - v->value[a] <= part * fmax(fabs(v->value[a]), fabs(v->value[b]));
 }
 
-/* true when the vectors of two numbers, in ascending order, are to be made orthogonal */
+/* true if the vectors of two numbers, in ascending order, must be orthogonalized */
 static int vectors_near(const struct pend_vectors *v, int a, int b) {
     return vectors_within(v, a, b, v->fine[a] && v->fine[b] ? VECTORS_NEAR_FINE : VECTORS_NEAR);
 }
 
-/* the first of the vectors that vector `number` is to be made orthogonal to; numbers are to
- * ascend */
+/* the first vector to which vector `number` is orthogonalized; call with ascending numbers */
 static int vectors_first(struct pend_vectors *v, int number) {
     while (!vectors_within(v, v->begin, number, VECTORS_NEAR)) v->begin++;
     if (!v->fine[number]) return v->begin;
@@ -98,7 +97,7 @@ static double vectors_dot(int n, const double a[], const double b[]) {
     return total;
 }
 
-/* takes the parts along some of the other vectors out of vector `number`, and adds up their
+/* subtracts the components along some of the other vectors from vector `number`, and adds up their
  * squares */
 static void vectors_project(struct pend_vectors *v) {
     struct settling *s = &v->settling;
@@ -120,7 +119,7 @@ static void vectors_project(struct pend_vectors *v) {
     }
 }
 
-/* scales vector `number` to mass norm 1; returns the norm it had */
+/* scales vector `number` to mass norm 1; returns its norm before */
 static double vectors_scale(struct pend_vectors *v, int number) {
     int n = v->laplacian->n;
     double *x = v->vector[number], *tip = vectors_tip(v, number);
@@ -131,7 +130,7 @@ static double vectors_scale(struct pend_vectors *v, int number) {
     return norm;
 }
 
-/* a pivot that vanished becomes round-off */
+/* replaces a vanishing pivot by round-off */
 static double vectors_pivot(double t, double spring) {
     return t + spring != 0 ? t + spring : DBL_EPSILON * spring;
 }
@@ -151,18 +150,18 @@ static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
         pivot[l->parent[k]] += ratio * pivot[k];
         load[l->parent[k]] += ratio * load[k];
     }
-    /* outwards; the difference to the parent's displacement is what the arm turns by */
+    /* outwards; the difference to the parent's displacement gives the arm's angle */
     for (int k = 0; k < l->n; k++) {
         double from = k ? tip[l->parent[k]] : 0, d = vectors_pivot(pivot[k], l->spring[k]);
         x[k] = (load[k] - pivot[k] * from) / d / l->len[k];
         tip[k] = (load[k] + l->spring[k] * from) / d;
     }
-    /* the orthogonalization takes the tip displacements to which the rounded angles lead */
+    /* the orthogonalization uses the tip displacements of the rounded angles */
     for (int k = 0; k < l->n; k++) tip[k] = (k ? tip[l->parent[k]] : 0) + l->len[k] * x[k];
     vectors_scale(v, number);
 }
 
-/* a start for inverse iteration that no symmetry is blind to; the same numbers every time */
+/* a start for inverse iteration with a component along every mode; always the same numbers */
 static void vectors_start(int n, int number, double x[]) {
     unsigned long long state = (unsigned long long)number * 0x9e3779b97f4a7c15ull + 1;
     for (int k = 0; k < n; k++) {
@@ -180,9 +179,8 @@ static void settling_pass(struct settling *s, int pass) {
     s->squares = 0;
 }
 
-/* A piece of what makes vector `number` orthogonal to its neighbours, with a residual of
- * round-off; true once it is. A pass that cost digits is followed by another, and a vector of
- * which little was left is iterated anew. */
+/* A step of the orthogonalization of vector `number`; true once its residual is round-off. A pass
+ * that cost digits is repeated, and a vector with a small rest is iterated again. */
 static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
     struct settling *s = &v->settling;
     vectors_project(v);
@@ -197,7 +195,7 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
         if (!(s->left > 1e-3)) *status = PEND_NO_CONVERGENCE;
         return 1;
     }
-    /* the vector was parallel to the others, and begins anew */
+    /* the vector was parallel to the others, so start again */
     if (s->try == 0 && !(s->left > 1e-6)) {
         vectors_start(v->laplacian->n, v->number, vectors_tip(v, v->number));
         s->due = 2;
@@ -210,10 +208,9 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
     return 0;
 }
 
-/* Vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a
- * vector has neighbours, by the wider measure: two fine ones side by side may not be near each
- * other, and yet be near a coarse one further off.
- */
+/* Vectors begin .. begin + lanes - 1 by twisted factorization. Tip displacements are stored only
+ * for vectors with neighbours, by the wider measure: two adjacent fine vectors may not be close to
+ * each other and yet close to a coarse one further away. */
 static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best());
     int count = v->count;
@@ -235,8 +232,8 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
         kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
 }
 
-/* marks the vectors that are to be computed finely: all that are computed together with one in a
- * crowd; returns true when there are any */
+/* marks the vectors to compute in double-double: all in a group with a crowded one; returns true if
+ * there are any */
 static int vectors_crowds(struct pend_vectors *v, int lanes) {
     int any = 0;
     for (int number = 0, low = 0, high = 0; number < v->count; number++) {
@@ -250,7 +247,8 @@ static int vectors_crowds(struct pend_vectors *v, int lanes) {
     return any;
 }
 
-/* returns the largest number of vectors that one is made orthogonal to, those between included */
+/* returns the largest number of vectors to which one is orthogonalized, including those in
+ * between */
 static int vectors_window(struct pend_vectors *v) {
     int window = 0;
     for (int number = 1; number < v->count; number++) {

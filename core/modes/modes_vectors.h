@@ -1,8 +1,8 @@
 /* Eigenvectors of a weighted tree for eigenvalues that are known to full precision.
  * Leaves to others: eigenvalues (modes_values), branches that are alike (modes_symmetry), signs
  * (modes_store).
- * Invariant: vectors are orthogonal in the mass inner product, and their residuals vanish, both to
- * round-off. */
+ * Invariant: vectors are orthogonal in the mass inner product, and their residuals are zero, both
+ * to round-off. */
 #ifndef PEND_MODES_VECTORS_H
 #define PEND_MODES_VECTORS_H
 
@@ -19,7 +19,7 @@ struct pend_vectors;
  * parallel.
  *
  * vectors    out; NULL on failure; released by pend_vectors_free.
- * laplacian  must outlive the computation, as the arrays must.
+ * laplacian  must outlive the computation, as must the arrays.
  * count      number of vectors.
  * value      their eigenvalues, ascending, to full relative precision.
  * lead       the node whose angle is to be positive.
@@ -33,7 +33,7 @@ PEND_MUST_CHECK enum pend_status pend_vectors_new(struct pend_vectors **vectors,
 
 /**
  * Continues the computation by a group of vectors, or by a part of the orthogonalization of one.
- * O(n) a step, O(count n) in all, and O(g n) more for a vector with g near neighbours.
+ * O(n) per step, O(count n) in total, and O(g n) more for a vector with g near neighbours.
  *
  * done  out: non-zero once all vectors are complete.
  *

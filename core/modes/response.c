@@ -9,8 +9,8 @@
 #include "core/modes/kernel_response.h"
 #include "core/modes/rest.h"
 
-/* the most that angles may be in parts of what the drives would turn each arm by alone: beyond, it
- * is rounding errors that tell how far the frequency is from that of a mode */
+/* the largest ratio of angles to those of each arm alone under its drive; beyond it rounding errors
+ * determine the distance of the frequency from a mode */
 static const double moved_most = 0x1p44;
 
 struct pend_response {
@@ -107,7 +107,7 @@ static double complex response_of(const struct response_lanes *from, int lane) {
     return from->re[lane] + I * from->im[lane];
 }
 
-/* the part of a force along a direction of the arm, which has turned by `angle` */
+/* the component of a force along a direction of the arm, which has turned by `angle` */
 static double complex response_along(double complex way, const double complex force[2],
                                      double complex angle, double complex rest) {
     double complex swing = I * way;
@@ -115,7 +115,7 @@ static double complex response_along(double complex way, const double complex fo
            angle * (creal(swing) * creal(rest) + cimag(swing) * cimag(rest));
 }
 
-/* forces of the tips on what is there, in the fixed frame */
+/* forces of the tips on masses and arms there, in the fixed frame */
 static void response_tips(const struct pend_response *response, double omega, int lane) {
     assert(lane >= 0 && lane < RESPONSE_LANES);
     const unsigned char *hung = response->loads.terms ? response->loads.terms->hung : NULL;
@@ -152,7 +152,7 @@ static void response_parts(const struct pend_response *response, int k, int lane
     out[PEND_RESPONSE_TIP_ACROSS] = response_along(I * turn, response->tip[k], angle, tip);
 }
 
-/* hands out a lane; returns 0, and zeros, if it is not defined */
+/* returns the results of a lane; returns 0, and zeros, if they are not defined */
 static int response_give(struct pend_response *response, const struct response_sweep *sweep,
                          int lane, double *const re[], double *const im[]) {
     size_t n = (size_t)response->tree->n, row = (size_t)lane * n;

@@ -1,7 +1,6 @@
-/* The linear response of a pendulum to harmonic drives: how far every arm swings, and when, at
- * each frequency.
- * Leaves to others: where the pendulum rests (rest), its free motion (damped), large swings
- * (integrate).
+/* The linear response of a pendulum to harmonic drives: amplitude and phase of every arm at each
+ * frequency.
+ * Leaves to others: the equilibrium (rest), its free motion (damped), large swings (integrate).
  * Invariant: with a drive Re(f e^{i w t}) the motion about the equilibrium is Re(x e^{i w t}),
  * (K - w^2 M + i w C) x = f; no matrix is formed. */
 #ifndef PEND_RESPONSE_H
@@ -10,14 +9,14 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Frequencies that are computed side by side. */
+/* Number of frequencies that are computed side by side. */
 enum { PEND_RESPONSE_LANES = 8 };
 
-/* What is answered of each arm. Forces are what they are beyond those at rest, in the arm's own
- * frame, which turns with it: as bodies_forces has them. */
+/* The results for each arm. Forces are differences from those at rest, in the arm's own frame,
+ * which turns with it: as in bodies_forces. */
 enum pend_response_part {
     PEND_RESPONSE_ANGLE,        /* rad */
-    PEND_RESPONSE_X,            /* m, of the tip, the pivot's motion included */
+    PEND_RESPONSE_X,            /* m, of the tip, including the pivot's motion */
     PEND_RESPONSE_Y,            /* m */
     PEND_RESPONSE_JOINT_ALONG,  /* N */
     PEND_RESPONSE_JOINT_ACROSS, /* N */
@@ -26,11 +25,11 @@ enum pend_response_part {
     PEND_RESPONSE_PARTS
 };
 
-/* Complex amplitudes f of what drives the pendulum. */
+/* Complex amplitudes f of the drives. */
 struct pend_response_drive {
     double pivot_re[2], pivot_im[2]; /* m, of the pivot's x and y */
-    const double *couple_re; /* n, N m, stored order: on the arm, and with the opposite sign on
-                                what carries it, unless that is a cart; NULL = none */
+    const double *couple_re; /* n, N m, stored order: on the arm, and with the opposite sign on its
+                              * parent, unless that is a cart; NULL = none */
     const double *couple_im;
 };
 
@@ -40,15 +39,16 @@ struct pend_response;
  * Prepares the response about the equilibrium near a state.
  *
  * response  out; NULL on failure; released by pend_response_free.
- * tree      must outlive the response, as must what loads point to.
- * loads     of any pendulum; harmonics are left out, and friction of speed s counts as f / s.
- * phi       n angles to start from, rad, stored order. The place of a cart stands for its angle
- *           here and below, m, and the force along the rail for the couple on it, N; its forces
- *           and its tip's place are of no meaning.
+ * tree      must outlive the response, as must the data of loads.
+ * loads     of any pendulum; harmonics are ignored, and friction of speed s counts as damping f /
+ *           s.
+ * phi       n angles to start from, rad, stored order. For a cart, here and below, its position, m,
+ *           takes the place of the angle, and the force along the rail, N, that of the torque; its
+ *           forces and its tip's position have no meaning.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE no equilibrium was found.
- * O(n) a step of the search.
+ * O(n) per step of the search.
  */
 PEND_MUST_CHECK enum pend_status pend_response_new(struct pend_response **response,
                                                    const struct pend_tree *tree,
@@ -61,7 +61,7 @@ void pend_response_free(struct pend_response **response);
 /** Returns the equilibrium: n angles, rad, stored order, which the response owns. */
 const double *pend_response_rest(const struct pend_response *response);
 
-/** Non-zero if the potential energy is a minimum at the equilibrium. */
+/** Returns non-zero if the potential energy is a minimum at the equilibrium. */
 int pend_response_stable(const struct pend_response *response);
 
 /**
@@ -69,10 +69,10 @@ int pend_response_stable(const struct pend_response *response);
  *
  * count    1 .. PEND_RESPONSE_LANES.
  * omega    count frequencies, rad/s, >= 0.
- * re, im   out: for each part count x n numbers, stored order; NULL for parts that are not wanted.
- * defined  out, count flags: 0 where the amplitude is not finite or not known: at the frequency of
- *          a mode that nothing damps, or at 0 where nothing pulls back. A change of the last
- *          digits of the frequency would change it altogether there; its numbers are 0.
+ * re, im   out: for each part count x n numbers, stored order; NULL if not needed.
+ * defined  out, count flags: 0 if the amplitude is infinite or too sensitive to the last digits of
+ *          the frequency: at the frequency of an undamped mode, or at 0 without a restoring force.
+ *          Its numbers are 0.
  *
  * The bits of a frequency do not depend on the others. Cannot fail; O(n).
  */

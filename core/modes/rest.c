@@ -6,11 +6,12 @@
 #include <stdlib.h>
 
 enum { STEPS_MOST = 200, FALLS_MOST = 1000, HALVINGS_MOST = 40 };
-static const double angle_most = 0.5;   /* rad, that a step moves an arm by at most */
-static const double least_pivot = 0.05; /* on the way down, of the largest that it could be */
-static const double least_fall = 1e-4;  /* of what the slope promises */
+static const double angle_most = 0.5;   /* rad, the largest change of an arm in a step */
+static const double least_pivot = 0.05; /* when minimizing, relative to its largest possible
+                                         * value */
+static const double least_fall = 1e-4;  /* relative to the decrease predicted by the slope */
 
-/* of an arm while an equilibrium is looked for */
+/* data of an arm during the search for an equilibrium */
 struct rest_node {
     struct rest_body body;
     double spring, torque; /* N m/rad; N m, constant */
@@ -22,7 +23,7 @@ static double rest_get(const struct pend_loads *loads, enum pend_term_row row, i
     return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
 }
 
-/* arm k is a cart */
+/* true if arm k is a cart */
 static int rest_cart(const struct pend_loads *loads, int k) {
     return !k && pend_terms_cart(loads->terms);
 }
@@ -104,7 +105,7 @@ void pend_rest_pull(const struct pend_loads *loads, double pull[2]) {
     if (moves) pull[1] += loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]];
 }
 
-/* how far the spring of joint k is bent, rad */
+/* the deflection of the spring of joint k, rad */
 static double rest_bent(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], int k) {
     int p = pend_terms_holder(loads->terms, tree->parent, k);
@@ -112,10 +113,10 @@ static double rest_bent(const struct pend_tree *tree, const struct pend_loads *l
     return phi[k] - from - rest_get(loads, PEND_TERM_REST, k);
 }
 
-/* the gradient of the potential energy, and the diagonal of its second derivative; returns the
- * gradient's largest entry over the largest of its parts, of which a spring's is that of the angles
- * whose rounding it magnifies: it may be slack. A cart's, which are forces, and those of the arms,
- * which are torques, each by themselves. */
+/* The gradient of the potential energy, and the diagonal of its second derivative. Returns the
+ * gradient's largest entry over its largest term; that of a spring counts with the angles whose
+ * rounding errors it magnifies, because it may be slack. Forces on a cart and torques on arms are
+ * compared separately. */
 static double rest_slopes(const struct pend_tree *tree, const struct pend_loads *loads,
                           const double phi[], struct rest_node node[]) {
     double most[2] = {0, 0}, size[2] = {0, 0}, pull[2];
@@ -147,8 +148,8 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
     return fmax(size[0] > 0 ? most[0] / size[0] : 0, size[1] > 0 ? most[1] / size[1] : 0);
 }
 
-/* eliminates the arms from the leaves on, of the matrix whose only entries off the diagonal are the
- * springs'; returns true if all pivots are positive. On the way down they are made so. */
+/* Eliminates the arms from the leaves on, from the matrix whose off-diagonal entries are those of
+ * the springs. Returns true if all pivots are positive. When minimizing, it makes them positive. */
 static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                           struct rest_node node[]) {
     int positive = 1;
@@ -174,8 +175,8 @@ static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads 
     return positive;
 }
 
-/* Newton's step, whose factors are known; 0 if it is not finite. Returns in fall by how much the
- * potential energy falls for a small part of it. */
+/* Newton's step, from known factors; 0 if it is not finite. `fall`: the decrease of the potential
+ * energy per small part of the step. */
 static int rest_step(const struct pend_tree *tree, const struct pend_loads *loads,
                      struct rest_node node[], double *fall) {
     double most = 0;
@@ -185,18 +186,18 @@ static int rest_step(const struct pend_tree *tree, const struct pend_loads *load
         double right = node[k].slope;
         node[k].step = (right + (p < 0 ? 0 : node[k].spring * node[p].step)) / node[k].pivot;
         if (!isfinite(node[k].step)) return 0;
-        // of L D L^T with the gradient g: g (L D L^T)^-1 g
+        // for L D L^T and the gradient g: g (L D L^T)^-1 g
         *fall += right / node[k].pivot * right;
         if (!rest_cart(loads, k)) most = fmax(most, fabs(node[k].step));
     }
-    // what pulls on a cart does not depend on where anything is
+    // the force on a cart does not depend on positions
     double part = most > angle_most ? angle_most / most : 1;
     for (int k = 0; k < tree->n; k++) node[k].step *= rest_cart(loads, k) ? 1 : part;
     *fall *= part;
     return 1;
 }
 
-/* the potential energy; and the sum of the sizes of its parts, by which it is rounded */
+/* the potential energy, and the sum of the sizes of its terms, which bounds its rounding error */
 static double rest_height(const struct pend_tree *tree, const struct pend_loads *loads,
                           const double phi[], const struct rest_node node[], double *size) {
     double height = 0, pull[2];
@@ -214,8 +215,8 @@ static double rest_height(const struct pend_tree *tree, const struct pend_loads 
     return height;
 }
 
-/* goes on by a step; on the way down by so much of it that the potential energy falls, and 0 if it
- * does not fall any more */
+/* takes a step; when minimizing, the part of it that decreases the potential energy, and 0 if none
+ * does */
 static int rest_move(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                      struct rest_node node[], double phi[], double fall) {
     double size, part = 1, height = down ? rest_height(tree, loads, phi, node, &size) : 0;
@@ -230,7 +231,7 @@ static int rest_move(const struct pend_tree *tree, const struct pend_loads *load
     return 0;
 }
 
-/* looks for the equilibrium from where phi is; true if it is there */
+/* searches for the equilibrium from phi; true if found */
 static int rest_search(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                        struct rest_node node[], double phi[], int *stable) {
     const int most = down ? FALLS_MOST : STEPS_MOST;
@@ -245,7 +246,7 @@ static int rest_search(const struct pend_tree *tree, const struct pend_loads *lo
     return found;
 }
 
-/* what the search needs of each arm; NULL if there is no memory */
+/* data of each arm for the search; NULL if there is no memory */
 static struct rest_node *rest_nodes(const struct pend_tree *tree, const struct pend_loads *loads) {
     size_t n = (size_t)tree->n;
     struct rest_node *node = malloc(n * sizeof *node);

@@ -1,4 +1,4 @@
-/* Where a real pendulum can rest: an equilibrium near given angles, in O(n) a step.
+/* Equilibria of real pendulums near given angles, in O(n) per step.
  * Leaves to others: motion about it (damped, response), drives that depend on time.
  * Invariant: at an equilibrium the torques of gravity, springs, constant torques and a constant
  * acceleration of the pivot cancel at every arm, to the rounding error of the largest of them. */
@@ -8,7 +8,8 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Masses of an arm in its own frame: alone, or with all that hangs on it as points. */
+/* Masses of an arm in its own frame: alone, or with its sub-tree's masses as points at the
+ * joints. */
 struct rest_body {
     double mass;      /* kg */
     double moment[2]; /* kg m, sum of m p about the joint, along and across the arm */
@@ -18,41 +19,44 @@ struct rest_body {
 /** The masses of stored arm k alone: its tip, its rod, its body. O(1). */
 struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_loads *loads, int k);
 
-/** The drag of the tip of stored arm k in the place of a mass there, N s/m, at small speeds. */
+/** The drag of the tip of stored arm k, in the form of a mass there, N s/m, at small speeds. */
 struct rest_body pend_rest_drag(const struct pend_tree *tree, const struct pend_loads *loads,
                                 int k);
 
-/** The damping of the joint of stored arm k at small rates, N m s/rad: -damper r is the torque of
- * all that rubs in it. O(1). */
+/** Returns the damping of the joint of stored arm k at small rates, N m s/rad: -damper r is the
+ * torque of damping and friction. O(1). */
 double pend_rest_damper(const struct pend_loads *loads, int k);
 
-/** How fast the joint of stored arm k turns, rad/s, or its tip moves, m/s, over the speed up to
- * which pend_rest_damper and pend_rest_drag hold: the larger; 0 where they hold at any. O(1). */
+/** Returns the ratio of the joint's rate, rad/s, or the tip's speed, m/s, of stored arm k to the
+ * limit below which pend_rest_damper and pend_rest_drag are valid: the larger ratio; 0 if there is
+ * no limit. O(1). */
 double pend_rest_beyond(const struct pend_loads *loads, int k, double rate, double speed);
 
-/** The point, m, of its parent's frame at which stored arm k > 0 hangs. O(1). */
+/** Computes the point, m, of its parent's frame at which stored arm k > 0 is attached. O(1). */
 void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      double point[2]);
 
 /**
- * Adds to every arm's mass, first moment and inertia those of the arms that hang on it, as points
- * at their joints.
+ * Adds to every arm's mass, first moment and inertia those of its sub-tree, as points at the
+ * joints.
  *
  * body  n, in: arms alone. O(n).
  */
 void pend_rest_gather(const struct pend_tree *tree, const struct pend_loads *loads,
                       struct rest_body body[]);
 
-/** What pulls on a mass, m/s^2: i g and the constant acceleration of the pivot. O(1). */
+/** Computes the acceleration that acts on a mass, m/s^2: i g and the constant acceleration of the
+ * pivot. O(1). */
 void pend_rest_pull(const struct pend_loads *loads, double pull[2]);
 
 /**
- * Computes the torques of the joints that hold a pendulum at rest where it is.
+ * Computes the torques of the joints that hold a pendulum at rest at given angles.
  *
  * phi     n angles, rad, stored order.
  * torque  out, n: N m, N of a cart; 0 at an equilibrium.
- * size    out, n: what holds the arm and all that it carries horizontally, and its spring bent by 1
- *         rad; of a cart the weight. Of a pendulum without either its inertia times 1/s^2.
+ * size    out, n: the torque that holds the arm with its sub-tree horizontal, plus that of its
+ *         spring at 1 rad; for a cart the weight. For a pendulum with neither, its inertia times
+ *         1/s^2.
  *
  * PEND_NO_MEMORY  O(n).
  */
@@ -62,17 +66,17 @@ PEND_MUST_CHECK enum pend_status pend_rest_torques(const struct pend_tree *tree,
                                                    double size[]);
 
 /**
- * Finds the equilibrium near a state, by Newton's method with the tree's own elimination; where
- * that leads nowhere, downhill from there, which ends where the potential energy is a minimum.
+ * Finds the equilibrium near a state, by Newton's method with an O(n) elimination. If that does not
+ * converge, minimizes the potential energy from the start.
  *
  * phi     in: n angles to start from, rad, stored order; out: the equilibrium.
- * stable  out: non-zero if the potential energy is a minimum there, so that a push is answered by
- *         a torque back; NULL = not wanted.
+ * stable  out: non-zero if the potential energy is a minimum there, so that the equilibrium is
+ *         stable; NULL if not needed.
  *
  * PEND_NO_MEMORY
- * PEND_NOT_FINITE 200 steps do not converge, nor 1000 downhill: there may be none, where a constant
- *                 torque turns an arm without a spring on and on.
- * O(n) a step. An equilibrium at which the pendulum starts stays, though it may be unstable.
+ * PEND_NOT_FINITE neither 200 Newton steps nor 1000 minimizing ones converge; there may be no
+ * equilibrium, if a constant torque turns an arm without a spring. O(n) per step. A start at an
+ * equilibrium, even an unstable one, is returned unchanged.
  */
 PEND_MUST_CHECK enum pend_status pend_rest_find(const struct pend_tree *tree,
                                                 const struct pend_loads *loads, double phi[],

@@ -11,7 +11,7 @@
 
 enum { WIDE = 8, SWEEPS = 16, SOLVES = 4, VECTORS = 32 };
 
-/* eigenvalues nearer than this part of the largest are made orthogonal */
+/* vectors of eigenvalues closer than this part of the largest are orthogonalized */
 static const double near = 1e-7;
 
 /* an arm of a factorization */
@@ -19,7 +19,7 @@ struct still_factor {
     double pivot, lean[2]; /* D, a */
 };
 
-/* forms of WIDE values of s, in the arm's joint and angle */
+/* forms of WIDE values of s, in terms of the arm's joint and angle */
 struct still_form {
     double xx[WIDE], xy[WIDE], yy[WIDE], leanx[WIDE], leany[WIDE], pivot[WIDE];
 };
@@ -30,14 +30,14 @@ struct pend_still {
     int bracketed;
     double *low, *high;   /* n: brackets of the eigenvalues */
     double *load, *joint; /* n; 2 n: of a solution */
-    double *back;         /* n: g, with the springs of all joints that turn an arm */
+    double *back;         /* n: g, plus the springs of all joints that turn an arm */
     struct linear_arms arms;
     struct still_factor *factor;
     struct still_form *form;
 };
 
-/* g of each arm with the springs of all joints that turn it; a spring against the ground is no
- * other arm's */
+/* g of each arm plus the springs of all joints that turn it; a spring against the ground belongs to
+ * one arm only */
 static void still_fill(struct pend_still *s, const struct pend_loads *loads) {
     double pull[2];
     pend_rest_pull(loads, pull);
@@ -101,7 +101,7 @@ static void still_alone(const struct pend_still *still, const double s[]) {
     }
 }
 
-/* eliminates arm k, whose form is complete, and adds what is left to its parent's */
+/* eliminates arm k, whose form is complete, and adds the remaining form to its parent's */
 static void still_join(const struct linear_arm *arm, struct still_form *restrict own,
                        struct still_form *restrict up) {
     double x = arm->place[0], y = arm->place[1], k = arm->spring;
@@ -118,13 +118,13 @@ static void still_join(const struct linear_arm *arm, struct still_form *restrict
     }
 }
 
-/* a pivot that is 0 becomes the smallest there is beside the arm's own numbers */
+/* replaces a pivot of 0 by the smallest number comparable with the arm's own */
 static double still_pivot(const struct pend_still *still, int k, double pivot, double s) {
     if (pivot != 0) return pivot;
     return -0x1p-60 * (fabs(still->back[k]) + fabs(s) * still->arms.arm[k].inertia) - 0x1p-1000;
 }
 
-/* how many eigenvalues are below each of WIDE values */
+/* counts the eigenvalues below each of WIDE values */
 static void still_count(const struct pend_still *still, const double s[], int count[]) {
     still_alone(still, s);
     for (int i = 0; i < WIDE; i++) count[i] = 0;
@@ -157,10 +157,10 @@ static void still_bracket(struct pend_still *still) {
     still->bracketed = 1;
 }
 
-/* true where the bracket of eigenvalue k cannot be halved to any use */
+/* true if the bracket of eigenvalue k cannot usefully be halved */
 static int still_narrow(const struct pend_still *still, int k) {
     double low = still->low[k], high = still->high[k], most = still->high[still->n - 1];
-    // where nothing pulls back all are 0, whose bracket has no part to be narrow in
+    // without a restoring force all are 0, and the bracket has no relative width
     return high - low <= 0x1p-51 * fmax(fabs(low), fabs(high)) + 0x1p-70 * most + 0x1p-1000;
 }
 
@@ -187,7 +187,7 @@ static int still_halve(struct pend_still *still, int *from) {
                 still->high[j] = middle[i];
             else
                 still->low[j] = middle[i];
-            // the bracket has changed, so that the next one is compared with what it was
+            // the bracket has changed, so the next one is compared with its old value
         }
     }
     return 1;
@@ -208,7 +208,7 @@ static void still_factorize(const struct pend_still *still, double s) {
     }
 }
 
-/* solves T x = load; the load is used up */
+/* solves T x = load; overwrites load */
 static void still_solve(const struct pend_still *still, double load[], double x[]) {
     double *push = still->joint;
     memset(push, 0, 2 * (size_t)still->n * sizeof *push);
@@ -242,7 +242,7 @@ static void still_weigh(const struct pend_still *still, const double x[], double
         joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->place[0] * x[p];
         joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->place[1] * x[p];
     }
-    // momenta take the places of the joints' velocities
+    // momenta overwrite the joints' velocities
     for (int k = 0; k < still->n; k++) {
         const struct linear_arm *arm = &still->arms.arm[k];
         double wx = joint[2 * k], wy = joint[2 * k + 1];
@@ -258,7 +258,7 @@ static void still_weigh(const struct pend_still *still, const double x[], double
     }
 }
 
-/* x^T K x: sums of what gravity and each spring give back */
+/* x^T K x: sums over gravity and each spring */
 static double still_stiff(const struct pend_still *still, const double x[]) {
     double sum = 0;
     for (int k = 0; k < still->n; k++) {
@@ -293,7 +293,7 @@ static void still_orthogonal(const struct pend_still *still, const double square
     for (int k = 0; k < n; k++) x[k] /= size, still->load[k] /= size;
 }
 
-/* a start that no mode is orthogonal to, of its own for every mode */
+/* a start with a component along every mode, different for each mode */
 static void still_start(const struct pend_still *still, int j, double x[]) {
     unsigned long long seed = 0x9e3779b97f4a7c15ull * (unsigned long long)(j + 1);
     for (int k = 0; k < still->n; k++) {
@@ -312,7 +312,7 @@ static void still_vector(const struct pend_still *still, const double square[], 
     for (int i = 0; i < SOLVES; i++) {
         still_orthogonal(still, square, vector, j, x);
         still_solve(still, still->load, x);
-        // what has grown beyond all doubles is shortened first
+        // scales down first, if entries have overflowed
         double most = 0;
         for (int k = 0; k < still->n; k++) most = fmax(most, fabs(x[k]));
         for (int k = 0; k < still->n; k++) x[k] /= most;
@@ -326,7 +326,7 @@ int pend_still_step(struct pend_still *still, double square[], double vector[]) 
     if (!still->bracketed) still_bracket(still);
     if (!still->found) {
         for (int i = 0; i < SWEEPS && from < still->n; i++) still_halve(still, &from);
-        // all brackets were looked at, and none of them is wide
+        // all brackets were visited, and none is wide
         int wide = 0;
         for (int k = 0; k < still->n; k++) wide += !still_narrow(still, k);
         if (wide) return 0;
@@ -336,7 +336,7 @@ int pend_still_step(struct pend_still *still, double square[], double vector[]) 
     for (int i = 0; i < VECTORS && still->found < still->n; i++, still->found++)
         still_vector(still, square, vector, still->found);
     if (still->found < still->n) return 0;
-    // the quotient of Rayleigh has twice the digits of the vector, and no difference of large terms
+    // the Rayleigh quotient has twice the digits of the vector, and no cancellation
     for (int j = 0; j < still->n; j++)
         square[j] = still_stiff(still, vector + (size_t)j * (size_t)still->n);
     return 1;
