@@ -20,7 +20,7 @@ static size_t algebra_numbers(size_t rows) { return rows * rows + 4 * rows; }
 double pend_orbit_algebra_bytes(int rows) {
     assert(rows >= 1);
     double squared = (double)rows * rows;
-    return 16 * squared + 1024 + 32.0 * rows + 200.0 * rows; // and GSL's own
+    return 16 * squared + 1024 + 32.0 * rows + 200.0 * rows; // plus GSL's own
 }
 
 enum pend_status pend_orbit_algebra_new(struct orbit_algebra **algebra, int rows) {
@@ -108,7 +108,7 @@ enum pend_status pend_orbit_eigenvalues(struct orbit_algebra *algebra, int n, co
     return good ? PEND_OK : PEND_NO_CONVERGENCE;
 }
 
-/* K becomes H K H with H = 1 - 2 v v^T, v of unit size */
+/* replaces K by H K H with H = 1 - 2 v v^T, v of unit length */
 static void algebra_reflect(size_t n, const double v[], double K[]) {
     for (size_t i = 0; i < n; i++) {
         double sum = 0;
@@ -122,8 +122,8 @@ static void algebra_reflect(size_t n, const double v[], double K[]) {
     }
 }
 
-/* takes the left or right eigenvector g away from the n x n matrix K: the rest, (n - 1) x (n - 1),
- * is at its begin; v is room for n numbers */
+/* removes the left or right eigenvector g from the n x n matrix K: the remaining (n - 1) x (n - 1)
+ * matrix is stored at its start; v has space for n numbers */
 static int algebra_deflate(size_t n, const double g[], double K[], double v[]) {
     double size = 0, norm = 0;
     for (size_t i = 0; i < n; i++) size = hypot(size, g[i]);
@@ -150,7 +150,7 @@ enum pend_status pend_orbit_mirrored(struct orbit_algebra *algebra, int n, const
             Q[i * all + j] = phi_by[i * all + j] * unit;
             Q[(rows + i) * all + j] = rate_by[i * all + j] * unit / omega;
         }
-    // R Q, of the angles at the start
+    // R Q for the angles at the start
     for (size_t i = 0; i < all; i++)
         for (size_t j = 0; j < rows; j++)
             right[i * rows + j] = i < rows ? Q[i * all + j] : -Q[i * all + j];

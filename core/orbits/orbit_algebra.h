@@ -1,6 +1,6 @@
 /* Dense linear algebra of periodic orbits: linear equations and Floquet multipliers.
- * Leaves to others: where the matrices come from (orbits).
- * Invariant: the only file of this folder that knows the GNU Scientific Library; matrices are
+ * Leaves to others: the matrices (orbits).
+ * Invariant: the only file of this folder that uses the GNU Scientific Library; matrices are
  * row-major. */
 #ifndef PEND_ORBIT_ALGEBRA_H
 #define PEND_ORBIT_ALGEBRA_H
@@ -15,7 +15,7 @@ struct orbit_algebra;
  * Prepares workspaces.
  *
  * algebra  out; NULL on failure; released by pend_orbit_algebra_free.
- * rows     the most rows of a matrix, >= 1.
+ * rows     largest number of rows of a matrix, >= 1.
  *
  * PEND_NO_MEMORY  O(rows^2).
  */
@@ -31,25 +31,25 @@ double pend_orbit_algebra_bytes(int rows);
  * Solves A X = B by Householder's factors of A.
  *
  * n      rows, at most those of the workspace.
- * A      n x n; kept.
+ * A      n x n; not changed.
  * count  columns of B.
  * B      n x count; becomes X.
  *
- * Returns true if X is finite: a column of zeros gives none. O(n^3 + n^2 count).
+ * Returns true if X is finite; false if A has a column of zeros. O(n^3 + n^2 count).
  */
 int pend_orbit_solve(struct orbit_algebra *algebra, int n, const double A[], int count, double B[]);
 
 /**
- * The two directions in which a matrix makes vectors least, by its singular values.
+ * Computes the two right singular vectors of the smallest singular values of a matrix.
  *
  * n      rows, 2 .. those of the workspace.
- * A      n x n; kept.
- * size   out, the three smallest singular values, smallest first; the last one of two rows is
+ * A      n x n; not changed.
+ * size   out, the three smallest singular values, smallest first; for two rows the last one is
  *        infinite.
- * least  out, 2 x n: the directions of the first two, of unit size, at right angles.
+ * least  out, 2 x n: the singular vectors of the first two, orthonormal.
  *
  * PEND_NO_MEMORY
- * PEND_NO_CONVERGENCE  also of a matrix that is not finite.
+ * PEND_NO_CONVERGENCE  also for a matrix that is not finite.
  * O(n^3), by Jacobi's rotations.
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_least(struct orbit_algebra *algebra, int n,
@@ -58,8 +58,8 @@ PEND_MUST_CHECK enum pend_status pend_orbit_least(struct orbit_algebra *algebra,
 /**
  * Eigenvalues of a general matrix.
  *
- * A       n x n, n >= 0; kept.
- * re, im  out, n; pairs that belong together are neighbours.
+ * A       n x n, n >= 0; not changed.
+ * re, im  out, n; complex pairs are adjacent.
  *
  * PEND_NO_MEMORY
  * PEND_NO_CONVERGENCE also of a matrix that is not finite.
@@ -69,26 +69,26 @@ PEND_MUST_CHECK enum pend_status pend_orbit_eigenvalues(struct orbit_algebra *al
                                                         const double A[], double re[], double im[]);
 
 /**
- * The eigenvalues that tell the multipliers of an orbit between two rests, one for each pair of
- * reciprocal multipliers.
+ * Computes the eigenvalues that determine the multipliers of an orbit between two states of rest,
+ * one for each pair of reciprocal multipliers.
  *
- * A motion back in time mirrors the rates, R = diag(1, -1). Where the orbit rests after a half of
- * its period, whose derivative is Q, the whole period's is R Q^{-1} R Q; and where it passes the
- * rest of the pendulum after a quarter, which turns the sign of all angles back, the half period's
- * is that. With R A R = A^{-1} the upper left block of such a product A has the eigenvalue
- * (x + 1 / x) / 2 for every pair x, 1 / x of A. One of them belongs to the orbit itself: the
- * gradient of the energy is its left eigenvector. It is taken away.
+ * Time reversal changes the sign of the rates, R = diag(1, -1). If the orbit is at rest after half
+ * of its period, whose derivative is Q, the derivative of the whole period is R Q^{-1} R Q. If it
+ * passes the equilibrium after a quarter of its period, with the derivative Q, this product is that
+ * of the half period. With R A R = A^{-1} the upper left block of such a product A has the
+ * eigenvalue (x + 1 / x) / 2 for every pair x, 1 / x of A. One of them belongs to the orbit itself,
+ * with the gradient of the energy as left eigenvector; it is removed.
  *
  * n         arms.
- * phi_by    n x 2 n, the angles at the end by angles and rates of the start; rate_by the rates.
+ * phi_by    n x 2 n, derivatives of the angles at the end by angles and rates of the start; rate_by
+ *           those of the rates.
  * gradient  n, of the potential energy at the start.
- * omega     rad/s, a rate that makes rates and angles alike.
+ * omega     rad/s, divides rates to make them comparable with angles.
  * work      8 n^2 numbers.
  * re, im    out, n - 1.
  *
  * PEND_NO_MEMORY
- * PEND_NO_CONVERGENCE also where Q is singular or the gradient is 0.
- * O(n^3).
+ * PEND_NO_CONVERGENCE also if Q is singular or the gradient is 0. O(n^3).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_mirrored(struct orbit_algebra *algebra, int n,
                                                      const double phi_by[], const double rate_by[],
@@ -96,17 +96,16 @@ PEND_MUST_CHECK enum pend_status pend_orbit_mirrored(struct orbit_algebra *algeb
                                                      double work[], double re[], double im[]);
 
 /**
- * The eigenvalues of a matrix but for two that are known with their vectors: those of an orbit
- * without a drive, which leaves alone the flow and, on the other side, the energy.
+ * Computes the eigenvalues of a matrix except two with known eigenvectors: those of the flow
+ * (right) and of the energy (left) of an orbit without a drive.
  *
  * n      rows, >= 2.
  * A      n x n; changed.
  * left   n, an eigenvector on the left; right  n, one on the right, at right angles to it; changed.
- * v      room for n numbers.
- * re, im out, n - 2.
+ * v      space for n numbers. re, im  out, n - 2.
  *
  * PEND_NO_MEMORY
- * PEND_NO_CONVERGENCE  also where one of the two is 0.
+ * PEND_NO_CONVERGENCE  also if one of the two is 0.
  * O(n^3).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_kept(struct orbit_algebra *algebra, int n, double A[],

@@ -9,7 +9,7 @@
 
 /* ---- along the branch */
 
-/* looks for the orbit at the end of the next step */
+/* predicts the orbit at the end of the next step */
 static void orbits_predict(struct pend_orbits *o) {
     struct orbit_newton *newton = &o->newton;
     double bend = o->before > 0 ? o->step * o->step / (2 * o->before) : 0;
@@ -20,7 +20,7 @@ static void orbits_predict(struct pend_orbits *o) {
     pend_orbit_search_begin(o, STEP);
 }
 
-/* a step that failed is tried once more, shorter */
+/* tries a failed step once more, shorter */
 static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
     o->why = why;
     if (o->aim != FIRST) o->step /= 3;
@@ -36,8 +36,8 @@ static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
         orbits_predict(o);
 }
 
-/* which part of the way to the end of the branch a list of unknowns has gone; which arm swings
- * farthest */
+/* the part of the way to the end of the branch that the unknowns have gone; the arm with the
+ * largest swing */
 static double orbits_way(const struct pend_orbits *o, const double u[], int *arm) {
     int n = o->newton.form.n;
     *arm = 0;
@@ -50,7 +50,7 @@ static double orbits_way(const struct pend_orbits *o, const double u[], int *arm
                : fabs(swing[*arm]) / o->problem.until;
 }
 
-/* looks for the orbit at the very end, which the last step has passed */
+/* searches the orbit exactly at the end, after the last step has passed it */
 static void orbits_land(struct pend_orbits *o, double way, int arm) {
     struct orbit_newton *newton = &o->newton;
     int q = newton->unknowns;
@@ -63,8 +63,8 @@ static void orbits_land(struct pend_orbits *o, double way, int arm) {
     newton->value = o->problem.driven ? 1 : o->problem.until;
 }
 
-/* takes the orbit that was found for the next one, with its direction; false if there is none, or
- * if the branch turns too much on the way there */
+/* accepts the orbit found as the next one, with its direction; false if there is none, or if the
+ * branch turns too much on the way there */
 static int orbits_take(struct pend_orbits *o) {
     int q = o->newton.unknowns, alone = o->problem.driven && !o->problem.vary;
     double *along = o->next.along;
@@ -78,11 +78,12 @@ static int orbits_take(struct pend_orbits *o) {
     return o->aim == FIRST || turn >= branch_bend;
 }
 
-/* true if the orbit that was taken is beyond an end of the branch, which ends or lands there */
+/* true if the accepted orbit is beyond an end of the branch, which then ends or is corrected to
+ * that end */
 static int orbits_beyond(struct pend_orbits *o) {
     int arm;
     double way = orbits_way(o, o->next.u, &arm);
-    // the amplitude of an orbit that does not rest is no unknown
+    // the amplitude of a free orbit is not an unknown
     int seen = o->newton.form.kind == ORBIT_FREE && o->problem.target == PEND_ORBIT_AMPLITUDE;
     if (o->aim == STEP && way >= 1 && seen) o->aim = LAST;
     if (o->aim == STEP && way >= 1) {
@@ -94,7 +95,7 @@ static int orbits_beyond(struct pend_orbits *o) {
     return 1;
 }
 
-/* the orbit that was found is on the branch */
+/* the orbit found is on the branch */
 static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_found *found,
                                       struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -112,8 +113,8 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
     return PEND_OK;
 }
 
-/* true if the last step has passed the first orbit of a branch that begins at a bifurcation, in the
- * direction in which it left it; keeps the first orbit */
+/* true if the last step has passed the first orbit of a branch that started at a bifurcation, in
+ * its initial direction; stores the first orbit */
 static int orbits_closes(struct pend_orbits *o) {
     size_t q = (size_t)o->newton.unknowns;
     const double *a = o->last.u, *b = o->next.u, *home = o->home, *along = o->home + q;
@@ -135,7 +136,7 @@ static int orbits_closes(struct pend_orbits *o) {
     return missed <= branch_missed * chord;
 }
 
-/* goes on from the orbit that was found, or ends */
+/* continues from the orbit found, or ends */
 static void orbits_forward(struct pend_orbits *o) {
     int q = o->newton.unknowns, first = o->aim == FIRST, last = o->aim == LAST, arm;
     struct orbits_point keep = o->last;
@@ -165,7 +166,7 @@ static void orbits_forward(struct pend_orbits *o) {
 
 /* ---- pieces */
 
-/* Newton's method has found a solution: is it an orbit? */
+/* Newton's method has found a solution: check that it is an orbit */
 static enum pend_status orbits_solution(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -196,7 +197,7 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
     return PEND_OK;
 }
 
-/* Newton's method has found none */
+/* Newton's method did not converge */
 static enum pend_status orbits_lost(struct pend_orbits *o, enum pend_orbits_found *found,
                                     struct pend_error *error) {
     assert(o->stage == SEARCH);

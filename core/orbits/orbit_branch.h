@@ -1,15 +1,15 @@
 /* The steps of a search along a branch.
  * Leaves to others: bifurcations between two of them (orbit_change), the first orbit (orbits).
- * Invariant: an orbit is accepted only if the motion from its start comes back, and a step only if
- * the branch turns little in it. */
+ * Invariant: an orbit is accepted only if the motion from its start returns, and a step only if the
+ * branch turns little in it. */
 #ifndef PEND_ORBIT_BRANCH_H
 #define PEND_ORBIT_BRANCH_H
 
 #include "core/orbits/orbit_change.h"
 
 /**
- * Goes on: a piece of the search under way, of the motion that checks its orbit, or of what
- * follows.
+ * Continues the search, the motion that checks an orbit, or the step after it, by one piece of
+ * work.
  *
  * work  as of pend_derivatives_next.
  *

@@ -9,8 +9,8 @@
 
 enum { LOCATE_LOST = 1000 };
 
-/* parts of the unit of unknowns: how far from a bifurcation the first orbit of the branch that
- * begins there is looked for, one after the other; and how much farther it may be */
+/* distances from a bifurcation at which the first orbit of its new branch is searched, one after
+ * the other, in the unit of unknowns */
 static const double change_aside[] = {5e-3, 2e-3, 1e-3, 1e-2, 3e-2};
 enum { ASIDE = sizeof change_aside / sizeof *change_aside };
 
@@ -33,8 +33,9 @@ int pend_orbit_change_far(const struct pend_orbits *o) {
     return most > far;
 }
 
-/* The unknowns at a part of the way between the two orbits, on a cubic curve: where another branch
- * crosses, corrections along it hardly change the equations, and a line's guess is not enough. */
+/* The unknowns at a part of the way between the two orbits, on a cubic curve. If another branch
+ * crosses, the equations hardly change along it, and linear interpolation is not accurate
+ * enough. */
 static void change_between_two(const struct pend_orbits *o, double part, double u[]) {
     int q = o->newton.unknowns;
     const double *a = o->last.u, *b = o->next.u, *from = o->last.along, *to = o->next.along;
@@ -47,22 +48,22 @@ static void change_between_two(const struct pend_orbits *o, double part, double 
                part * part * ((1 + 2 * rest) * b[j] - rest * there * to[j]);
 }
 
-/* looks for the orbit at the part of the way at which the search is */
+/* searches the orbit at the current part of the way */
 static void change_locate_at(struct pend_orbits *o) {
     change_between_two(o, o->at, o->newton.u);
     pend_orbit_search_plane(o, o->last.along);
     pend_orbit_search_begin(o, LOCATE);
 }
 
-/* true if a border lies between two orbits: of the circle, if more multipliers have left it or come
- * back than those that have passed +1 and -1 */
+/* True if a border lies between two orbits. For the circle: if more multipliers cross it than +1
+ * and -1 account for. */
 static int change_passes(const struct orbits_mark *a, const struct orbits_mark *b, int border) {
     int passed = abs(a->side[border] - b->side[border]);
     if (border != ORBIT_AROUND) return passed > 0;
     return passed > change_passes(a, b, ORBIT_PLUS) + change_passes(a, b, ORBIT_MINUS);
 }
 
-/* the border between two orbits that is looked for first; ORBIT_BORDERS: none */
+/* the border between two orbits that is located first; ORBIT_BORDERS: none */
 static int change_border(const struct orbits_mark *a, const struct orbits_mark *b) {
     static const int order[] = {ORBIT_TURN, ORBIT_PLUS, ORBIT_MINUS, ORBIT_AROUND};
     for (int i = 0; i < ORBIT_BORDERS; i++)
@@ -75,7 +76,7 @@ static struct orbits_mark *change_top(struct pend_orbits *o) {
     return &o->ahead[o->waiting - 1];
 }
 
-/* looks for the orbit at the next part of the way */
+/* searches the orbit at the next part of the way */
 static void change_locate(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int border = change_border(low, top);
@@ -92,7 +93,7 @@ static void change_locate(struct pend_orbits *o) {
 }
 
 /* At a crossing of branches the equations are singular, and rounding errors decide whether an orbit
- * is found: the bifurcation is that beside it, as near as one is. Returns 0 where none is. */
+ * is found. Then the closest orbit next to it is used instead. Returns 0 if there is none. */
 static int change_locate_beside(struct pend_orbits *o) {
     int lost = o->tries / LOCATE_LOST;
     double away = change_beside * pow(5, lost) * (lost % 2 ? -1 : 1);
@@ -103,12 +104,12 @@ static int change_locate_beside(struct pend_orbits *o) {
     return 1;
 }
 
-/* true if no real multiplier is within rounding errors beyond a border */
+/* true if no real multiplier is within rounding errors of a border */
 static int change_surely(const struct orbits_mark *mark, int border) {
     return mark->beyond[border] == mark->surely[border];
 }
 
-/* on which sides an orbit is */
+/* the sides of the borders on which an orbit is */
 static void change_sides(const struct pend_orbits *o, struct orbits_mark *mark) {
     mark->side[ORBIT_AROUND] = mark->outside;
     mark->side[ORBIT_TURN] = mark->test[ORBIT_TURN] > 0;
@@ -136,7 +137,7 @@ void pend_orbit_change_next(struct pend_orbits *o) {
         change_locate(o);
         return;
     }
-    // looking for bifurcations had an aim of its own
+    // the search for bifurcations had its own aim
     o->aim = o->came, o->stage = FORWARD;
 }
 
@@ -157,7 +158,7 @@ enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
     PEND_TRY(pend_orbit_switch_direction(&o->newton, o->turned, o->problem.leave[o->left],
                                          o->leaving, &found));
     if (!found && o->newton.form.equations == o->newton.form.n) {
-        // orbits that do not rest may begin there
+        // free orbits may begin there
         pend_orbit_newton_free(&o->newton, pend_orbit_switch_turning(&o->newton), o->turned);
         memcpy(o->last.u, o->newton.u, (size_t)o->newton.unknowns * sizeof(double));
         pend_orbit_search_begin(o, LOOK);
@@ -174,7 +175,7 @@ enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
     return PEND_OK;
 }
 
-/* what follows on a bifurcation that was told: the branch is left there, or goes on */
+/* the step after a bifurcation was reported: leaves the branch there, or continues */
 static void change_met(struct pend_orbits *o, enum pend_orbits_found *found) {
     int pending = o->left < o->problem.switches;
     o->met++;
@@ -188,14 +189,14 @@ static int change_turns(const struct pend_orbits *o) {
     return (o->last.mark.test[ORBIT_TURN] > 0) != (o->next.mark.test[ORBIT_TURN] > 0);
 }
 
-/* how small a slope is, in parts of those of the last orbit and the next */
+/* the slope relative to those of the last orbit and the next */
 static double change_slope(const struct pend_orbits *o, const struct orbits_mark *mark) {
     return fabs(mark->test[ORBIT_TURN]) /
            fmax(fabs(o->last.mark.test[ORBIT_TURN]), fabs(o->next.mark.test[ORBIT_TURN]));
 }
 
-/* A multiplier passes +1 where the branch turns back, or touches it. Near there the slope says
- * better on which side of both an orbit is. */
+/* A multiplier crosses +1 at a fold, or touches it. Near a fold the slope is the more reliable test
+ * of the side for both. */
 static void change_tie(struct pend_orbits *o, struct orbits_mark *mark) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     const struct orbits_mark *same = change_passes(low, mark, ORBIT_TURN) ? top : low;
@@ -207,13 +208,14 @@ static void change_tie(struct pend_orbits *o, struct orbits_mark *mark) {
     mark->side[ORBIT_AROUND] += same->side[ORBIT_AROUND] < mark->side[ORBIT_AROUND] ? -1 : 1;
 }
 
-/* true if the branch turns back between `low` and the first one ahead and no multiplier passes */
+/* true if the branch turns back between `low` and the first one ahead although no multiplier
+ * crosses */
 static int change_touches(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     return change_passes(low, top, ORBIT_TURN) && !change_passes(low, top, ORBIT_PLUS);
 }
 
-/* on which sides the orbit found between the two is; false if it is on another branch */
+/* the sides of the orbit found between the two; false if it is on another branch */
 static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     int q = o->newton.unknowns;
     double *along = o->leaving;
@@ -225,7 +227,7 @@ static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     change_sides(o, mark);
     if (!change_turns(o)) mark->side[ORBIT_TURN] = o->low.side[ORBIT_TURN];
     change_tie(o, mark);
-    // where two branches meet Newton's method may find the other one, whose slope is another
+    // if two branches meet, Newton's method may converge to the other one, which has another slope
     double slope = fmax(fabs(o->low.test[ORBIT_TURN]), fabs(change_top(o)->test[ORBIT_TURN]));
     if (change_touches(o) && !o->beside && fabs(mark->test[ORBIT_TURN]) > change_other * slope)
         return 0;
@@ -233,8 +235,8 @@ static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     return pend_orbit_search_dot(along, last, q) >= change_bend * sqrt(sizes);
 }
 
-/* puts an orbit between `low` and the first one ahead in its place; the end that stays twice is
- * given less weight (the Illinois method) */
+/* inserts an orbit between `low` and the first one ahead; the end that stays twice gets less weight
+ * (Illinois method) */
 static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
     int below = change_border(&o->low, mark) == ORBIT_BORDERS;
     if (below) {
@@ -249,7 +251,7 @@ static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
     o->side = below ? -1 : 1;
 }
 
-/* true if `low` and the first one ahead differ by one bifurcation alone */
+/* true if `low` and the first one ahead differ by exactly one bifurcation */
 static int change_single(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int passes[ORBIT_BORDERS], count = 0;
@@ -257,19 +259,19 @@ static int change_single(struct pend_orbits *o) {
     return count == 1 || (count == 2 && passes[ORBIT_PLUS] && passes[ORBIT_TURN]);
 }
 
-/* of what kind the bifurcation at the orbit found is, as far as its multipliers tell */
+/* the kind of the bifurcation at the orbit found, as far as its multipliers determine it */
 static enum pend_orbits_kind change_kind(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int plus = o->border == ORBIT_PLUS, around = o->border == ORBIT_AROUND;
     if (o->border == ORBIT_TURN) return change_touches(o) ? PEND_ORBITS_BRANCH : PEND_ORBITS_FOLD;
-    // real ones that pass together, as those of equal branches do
+    // real ones that cross together, as for equal branches
     if (plus || (around && low->beyond[ORBIT_PLUS] != top->beyond[ORBIT_PLUS]))
         return PEND_ORBITS_BRANCH;
     if (around && low->beyond[ORBIT_MINUS] == top->beyond[ORBIT_MINUS]) return PEND_ORBITS_TORUS;
     return o->newton.form.mirrored ? PEND_ORBITS_SYMMETRY : PEND_ORBITS_DOUBLING;
 }
 
-/* `low` is beyond the bifurcation now */
+/* moves `low` beyond the bifurcation */
 static void change_beyond(struct pend_orbits *o) {
     struct orbits_mark *low = &o->low;
     const struct orbits_mark *top = change_top(o);
@@ -283,8 +285,8 @@ static void change_beyond(struct pend_orbits *o) {
     low->side[o->border] = top->side[o->border];
 }
 
-/* true if half of the orbit that was found says more about a branch that crosses there: whether the
- * orbits there are their own mirror images, or take half of the period */
+/* true if half of the orbit found tells more about a crossing branch: whether its orbits are their
+ * own mirror images, or have half of the period */
 static int change_halves(const struct pend_orbits *o) {
     const struct orbit_form *form = &o->newton.form;
     return o->now.kind == PEND_ORBITS_BRANCH && !form->mirrored;
@@ -302,7 +304,7 @@ enum pend_status pend_orbit_change_halved(struct pend_orbits *o, enum pend_orbit
     if (turns && form->times % 2 == 0 && pend_orbit_form_apart(form, map, 1) < alike)
         o->now.kind = PEND_ORBITS_DOUBLING;
     if (o->now.kind == PEND_ORBITS_BRANCH && pend_orbit_form_apart(form, map, -1) < alike) {
-        // what hangs or stands still is its own mirror image at every instant
+        // a motion at rest is its own mirror image at every instant
         int moves = pend_orbit_form_apart(form, NULL, -1) > alike;
         if (form->kind == ORBIT_DRIVEN && moves)
             PEND_TRY(pend_orbit_floquet_half(&o->floquet, newton, &breaks));
@@ -327,11 +329,12 @@ static enum pend_status change_tell(struct pend_orbits *o, enum pend_orbits_foun
     return PEND_OK;
 }
 
-/* which orbit is looked for where the branch turns back */
+/* the orbit that is searched next at a fold */
 enum { BEYOND = 1, BEFORE, AT };
 
-/* The branch turns back at the orbit found, and no multiplier seems to pass +1 there. One touches
- * it where the branch meets another one; whether it does, or passes, is seen on either side. */
+/* The branch turns back at the orbit found, although no multiplier seems to cross +1 there. A
+ * multiplier touches +1 if another branch meets it; orbits on both sides decide whether it touches
+ * or crosses. */
 static void change_touch(struct pend_orbits *o) {
     if (!o->beside++) o->touch = o->at;
     if (o->beside == BEFORE && o->touch - o->low.at <= change_near_turn) o->beside = AT;
@@ -342,7 +345,7 @@ static void change_touch(struct pend_orbits *o) {
     change_locate_at(o);
 }
 
-/* no orbit was found at a part of the way: the bifurcation is told where the next orbit is */
+/* no orbit was found at a part of the way: the bifurcation is reported at the next orbit */
 static enum pend_status change_unplaced(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
     struct pend_problem motion;
@@ -365,7 +368,7 @@ enum pend_status pend_orbit_change_lost(struct pend_orbits *o, enum pend_orbits_
     return PEND_OK;
 }
 
-/* true if the bifurcation between `low` and the first one ahead is where the orbit found is */
+/* true if the bifurcation between `low` and the first one ahead is at the orbit found */
 static int change_exact(struct pend_orbits *o, const struct orbits_mark *mark, int border) {
     int single = change_single(o), folds = change_passes(&o->low, change_top(o), ORBIT_PLUS);
     if (change_top(o)->at - o->low.at <= change_short || o->tries >= CHANGE_MOST) return 1;

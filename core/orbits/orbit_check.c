@@ -6,8 +6,8 @@
 
 #include "core/orbits/orbit_constants.h"
 
-/* instants of a period: of driven pendulums and orbits that do not rest so many that every part of
- * it is one of them */
+/* number of instants of a period; for driven pendulums and free orbits, a multiple of every tested
+ * divisor */
 enum { ALL = 840, PARTS = 8 };
 
 static size_t check_rows(int all) { return all ? ALL + 1 : PARTS + 1; }
@@ -56,7 +56,7 @@ enum pend_status pend_orbit_check_begin(struct orbit_check *check, const struct 
     return pend_run_new(&check->run, &pend_method_taylor, &over, error);
 }
 
-/* how far row i is from the start */
+/* the distance of row i from the start */
 static double check_away(const struct orbit_check *check, const struct orbit_form *form, int i) {
     double most = 0;
     for (int k = 0; k < check->n; k++) {

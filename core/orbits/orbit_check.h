@@ -1,7 +1,7 @@
-/* Whether an orbit comes back: the motion from its start over the whole period, by the plain
- * series, which share no step with the search.
+/* Checks that an orbit returns to its start: the motion over the whole period, integrated
+ * independently of the search.
  * Leaves to others: finding orbits (orbit_newton).
- * Invariant: what is told of an orbit was seen on this motion. */
+ * Invariant: reported properties of an orbit are those of this motion. */
 #ifndef PEND_ORBIT_CHECK_H
 #define PEND_ORBIT_CHECK_H
 
@@ -10,22 +10,22 @@
 
 struct orbit_check {
     int n;
-    double closure;    /* how far the start is missed: rad, or rates in the form's unit */
-    int divisor;       /* the orbit comes back after this part of its period already; else 1 */
-    double *amplitude; /* n: half of the way between its extreme angles, where all are seen */
-    /* while it is under way */
+    double closure;    /* distance between end and start: rad, or rates in the form's unit */
+    int divisor;       /* the orbit already returns after this part of its period; else 1 */
+    double *amplitude; /* n: half of the difference of its extreme angles, if computed */
+    /* the run under way */
     struct pend_run *run;
-    long steps; /* of all runs before it */
+    long steps; /* of all earlier runs */
     int rows, done;
-    double *t, *seen, *phi, *rate; /* instants; of rows in the caller's order */
+    double *t, *seen, *phi, *rate; /* instants; rows in the caller's order */
     double *block;
 };
 
 /**
  * Prepares the memory.
  *
- * all    non-zero: for orbits of driven pendulums and those that do not rest too.
- * check  out; ends with pend_orbit_check_clear whatever is returned.
+ * all    non-zero: also for orbits of driven pendulums and free orbits.
+ * check  out; released by pend_orbit_check_clear, also after a failure.
  *
  * PEND_NO_MEMORY  O(n).
  */
@@ -38,7 +38,7 @@ void pend_orbit_check_clear(struct orbit_check *check);
 double pend_orbit_check_bytes(int n, int all);
 
 /**
- * Begins with the orbit that was set.
+ * Starts to check an orbit.
  *
  * motion  of pend_orbit_form_set.
  *
@@ -50,7 +50,7 @@ PEND_MUST_CHECK enum pend_status pend_orbit_check_begin(struct orbit_check *chec
                                                         struct pend_error *error);
 
 /**
- * Goes on with the motion.
+ * Continues the motion.
  *
  * work  as of pend_run_next.
  * done  out, non-zero once closure, divisor and amplitude are known.

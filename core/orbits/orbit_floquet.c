@@ -32,7 +32,7 @@ void pend_orbit_floquet_clear(struct orbit_floquet *floquet) {
     *floquet = (struct orbit_floquet){.n = 0};
 }
 
-/* counts what is beyond the borders, and the tests for passing them */
+/* counts multipliers beyond the borders, and computes the tests for crossings */
 static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
     assert(count >= 0);
     double border = driven ? floquet_driven : floquet_border;
@@ -55,7 +55,7 @@ static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
     for (int j = 0; j < 2 * f->n; j++) f->growth = fmax(f->growth, hypot(f->re[j], f->im[j]));
 }
 
-/* x and 1 / x with the half sum k; of a half period they are squared */
+/* x and 1 / x from their mean k; those of a half period are squared */
 static void floquet_pair(struct orbit_floquet *f, int pair, double complex k, int squared) {
     double complex root = csqrt(k - 1) * csqrt(k + 1), x = k + root;
     if (cabs(x) < 1) x = k - root;
@@ -75,7 +75,7 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     assert(map->count == 2 * f->n);
     PEND_TRY(pend_orbit_mirrored(newton->algebra, f->n, map->phi_by, map->rate_by, map->energy_by,
                                  newton->form.omega, f->work, f->part_re, f->part_im));
-    // half a period turns the sign of a mirrored orbit: what it leaves alone is at -1
+    // half a period mirrors the orbit: its neutral multiplier is -1
     for (int i = 0; i < f->n - 1; i++) {
         if (quarter) f->part_re[i] = -f->part_re[i], f->part_im[i] = -f->part_im[i];
         double im = fabs(f->part_im[i]) > floquet_driven ? f->part_im[i] : 0;

@@ -1,22 +1,23 @@
-/* Floquet multipliers of an orbit that was found, and what they say about it.
- * Leaves to others: finding it (orbit_newton), where a count changes along a branch (orbits).
- * Invariant: multipliers of orbits between two rests come in pairs x, 1 / x, exactly; the pair of
- * the orbit itself and of its energy is 1, of those without a drive that do not rest too. */
+/* Floquet multipliers of an orbit, and the tests based on them.
+ * Leaves to others: finding the orbit (orbit_newton), changes along a branch (orbits).
+ * Invariant: multipliers of orbits between two states of rest come in exact pairs x, 1 / x. Without
+ * a drive the pair of the orbit itself and of its energy is exactly 1. */
 #ifndef PEND_ORBIT_FLOQUET_H
 #define PEND_ORBIT_FLOQUET_H
 
 #include "core/orbits/orbit_newton.h"
 
-/* Where real multipliers leave the circle and come back. */
+/* The points at which real multipliers cross the circle. */
 enum orbit_border { ORBIT_PLUS /* +1 */, ORBIT_MINUS /* -1 */, ORBIT_REAL };
 
 struct orbit_floquet {
     int n;
     double *re, *im; /* 2 n multipliers of the whole period */
-    /* of the part of the orbit that was computed: how many real ones are beyond a border, and
-     * beyond it by more than rounding errors; pairs count twice that are outside the circle */
+    /* for the computed part of the orbit: number of real multipliers beyond a border, and of those
+     * beyond it by more than rounding errors; number outside the circle, complex pairs counted
+     * twice */
     int beyond[ORBIT_REAL], surely[ORBIT_REAL], outside;
-    double test[ORBIT_REAL]; /* changes sign where a real one passes a border */
+    double test[ORBIT_REAL]; /* changes sign when a real multiplier crosses a border */
     int stable;              /* no small disturbance grows exponentially */
     double growth;           /* the largest size of a multiplier, at least 1 */
     double *part_re, *part_im, *work;
@@ -26,7 +27,7 @@ struct orbit_floquet {
 /**
  * Prepares the memory for n arms.
  *
- * floquet  out; ends with pend_orbit_floquet_clear whatever is returned.
+ * floquet  out; released by pend_orbit_floquet_clear, also after a failure.
  *
  * PEND_NO_MEMORY  O(n^2).
  */
@@ -39,7 +40,7 @@ void pend_orbit_floquet_clear(struct orbit_floquet *floquet);
 double pend_orbit_floquet_bytes(int n);
 
 /**
- * Fills in the multipliers of the orbit that was found, with all derivatives.
+ * Computes the multipliers of the orbit found, from all derivatives.
  *
  * PEND_NO_MEMORY
  * PEND_NO_CONVERGENCE
@@ -49,10 +50,10 @@ PEND_MUST_CHECK enum pend_status pend_orbit_floquet_at(struct orbit_floquet *flo
                                                        struct orbit_newton *newton);
 
 /**
- * Whether a disturbance that neither grows nor shrinks breaks the mirror symmetry of an orbit of a
- * driven pendulum: half a period turns such a one into the reverse of its mirror image.
+ * Tests whether a neutral disturbance breaks the mirror symmetry of an orbit of a driven pendulum:
+ * half a period then maps it to minus its mirror image.
  *
- * newton  has looked at half of the orbit; the multipliers of the whole one are kept.
+ * newton  has evaluated half of the orbit; the multipliers of the whole orbit are not changed.
  * breaks  out.
  *
  * PEND_NO_MEMORY

@@ -39,7 +39,7 @@ int pend_orbit_drive(const struct pend_loads *loads, double *omega) {
     return 0;
 }
 
-/* non-zero if the mirror image of a motion about hanging is one too */
+/* non-zero if the mirror image of every motion about hanging is a motion too */
 static int form_mirrors(const struct orbit_form *form) {
     static const enum pend_term_row odd[] = {PEND_TERM_CENTER_Y, PEND_TERM_AT_Y, PEND_TERM_REST,
                                              PEND_TERM_TORQUE};
@@ -52,7 +52,7 @@ static int form_mirrors(const struct orbit_form *form) {
     return 1;
 }
 
-/* takes mode j of a real pendulum, among those that swing */
+/* selects mode j of a real pendulum, among those that swing */
 static enum pend_status form_damped(struct orbit_form *form, struct pend_error *error) {
     const struct pend_orbit_problem *p = form->problem;
     struct pend_damped *modes;
@@ -74,14 +74,14 @@ static enum pend_status form_damped(struct orbit_form *form, struct pend_error *
 
 /* ---- equal branches */
 
-/* how many arms a branch has; they are stored one after the other */
+/* number of arms of a branch, which are contiguous */
 static int form_branch(const struct pend_tree *tree, int first) {
     int end = first + 1;
     while (end < tree->n && tree->parent[end] >= first) end++;
     return end - first;
 }
 
-/* true if two branches on one joint are equal, arm by arm */
+/* true if two branches at one joint are equal, arm by arm */
 static int form_equal(const struct orbit_form *form, int a, int b) {
     const struct pend_tree *tree = form->problem->tree;
     const struct pend_loads *loads = &form->problem->loads;
@@ -118,7 +118,7 @@ int pend_orbit_form_against(struct orbit_form *form) {
     return 1;
 }
 
-/* finds the two of three or more equal branches that the mode moves most against each other */
+/* finds the two of three or more equal branches with the largest opposite motion in the mode */
 static void form_twins(struct orbit_form *form) {
     static const double still = 1e-9;
     double most = still, other = 0;
@@ -133,7 +133,7 @@ static void form_twins(struct orbit_form *form) {
         if (likes < 3 || !b || apart <= most) continue;
         most = apart, form->twins = likes, form->twin[0] = a, form->twin[1] = b;
     }
-    // the mode may have that shape already
+    // the mode may already have that shape
     if (!pend_orbit_form_against(form)) return;
     for (int k = 0; k < form->n; k++) other = fmax(other, fabs(form->phi[k] - form->shape[k]));
     form->against = other <= still;
@@ -167,7 +167,7 @@ static enum pend_status form_mode(struct orbit_form *form, struct pend_error *er
     return PEND_OK;
 }
 
-/* the value of what varies at the begin */
+/* the start value of the varied number */
 static double form_from(const struct orbit_form *form) {
     const struct pend_orbit_problem *p = form->problem;
     if (p->vary == PEND_ORBIT_OMEGA) return form->omega;
@@ -196,7 +196,7 @@ static size_t form_terms(const struct pend_orbit_problem *problem) {
     return problem->loads.terms ? (size_t)problem->loads.terms->count : 0;
 }
 
-/* of real pendulums all modes are found, with dense matrices where there are few arms */
+/* for real pendulums all modes are computed, with dense matrices for few arms */
 double pend_orbit_form_bytes(const struct pend_orbit_problem *problem) {
     double n = problem->tree->n, terms = (double)form_terms(problem);
     return 8 * (double)form_numbers((size_t)n, (size_t)terms) +
@@ -261,14 +261,14 @@ double pend_orbit_form_value(const struct orbit_form *form, const double u[]) {
     return form->from + u[form->equations] * (form->problem->to - form->from);
 }
 
-/* periods of what follows a motion over the span */
+/* number of periods in the span of a motion */
 static double form_spans(const struct orbit_form *form) {
     static const double parts[] = {
         [ORBIT_QUARTER] = 4, [ORBIT_HALF] = 2, [ORBIT_FREE] = 1, [ORBIT_DRIVEN] = 1};
     return form->kind == ORBIT_FREE && form->mirrored ? 2 : parts[form->kind];
 }
 
-/* s: how much longer a motion without a drive takes for a period of 1 more */
+/* s: increase of the span, without a drive, for an increase of the period by 1 */
 static double form_later(const struct orbit_form *form) {
     assert(form->kind != ORBIT_DRIVEN);
     return 2 * M_PI / form->omega * form->times / form_spans(form);
@@ -326,7 +326,7 @@ static enum pend_status form_tree(struct orbit_form *form, double value, struct 
     return PEND_OK;
 }
 
-/* puts the number that varies into the pendulum, and its parameters behind the map's others */
+/* sets the varied number in the pendulum, and appends its parameters to those of the map */
 static enum pend_status form_vary(struct orbit_form *form, const double u[],
                                   struct pend_error *error) {
     const struct pend_orbit_problem *p = form->problem;
@@ -440,7 +440,7 @@ static void form_driven(const struct orbit_form *form, const struct orbit_map *m
     }
 }
 
-/* a row of J: how a number at the end, in its unit, changes with the start */
+/* a row of J: the derivatives of a number at the end, in its unit, by the start */
 static void form_row(const struct orbit_form *form, const double by[], double unit, double row[]) {
     int n = form->n;
     for (int j = 0; j < 2 * n; j++) row[j] = by[j] * (j < n ? 1 : form->omega) / unit;

@@ -1,6 +1,5 @@
-/* A motion over a given time as a map of its start, with the derivatives of the map: what shooting
- * needs of one try.
- * Leaves to others: which equations an orbit obeys (orbit_form), the motion (derivatives).
+/* A motion over a given time as a map of its start, with the derivatives of the map, for shooting.
+ * Leaves to others: the equations of an orbit (orbit_form), the motion (derivatives).
  * Invariant: everything is in the tree's stored order; the map of the same start has the same
  * bits, however it is divided into calls. */
 #ifndef PEND_ORBIT_MAP_H
@@ -8,15 +7,15 @@
 
 #include "core/derivatives/derivatives.h"
 
-/* n arms and at most `most` parameters; arrays are rows of n, of derivatives n x count, [arm *
- * count + parameter]. */
+/* n arms and at most `most` parameters; arrays have n numbers, derivatives n x count, [arm * count
+ * + parameter]. */
 struct orbit_map {
-    int n, most, count;       /* arms; parameters that fit; parameters of the last map */
+    int n, most, count;       /* arms; capacity for parameters; parameters of the last map */
     double *phi, *rate, *acc; /* at the end: rad, rad/s, rad/s^2 */
     double *phi_by, *rate_by; /* their derivatives */
     double energy;            /* J, at the start */
     double *energy_by;        /* count, its derivatives */
-    /* while it is computed */
+    /* state of a map under way */
     const int *place;
     struct pend_derivatives *motion;
     double *instant; /* 2, s */
@@ -28,8 +27,8 @@ struct orbit_map {
 /**
  * Prepares the memory of maps.
  *
- * map   out; ends with pend_orbit_map_clear whatever is returned.
- * n     arms, most parameters of a map, both >= 1.
+ * map   out; released by pend_orbit_map_clear, also after a failure.
+ * n, most  arms, and largest number of parameters of a map; both >= 1.
  *
  * PEND_NO_MEMORY  O(n most).
  */
@@ -42,7 +41,7 @@ void pend_orbit_map_clear(struct orbit_map *map);
 double pend_orbit_map_bytes(int n, int most);
 
 /**
- * Begins with a map; an earlier one is dropped.
+ * Starts a map; cancels an earlier one.
  *
  * problem    its times are set here; tree, loads and starts outlive the map.
  * span       s, > 0, from the time 0 on.
@@ -55,12 +54,12 @@ pend_orbit_map_begin(struct orbit_map *map, const struct pend_problem *problem, 
                      int count, const struct pend_parameter parameter[], struct pend_error *error);
 
 /**
- * Goes on with the map.
+ * Continues the map.
  *
  * work  as of pend_derivatives_next.
- * done  out, non-zero once the results are there.
+ * done  out, non-zero once the results are complete.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the map can only be begun anew then.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the map failed; start it again.
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_map_next(struct orbit_map *map, double work, int *done,
                                                      struct pend_error *error);

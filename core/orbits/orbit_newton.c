@@ -69,7 +69,7 @@ double pend_orbit_newton_slope(const struct orbit_newton *newton, const double a
     return sum;
 }
 
-/* the period goes behind the rates, which are 0 */
+/* appends the period after the rates, which are 0 */
 static void newton_widen(int n, double u[]) {
     assert(n >= 1);
     u[2 * n] = u[n];
@@ -90,7 +90,7 @@ static double newton_size(const double x[], int count) {
     return most;
 }
 
-/* the last row of J, and what is missing of its equation */
+/* the last row of J, and the residual of its equation */
 static double newton_close(struct orbit_newton *newton) {
     int q = newton->unknowns;
     double *row = newton->J + (size_t)(q - 1) * (size_t)q, sum = 0;
@@ -106,13 +106,13 @@ static double newton_close(struct orbit_newton *newton) {
     return sum - newton->value;
 }
 
-/* tries the next part of the way from the last good list of unknowns */
+/* tries the next part of the step from the last good list of unknowns */
 static void newton_try(struct orbit_newton *newton) {
     for (int j = 0; j < newton->unknowns; j++)
         newton->u[j] = newton->good[j] + newton->part * newton->way[j];
 }
 
-/* a correction from far away: only to where the equations' error is smaller */
+/* a correction from far away: accepted only if the equations' error decreases */
 static enum orbit_newton_end newton_far(struct orbit_newton *newton, double correction) {
     int q = newton->unknowns;
     double size = newton_size(newton->F, q);
@@ -131,7 +131,7 @@ static enum orbit_newton_end newton_far(struct orbit_newton *newton, double corr
     return ORBIT_GOING;
 }
 
-/* a correction of the size of round-off: the solution is found, or wants all derivatives */
+/* a correction of the size of round-off: the solution is found, or needs all derivatives */
 static enum orbit_newton_end newton_last(struct orbit_newton *newton, double correction) {
     newton->last = correction;
     if (newton->whole && !newton->complete) return ORBIT_GOING;
@@ -139,7 +139,7 @@ static enum orbit_newton_end newton_last(struct orbit_newton *newton, double cor
     return ORBIT_FOUND;
 }
 
-/* what follows from a map */
+/* the correction after a map */
 static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     int q = newton->unknowns;
     newton->iteration++;
@@ -164,7 +164,7 @@ static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     return ORBIT_GOING;
 }
 
-/* all derivatives are computed where they cost nothing more, or are likely to be needed */
+/* computes all derivatives if they cost nothing more or are likely to be needed */
 static int newton_complete(const struct orbit_newton *newton) {
     enum { TOGETHER = 7 };
     int n = newton->form.n;

@@ -1,6 +1,6 @@
-/* Newton's method for the equations of an orbit and one more that picks it out of its branch.
- * Leaves to others: which orbit is wanted, and whether a solution is one (orbits).
- * Invariant: what is called found has a last correction of the size of round-off. */
+/* Newton's method for the equations of an orbit and one more that selects it on its branch.
+ * Leaves to others: the choice of orbits, and whether a solution is one (orbits).
+ * Invariant: the last correction of a solution has the size of round-off. */
 #ifndef PEND_ORBIT_NEWTON_H
 #define PEND_ORBIT_NEWTON_H
 
@@ -17,24 +17,24 @@ struct orbit_newton {
     double *u;      /* in: a guess; once found: the solution */
     double *normal; /* closes the system: normal . u = value; */
     double value;
-    int energy;  /* non-zero: the energy above the rest is value, J, instead */
-    int careful; /* non-zero: from far away, by steps that make the equations' error smaller */
-    int look;    /* non-zero: J of the guess is wanted, no solution; its last row is 0 */
-    int whole;   /* non-zero: once found, the map has the derivatives by all angles and rates */
-    double *J;   /* of the solution: unknowns x unknowns, the last row is what closes */
-    /* while it is looked for */
+    int energy;  /* non-zero: instead the energy above rest is value, J */
+    int careful; /* non-zero: from far away, only steps that reduce the equations' error */
+    int look;    /* non-zero: computes J at the guess instead of a solution; its last row is 0 */
+    int whole;   /* non-zero: the solution's map has all derivatives by angles and rates */
+    double *J;   /* of the solution: unknowns x unknowns, the last row is the closing equation */
+    /* state of the search */
     int iteration, under_way, complete; /* complete: the map has all derivatives */
     double *F, *delta, *good, *way;
-    double last, part, size; /* last: correction; part: of `way` tried; size: of F at `good` */
+    double last, part, size; /* last: correction; part: tried part of `way`; size: of F at `good` */
     struct pend_problem motion;
-    long steps, maps; /* all in all */
+    long steps, maps; /* total */
     double *block;
 };
 
 /**
- * Prepares the method; the rest and the mode are found.
+ * Prepares the method; finds the equilibrium and the mode.
  *
- * newton   out; ends with pend_orbit_newton_clear whatever is returned.
+ * newton   out; released by pend_orbit_newton_clear, also after a failure.
  * problem  outlives it.
  *
  * PEND_NO_MEMORY, and the failures of pend_orbit_form_init.
@@ -49,11 +49,11 @@ void pend_orbit_newton_clear(struct orbit_newton *newton);
 /** Returns the bytes of pend_orbit_newton_init and of a map. O(1). */
 double pend_orbit_newton_bytes(const struct pend_orbit_problem *problem);
 
-/** Begins from u; what closes the system, careful and whole have been set. */
+/** Starts from u; the closing equation, careful and whole must be set. */
 void pend_orbit_newton_begin(struct orbit_newton *newton);
 
 /**
- * Goes on: a piece of a map, or a correction.
+ * Continues by a piece of a map, or a correction.
  *
  * work  as of pend_derivatives_next.
  *
@@ -64,7 +64,7 @@ PEND_MUST_CHECK enum pend_status pend_orbit_newton_next(struct orbit_newton *new
                                                         struct pend_error *error);
 
 /**
- * The direction of a branch at the solution found.
+ * Computes the direction of a branch at the solution found.
  *
  * along  unknowns: the direction has a positive product with it; out: the direction, its largest
  *        entry of size 1.
@@ -73,14 +73,14 @@ PEND_MUST_CHECK enum pend_status pend_orbit_newton_next(struct orbit_newton *new
  */
 int pend_orbit_newton_tangent(struct orbit_newton *newton, double along[]);
 
-/** Returns the energy above the rest of a solution without a drive, J. O(1). */
+/** Returns the energy of a solution without a drive above that at rest, J. O(1). */
 double pend_orbit_newton_energy(const struct orbit_newton *newton);
 
-/** Returns how that energy changes along a direction of the unknowns, J. O(n). */
+/** Returns the derivative of that energy along a direction of the unknowns, J. O(n). */
 double pend_orbit_newton_slope(const struct orbit_newton *newton, const double along[]);
 
-/** The equations become those of orbits that need not rest, in their unknowns; those of the
- * solution and of a direction, which have room for them, too. */
+/** Switches to the equations and unknowns of free orbits; also converts the solution and a
+ * direction, which have space for them. */
 void pend_orbit_newton_free(struct orbit_newton *newton, int turning, double direction[]);
 
 #endif

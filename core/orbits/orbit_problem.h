@@ -1,5 +1,5 @@
-/* What is wanted of periodic orbits, the pendulum, which orbits, how far they are followed; and
- * what is told of one.
+/* The request for periodic orbits (the pendulum, the orbits, the end of the branch), and the
+ * results for one.
  * Leaves to others: finding them (orbits), names and JSON (api).
  * Invariant: stored order. */
 #ifndef PEND_ORBIT_PROBLEM_H
@@ -7,71 +7,71 @@
 
 #include "core/derivatives/derivatives.h"
 
-/* Up to where orbits between two rests are followed, from small swings on. */
+/* The end of a branch of orbits between two states of rest, which starts with small swings. */
 enum pend_orbit_target {
-    PEND_ORBIT_AMPLITUDE, /* rad: the largest angle of any arm from the rest, where all turn back */
-    PEND_ORBIT_ENERGY     /* J above the rest */
+    PEND_ORBIT_AMPLITUDE, /* rad: the largest angle of any arm from the equilibrium, at rest */
+    PEND_ORBIT_ENERGY     /* J above the equilibrium */
 };
 
-/* In what orbits of a driven pendulum are followed. */
+/* The parameter in which orbits of a driven pendulum are continued. */
 enum pend_orbit_vary {
-    PEND_ORBIT_ALONE,    /* in nothing: one orbit */
+    PEND_ORBIT_ALONE,    /* none: one orbit */
     PEND_ORBIT_OMEGA,    /* the frequency of the drive; harmonics keep their ratios */
     PEND_ORBIT_PARAMETER /* a length, a mass, gravity, or a number of the list of terms */
 };
 
-/* most periods of a drive that an orbit may take, most branches that are changed for another */
+/* largest number of drive periods of an orbit; largest number of branch switches */
 enum { PEND_ORBIT_PERIODS = 8, PEND_ORBIT_SWITCHES = 8 };
 
 struct pend_orbit_problem {
-    const struct pend_tree *tree; /* outlives the search, as loads and starts do */
+    const struct pend_tree *tree; /* outlives the search, as do loads and starts */
     struct pend_loads loads;
-    int driven;  /* non-zero: orbits of a driven pendulum, else between two rests */
-    int branch;  /* non-zero: every orbit on the way is wanted, else the last alone */
-    int points;  /* most steps along a branch, >= 1 */
+    int driven;  /* non-zero: orbits of a driven pendulum, else between two states of rest */
+    int branch;  /* non-zero: report every orbit on the way, else only the last */
+    int points;  /* largest number of steps along a branch, >= 1 */
     double step; /* the longest one, rad or as long in other unknowns; > 0 */
-    /* between two rests */
+    /* for orbits between two states of rest */
     int mode; /* from 0, among the modes that swing, slowest first */
     enum pend_orbit_target target;
     double until; /* > 0 */
-    /* driven */
+    /* for orbits of driven pendulums */
     int periods; /* of the drive, 1 .. PEND_ORBIT_PERIODS */
-    int settle;  /* periods of the drive that the start is moved on before the search */
+    int settle;  /* periods of the drive that are integrated from the start before the search */
     const double *phi, *rate; /* n: near an orbit at the time 0 */
     enum pend_orbit_vary vary;
     struct pend_parameter by; /* for PEND_ORBIT_PARAMETER */
-    double to;                /* where it is followed to, in the unit of what varies */
-    /* At which bifurcations, from 1, the branch is left for the one that begins there, one after
-     * the other; < 0: to its other side. The orbits of the last branch alone are told. With a
-     * branch. */
+    double to;                /* end value of the varied number, in its unit */
+    /* Bifurcations, from 1, at which the search switches to the branch that begins there, one after
+     * the other; < 0: to its other side. Only orbits of the last branch are reported. Requires
+     * `branch`. */
     int switches, leave[PEND_ORBIT_SWITCHES];
 };
 
-/** Returns the most unknowns of an orbit of such a problem. O(1). */
+/** Returns the largest number of unknowns of an orbit of such a problem. O(1). */
 static inline int pend_orbit_unknowns(const struct pend_orbit_problem *problem) {
     return (problem->driven || problem->switches ? 2 : 1) * problem->tree->n + 1;
 }
 
-/* What a call has found. */
+/* The result of a call. */
 enum pend_orbits_found {
-    PEND_ORBITS_NOTHING,     /* go on */
-    PEND_ORBITS_ORBIT,       /* the next orbit of the branch, or the one that is wanted */
+    PEND_ORBITS_NOTHING,     /* continue */
+    PEND_ORBITS_ORBIT,       /* the next orbit of the branch, or the requested one */
     PEND_ORBITS_BIFURCATION, /* between the last two orbits */
     PEND_ORBITS_END          /* the search is over */
 };
 
 /* How a search ended. */
 enum pend_orbits_end {
-    PEND_ORBITS_REACHED, /* where it was wanted to */
-    PEND_ORBITS_POINTS,  /* after as many steps as were allowed */
-    PEND_ORBITS_LOST,    /* no orbit was found beyond the last one, however short the step */
-    PEND_ORBITS_MEETS,   /* beyond the last one are orbits that take a part of the period */
-    PEND_ORBITS_WILD,    /* beyond the last one doubles do not tell whether an orbit comes back */
-    PEND_ORBITS_BACK,    /* the branch of a driven pendulum came back to where it began */
-    PEND_ORBITS_CLOSED,  /* the branch is closed: it came back to its first orbit */
+    PEND_ORBITS_REACHED, /* at the requested end */
+    PEND_ORBITS_POINTS,  /* after the largest allowed number of steps */
+    PEND_ORBITS_LOST,    /* no orbit was found beyond the last one, with any step */
+    PEND_ORBITS_MEETS,   /* beyond the last one, orbits have a part of the period */
+    PEND_ORBITS_WILD,    /* beyond the last one, doubles cannot decide whether an orbit returns */
+    PEND_ORBITS_BACK,    /* the branch of a driven pendulum returned to its start */
+    PEND_ORBITS_CLOSED,  /* the branch is closed: it returned to its first orbit */
     PEND_ORBITS_NONE,    /* there is no orbit near the start */
-    PEND_ORBITS_MISSING, /* the branch has no such bifurcation at which it was to be left */
-    PEND_ORBITS_APART,   /* no branch was found there of orbits that are looked for */
+    PEND_ORBITS_MISSING, /* the branch has no bifurcation of the requested number */
+    PEND_ORBITS_APART,   /* no supported branch was found at that bifurcation */
     PEND_ORBITS_ENDS
 };
 
@@ -79,8 +79,8 @@ enum pend_orbits_end {
 enum pend_orbits_kind {
     PEND_ORBITS_FOLD,     /* +1: the branch turns back, in energy or in what varies */
     PEND_ORBITS_BRANCH,   /* +1: another branch crosses */
-    PEND_ORBITS_SYMMETRY, /* +1, -1 of the half period: orbits without the mirror symmetry meet
-                             those that have it */
+    PEND_ORBITS_SYMMETRY, /* +1, -1 of the half period: orbits with and without the mirror symmetry
+                           * meet */
     PEND_ORBITS_DOUBLING, /* -1: orbits of twice the period */
     PEND_ORBITS_TORUS,    /* a complex pair begins or ceases to grow */
     PEND_ORBITS_KINDS
@@ -88,15 +88,15 @@ enum pend_orbits_kind {
 
 /* An orbit; arrays of n numbers in stored order, valid until the next call. */
 struct pend_orbit {
-    const double *phi, *phi_low, *rate; /* where it begins: at rest, or at the time 0 */
-    const double *amplitude;    /* rad: from the rest; of driven ones half of the way between the
-                                   extremes, seen at 841 instants */
+    const double *phi, *phi_low, *rate; /* its start: at rest, or at time 0 */
+    const double *amplitude;    /* rad: from the equilibrium; for driven ones half of the difference
+                                 * of the extremes at 841 instants */
     const double *re, *im;      /* 2 n multipliers */
     double period;              /* s */
-    double energy;              /* J above the rest; of driven ones 0 */
-    double value;               /* of what varies; 0 where nothing does */
-    double closure;             /* how far the motion over the period misses its start: rad, and
-                                   rates in parts of the mode's or the drive's frequency */
+    double energy;              /* J above the equilibrium; 0 for driven ones */
+    double value;               /* of the varied number; 0 if none */
+    double closure;             /* distance of the motion's end from its start: rad, and rates
+                                 * relative to the mode's or the drive's frequency */
     int stable;                 /* no small disturbance grows exponentially */
     enum pend_orbits_kind kind; /* of a bifurcation */
     int turns;                  /* of a bifurcation: the branch turns back there */

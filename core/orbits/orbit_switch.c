@@ -12,7 +12,7 @@ int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind) 
     case PEND_ORBITS_BRANCH:
         return 1;
     case PEND_ORBITS_SYMMETRY:
-        // orbits of a driven pendulum, and those without the symmetry, obey the same equations
+        // orbits of a driven pendulum with and without the symmetry satisfy the same equations
         if (form->mirrored) pend_orbit_form_unmirror(form);
         return 1;
     case PEND_ORBITS_DOUBLING:

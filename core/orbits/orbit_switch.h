@@ -1,30 +1,30 @@
-/* From a branch to the one that crosses it or begins on it: the direction in which it leaves.
+/* Switching from a branch to one that crosses it or begins on it: its direction.
  * Leaves to others: finding the bifurcation, and the orbits of the other branch (orbit_change).
- * Invariant: the direction is at right angles to the branch that is left. */
+ * Invariant: the direction is orthogonal to the branch that is left. */
 #ifndef PEND_ORBIT_SWITCH_H
 #define PEND_ORBIT_SWITCH_H
 
 #include "core/orbits/orbit_newton.h"
 
 /**
- * Turns the equations into those of the orbits that begin at a bifurcation; the unknowns keep their
+ * Switches to the equations of the orbits that begin at a bifurcation; the unknowns keep their
  * meaning.
  *
- * Returns false where none begin, or none that are looked for: at folds, where a pair of complex
- * multipliers begins to grow, and beyond the most periods of the drive.
+ * Returns false if none begin, or none of a supported kind: at folds, at torus bifurcations, and
+ * beyond the largest number of drive periods.
  */
 int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind);
 
 /**
- * The direction of the other branch, from the J of a look at the bifurcation: of the two directions
- * in which the equations change least, what is at right angles to the branch.
+ * Computes the direction of the other branch from J at the bifurcation: the component, orthogonal
+ * to the branch, of the two directions in which the equations change least.
  *
- * newton  has looked at the bifurcation by its new equations.
- * branch  unknowns: about the direction of the branch that is left; kept.
+ * newton  has evaluated its new equations at the bifurcation.
+ * branch  unknowns: approximate direction of the branch that is left; not changed.
  * side    < 0: the direction with a negative largest entry.
- * out     2 x unknowns: at its begin the direction, its largest entry of size 1.
- * found   out: zero where the equations change in all directions but one: the orbits that begin
- *         there are no solutions of them.
+ * out     2 x unknowns: at its start the direction, its largest entry of size 1.
+ * found   out: zero if the equations change in all directions but one: the orbits that begin there
+ *         do not satisfy them.
  *
  * PEND_NO_MEMORY  O(unknowns^3).
  */
@@ -32,8 +32,8 @@ PEND_MUST_CHECK enum pend_status pend_orbit_switch_direction(struct orbit_newton
                                                              const double branch[], int side,
                                                              double out[], int *found);
 
-/** Returns the arm that gravity and springs move most at the start of an orbit that was looked at
- * between two rests. O(n). */
+/** Returns the arm with the largest acceleration at the start of an orbit between two states of
+ * rest. O(n). */
 int pend_orbit_switch_turning(const struct orbit_newton *newton);
 
 #endif

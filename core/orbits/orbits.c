@@ -53,7 +53,7 @@ static enum pend_status orbits_allocate(struct pend_orbits *o, struct pend_error
     return PEND_OK;
 }
 
-/* a small swing in the mode, rad: below what is wanted */
+/* a small swing in the mode, rad: below the requested one */
 static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
                                      struct pend_error *error) {
     enum { HALVES = 40 };
@@ -75,7 +75,7 @@ static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
     return PEND_OK;
 }
 
-/* begins with a small swing, or with the start that was given */
+/* starts with a small swing, or with the given start */
 static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], const double rate[],
                                      struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -93,7 +93,7 @@ static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], 
     return PEND_OK;
 }
 
-/* begins to move the start on, by whole periods of the drive */
+/* starts to integrate the start over whole periods of the drive */
 static enum pend_status orbits_settle(struct pend_orbits *o, struct pend_error *error) {
     const struct pend_orbit_problem *p = &o->problem;
     double span = p->settle * 2 * M_PI / o->newton.form.omega;
@@ -171,7 +171,7 @@ enum pend_status pend_orbits_next(struct pend_orbits *orbits, enum pend_orbits_f
     *found = PEND_ORBITS_NOTHING;
     if (orbits->stage == SETTLE) return orbits_settled(orbits, error);
     PEND_TRY(pend_orbit_branch_next(orbits, orbits_piece, found, error));
-    // of branches that are left nothing is told but where the last of them is
+    // of branches that are left only the end of the last one is reported
     int before = orbits->left < orbits->problem.switches,
         last = orbits->stage == LEAVE && orbits->left == orbits->problem.switches - 1;
     if (before && !last && *found != PEND_ORBITS_END) *found = PEND_ORBITS_NOTHING;
@@ -237,8 +237,8 @@ static void orbits_carry_point(const struct pend_orbits *o, struct orbits_point 
     }
 }
 
-/* the equations; those of orbits that never rest have more unknowns than a search without other
- * branches has room for */
+/* the equations; those of free orbits have more unknowns than a search without branch switches has
+ * space for */
 static enum pend_status orbits_carry_form(struct pend_orbits *o,
                                           struct pend_checkpoint *checkpoint) {
     struct orbit_form *form = &o->newton.form;
@@ -257,7 +257,7 @@ static enum pend_status orbits_carry_form(struct pend_orbits *o,
     return PEND_OK;
 }
 
-/* where the search is, in whole numbers */
+/* the integer state of the search */
 static void orbits_carry_place(struct pend_orbits *o, struct pend_checkpoint *checkpoint) {
     int over = o->stage == OVER, aim = (int)o->aim, end = (int)o->end, why = (int)o->why;
     int kind = (int)o->now.kind, turned = (int)o->turned_at;

@@ -1,8 +1,8 @@
-/* Periodic orbits: nonlinear modes of pendulums that lose nothing, orbits of driven ones, and
- * their branches, by shooting and pseudo-arclength continuation.
+/* Periodic orbits: nonlinear modes of conservative pendulums, orbits of driven ones, and their
+ * branches, by shooting and pseudo-arclength continuation.
  * Leaves to others: the equations (orbit_form), multipliers (orbit_floquet), JSON (api).
- * Invariant: every orbit that is handed out came back to its start in a motion that was computed
- * apart from the search; how far it missed it is told. */
+ * Invariant: every reported orbit returned to its start in a motion computed independently of the
+ * search; the remaining distance is reported. */
 #ifndef PEND_ORBITS_H
 #define PEND_ORBITS_H
 
@@ -15,7 +15,7 @@ struct pend_orbits;
  * Prepares a search.
  *
  * orbits   out; NULL on failure; released by pend_orbits_free.
- * problem  copied; what it points to outlives the search.
+ * problem  copied; the data that it points to must outlive the search.
  *
  * PEND_INVALID    the pendulum has no such mode, or no such drive; it is on a cart.
  * PEND_NO_MEMORY  O(n^2); the failures of modes.
@@ -31,33 +31,34 @@ void pend_orbits_free(struct pend_orbits **orbits);
 double pend_orbits_bytes(const struct pend_orbit_problem *problem);
 
 /**
- * Goes on with the search, by a piece of about a quarter of a millisecond.
+ * Continues the search by about a quarter of a millisecond.
  *
- * found  out: what is to be taken now.
+ * found  out: the kind of result that is available.
  *
  * PEND_NO_MEMORY
- * PEND_NO_CONVERGENCE  eigenvalues of a multiplier's matrix.
+ * PEND_NO_CONVERGENCE  the multipliers did not converge.
  */
 PEND_MUST_CHECK enum pend_status pend_orbits_next(struct pend_orbits *orbits,
                                                   enum pend_orbits_found *found,
                                                   struct pend_error *error);
 
-/** Returns the orbit or bifurcation that the last call has found. O(1). */
+/** Returns the orbit or bifurcation that the last call found. O(1). */
 struct pend_orbit pend_orbits_orbit(const struct pend_orbits *orbits);
 
 /** Returns how a search ended. O(1). */
 enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits);
 
-/** Returns which part of its period the last orbits beyond the end take, of PEND_ORBITS_MEETS. */
+/** Returns, for PEND_ORBITS_MEETS, the part of the period that the last orbits beyond the end
+ * have. */
 int pend_orbits_part(const struct pend_orbits *orbits);
 
-/** Returns where the branch turned back last without a fold, where orbits of another branch meet
- * it; PEND_ORBITS_KINDS: nowhere. O(1). */
+/** Returns the kind of the last point at which the branch turned back without a fold, because
+ * another branch meets it; PEND_ORBITS_KINDS: none. O(1). */
 enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits);
 
 /**
- * Returns how many equal branches on one joint, three or more, give the frequency of the mode more
- * than once; 0: none do. O(1).
+ * Returns the number of equal branches on one joint, three or more, that make the frequency of the
+ * mode a multiple one; 0: none. O(1).
  *
  * twin     out: the first arms of two of them, in the caller's order.
  * against  out, non-zero: in the orbits found these two swing against each other and all other arms
@@ -65,28 +66,28 @@ enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits);
  */
 int pend_orbits_twins(const struct pend_orbits *orbits, int twin[2], int *against);
 
-/** Returns how many branches were left so far. O(1). */
+/** Returns the number of branches left so far. O(1). */
 int pend_orbits_left(const struct pend_orbits *orbits);
 
-/** Returns the steps of all motions so far, and in *maps how many of these carried derivatives.
+/** Returns the number of steps of all motions so far, and in *maps of those with derivatives.
  * O(1). */
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps);
 
-/** Returns true between two steps along a branch and at the end, where pend_orbits_carry may be
- * called; in *steps how many steps there were. O(1). */
+/** Returns true between two steps along a branch and at the end, when pend_orbits_carry may be
+ * called; *steps: the number of steps. O(1). */
 int pend_orbits_rests(const struct pend_orbits *orbits, long *steps);
 
 /**
- * Shows a checkpoint the state of a search that rests. One that was just made of the same problem
- * and into which a checkpoint restored this state goes on with the same bits; what was found before
- * is its caller's.
+ * Saves the state of a search between two steps to a checkpoint, or restores it. A search created
+ * for the same problem and restored continues with the same bits. The caller keeps the orbits found
+ * before.
  *
- * PEND_INVALID  the restored state is not that of such a search, which can only be freed then.
+ * PEND_INVALID  the restored state does not belong to such a search, which can then only be freed.
  */
 PEND_MUST_CHECK enum pend_status pend_orbits_carry(struct pend_orbits *orbits,
                                                    struct pend_checkpoint *checkpoint);
 
-/** Returns about which part of the way is done, 0 .. 1. O(1). */
+/** Returns the approximate part of the way that is done, 0 .. 1. O(1). */
 double pend_orbits_progress(const struct pend_orbits *orbits);
 
 #endif
