@@ -1,9 +1,8 @@
 /* Parameters of a pendulum from measurements: least squares over its motion, with the derivatives
  * of the motion, by Levenberg and Marquardt's method with geodesic acceleration.
  * Leaves to others: reading data and naming parameters (api), the motion (core/derivatives).
- * Invariant: a fit that is called converged is a minimum of the sum of squares, to first order or,
- * where the slopes do not say it, to second, that no bound holds wrongly, and its motion follows
- * the data. */
+ * Invariant: a converged fit is a minimum of the sum of squares within the bounds, to first or, if
+ * the slopes are not sufficient, to second order, and its motion follows the data. */
 #ifndef PEND_FIT_H
 #define PEND_FIT_H
 
@@ -18,8 +17,8 @@ struct pend_fit;
  * fit  out; NULL on failure; released by pend_fit_free.
  *
  * PEND_INVALID    no unknowns, fewer measurements than unknowns, instants that decrease or
- *                 begin before the start of their run, rows out of their order, a start that is
- * beyond its bounds. PEND_NO_MEMORY
+ *                 begin before the start of their run, rows out of order, a start outside its
+ *                 bounds. PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status pend_fit_new(struct pend_fit **fit,
                                               const struct pend_fit_problem *problem,
@@ -31,28 +30,27 @@ void pend_fit_free(struct pend_fit **fit);
 /**
  * Takes one iteration.
  *
- * The fit begins with the first swing and takes in later rows as far as what it has found so far
- * foretells them: a motion that is chaotic has too many minima otherwise. An unknown that runs into
- * a bound is put there, and stays as long as the sum of squares falls that way; once, the search
- * goes on from inside of all bounds, and the lower minimum is kept. One that does not converge by
- * half of the iterations, or where the residuals are ten times the noise, begins again by multiple
- * shooting, from what quarters of the first swings say together, where every one of at most 8 arms
- * is seen often enough, no mode is counted, the camera's shift is known and there is one run.
+ * The fit starts with the first swing and adds later rows while the current values predict them;
+ * otherwise a chaotic motion has too many minima. An unknown that reaches a bound is fixed there
+ * while the sum of squares decreases in that direction. Once, the search restarts from inside all
+ * bounds, and the lower minimum is kept. If the search does not converge within half of the
+ * iterations, or the residuals are ten times the noise, it restarts by multiple shooting
+ * (fit_pieces.h).
  *
- * done  out: non-zero once the result is there.
+ * done  out: non-zero once the result is complete.
  *
- * PEND_NO_MEMORY; what pend_run_new says of the start.
+ * PEND_NO_MEMORY; the failures of pend_run_new for the start.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_step(struct pend_fit *fit, int *done,
                                                struct pend_error *error);
 
-/** Returns the result, once it is there. O(1). */
+/** Returns the result, once it is complete. O(1). */
 struct pend_fit_result pend_fit_result(const struct pend_fit *fit);
 
-/** Returns how much of the data the fit has taken in, 0 .. 1. O(1). */
+/** Returns the part of the data that the fit uses so far, 0 .. 1. O(1). */
 double pend_fit_progress(const struct pend_fit *fit);
 
-/** Returns the bytes that a fit takes, about. O(harmonics). */
+/** Returns the approximate bytes of a fit. O(harmonics). */
 double pend_fit_bytes(const struct pend_fit_problem *problem);
 
 /** Returns true if the invariants hold. O(1). For assertions. */

@@ -1,7 +1,7 @@
-/* Bounds of unknowns: a fit goes by inner numbers that have none.
+/* Bounds of unknowns: a fit varies unbounded inner numbers.
  * Leaves to others: the fit (fit).
- * Invariant: a value is between its bounds, whatever its inner number is; of a sine for two bounds,
- * an exponential for one. */
+ * Invariant: a value is between its bounds for any inner number: by a sine for two bounds, an
+ * exponential for one. */
 #ifndef PEND_FIT_BOUNDS_H
 #define PEND_FIT_BOUNDS_H
 
@@ -9,7 +9,7 @@
 
 #include "core/fit/fit_problem.h"
 
-/** The value of an inner number. O(1). */
+/** Returns the value of an inner number. O(1). */
 static inline double fit_bounds_outer(const struct pend_fit_unknown *u, double x) {
     if (isfinite(u->low) && isfinite(u->high))
         return u->low + (u->high - u->low) * 0.5 * (1 + sin(x));
@@ -18,7 +18,7 @@ static inline double fit_bounds_outer(const struct pend_fit_unknown *u, double x
     return x;
 }
 
-/** The inner number of a value between its bounds. O(1). */
+/** Returns the inner number of a value between its bounds. O(1). */
 static inline double fit_bounds_inner(const struct pend_fit_unknown *u, double value) {
     if (isfinite(u->low) && isfinite(u->high))
         return asin(2 * (value - u->low) / (u->high - u->low) - 1);
@@ -27,7 +27,7 @@ static inline double fit_bounds_inner(const struct pend_fit_unknown *u, double v
     return value;
 }
 
-/** The derivative of the value by its inner number. O(1). */
+/** Returns the derivative of the value by its inner number. O(1). */
 static inline double fit_bounds_stretch(const struct pend_fit_unknown *u, double x) {
     if (isfinite(u->low) && isfinite(u->high)) return (u->high - u->low) * 0.5 * cos(x);
     if (isfinite(u->low)) return exp(x);
@@ -35,8 +35,8 @@ static inline double fit_bounds_stretch(const struct pend_fit_unknown *u, double
     return 1;
 }
 
-/** Whether a value is at a bound, which an inner number never reaches: it is nearer than a
- * millionth of what lies between the bounds, or of its size where there is but one. */
+/** Returns whether a value is at a bound, which no inner number reaches exactly: closer than a
+ * millionth of the distance between the bounds, or of its size if there is only one. O(1). */
 static inline int fit_bounds_at(const struct pend_fit_unknown *u, double value) {
     double size = fmax(fabs(u->start), 1e-3);
     if (isfinite(u->low) && isfinite(u->high)) size = u->high - u->low;

@@ -7,7 +7,7 @@
 
 #include "core/fit/fit_constants.h"
 
-/* what both have of memory: q values, two gradients, a direction, q flags */
+/* memory of both functions: q values, two gradients, a direction, q flags */
 struct curve {
     double *value, *gradient[2], *along;
     unsigned char *held;
@@ -23,7 +23,7 @@ static enum pend_status curve_init(struct curve *curve, const struct pend_fit *f
     return PEND_OK;
 }
 
-/* puts the fit back */
+/* restores the fit */
 static enum pend_status curve_clear(struct curve *curve, struct pend_fit *fit,
                                     enum pend_status status) {
     double variance = fit->variance;
@@ -37,8 +37,7 @@ static enum pend_status curve_clear(struct curve *curve, struct pend_fit *fit,
     return status;
 }
 
-/* half of the derivatives of the sum of squares by relative changes; those of held unknowns are 0
- */
+/* half of the derivatives of the sum of squares by relative changes; 0 for fixed unknowns */
 static void curve_slopes(const struct pend_fit *fit, double gradient[]) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     size_t q = (size_t)fit->problem.unknowns;
@@ -50,8 +49,8 @@ static void curve_slopes(const struct pend_fit *fit, double gradient[]) {
     }
 }
 
-/* how the slopes change along a direction, into the first gradient; `there` = 0 where there is no
- * motion */
+/* the change of the slopes along a direction, into the first gradient; `there` = 0 if the motion
+ * cannot be computed */
 static enum pend_status curve_change(struct curve *curve, struct pend_fit *fit,
                                      const double direction[], int *there) {
     int q = fit->problem.unknowns;
@@ -87,8 +86,8 @@ enum pend_status pend_fit_curve_along(struct pend_fit *fit, const double directi
     return curve_clear(&curve, fit, status);
 }
 
-/* how the slopes change along every direction that the data tell; `there` = 0 where there is no
- * motion */
+/* the change of the slopes along every identifiable direction; `there` = 0 if the motion cannot be
+ * computed */
 static enum pend_status curve_bend(struct curve *curve, struct pend_fit *fit,
                                    const struct fit_told *told, double bend[], int *there) {
     int q = told->q;

@@ -1,17 +1,18 @@
-/* Second derivatives of the sum of squares at the end of a search: where its slopes alone do not
- * say whether that is a minimum. Frequencies that no pendulum has are met best where two values
- * become alike, and there they change with neither: to first order a step of any size would gain.
+/* Second derivatives of the sum of squares at the end of a search, if its slopes do not decide
+ * whether that is a minimum. Example: the closest match to frequencies that no pendulum has is a
+ * pendulum with two equal values. There the frequencies depend on neither value to first order, and
+ * a step of any size seems to gain.
  * Leaves to others: first derivatives (fit_told), how a fit ends (fit_end).
- * Invariant: value, residual, slope and held of the fit are afterwards as they were. */
+ * Invariant: value, residual, slope and held of the fit are restored. */
 #ifndef PEND_FIT_CURVE_H
 #define PEND_FIT_CURVE_H
 
 #include "core/fit/fit_state.h"
 
 /**
- * How the sum of squares bends along a direction of relative changes, half of its second
- * derivative: over the variance of a residual it is 1 / (standard error)^2. 0 where there is no
- * motion.
+ * Computes half of the second derivative of the sum of squares along a direction of relative
+ * changes; divided by the variance of a residual it is 1 / (standard error)^2. 0 if the motion
+ * cannot be computed.
  *
  * After pend_fit_state_look at all rows. PEND_NO_MEMORY  three motions with derivatives.
  */
@@ -19,11 +20,11 @@ PEND_MUST_CHECK enum pend_status pend_fit_curve_along(struct pend_fit *fit,
                                                       const double direction[], double *bend);
 
 /**
- * What a step of Newton's method could take from the sum of squares: infinite where it is no
- * minimum of those unknowns that are not held.
+ * Computes the decrease of the sum of squares by a Newton step; infinite if this is not a minimum
+ * with respect to the unknowns that are not fixed.
  *
- * covariance  out where the step is finite: of the unknowns that are not held, for residuals of
- *             variance 1; else left alone. NULL = not wanted.
+ * covariance  out if the step is finite: of the unknowns that are not fixed, for residuals of
+ *             variance 1; otherwise unchanged. NULL if not needed.
  *
  * After pend_fit_state_look at all rows. PEND_NO_MEMORY  twice as many motions with derivatives as
  * there are unknowns.

@@ -9,7 +9,7 @@
 #include "core/fit/fit_verdict.h"
 #include "core/fit/fit_constants.h"
 
-/* whether an unknown has a part in what the data do not tell */
+/* whether an unknown has a component in a direction that is not identifiable */
 static int end_blind(const struct pend_fit *fit, size_t j) {
     int blind = 0;
     for (int d = 0; d < fit->result.blind; d++)
@@ -35,8 +35,8 @@ static void end_errors(struct pend_fit *fit, double variance) {
         }
 }
 
-/* the last row of a run up to which the residuals of any few rows together are not above two sigma
- */
+/* the last row of a run up to which the residuals of adjacent rows together do not exceed two
+ * sigma */
 static double end_follows(const struct pend_fit *fit, int run, double variance) {
     enum { TOGETHER = 8 };
     const struct pend_fit_problem *p = &fit->problem;
@@ -57,8 +57,8 @@ static double end_follows(const struct pend_fit *fit, int run, double variance) 
     return sum > 6 * variance * (double)count ? last : until;
 }
 
-/* How far each run follows: to its end where the model is accepted. Where no sigma says what is
- * far, a tenth of the data's own size does, `most`, if the motion explains that much. */
+/* Determines how far each run follows the data: to its end if the model is accepted. Without a
+ * sigma the limit is `most`, a tenth of the data's own size, if the motion explains that much. */
 static void end_follow(struct pend_fit *fit, double variance, double most) {
     int known = pend_fit_state_known(fit);
     double far = known ? 1 : fmax(variance, most / 600);
@@ -68,7 +68,7 @@ static void end_follow(struct pend_fit *fit, double variance, double most) {
             known || fit->result.explained > fit_clear ? end_follows(fit, run, far) : NAN;
 }
 
-/* the residuals of neighbouring rows are alike: what is missed is no noise */
+/* the residuals of adjacent rows are correlated, so they are not noise */
 static int end_drifts(const struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     double common = 0, all = 0;
@@ -85,7 +85,7 @@ static int end_drifts(const struct pend_fit *fit) {
     return pairs >= FIT_PAIRS && common > fit_common * all;
 }
 
-/* how it ended, of a result that is filled in but for that */
+/* how the fit ended; all other members of the result are set */
 static enum pend_fit_end end_kind(const struct pend_fit *fit, int minimum) {
     const struct pend_fit_result *result = &fit->result;
     double spread = result->chi_squared / (double)(result->freedom > 0 ? result->freedom : 1);
@@ -98,7 +98,7 @@ static enum pend_fit_end end_kind(const struct pend_fit *fit, int minimum) {
     return strange ? PEND_FIT_STRANGE : PEND_FIT_CONVERGED;
 }
 
-/* an unknown that went away without end: -1 = there is none */
+/* an unknown that diverged; -1 = none */
 static int end_away(const struct pend_fit *fit) {
     size_t q = (size_t)fit->problem.unknowns;
     for (size_t j = 0; j < q; j++) {
@@ -111,9 +111,8 @@ static int end_away(const struct pend_fit *fit) {
     return -1;
 }
 
-/* Directions along which the sum of squares bends where the slopes are 0 are told: as far as one
- * step of that size, the whole of the unknowns, would be more than a standard error. Returns how
- * many these were. */
+/* Directions with zero slope along which the second derivative is large enough are identifiable: if
+ * a step of relative size 1 exceeds a standard error. Returns the number of such directions. */
 static enum pend_status end_bends(struct pend_fit *fit, double variance,
                                   const struct fit_told *told, long *found) {
     struct pend_fit_result *result = &fit->result;
@@ -137,7 +136,7 @@ static enum pend_status end_bends(struct pend_fit *fit, double variance,
     return PEND_OK;
 }
 
-/* what the data tell of the unknowns, and whether this is a minimum */
+/* the identifiability of the unknowns, and whether this is a minimum */
 static enum pend_status end_told(struct pend_fit *fit, double variance, long *found, int *minimum) {
     struct fit_told told;
     double gain = 0;
@@ -149,11 +148,11 @@ static enum pend_status end_told(struct pend_fit *fit, double variance, long *fo
         fit->result.blind =
             pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
     if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
-    // a fall that a search begun anew did not find either, within a fraction of a standard error
+    // a decrease that even a restarted search did not find, within a fraction of a standard error
     double fall = fit->anew ? fit_fall * variance : 0;
     if (status == PEND_OK)
         *minimum = pend_fit_state_flat(fit, fmax(gain - fall, 0), fit->result.chi_squared);
-    // next to where the slopes are 0 along a direction they foretell gains that are not there
+    // near a zero slope along a direction, the slopes predict decreases that do not exist
     if (status == PEND_OK && !*minimum && fit->problem.unknowns <= FIT_BENDS) {
         int free = !memchr(fit->bounded, 1, (size_t)fit->problem.unknowns);
         status = pend_fit_curve_gain(fit, &gain, free ? fit->covariance : NULL);

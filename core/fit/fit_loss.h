@@ -1,7 +1,8 @@
-/* Robust losses, as SciPy names them: with z = (residual / knee)^2 the sum of knee^2 rho(z) is made
- * least instead of that of squares. The search has them as squares of bent residuals.
- * Leaves to others: which loss it is, and its knees (api).
- * Invariant: a residual of 0 stays one, and next to it nothing is bent. */
+/* Robust losses, with SciPy's names: with z = (residual / knee)^2, the fit minimizes the sum of
+ * knee^2 rho(z) instead of that of squares. The search treats them as squares of transformed
+ * residuals.
+ * Leaves to others: the choice of loss and knees (api).
+ * Invariant: the transformation is the identity to first order at 0. */
 #ifndef PEND_FIT_LOSS_H
 #define PEND_FIT_LOSS_H
 
@@ -24,8 +25,8 @@ static inline struct fit_loss fit_loss_at(enum pend_fit_loss loss, double z) {
     return (struct fit_loss){z, 1, 1};
 }
 
-/** Returns the residual whose square is knee^2 rho(z); `by` = how it changes with the residual.
- * O(1). */
+/** Returns the transformed residual, whose square is knee^2 rho(z); `by`: its derivative by the
+ * residual. O(1). */
 static inline double fit_loss_bend(enum pend_fit_loss loss, double knee, double r, double *by) {
     double z = r / knee * (r / knee);
     struct fit_loss at = fit_loss_at(loss, z);
@@ -33,7 +34,7 @@ static inline double fit_loss_bend(enum pend_fit_loss loss, double knee, double 
     return z > 1e-30 ? r * sqrt(at.rho / z) : r;
 }
 
-/** Returns the residual of a bent one. O(1). */
+/** Returns the residual of a transformed one. O(1). */
 static inline double fit_loss_straight(enum pend_fit_loss loss, double knee, double bent) {
     double u = bent / knee * (bent / knee), z = u;
     if (loss == PEND_FIT_HUBER && u > 1) z = (u + 1) * (u + 1) / 4;

@@ -1,6 +1,6 @@
-/* Frequencies of the modes of a pendulum that hangs, as they are counted with a stopwatch.
- * Leaves to others: the modes (core/modes), what they are compared with (fit_model).
- * Invariant: the slowest of the modes that swing comes first. */
+/* Frequencies of the modes of a hanging pendulum, as measured with a stopwatch.
+ * Leaves to others: the modes (core/modes), comparison with data (fit_model).
+ * Invariant: the slowest swinging mode comes first. */
 #ifndef PEND_FIT_MODES_H
 #define PEND_FIT_MODES_H
 
@@ -8,9 +8,10 @@
 #include "core/tree/tree.h"
 
 /**
- * Angular frequencies of the modes about the equilibrium next to hanging, with friction as it is.
+ * Computes the angular frequencies of the modes about the equilibrium near hanging, including
+ * friction.
  *
- * omega  out, n numbers, rad/s: those above 0 ascending, then zeros for modes that do not swing.
+ * omega  out, n numbers, rad/s: positive ones ascending, then zeros for modes that do not swing.
  *
  * PEND_INVALID, PEND_NOT_FINITE, PEND_NO_CONVERGENCE  there are no such modes.
  * PEND_NO_MEMORY  O(n^2), with friction O(n^3).

@@ -13,11 +13,11 @@
 
 struct piece {
     struct pend_fit_problem problem; /* its rows, and one for the joint at its end */
-    double start;                    /* s, when its own is there */
+    double start;                    /* s, the instant of its start */
     struct fit_model model;
     char *memory;
-    int joint;        /* whether there is one */
-    int *from;        /* of each of its unknowns the place in the extended list */
+    int joint;        /* whether it has a joint */
+    int *from;        /* of each of its unknowns, the place in the extended list */
     double *value;    /* of its unknowns */
     double *data;     /* columns x rows */
     double *residual; /* rows x columns */
@@ -27,7 +27,7 @@ struct piece {
 };
 
 struct fit_pieces {
-    struct pend_fit_problem own; /* the rows that are cut */
+    struct pend_fit_problem own; /* the rows that are divided into pieces */
     const struct pend_fit_problem *problem;
     int count, unknowns, round, here;
     struct piece piece[FIT_PIECES];
@@ -41,7 +41,7 @@ struct fit_pieces {
 
 /* ---- how the motion is cut */
 
-/* the first rows, which are cut: of as many pieces as there may be, and as memory allows */
+/* the first rows, which are divided: for the largest number of pieces, and as memory allows */
 static long pieces_rows(const struct pend_fit_problem *p, double swing) {
     long rows = 1;
     while (rows < p->rows && rows * p->columns < FIT_PIECE_NUMBERS &&
@@ -62,7 +62,7 @@ static long pieces_row(const struct pend_fit_problem *p, int count, int s) {
     return p->rows * s / count;
 }
 
-/* measurements of the rows, and joints */
+/* number of measurements of the rows, and of joints */
 static size_t pieces_numbers(const struct pend_fit_problem *p, int count) {
     size_t numbers = (size_t)(count - 1) * 2 * (size_t)p->n;
     for (int c = 0; c < p->columns; c++)
@@ -88,7 +88,7 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *p, double swing) {
 
 /* ---- making and freeing */
 
-/* a typical standard deviation of an angle, as the data have it */
+/* a typical standard deviation of an angle, from the data */
 static double pieces_sigma(const struct pend_fit_problem *p, double omega) {
     double sum = 0, reach = 0;
     for (int k = 0; k < p->n; k++) reach += p->length[k];
@@ -102,7 +102,7 @@ static double pieces_sigma(const struct pend_fit_problem *p, double omega) {
     return sum / p->columns;
 }
 
-/* what of the extended list a piece has: everything at first, later no start but its own */
+/* the unknowns of a piece: all pendulum's unknowns, and its own start */
 static void piece_unknowns(const struct fit_pieces *all, struct piece *piece, int s) {
     const struct pend_fit_problem *p = all->problem;
     int count = 0, state = p->unknowns + (s - 1) * 2 * p->n;
@@ -121,7 +121,7 @@ static void piece_unknowns(const struct fit_pieces *all, struct piece *piece, in
     piece->problem.unknowns = count, piece->problem.unknown = piece->unknown;
 }
 
-/* the measurements of a piece, and those of its joint in the row behind them */
+/* the measurements of a piece, and those of its joint in the row after them */
 static void piece_columns(const struct fit_pieces *all, struct piece *piece, long first) {
     const struct pend_fit_problem *p = all->problem;
     long rows = piece->problem.rows, own = rows - piece->joint;
@@ -188,7 +188,7 @@ void pend_fit_pieces_free(struct fit_pieces **pieces) {
 
 /* ---- what the library asks for */
 
-/* values, joints and their width into the pieces */
+/* copies values, joints and the width of joints into the pieces */
 static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     const struct pend_fit_problem *p = all->problem;
     double gape = fit_gape * pow(0.1, all->round) * all->sigma;
@@ -221,7 +221,7 @@ static void pieces_row_of(const struct fit_pieces *all, int s, size_t c, const d
     gsl_matrix_set(J, at, joint + c - columns, -1 / piece->column[c].sigma);
 }
 
-/* residuals, and their slopes where J is there */
+/* residuals, and their slopes if J is given */
 static int pieces_look(struct fit_pieces *all, const gsl_vector *x, gsl_vector *f, gsl_matrix *J) {
     size_t at = 0;
     pieces_set(all, x);
@@ -257,11 +257,11 @@ static int pieces_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
 
 /* ---- the search */
 
-/* where the joints are, by the data */
+/* initial joints, from the data */
 static void pieces_begin(struct fit_pieces *all, const double inner[]) {
     const struct pend_fit_problem *p = all->problem;
     memcpy(all->x, inner, (size_t)p->unknowns * sizeof *all->x);
-    // the start too is where the data have it, if it is at the first row
+    // the start too, if it is at the first row
     for (int j = 0; j < p->unknowns && pend_fit_since(p, 0) == 0; j++) {
         const struct pend_fit_unknown *u = &p->unknown[j];
         double state[2];

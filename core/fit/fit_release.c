@@ -19,7 +19,7 @@ static double release_slope(const struct pend_fit *fit, const double residual[],
 
 /* A step of all unknowns within their bounds; one block. */
 struct release {
-    double *left;     /* q x q, the covariance of what no bound holds yet */
+    double *left;     /* q x q, the covariance of the unknowns that are not at a bound yet */
     double *step;     /* q */
     double *slope;    /* q, half of the derivative of the sum of squares */
     double *residual; /* measurements */
@@ -42,8 +42,8 @@ static enum pend_status release_new(struct release *r, const struct pend_fit *fi
     return PEND_OK;
 }
 
-/* the step to the bound that an unknown's own step reaches, or comes to within a thousandth of its
- * standard error; NaN = it reaches none */
+/* the step to the bound that an unknown's own step reaches, or approaches to a thousandth of its
+ * standard error; NaN = none */
 static double release_reached(const struct pend_fit *fit, const struct release *r, size_t j,
                               double variance) {
     const struct pend_fit_unknown *u = &fit->problem.unknown[j];
@@ -56,8 +56,9 @@ static double release_reached(const struct pend_fit *fit, const struct release *
     return r->step[j] + near >= high ? high : NAN;
 }
 
-/* Holds the step within the bounds: an unknown that reaches one stays there, the nearest first, and
- * the others take the step that is least then. Returns how many were not at a bound before. */
+/* Limits the step to the bounds: an unknown that reaches one is fixed there, the nearest first, and
+ * the others take the optimal step under that constraint. Returns the number of unknowns that were
+ * not at a bound before. */
 static int release_hold(const struct pend_fit *fit, struct release *r, double variance) {
     size_t q = (size_t)fit->problem.unknowns, which;
     int put = 0;
@@ -75,7 +76,8 @@ static int release_hold(const struct pend_fit *fit, struct release *r, double va
                                    : to == fit->problem.unknown[which].low - fit->value[which];
         r->at[which] = low ? -1 : 1, put += !fit->edge[which];
         for (size_t i = 0; i < q; i++) r->step[i] += r->left[i * q + which] / own * more;
-        for (size_t i = 0; i < q; i++) // the row and the column of the one that is held stay
+        for (size_t i = 0; i < q;
+             i++) // the row and the column of the fixed unknown are not changed
             for (size_t j = 0; j < q && i != which; j++)
                 if (j != which)
                     r->left[i * q + j] -= r->left[i * q + which] * r->left[which * q + j] / own;
@@ -84,7 +86,7 @@ static int release_hold(const struct pend_fit *fit, struct release *r, double va
     return put;
 }
 
-/* how much lower the sum of squares is after the step, as the slopes foretell it */
+/* the decrease of the sum of squares by the step, predicted from the slopes */
 static double release_foretold(const struct pend_fit *fit, const struct release *r) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     size_t q = (size_t)fit->problem.unknowns;
@@ -97,7 +99,7 @@ static double release_foretold(const struct pend_fit *fit, const struct release 
     return gain;
 }
 
-/* takes what the values are now, at bounds where the whole of the step led to some */
+/* accepts the current values; unknowns whose full step reaches a bound are fixed there */
 static void release_take(struct pend_fit *fit, const struct release *r, int whole) {
     assert(whole == 0 || whole == 1);
     for (int j = 0; j < fit->problem.unknowns; j++) {
@@ -107,7 +109,7 @@ static void release_take(struct pend_fit *fit, const struct release *r, int whol
     }
 }
 
-/* Takes a part of the step if the sum of squares is no higher there; it is, lower. */
+/* Takes a part of the step unless the sum of squares is higher there. */
 static enum pend_status release_try(struct pend_fit *fit, const struct release *r, double part,
                                     double *squares, int *good) {
     const struct pend_fit_problem *p = &fit->problem;
@@ -153,7 +155,7 @@ enum pend_status pend_fit_release_put(struct pend_fit *fit, double *squares, dou
     return status;
 }
 
-/* whether an unknown that is at a bound is at the low one */
+/* whether an unknown at a bound is at the low one */
 static int release_low(const struct pend_fit_unknown *u, double value) {
     return !isfinite(u->high) || value - u->low < u->high - value;
 }
@@ -167,7 +169,7 @@ enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     if (!rest) return PEND_NO_MEMORY;
     enum pend_status status = pend_fit_state_tell(fit, &told);
     if (status == PEND_OK) pend_fit_told_rest(&told, m, fit->residual, rest);
-    // what the others have yet to take says nothing of one that is held
+    // steps of the others do not count for a fixed unknown
     for (int j = 0; j < fit->problem.unknowns && status == PEND_OK; j++) {
         double slope = fit->held[j] ? release_slope(fit, rest, j) : 0;
         int in = release_low(&fit->problem.unknown[j], fit->value[j]) ? slope < 0 : slope > 0;
@@ -183,7 +185,7 @@ enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     return status;
 }
 
-/* the inner number of a place inside, `step` from the bound, but not beyond the middle */
+/* the inner number of a point inside, `step` from the bound, at most at the middle */
 static double release_inside(const struct pend_fit_unknown *u, int low, double step) {
     double bound = low ? u->low : u->high, least = 1e-6 * fmax(fabs(bound), 1e-6);
     if (!(step > least)) step = least;
@@ -200,7 +202,7 @@ int pend_fit_release_move(struct pend_fit *fit, int all, double variance) {
         int low = release_low(u, fit->value[j]);
         if (!fit->bounded[j] || (!all && fit->held[j])) continue;
         double square = fit->covariance[j * q + j], error = sqrt(variance * square);
-        // alone it would go as far as its slope over its curvature
+        // alone its step would be slope over curvature
         double step = square > 0 ? fabs(release_slope(fit, fit->residual, (int)j)) * square : 0;
         double first = fabs(u->start - (low ? u->low : u->high));
         if (all) step = fmax(error, first);
@@ -211,8 +213,9 @@ int pend_fit_release_move(struct pend_fit *fit, int all, double variance) {
     return moved;
 }
 
-/* Modes change alike with two lengths, or masses, that begin alike, and no step would part them: a
- * value for the unknown to begin with that is a hundredth off for each twin before it. */
+/* Modes depend equally on two lengths, or masses, with equal initial values, and no step would
+ * separate them. Returns an initial value that differs by a hundredth for each equal unknown before
+ * it. */
 static double release_apart(const struct pend_fit *fit, size_t j) {
     const struct pend_fit_unknown *u = &fit->problem.unknown[j];
     double value = u->start;
@@ -225,8 +228,8 @@ static double release_apart(const struct pend_fit *fit, size_t j) {
     return u->low < value && value < u->high ? value : u->start;
 }
 
-/* How far from its bound an unknown begins: as far as the first rows leave it unknown there. Where
- * they do not depend on it, as on friction at rest, they say nothing. */
+/* Initial distance of an unknown from its bound: its uncertainty from the first rows. If these do
+ * not depend on it, as on friction at rest, they give none. */
 static double release_unknown(const struct pend_fit *fit, size_t j, size_t m, double squares,
                               long count) {
     size_t q = (size_t)fit->problem.unknowns;

@@ -1,29 +1,29 @@
-/* Bounds that hold a fit: whether they do rightly, and where a search goes on within.
+/* Active bounds of a fit: whether they remain active, and restarts from inside.
  * Leaves to others: the search (fit), inner numbers (fit_bounds).
- * Invariant: a bound is let go of only where the sum of squares falls inwards. */
+ * Invariant: a bound is released only if the sum of squares decreases inwards. */
 #ifndef PEND_FIT_RELEASE_H
 #define PEND_FIT_RELEASE_H
 
 #include "core/fit/fit_state.h"
 
 /**
- * Takes unknowns out of `held` whose slope leads inwards: a bound holds nothing there.
+ * Removes unknowns from `held` if the sum of squares decreases inwards.
  *
- * gain  out: what a step of all unknowns that are not held could take from the sum of squares.
+ * gain  out: the decrease of the sum of squares by a step of all unknowns that are not fixed.
  *
  * After pend_fit_state_free. PEND_NO_MEMORY  O(measurements unknowns^2).
  */
 PEND_MUST_CHECK enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain);
 
 /**
- * Takes the step to the least of the sum of squares within the bounds, as the slopes foretell it,
- * or a part of it: inner numbers only creep up to a bound, and along a narrow valley towards one.
- * An unknown that reaches its bound, or comes to within a thousandth of its standard error, stays
- * there, and the others go along with it. Nothing is done where the sum of squares is flat.
+ * Takes the step to the minimum within the bounds predicted by the slopes, or a part of it. This is
+ * needed because inner numbers approach a bound only slowly. An unknown that reaches its bound, or
+ * approaches it to a thousandth of its standard error, is fixed there, and the others are adjusted.
+ * No effect if the sum of squares is flat.
  *
  * squares   the sum of squares of all rows; is lowered.
  * variance  of a residual; the covariance is that of pend_fit_state_free.
- * put       out: non-zero if there is a bound more, or the sum of squares is lower.
+ * put       out: non-zero if there is another active bound, or the sum of squares is lower.
  *
  * PEND_NO_MEMORY  four motions at most.
  */
@@ -31,21 +31,20 @@ PEND_MUST_CHECK enum pend_status pend_fit_release_put(struct pend_fit *fit, doub
                                                       double variance, int *put);
 
 /**
- * Puts unknowns at bounds inside, by their inner numbers: those that are no longer held as far as
- * the data lead to first order, `all` of them as far as their standard error, or to where they
- * began.
+ * Moves unknowns at bounds inside, by their inner numbers: released ones by a Gauss-Newton step,
+ * with `all` every one by its standard error, or to its initial value.
  *
  * variance  of a residual; the covariance is that of pend_fit_state_free.
  *
- * Returns how many were moved. O(measurements unknowns).
+ * Returns the number of moved unknowns. O(measurements unknowns).
  */
 int pend_fit_release_move(struct pend_fit *fit, int all, double variance);
 
 /**
- * Inner numbers to begin with. An unknown whose start is at a bound begins inside, as far as the
- * first `rows` leave it unknown there.
+ * Computes initial inner numbers. An unknown whose start is at a bound is moved inside by its
+ * uncertainty from the first `rows`.
  *
- * PEND_NO_MEMORY  one motion where a start is at a bound.
+ * PEND_NO_MEMORY  one motion if a start is at a bound.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_release_begin(struct pend_fit *fit, long rows);
 

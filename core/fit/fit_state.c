@@ -7,8 +7,8 @@
 #include "core/fit/fit_bounds.h"
 #include "core/fit/fit_constants.h"
 
-/* what an unknown is measured in: its value, or its start, or 1, where that is next to nothing:
- * what ends close to 0 would be too small beside what it cannot be told apart from */
+/* The scale of an unknown: its value, or its start, or 1, if that is nearly 0. A value close to 0
+ * would be too small a scale compared with unknowns that cannot be distinguished from it. */
 static double fit_measure(const struct pend_fit *fit, int j) {
     double value = fabs(fit->value[j]), start = fabs(fit->problem.unknown[j].start);
     return value > fmax(1e-6, 0.03 * start) ? value : start > 1e-6 ? start : 1;
@@ -85,7 +85,8 @@ double pend_fit_state_variance(const struct pend_fit *fit, double squares, long 
     return pend_fit_state_known(fit) || freedom < 1 ? 1 : squares / (double)freedom;
 }
 
-/* what rounding makes of all data together, in standard deviations: effects below it are none */
+/* the effect of rounding on all data together, in standard deviations; smaller effects count as
+ * none */
 static double state_rounding(const struct pend_fit *fit) {
     double sum = 0;
     for (int c = 0; c < fit->problem.columns; c++) {
@@ -108,8 +109,8 @@ enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told
     return PEND_OK;
 }
 
-/* the covariance with what is `held`; says how many directions are not told, those of the held
- * left out */
+/* the covariance with `held` unknowns fixed; returns the number of directions that are not
+ * identifiable, without those of fixed unknowns */
 static enum pend_status state_covariance(struct pend_fit *fit, int *untold) {
     struct fit_told told;
     enum pend_status status = pend_fit_state_tell(fit, &told);
@@ -132,15 +133,15 @@ enum pend_status pend_fit_state_free(struct pend_fit *fit) {
     }
     if (!untold || !bounds) return PEND_OK;
     PEND_TRY(state_covariance(fit, &without));
-    if (without < untold) return PEND_OK; // one that is held is not told apart from others
+    if (without < untold) return PEND_OK; // a fixed unknown cannot be distinguished from others
     memset(fit->held, 0, q);
     PEND_TRY(state_covariance(fit, &untold));
     memcpy(fit->held, fit->bounded, q);
     return PEND_OK;
 }
 
-/* The mean of a column: of angles the direction of the mean, as whole turns do not count. A
- * frequency is one number, whose mean says nothing. */
+/* The mean of a column; for angles the direction of the mean, because whole turns do not count. A
+ * frequency is a single number, whose mean is meaningless. */
 static double state_mean(const struct pend_fit *fit, const struct pend_fit_column *column) {
     double sum = 0, weight = 0, re = 0, im = 0;
     for (long i = 0; i < fit->problem.rows; i++) {

@@ -85,8 +85,8 @@ double pend_fit_told_gain(const struct fit_told *told) {
     return gain;
 }
 
-/* The identity and what second derivatives add to it, k x k, by directions that change the
- * residuals by 1 each; `white` is what of an unknown such a direction changes. */
+/* The identity plus the contribution of second derivatives, k x k, in directions that change the
+ * residuals by 1 each; `white` is the change of an unknown in such a direction. */
 static void told_bent(const struct fit_told *told, const double bend[], double noise, double loose,
                       double white[], double k[]) {
     int q = told->q;
@@ -149,8 +149,8 @@ enum pend_status pend_fit_told_newton(const struct fit_told *told, const double 
     return PEND_OK;
 }
 
-/* The part of unknown j in the directions that are not told: 1 where the data do not depend on it
- * at all. */
+/* The part of unknown j in the directions that are not identifiable: 1 if the data do not depend on
+ * it. */
 static double told_unseen(const struct fit_told *told, int j) {
     double sum = 0;
     for (int d = 0; d < told->q; d++) {
@@ -160,7 +160,8 @@ static double told_unseen(const struct fit_told *told, int j) {
     return sum;
 }
 
-/* takes from a row what it has of the rows before it; returns what is left, of its length */
+/* subtracts from a row its projection on the rows before it; returns the remaining part of its
+ * length */
 static double told_part(int q, const double to[], int count, double row[]) {
     double square = 0;
     for (int i = 0; i < count; i++) {
@@ -173,8 +174,8 @@ static double told_part(int q, const double to[], int count, double row[]) {
     return sqrt(square);
 }
 
-/* unknowns that the data do not depend on stand alone: any mixture of them is a direction; says how
- * many there are, of `most` */
+/* unknowns that the data do not depend on are separate directions, because any mixture of them is a
+ * direction too; returns their number, up to `most` */
 static int told_singles(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]) {
     int q = told->q, count = 0;
@@ -193,7 +194,7 @@ int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[]
         double largest = 0, *row = to + (size_t)count * (size_t)q;
         if (pend_fit_told_is(told, d)) continue;
         for (int j = 0; j < q; j++) row[j] = fixed[j] ? 0 : told->direction[j * q + d];
-        // of mixtures what stands alone is left out, and what was told before
+        // skip mixtures of single unknowns and directions already listed
         if (told_part(q, to, count, row) < fit_left) continue;
         for (int j = 0; j < q; j++)
             if (fabs(row[j]) > fabs(largest)) largest = row[j];

@@ -1,7 +1,7 @@
-/* What measurements tell of the unknowns, from the slopes at a minimum: the singular values of the
+/* Identifiability of the unknowns, from the slopes at a minimum: the singular values of the
  * Jacobian matrix and their directions.
  * Leaves to others: the slopes (fit_model), the search (fit).
- * Invariant: an unknown at a bound has no part in any direction that the data tell. */
+ * Invariant: an unknown at a bound has no component in any identifiable direction. */
 #ifndef PEND_FIT_TOLD_H
 #define PEND_FIT_TOLD_H
 
@@ -13,10 +13,11 @@ struct fit_told {
     int q;              /* unknowns */
     double *direction;  /* q x q: column d is the direction of singular value d */
     double *value;      /* q, descending */
-    double *gain;       /* q: what a direction still takes from the residuals */
-    double *change;     /* measurements x q: what a direction changes in them, of length 1 */
-    const double *size; /* q: what an unknown is measured in */
-    double least;       /* a smaller singular value's direction is not told */
+    double *gain;       /* q: the remaining component of the residuals in a direction */
+    double *change;     /* measurements x q: the change of the residuals in a direction, of length
+                         * 1 */
+    const double *size; /* q: scale of an unknown */
+    double least;       /* directions with a smaller singular value are not identifiable */
 };
 
 /**
@@ -29,7 +30,7 @@ struct fit_told {
  * fixed     q flags: unknowns at a bound, whose slopes count as 0.
  * size      q numbers, which must outlive `told`.
  *
- * PEND_NOT_FINITE  slopes times sizes are no numbers, or above 1e140.
+ * PEND_NOT_FINITE  slopes times sizes are not finite, or above 1e140.
  * PEND_NO_MEMORY   O(m q^2).
  */
 PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q,
@@ -41,9 +42,10 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_
 void pend_fit_told_clear(struct fit_told *told);
 
 /**
- * Lets a direction be told whose effect is less than that part of the largest, but well above its
- * rounding, and such that its standard error is below 1000 times what the unknowns are measured in:
- * chaotic motions tell one direction by 1e9 times as much as others, which they tell well.
+ * Makes directions with a smaller singular value identifiable if their effect is well above
+ * rounding and their standard error is below 1000 times the scale of the unknowns. In chaotic
+ * motions the effect of one direction can be 1e9 times that of others, which are identifiable all
+ * the same.
  *
  * variance  of a residual.
  *
@@ -51,33 +53,33 @@ void pend_fit_told_clear(struct fit_told *told);
  */
 void pend_fit_told_sure(struct fit_told *told, double variance);
 
-/** Whether the data tell direction d: its effect is above 1e-9 of the largest, or less than that
- * and sure. O(1). */
+/** Returns whether direction d is identifiable: its effect is above 1e-9 of the largest, or
+ * pend_fit_told_sure accepted it. O(1). */
 int pend_fit_told_is(const struct fit_told *told, int d);
 
-/** The covariance of the unknowns, q x q, in their own units, for residuals of variance 1; what is
- * not told has no part in it. O(q^3). */
+/** Computes the covariance of the unknowns, q x q, in their own units, for residuals of variance 1,
+ * without the directions that are not identifiable. O(q^3). */
 void pend_fit_told_covariance(const struct fit_told *told, double covariance[]);
 
-/** What of the residuals is left once every direction that the data tell has taken its part, m
- * numbers. O(m q). */
+/** Computes the residuals minus their components in all identifiable directions, m numbers. O(m
+ * q). */
 void pend_fit_told_rest(const struct fit_told *told, size_t m, const double residual[],
                         double rest[]);
 
-/** What one more step could take from the sum of squares, to first order. O(q). */
+/** Returns the decrease of the sum of squares by one more step, to first order. O(q). */
 double pend_fit_told_gain(const struct fit_told *told);
 
 /**
- * A step of Newton's method along the directions that the data tell, each measured by what it
- * changes in the residuals, so that a narrow valley is no flatter than others.
+ * Computes a Newton step along the identifiable directions, each scaled by its effect on the
+ * residuals, so that a narrow valley is as steep as others.
  *
  * bend        q x q: half of the derivative of the sum of squares by relative changes of unknowns,
  *             rows, as it changes along directions, columns.
- * noise       error of these where the residuals do not change; what is less counts as 0.
- * loose       the same over a direction's singular value where they do.
- * gain        out: what the step takes from the sum of squares; infinite at what is no minimum.
- * covariance  out, q x q, in the unknowns' own units, unless the gain is infinite; NULL = not
- * wanted.
+ * noise       error of these if the residuals do not change; smaller values count as 0.
+ * loose       the same over a direction's singular value if they do.
+ * gain        out: decrease of the sum of squares by the step; infinite if this is not a minimum.
+ * covariance  out, q x q, in the unknowns' own units, unless the gain is infinite; NULL if not
+ *             needed.
  *
  * PEND_NO_MEMORY  O(q^3).
  */
@@ -87,12 +89,12 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_newton(const struct fit_told *tol
                                                       double covariance[]);
 
 /**
- * Copies the directions that are not told, each with a largest part of 1: first the unknowns that
- * the data do not depend on at all, one by one, then what is not told apart.
+ * Copies the directions that are not identifiable, each with a largest component of 1: first single
+ * unknowns that the data do not depend on, then combinations.
  *
  * to  most x q.
  *
- * Returns how many; those of unknowns at a bound are left out. O(q^2).
+ * Returns their number, without those of unknowns at a bound. O(q^2).
  */
 int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]);

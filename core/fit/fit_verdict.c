@@ -9,7 +9,7 @@
 #include "core/fit/fit_loss.h"
 #include "core/fit/fit_constants.h"
 
-/* whether more than frequencies is measured */
+/* whether quantities other than frequencies are measured */
 static int verdict_moves(const struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     int moves = 0;
@@ -24,7 +24,7 @@ static int verdict_order(const void *left, const void *right) {
     return (a > b) - (a < b);
 }
 
-/* the median of absolute residuals of a column, as a standard deviation; not below what is known */
+/* the median of absolute residuals of a column, as a standard deviation; not below a given sigma */
 static double verdict_column(const struct pend_fit *fit, int c, double room[]) {
     const struct pend_fit_column *column = &fit->problem.column[c];
     double size = 0;
@@ -47,7 +47,8 @@ static enum pend_status verdict_spread(struct pend_fit *fit) {
     (void)pend_fit_state_squares(fit, p->rows, &count);
     for (int c = 0; c < p->columns; c++) fit->spread[c] = verdict_column(fit, c, room);
     free(room);
-    // of that many measurements of normal noise one in a hundred sets has one as far off
+    // among that many measurements with normal noise, one in a hundred data sets has a residual
+    // this large
     fit->result.beyond = gsl_cdf_ugaussian_Qinv(0.005 / (double)count);
     for (long i = 0; i < p->rows; i++)
         for (int c = 0; c < p->columns; c++)
@@ -59,7 +60,7 @@ static enum pend_status verdict_spread(struct pend_fit *fit) {
 
 /* ---- the run of the residuals */
 
-/* the rows of a run in which a column was measured; returns how many */
+/* the rows of a run in which a column was measured; returns their number */
 static long verdict_rows(struct pend_fit *fit, int run, int c) {
     const struct pend_fit_problem *p = &fit->problem;
     long count = 0;
@@ -68,7 +69,7 @@ static long verdict_rows(struct pend_fit *fit, int run, int c) {
     return count;
 }
 
-/* the mean square of a column's residuals, 1 where all are met */
+/* the mean square of a column's residuals, 1 if all are 0 */
 static double verdict_square(const struct pend_fit *fit, int c) {
     const struct pend_fit_problem *p = &fit->problem;
     double sum = 0;
@@ -80,7 +81,8 @@ static double verdict_square(const struct pend_fit *fit, int c) {
     return sum > 0 ? sum / (double)count : 1;
 }
 
-/* Durbin and Watson's number over all series, each by its own size, and the autocorrelations */
+/* Durbin-Watson statistic over all series, each relative to its own size, and the
+ * autocorrelations */
 static void verdict_run(struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     double lag[3] = {0, 0, 0}, steps = 0;
@@ -106,7 +108,7 @@ static void verdict_run(struct pend_fit *fit) {
         pairs < FIT_PAIRS ? NAN : gsl_cdf_ugaussian_Q(fit->lag[0] * sqrt((double)pairs));
 }
 
-/* chi-squared and its freedom without outliers, where a loss is there for them */
+/* chi-squared and its degrees of freedom, without outliers if the loss is robust */
 static double verdict_inliers(const struct pend_fit *fit, long *freedom) {
     const struct pend_fit_problem *p = &fit->problem;
     double sum = 0;
@@ -134,8 +136,8 @@ static void verdict_test(struct pend_fit *fit) {
 
 /* ---- standard errors */
 
-/* adds J'VJ of a column in a run, whose rows are there: the slopes run backwards through what made
- * the noise of independent steps, and on before the first row until that is forgotten */
+/* Adds J'VJ of a column in a run. The slopes are filtered backwards by the autoregression that
+ * models the noise, and extrapolated before the first row until the filter has decayed. */
 static void verdict_meat(const struct pend_fit *fit, int c, long count, const double by[2],
                          double weight, double *last, double meat[]) {
     size_t q = (size_t)fit->problem.unknowns, columns = (size_t)fit->problem.columns;
@@ -164,8 +166,8 @@ static void verdict_product(size_t q, const double a[], const double b[], double
     }
 }
 
-/* the covariance beside noise that is as alike as the residuals are; what of the measurements is
- * left to tell it by */
+/* the covariance for noise as correlated as the residuals; returns the part of the measurements
+ * that remains to estimate it */
 static double verdict_noise(struct pend_fit *fit, double *last, double meat[], double half[],
                             double covariance[]) {
     const struct pend_fit_problem *p = &fit->problem;
@@ -193,7 +195,7 @@ static double verdict_noise(struct pend_fit *fit, double *last, double meat[], d
     return isfinite(all) ? left : 0;
 }
 
-/* the covariance where residuals are alike, no unknown's less than it was */
+/* the covariance for correlated residuals; no unknown's variance decreases */
 static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     size_t q = (size_t)fit->problem.unknowns;
     assert(q >= 1 && variance >= 0);
@@ -201,7 +203,7 @@ static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     if (!room) return PEND_NO_MEMORY;
     double *noise = room + 2 * q * q, *wider = noise + q * q, *last = wider + q;
     double left = verdict_noise(fit, last, room, room + q * q, noise);
-    // the unknowns took smooth parts from the residuals, whose autocorrelations are next to 1
+    // the fit has absorbed smooth parts of the residuals, whose autocorrelations are near 1
     for (int k = 0; k < 2 && left > fit_freedom; k++) fit->lag[k] = left * fit->lag[k] + 1 - left;
     left = verdict_noise(fit, last, room, room + q * q, noise);
     for (size_t j = 0; j < q; j++) {
@@ -224,7 +226,7 @@ static enum pend_status verdict_widen(struct pend_fit *fit, double variance) {
     (void)pend_fit_state_squares(fit, fit->problem.rows, &count);
     result->widened = 1, result->effective = (double)count;
     if (result->explained > 1 - fit_exact || result->freedom < 1) return PEND_OK;
-    // of a motion that is another one the errors say nothing
+    // for the wrong motion the errors mean nothing
     int poor = !(result->explained > fit_explained) && !(result->p_value >= fit_level);
     if (poor && verdict_moves(fit)) result->widened = INFINITY;
     if (poor && verdict_moves(fit)) return PEND_OK;
@@ -237,8 +239,8 @@ static enum pend_status verdict_widen(struct pend_fit *fit, double variance) {
 
 /* ---- all of it */
 
-/* Straightens what a loss has bent. Returns the variance of a residual whose slopes are not bent:
- * an M-estimate's. */
+/* Undoes the transformation of the residuals by a loss. Returns the variance of a residual for the
+ * untransformed slopes: that of an M-estimate. */
 static double verdict_straight(struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns;
@@ -270,7 +272,7 @@ static enum pend_fit_model verdict_model(const struct pend_fit *fit, int minimum
     if (!minimum || (result->freedom < 1 && !poor)) return PEND_FIT_UNDECIDED;
     if (part > 1 - fit_exact) return PEND_FIT_ACCEPTED;
     if (p < fit_level || result->alike < fit_level) return PEND_FIT_REJECTED;
-    // data that are noise of the size that was said
+    // data that are noise of the given size
     if (poor) return p >= fit_level ? PEND_FIT_UNDECIDED : PEND_FIT_REJECTED;
     int tested = p >= fit_level || isfinite(result->alike) ||
                  (part > fit_clear && verdict_moves(fit) && result->freedom >= FIT_FREEDOM);
@@ -286,7 +288,7 @@ enum pend_status pend_fit_verdict(struct pend_fit *fit, double *variance, int mi
     }
     PEND_TRY(verdict_spread(fit));
     verdict_test(fit);
-    // a motion that is missed for a while has no outliers
+    // a motion that misses the data for a while has no outliers
     if (result->alike < fit_level) result->beyond = INFINITY, result->outliers = 0;
     result->model = verdict_model(fit, minimum);
     return verdict_widen(fit, *variance);
