@@ -8,8 +8,8 @@
 
 enum {
     NUMBER_BYTES = 12, /* an arm's number as text */
-    NEAR_NAMES = 1000, /* names of a larger tree are not searched for the one that was meant */
-    NEAR_FAULTS = 20   /* nor if there are already more faults than these */
+    NEAR_NAMES = 1000, /* in a larger tree, misspelt names get no suggestion */
+    NEAR_FAULTS = 20   /* nor if there are already more faults than this */
 };
 
 enum pend_status api_arm_names_init(struct api_arm_names *names, int n) {

@@ -15,42 +15,43 @@
 int api_field_object(const struct api_value *value, struct api_problem *problem);
 
 /**
- * Adds a fault if a field is missing, unless another field was meant to be it. Returns true if it
- * is present.
+ * Adds a fault if a field is missing, unless another field is a misspelling of it. Returns true if
+ * it is present.
  */
 int api_field_needed(const struct api_value *value, struct api_problem *problem);
 
 /**
- * Reads a list of numbers. One number may stand without the list: encoders of arrays write it so.
+ * Reads a list of numbers. A single number need not be in a list, because some encoders of arrays
+ * write it that way.
  *
- * n        how many numbers there must be; 0 = any number of them.
- * each     what each number belongs to, for the message: "arm".
- * out      n numbers, NAN for every item that is faulty or absent; NULL = only check.
+ * n        required number of numbers; 0 = any.
+ * each     what each number is of, for the message: "arm".
+ * out      n numbers, NAN for every item that is faulty or missing; NULL = only check.
  *
- * Returns 1 if all are good, 0 if the field is missing (out is unchanged), -1 if faults were
+ * Returns 1 if all are valid, 0 if the field is missing (out is unchanged), -1 if faults were
  * added.
  */
 int api_field_numbers(const struct api_value *value, int n, const char *each, double out[],
                       struct api_problem *problem);
 
 /**
- * Reads a whole number from least to greatest. Returns 1 if it is good, 0 if it is missing, -1 if
- * it is faulty; out is changed only by a good one.
+ * Reads a whole number from least to greatest. Returns 1 if it is valid, 0 if it is missing, -1 if
+ * it is faulty; out is changed only if it is valid.
  */
 int api_field_whole(const struct api_value *value, long least, long greatest, long *out,
                     struct api_problem *problem);
 
-/** Reads true or false. Returns 1 if it is good, 0 if it is missing, -1 if it is faulty; out is
- * changed only by a good one. */
+/** Reads true or false. Returns 1 if it is valid, 0 if it is missing, -1 if it is faulty; out is
+ * changed only if it is valid. */
 int api_field_truth(const struct api_value *value, int *out, struct api_problem *problem);
 
 /**
  * Reads one word of a list.
  *
  * words  ended by NULL.
- * out    the number of the word in the list; changed only by a good one.
+ * out    the number of the word in the list; changed only if it is valid.
  *
- * Returns 1 if it is good, 0 if it is missing, -1 if it is faulty.
+ * Returns 1 if it is valid, 0 if it is missing, -1 if it is faulty.
  */
 int api_field_word(const struct api_value *value, const char *const words[], int *out,
                    struct api_problem *problem);

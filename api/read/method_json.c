@@ -15,7 +15,7 @@ static const struct pend_method *read_method(const struct api_value *value,
     return found < 0 ? NULL : pend_method_at(chosen);
 }
 
-/* reads a setting that only methods with the flag have; returns true if it is present */
+/* reads a setting that only methods with the flag support; returns true if it is present */
 static int read_setting(const struct api_value *value, const struct pend_method *method,
                         unsigned flag, double least, double most, double *out,
                         struct api_problem *problem) {
@@ -36,7 +36,7 @@ static int read_setting(const struct api_value *value, const struct pend_method 
     return 1;
 }
 
-/* the method in the wanted precision; NULL if the method does not have it */
+/* the method in the requested precision; NULL if the method does not support it */
 static const struct pend_method *read_precision(const struct api_value *value,
                                                 const struct pend_method *method,
                                                 struct api_problem *problem) {
@@ -72,7 +72,7 @@ void api_method_read(struct api_method *method, const struct api_value *root,
     api_value_usual_number(&rtol, range->rtol_default);
     (void)read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max,
                        &method->rtol, problem);
-    // the default of one follows the other
+    // the default of each tolerance is the value of the other
     api_value_usual_number(
         &atol, pend_method_atol(range, method->rtol > 0 ? method->rtol : range->rtol_default));
     method->atol_given = read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min,

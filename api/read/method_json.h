@@ -1,7 +1,7 @@
 /* Reading the integration method and its settings from JSON: method, rtol, atol, step, precision,
  * accuracy.
  * Leaves to others: the methods and their ranges (core/integrate/methods/method).
- * Invariant: settings that were read are in the range of the method that was chosen. */
+ * Invariant: settings are in the range of the chosen method. */
 #ifndef API_METHOD_JSON_H
 #define API_METHOD_JSON_H
 
@@ -19,8 +19,8 @@ struct api_method {
  * Reads the fields method, rtol, atol, step, precision and accuracy of a request.
  *
  * root    the request's object.
- * tree    as api_tree_read left it, for methods that need its modes; of a faulty tree the parts
- * that are known are used.
+ * tree    the result of api_tree_read, for methods that need its modes; of a faulty tree the known
+ *         parts are used.
  *
  * Every fault is added to the problem.
  */
@@ -28,8 +28,7 @@ void api_method_read(struct api_method *method, const struct api_value *root,
                      const struct api_tree *tree, const struct api_limits *limits,
                      struct api_problem *problem);
 
-/** Returns a sentence on what carries the digits of an answer further, of what the method takes.
- */
+/** Returns a sentence that says which supported setting gives an answer more correct digits. */
 const char *api_method_advice(const struct api_method *method);
 
 /** Reads the field accuracy of a request; returns 1e-6 if it is left out or faulty. */

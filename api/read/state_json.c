@@ -19,14 +19,14 @@ static const struct exact exact_one = {1, 0},
                           exact_degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62},
                           exact_right_angle = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
 
-/* 32 digits of a larger angle in rad would not give its direction to the digits of a double */
+/* 32 digits of a larger angle in rad would not determine its direction to double precision */
 static const double DEGREES_MOST = 1e15;
 
 static const char *const state_fields[] = {"phi",       "phid", "theta", "thetad", "mode",
                                            "amplitude", "unit", "cart",  NULL};
 
-/* the forms of a state: the field that decides, the field that belongs to it, and the direction
- * that the angle is measured from */
+/* the forms of a state: the field that selects it, its second field, and the direction from which
+ * the angle is measured */
 static const struct {
     const char *angle, *rate;
     int from_hanging; /* phi = angle - pi/2 */
@@ -34,7 +34,8 @@ static const struct {
 
 enum { FORM_COUNT = 3, FORM_MODE = 2 };
 
-/* the most arms of a real pendulum that starts in a mode: with friction or drag, and without */
+/* the largest number of arms of a real pendulum that starts in a mode: with friction or drag, and
+ * without */
 enum { MODE_ARMS_DAMPED = 100, MODE_ARMS_STILL = 300 };
 
 enum pend_status api_states_new(struct api_states **states, long count, int n) {
@@ -71,7 +72,7 @@ double api_states_bytes(const struct api_states *states) {
     if (!states) return 0;
     double n = states->n,
            modes = states->mode_most ? states->mode_most - states->mode_least + 1 : 0;
-    /* the modes that are computed meanwhile: their vectors, and the arrays of the computation */
+    /* memory of the modes during their computation: vectors and scratch */
     double settle = modes > 0 ? 2.2 * sizeof(double) * n * (modes + 16) + 2048 * n : 0;
     return (double)sizeof *states + (double)states->count * (4 * n + 2) * sizeof(double) + settle;
 }
@@ -92,7 +93,7 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
                         struct exact scale, struct exact offset, double out[], double low[],
                         struct api_problem *problem) {
     int count, lone = api_value_kind(value) == API_NUMBER;
-    // of a tree that was refused nothing is known about its arms
+    // the arms of a refused tree are unknown
     if (lone && !tree->n) return;
     int good = api_field_numbers(value, tree->n, "arm", NULL, problem);
     const double one = api_value_number(value);
@@ -112,7 +113,7 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
     }
 }
 
-/* the modes of a real pendulum are found all together */
+/* the modes of a real pendulum are all computed together */
 static void check_real_mode(const struct api_tree *tree, const struct api_value *mode,
                             struct api_problem *problem) {
     int most = pend_loads_lose(&tree->loads) ? MODE_ARMS_DAMPED : MODE_ARMS_STILL;
@@ -131,7 +132,7 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
                       const struct api_limits *limits, struct api_problem *problem) {
     long number = 0;
     double size = 0;
-    long most = tree->n ? api_tree_stored(tree) : (long)limits->arms; // a cart is one more
+    long most = tree->n ? api_tree_stored(tree) : (long)limits->arms; // plus a cart
     (void)api_field_whole(mode, 1, most, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
@@ -196,7 +197,7 @@ static void read_turns(struct api_states *states, long i, const struct api_value
                 states ? states->rate_low + first : NULL, problem);
 }
 
-/* where a cart is on its rail and how fast it is, m and m/s: stored arm 0 */
+/* position and speed of a cart on its rail, m and m/s: stored arm 0 */
 static void read_cart(struct api_states *states, long i, const struct api_value *cart,
                       const struct api_tree *tree, struct api_problem *problem) {
     static const char *const names[] = {"x", "v", NULL};
@@ -252,7 +253,7 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     assert(!states || api_states_valid(states));
 }
 
-/* computes the modes that the states name, and those between them */
+/* computes the modes that the states refer to, and those between them */
 static enum pend_status states_modes(struct pend_modes **modes, const struct api_states *states,
                                      const struct api_tree *tree, struct pend_error *error) {
     int low = states->n, high = 0;
@@ -270,8 +271,8 @@ static enum pend_status states_modes(struct pend_modes **modes, const struct api
     return high ? pend_modes_select(modes, tree->tree, &request, error) : PEND_OK;
 }
 
-/* the states in modes of a real pendulum: its rest near hanging, and the real part of the mode's
- * shape, with the rates that keep it in that mode */
+/* the states in modes of a real pendulum: its equilibrium near hanging, plus the real part of the
+ * mode's shape, with the rates of that mode */
 static enum pend_status states_settle_real(struct api_states *states, const struct api_tree *tree,
                                            struct pend_error *error) {
     size_t n = (size_t)states->n;

@@ -15,7 +15,7 @@ struct api_states {
     double *phi_low, *rate_low; /* count x n, the rounding errors of phi and rate */
     double *amplitude;          /* count, rad */
     int *mode;                  /* count, from 1; 0 = given by its angles */
-    int mode_least, mode_most;  /* of the modes that are still to be computed; 0 = none */
+    int mode_least, mode_most;  /* of the modes that remain to be computed; 0 = none */
 };
 
 /**
@@ -30,12 +30,12 @@ PEND_MUST_CHECK enum pend_status api_states_new(struct api_states **states, long
 /** Frees states; nothing happens if they are NULL. */
 void api_states_free(struct api_states **states);
 
-/** True if the arrays fit the counts; for assertions. O(1). */
+/** Returns true if the arrays have the right sizes; for assertions. O(1). */
 int api_states_valid(const struct api_states *states);
 
 /**
- * Returns the bytes of memory that states take, together with those that api_states_settle takes
- * temporarily if one of them is a mode; 0 for NULL. O(1).
+ * Returns the bytes of memory of states, including the temporary memory of api_states_settle if one
+ * of them is a mode; 0 for NULL. O(1).
  */
 double api_states_bytes(const struct api_states *states);
 
@@ -43,9 +43,9 @@ double api_states_bytes(const struct api_states *states);
  * Reads state number i.
  *
  * states   NULL = only check the value, as far as possible without a tree.
- * value    an object; a missing one is the state at rest with phi = 0.
- * tree     as api_tree_read left it; of a faulty tree the parts that are known are used.
- * limits   for the modes that a tree of so many arms may compute.
+ * value    an object; if missing, the state at rest with phi = 0.
+ * tree     the result of api_tree_read; of a faulty tree the known parts are used.
+ * limits   the largest number of arms whose modes may be computed.
  *
  * Every fault is added to the problem. O(n).
  */

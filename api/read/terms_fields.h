@@ -1,13 +1,14 @@
-/* The fields of an arm of a real pendulum, in one table: their names, ranges and units, and the
- * terms that they say.
- * Leaves to others: reading them (terms_json), writing them (op/terms_write), what they do
+/* The fields of an arm of a real pendulum, in one table: their names, ranges and units, and their
+ * terms.
+ * Leaves to others: reading them (terms_json), writing them (op/terms_write), their effect
  * (core/tree/terms). */
 #ifndef API_TERMS_FIELDS_H
 #define API_TERMS_FIELDS_H
 
 #include "core/tree/terms.h"
 
-/* the names of the table, in its order; they are lists beside "length", "mass" and "parent" too */
+/* the names of the table, in its order; also the names of lists next to "length", "mass" and
+ * "parent" */
 #define API_TERMS_OF_ARMS                                                                          \
     "rod", "body", "at", "damping", "stiffness", "rest", "friction", "torque", "drag", "stop"
 /* the fields of the whole pendulum, in every form */
@@ -31,23 +32,24 @@ enum { API_TERMS_PARTS = 3 };
 
 /* A number or a point of a field. */
 struct api_terms_part {
-    const char *name; /* in the field's object; NULL where the field is no object */
+    const char *name; /* in the field's object; NULL if the field is not an object */
     enum pend_term_row row;
     int point;  /* two rows: a number along the arm, or [along, across] */
-    int needed; /* may not be left out */
+    int needed; /* required */
     double least;
-    const char *unit; /* NULL behind the last part */
-    /* what axes and draws of ensembles, derivatives and fits call its number, or the two of a point
-     */
+    const char *unit; /* NULL after the last part */
+    /* the name of its number, or of the two numbers of a point, in axes and draws of ensembles,
+     * derivatives and fits */
     const char *varied[2];
 };
 
 enum api_terms_kind {
     API_TERMS_PLAIN,  /* its one part */
     API_TERMS_OBJECT, /* an object with its parts */
-    API_TERMS_DRIVE,  /* its one part, or an object of that, "constant", "harmonics" and "table" */
+    API_TERMS_DRIVE,  /* its one part, or an object of this part, "constant" and "harmonics" */
     API_TERMS_RUBS,   /* an object with its parts, or Coulomb friction: without a "speed" */
-    API_TERMS_STOPS   /* an object of rules, without parts */
+    API_TERMS_STOPS   /* Returns the name of a number of an arm in axes, draws, derivatives and
+                       * fits: "friction_torque". O(fields). */
 };
 
 struct api_terms_row {
@@ -56,7 +58,8 @@ struct api_terms_row {
     struct api_terms_part part[API_TERMS_PARTS + 1];
 };
 
-/** Returns the row of a field. O(1). */
+/** Returns the default of a number of an arm; NAN for its position along its parent, whose default
+ * is the parent's length. O(1). */
 const struct api_terms_row *api_terms_row(enum api_terms_field field);
 
 /** Returns what axes, draws, derivatives and fits call a number of an arm: "friction_torque".

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* keeping numbers */
+/* storing numbers */
 
 static void terms_put(struct api_terms *terms, enum pend_term_row row, int i, double x) {
     double usual = api_terms_usual(row), *number = terms->row[row];
@@ -127,7 +127,7 @@ static void read_harmonics(struct api_terms *terms, int drives, const struct api
         read_harmonic(terms, drives, &item);
 }
 
-/* what a drive is the sum of */
+/* the parts of a drive, which are added */
 static const char *const drive_names[] = {"constant", "harmonics", "table", NULL};
 
 /* reads the member `table` of what drives something */
@@ -273,7 +273,7 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
     }
 }
 
-/* the force along the rail: a number, or a constant and harmonics */
+/* after memory ran out no number is reliable, so only that is reported */
 static void read_cart_force(struct api_terms *terms, const struct api_value *force) {
     struct api_value constant = *force;
     if (api_value_kind(force) == API_OBJECT) {

@@ -12,7 +12,7 @@ static const double divides_within = 1e-9; /* of the number of steps */
 /* a grid as the request gives it */
 struct grid {
     double start, stop, step;
-    long count; /* 0 = by its step */
+    long count; /* 0 = defined by its step */
 };
 
 /* the span for which start + span is exactly stop, if one of the nearest doubles is such a span */
@@ -23,7 +23,7 @@ static double grid_span(double start, double stop) {
     return span;
 }
 
-/* writes the step as an integer divided by 1, 10, 100, ..., if it is such a decimal: its instants
+/* writes the step as an integer divided by 1, 10, 100, ..., if it is such a decimal; its instants
  * are then correctly rounded */
 static int grid_is_decimal(double step, struct pend_times *times) {
     double divisor = 1;
@@ -66,7 +66,7 @@ static void fault_count(const struct api_value *value, double count,
         count, api_limits_name(limits, &limits->samples), limits->samples);
 }
 
-/* faults a step that leads away from stop, or to too many instants */
+/* adds a fault for a step away from stop, or with too many instants */
 static void check_step(const struct api_value *value, const struct grid *grid,
                        const struct api_limits *limits, struct api_problem *problem) {
     double span = grid->stop - grid->start, count = floor(fabs(span / grid->step)) + 1;
@@ -144,7 +144,7 @@ static void read_grid(struct api_times *times, const struct api_value *value,
         grid_by_step(&grid, &times->times);
 }
 
-/* faults every instant that does not continue in the direction of the first two */
+/* adds a fault for every instant that does not continue in the direction of the first two */
 static void check_list(const struct api_value *value, int count, const double list[],
                        struct api_problem *problem) {
     double direction = count > 1 && list[1] < list[0] ? -1 : 1;

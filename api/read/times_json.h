@@ -1,4 +1,4 @@
-/* Reading the wanted instants from JSON: a grid by its step or its count, or a list.
+/* Reading the requested instants from JSON: a grid by its step or its count, or a list.
  * Leaves to others: computing samples at them (core/integrate/run/run).
  * Invariant: instants that were read are finite, strictly monotonic within the resolution of
  * doubles, and within the limits. */
@@ -17,11 +17,11 @@ struct api_times {
 /**
  * Reads the instants.
  *
- * times  out; must be cleared by api_times_clear whatever is returned.
- * value  an object {start, stop, step} or {start, stop, count}, in s, where start is 0 if it is
- *        left out; or an array of instants. A grid by its step ends at the last instant that is not
- *        beyond stop, and exactly at stop if the step divides the span to 1e-9. Backwards in time
- *        a step may have either sign.
+ * times  out; released by api_times_clear, also after a failure.
+ * value  an object {start, stop, step} or {start, stop, count}, in s, where start is 0 by default;
+ *        or an array of instants. A grid by its step ends at the last instant before stop, and
+ *        exactly at stop if the step divides the span to 1e-9. Backwards in time a step may have
+ *        either sign.
  *
  * PEND_INVALID   every fault was added to the problem.
  * PEND_NO_MEMORY

@@ -1,4 +1,4 @@
-/* Reading a pendulum tree from JSON, in any of its three forms; every fault has the pointer of the
+/* Reading a pendulum tree from JSON, in any of its three forms; every fault has a pointer into the
  * form that the client used.
  * Leaves to others: checking and building the tree (core/tree/tree), its state (state_json).
  * Invariant: a tree that was read is valid, within the limits, and holds no pointer into the
@@ -26,9 +26,8 @@ struct api_tree {
 /**
  * Reads a tree.
  *
- * tree      out; must be cleared by api_tree_clear whatever is returned. n and loads are set as far
- *           as they are known even if the rest is faulty, so that the rest of the request can be
- *           checked against them.
+ * tree      out; released by api_tree_clear, also after a failure. n and loads are set if known,
+ *           even if other fields are faulty, so that the rest of the request can be checked.
  * pendulum  the value in the document; a missing one is a fault.
  *
  * PEND_INVALID   every fault was added to the problem.
@@ -40,8 +39,8 @@ PEND_MUST_CHECK enum pend_status api_tree_read(struct api_tree *tree,
                                                const struct api_limits *limits,
                                                struct api_problem *problem);
 
-/** Returns the number of coordinates of a tree, of which its states have one number each: its arms,
- * and a cart. O(1). */
+/** Returns the number of coordinates of a tree, which is the size of its states: its arms, and a
+ * cart. O(1). */
 static inline int api_tree_stored(const struct api_tree *tree) { return tree->n + tree->cart; }
 
 /** Copies a row in stored order to one of n numbers in the caller's order, without a cart. O(n). */
@@ -50,11 +49,11 @@ void api_tree_put(const struct api_tree *tree, const double row[], double out[])
 /** Frees the tree, its terms and its names. */
 void api_tree_clear(struct api_tree *tree);
 
-/** Returns the bytes of memory that a tree takes at most, except the text of its names. O(1). */
+/** Returns the largest number of bytes of memory of a tree, without the text of its names. O(1). */
 double api_tree_bytes(const struct api_tree *tree);
 
-/** Returns the caller's number, from 0, of the arm that carries the caller's arm i; -1 for the
- * pivot and for a cart. O(1). */
+/** Returns the caller's number, from 0, of the parent of the caller's arm i; -1 for the pivot and
+ * for a cart. O(1). */
 int api_tree_parent(const struct api_tree *tree, int i);
 
 /** Returns the name of the caller's arm i; for an arm without one its number from 1 as text, which
@@ -64,7 +63,7 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]);
 /**
  * Reads an arm, given by its number from 1 or by its name.
  *
- * Returns the caller's number, from 0; -1 if the value is missing or is no arm, which are faults,
+ * Returns the caller's number, from 0; -1 if the value is missing or not an arm, which are faults,
  * or if the tree is faulty.
  */
 int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value,
@@ -73,19 +72,19 @@ int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value
 /**
  * Adds a fault if the tree has terms beyond the ideal pendulum's.
  *
- * value  the field that needs it ideal.
- * what   that use, for the message: "a start in a mode".
+ * value  the field that requires an ideal pendulum.
+ * what   the purpose, for the message: "a start in a mode".
  */
 void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, const char *what,
                     struct api_problem *problem);
 
 /**
- * Adds a fault if the tree or the limits forbid a use of its modes: gravity must be positive, and
- * the modes may not take longer than all modes of max-mode-arms arms.
+ * Adds a fault if the modes cannot be used: gravity must be positive, and their computation may not
+ * take longer than that of all modes of max-mode-arms arms.
  *
  * value  the field that asks for the modes.
- * count  how many modes.
- * what   that use, for the message: "a start in a mode".
+ * count  number of modes.
+ * what   the purpose, for the message: "a start in a mode".
  */
 void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count,
                             const char *what, const struct api_limits *limits,
