@@ -1,7 +1,7 @@
-/* A checked request for an ensemble: its members, what is told of them, what that costs, and its
- * rows in an answer.
+/* A checked request for an ensemble: its members, their columns, the estimated cost, and the rows
+ * of the answer.
  * Leaves to others: the computation of the rows (member_range), the bytes of the answer (encode).
- * Invariant: it does not change once it is prepared. */
+ * Invariant: it does not change after it is prepared. */
 #ifndef API_ENSEMBLE_H
 #define API_ENSEMBLE_H
 
@@ -12,7 +12,7 @@
 #include "api/op/op.h"
 #include "api/read/times_json.h"
 
-/* the most members of a range (member_range) */
+/* the largest number of members of a range (member_range) */
 enum { API_ENSEMBLE_RANGE = 16384 };
 
 /* A request as it was read. */
@@ -23,11 +23,12 @@ struct api_ensemble {
     struct api_times times;
     struct api_events events;
     struct api_derived derived;
-    long events_at, derived_at; /* where a member's passages and derivatives begin in its row */
+    long events_at, derived_at; /* the columns in a member's row at which its passages and
+                                 * derivatives begin */
     double *instants;           /* s, from the first one on; NULL without a trajectory */
-    double origin, duration, rtol, atol, accuracy; /* s, when members begin, and how long */
+    double origin, duration, rtol, atol, accuracy; /* s, start and duration of members */
     long step_cap, numbers;                        /* numbers of a raw row */
-    long offset[API_COLUMNS]; /* where the columns of the answer begin in a raw row */
+    long offset[API_COLUMNS];                      /* starts of the answer's columns in a raw row */
 };
 
 /**
@@ -45,8 +46,8 @@ PEND_MUST_CHECK enum pend_status api_ensemble_new(struct api_ensemble **ensemble
 void api_ensemble_free(struct api_ensemble **ensemble);
 
 /**
- * Computes the states that were given as modes; to be called once, before the first range.
- * Afterwards the ensemble does not change, and ranges may be computed on any number of threads.
+ * Computes the states that were given as modes. Call it once, before the first range; then ranges
+ * may be computed on any number of threads.
  *
  * Fails as api_states_settle does.
  */
@@ -60,14 +61,14 @@ long api_ensemble_count(const struct api_ensemble *ensemble);
  * each. */
 const struct api_table *api_ensemble_table(const struct api_ensemble *ensemble);
 
-/** Returns the rows of a member: 1, or the instants of a trajectory; where the rows are passages
- * the most that there can be. */
+/** Returns the number of rows of a member: 1, or the instants of a trajectory; if the rows are
+ * passages, the largest possible number. */
 long api_ensemble_rows(const struct api_ensemble *ensemble);
 
 /** Returns the doubles of a raw row. */
 long api_ensemble_numbers(const struct api_ensemble *ensemble);
 
-/** Estimates the computation of so many members, s. */
+/** Returns the estimated time of so many members, s. */
 double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
 
 /** Returns the bytes of memory of the ensemble and the computation of a range, without the raw
@@ -75,7 +76,7 @@ double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
 double api_ensemble_bytes(const struct api_ensemble *ensemble);
 
 /**
- * Writes raw rows to an answer, column by column; to be called with pieces of a few hundred rows.
+ * Writes raw rows to an answer, column by column; call it with pieces of a few hundred rows.
  *
  * Fails as api_writer_block does.
  */

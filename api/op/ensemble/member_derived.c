@@ -4,18 +4,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* arm-evaluations asked for at a time: about half a millisecond */
+/* arm-evaluations per call: about half a millisecond */
 static const double piece = 25000;
 
 struct api_member_derived {
     struct api_member_derived_of of;
-    struct api_derived derived; /* a copy, whose rows are of the member at hand */
+    struct api_derived derived; /* a copy, whose rows are those of the current member */
     struct pend_tree tree;      /* of the member */
     struct pend_member member;
     double *subtree, *room; /* room: of api_members_fill */
     double ends[2];         /* s */
     long rows;
-    int skipped; /* the row of the first instant, which is not told, is over */
+    int skipped; /* the row of the first instant, which is not reported, is complete */
 };
 
 static size_t terms_of(const struct api_tree *tree) {

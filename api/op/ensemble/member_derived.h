@@ -1,7 +1,7 @@
-/* The derivatives of an ensemble's members, one member after the other: of its final state, or at
- * the instants of its trajectory.
- * Leaves to others: which columns there are (observables), the motions themselves (core/ensemble),
- * when a member is computed (member_range).
+/* The derivatives of an ensemble's members, one member after the other, of the final state or at
+ * the instants of a trajectory.
+ * Leaves to others: the columns (observables), the motions (core/ensemble), the order of members
+ * (member_range).
  * Invariant: a member's derivatives depend on the request and its number alone. */
 #ifndef API_MEMBER_DERIVED_H
 #define API_MEMBER_DERIVED_H
@@ -10,13 +10,13 @@
 #include "api/op/ensemble/members_fill.h"
 #include "api/read/times_json.h"
 
-/* Whose derivatives are computed; everything outlives the computation. */
+/* The computation's input, which must outlive it. */
 struct api_member_derived_of {
     const struct api_derived *derived; /* parameters and columns */
     const struct api_tree *tree;
     const struct api_members *members;
     const struct pend_times *times; /* of trajectories; NULL: the end of the duration */
-    double origin, duration;        /* s, when members begin, and how long */
+    double origin, duration;        /* s, start and duration of members */
     double rtol, atol;
     long step_cap;
 };
@@ -24,7 +24,7 @@ struct api_member_derived_of {
 struct api_member_derived;
 
 /**
- * Makes the memory of a member at a time.
+ * Allocates the memory of one member.
  *
  * made  out; NULL on failure; ends with api_member_derived_free.
  *
@@ -36,15 +36,15 @@ PEND_MUST_CHECK enum pend_status api_member_derived_new(struct api_member_derive
 /** Frees it; nothing happens if it is NULL. */
 void api_member_derived_free(struct api_member_derived **derived);
 
-/** Returns the bytes of a computation whose members have so many instants, the first one included.
+/** Returns the bytes of a computation for members with so many instants, including the first one.
  * O(harmonics). */
 double api_member_derived_bytes(const struct api_derived *derived, const struct api_tree *tree,
                                 long instants);
 
 /**
- * Begins with a member that did not fail before; an earlier one is dropped.
+ * Starts a member that did not fail; cancels an earlier one.
  *
- * rows  at how many instants of the trajectory, >= 1; without one it is 1, for the end.
+ * rows  number of instants of the trajectory, >= 1; without a trajectory 1, for the end.
  *
  * PEND_NO_MEMORY
  */
@@ -53,13 +53,13 @@ PEND_MUST_CHECK enum pend_status api_member_derived_begin(struct api_member_deri
                                                           struct pend_error *error);
 
 /**
- * Goes on with the member, for about half a millisecond.
+ * Continues the member for about half a millisecond.
  *
- * raw     where the derivatives of its first row stand; finite numbers in the order of the columns.
+ * raw     place of the derivatives of its first row; finite numbers in the order of the columns.
  * stride  numbers from one row to the next.
- * made    in and out: rows that are there, 0 at the first call; complete once it is `rows`.
+ * made    in and out: number of complete rows, 0 at the first call; finished once it is `rows`.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  of this member alone.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  of this member only.
  */
 PEND_MUST_CHECK enum pend_status api_member_derived_next(struct api_member_derived *derived,
                                                          double raw[], long stride, long *made);

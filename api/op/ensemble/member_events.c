@@ -3,12 +3,12 @@
 #include <assert.h>
 #include <limits.h>
 
-/* s, of a condition in a step, and of an arm whose place is followed, measured */
+/* s, of a condition in a step, and of an arm whose position is computed, measured */
 static const double condition_seconds = 0.5e-6, followed_seconds = 4e-6;
 
 static const double never = -1;
 
-/* passages of a condition, where they are the rows and it does not say */
+/* default number of passages of a condition whose passages are the rows */
 enum { COUNT_USUAL = 1000 };
 
 void api_member_events_read(struct api_events *events, const struct api_reading *reading,
@@ -20,7 +20,7 @@ void api_member_events_read(struct api_events *events, const struct api_reading 
     struct api_problem *problem = reading->problem;
     int word = 0;
     if (api_field_word(&rows, words, &word, problem) > 0 && !word) api_value_usual(&rows);
-    // beside observables passages are counted, and the first of them is kept
+    // with observables, passages are counted and the first one is stored
     *events =
         (struct api_events){.tree = tree, .rows = word, .usual = word ? COUNT_USUAL : LONG_MAX};
     api_events_read_list(events, &field, reading->limits, problem);
@@ -92,7 +92,7 @@ void api_member_events_blank(const struct api_events *events, double unknown, do
     if (events->stops) at[all] = never;
 }
 
-/* copies a state in the caller's order; returns what follows */
+/* copies a state in the caller's order; returns the next place */
 static double *put_state(const struct api_tree *tree, const double x[], double at[]) {
     assert(tree->n + tree->cart == tree->tree->n);
     for (int k = tree->cart; k < tree->tree->n; k++) at[tree->tree->order[k]] = x[k];

@@ -1,5 +1,5 @@
 /* The passages of the conditions on an ensemble's members, as columns: the first of each condition
- * beside the member's observables, or all of them as rows.
+ * next to the member's observables, or all of them as rows.
  * Leaves to others: reading the conditions (events_json), the search (core/ensemble).
  * Invariant: numbers are finite; a passage that never came has the time -1 and zeros. */
 #ifndef API_MEMBER_EVENTS_H
@@ -11,7 +11,7 @@
  * Reads `events`, and `rows`: whether the answer's rows are the passages.
  *
  * tree        the ensemble's, which must outlive the events.
- * trajectory  non-zero: the members' trajectories are asked for, which excludes conditions.
+ * trajectory  non-zero: trajectories are requested, which excludes conditions.
  *
  * Every fault is added to the problem.
  */
@@ -21,13 +21,13 @@ void api_member_events_read(struct api_events *events, const struct api_reading 
 /** Adds the columns of the first passages of a member, or of a row of passages. */
 void api_member_events_columns(const struct api_events *events, struct api_table *table);
 
-/** Returns the most passages of a member that are told. O(conditions). */
+/** Returns the largest number of reported passages of a member. O(conditions). */
 double api_member_events_most(const struct api_events *events);
 
-/** Writes that nothing has passed yet; at: where the columns of a member's passages begin. */
+/** Initializes the columns of passages to none; at: the first of them in a member's row. */
 void api_member_events_blank(const struct api_events *events, double unknown, double at[]);
 
-/** Notes a passage in the columns of its member. phi, rate: the state, stored order. */
+/** Stores a passage in the columns of its member. phi, rate: the state, stored order. */
 void api_member_events_note(const struct api_events *events, const struct pend_hit *hit,
                             const double phi[], const double rate[], double at[]);
 
@@ -35,10 +35,10 @@ void api_member_events_note(const struct api_events *events, const struct pend_h
 void api_member_events_row(const struct api_events *events, long member, const struct pend_hit *hit,
                            const double phi[], const double rate[], double row[]);
 
-/** Estimates what the search takes in one step of one member, s. O(1). */
+/** Returns the estimated time of the search in one step of one member, s. O(1). */
 double api_member_events_cost(const struct api_events *events);
 
-/** Bytes of memory of the search in an ensemble. O(1). */
+/** Returns the bytes of memory of the search in an ensemble. O(1). */
 double api_member_events_bytes(const struct api_events *events);
 
 #endif

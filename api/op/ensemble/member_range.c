@@ -11,15 +11,15 @@
 struct api_member_range {
     const struct api_ensemble *ensemble;
     struct pend_ensemble *work;
-    struct api_member_derived *derived; /* NULL = not asked for */
+    struct api_member_derived *derived; /* NULL = not requested */
     long first, count, slice;
-    int moved;           /* all motions are there; what remains are derivatives */
-    long differentiated; /* members that have theirs */
-    long due, rows;      /* of the member at hand: rows that will have them, and that do */
+    int moved;           /* all motions are complete; derivatives remain */
+    long differentiated; /* members whose derivatives are complete */
+    long due, rows;      /* of the current member: rows that need derivatives, and complete ones */
     struct api_member_range_stats stats;
     double *raw;
-    long *found;   /* passages of each member, where they are the rows */
-    double *start; /* of the member at hand: angles, rates, lengths, masses, numbers of terms */
+    long *found;   /* passages of each member, if they are the rows */
+    double *start; /* of the current member: angles, rates, lengths, masses, numbers of terms */
     double *room;  /* of api_members_fill */
     struct api_member_samples *samples; /* the rows of trajectories; NULL where there are none */
     int shapes; /* the rows depend on numbers of the pendulum that differ between members */
@@ -31,7 +31,7 @@ static double *range_row(const struct api_member_range *range, long member, long
     return range->raw + ((member - range->first) * api_ensemble_rows(e) + row) * e->numbers;
 }
 
-/* a member's number as it is told */
+/* a member's number in the answer */
 static long range_number(const struct api_member_range *range, long i) {
     return range->ensemble->members.first + i;
 }
@@ -58,7 +58,7 @@ static void range_hit(void *context, long i, const struct pend_hit *hit, const d
                                range_row(range, i, 0) + range->ensemble->events_at);
 }
 
-/* tells in the rows of a failed member that its later passages are not known */
+/* marks the later passages of a failed member as unknown in its rows */
 static void range_doubt(const struct api_member_range *range, long i, enum pend_status status) {
     const struct api_ensemble *e = range->ensemble;
     if (status == PEND_OK || !e->events.count) return;
@@ -116,7 +116,7 @@ static void range_rows(void *context, long i, long first, int count, const doubl
     }
 }
 
-/* numbers that are not known */
+/* fills in unknown numbers */
 static void range_unknown(double at[], long count) {
     for (long i = 0; i < count; i++) at[i] = NAN;
 }
@@ -135,8 +135,8 @@ static void range_blank(const struct api_member_range *range, long i, enum pend_
     }
 }
 
-/* has a member that was followed to its end a row with a number that is not finite, which the row's
- * status tells? */
+/* true if a member that reached its end has a row with a number that is not finite, which the row's
+ * status reports */
 static int range_bad(const struct api_member_range *range, long i) {
     const struct api_ensemble *e = range->ensemble;
     long rows = e->instants ? api_ensemble_rows(e) : 0, row = 0;
@@ -159,7 +159,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
         if (outcome->status != PEND_OK) range_blank(range, i, outcome->status, outcome->time);
         return 0;
     }
-    /* the start is drawn again only if it is answered */
+    /* the start is generated again only if the answer contains it */
     struct pend_member start = {.phi = NULL};
     if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS))
         start = range_start(range, i);
@@ -176,18 +176,18 @@ int api_member_range_valid(const struct api_member_range *range) {
            stats->failed + stats->lost <= stats->finished;
 }
 
-/* sets what is computed of members */
+/* sets the outputs that are computed for members */
 static void range_ask(const struct api_ensemble *e, struct pend_ensemble_problem *problem) {
     if (!e->events.rows) api_observables_ask(&e->seen, problem);
     if (!e->events.count) return;
-    // passages may come as long as members are followed
+    // passages may occur until the end of the duration
     problem->spare = 0;
     problem->until = e->events.rows ? PEND_UNTIL_TOLD : PEND_UNTIL_TIME;
     problem->events = e->events.count;
     problem->event = e->events.event;
 }
 
-/* moves the passages of all members together; returns how many there are */
+/* removes the gaps between the passages of the members; returns their number */
 static long range_close(const struct api_member_range *range) {
     const struct api_ensemble *e = range->ensemble;
     if (!e->events.rows) return range->count * api_ensemble_rows(e);
@@ -201,7 +201,7 @@ static long range_close(const struct api_member_range *range) {
     return rows;
 }
 
-/* prepares for the derivatives of members, one after the other */
+/* prepares the derivatives of members, one after the other */
 static enum pend_status range_differ(struct api_member_range *range) {
     const struct api_ensemble *e = range->ensemble;
     struct api_member_derived_of of = {.derived = &e->derived,
@@ -274,14 +274,14 @@ void api_member_range_free(struct api_member_range **range) {
     *range = NULL;
 }
 
-/* rows of a member up to where its motion failed */
+/* the rows of a member before its motion failed */
 static long range_good(const struct api_member_range *range, long member) {
     long rows = 0, all = api_ensemble_rows(range->ensemble);
     while (rows < all && range_row(range, member, rows)[1] == 0) rows++;
     return rows;
 }
 
-/* rows behind the last good one have no derivatives, and no row says that it is good */
+/* rows after the last valid one have no derivatives, and their status is that of the failure */
 static void range_spoil(const struct api_member_range *range, long member, long good) {
     const struct api_ensemble *e = range->ensemble;
     for (long row = good; row < api_ensemble_rows(e); row++) {
@@ -291,7 +291,7 @@ static void range_spoil(const struct api_member_range *range, long member, long 
     }
 }
 
-/* rows of a member that are due have no derivatives, because these failed */
+/* removes the derivatives of a member's pending rows after they failed */
 static void range_undo(struct api_member_range *range, long member, enum pend_status status) {
     const struct api_ensemble *e = range->ensemble;
     range->stats.failed += range_good(range, member) == api_ensemble_rows(e);
@@ -302,7 +302,7 @@ static void range_undo(struct api_member_range *range, long member, enum pend_st
     }
 }
 
-/* goes on with the derivatives of a member, or with the next one that has a row */
+/* continues the derivatives of a member, or of the next one that has a row */
 static enum pend_status range_differentiate(struct api_member_range *range,
                                             struct pend_error *error) {
     const struct api_ensemble *e = range->ensemble;

@@ -14,7 +14,7 @@ enum output { PHI, PHID, THETA, THETAD, LAMBDA, CART, PHIDD, Z, ZD, ENERGY, OUTP
 static const char *const names[OUTPUTS + 1] = {"phi",   "phid", "theta", "thetad", "lambda", "cart",
                                                "phidd", "z",    "zd",    "energy", NULL};
 
-/* the names of an output's parts; how many there are; whether they have one number an arm */
+/* the names of an output's parts; their number; whether they have one number per arm */
 static const struct {
     const char *part[3];
     int parts, arms;
@@ -26,8 +26,8 @@ static const struct {
     [ZD] = {{"re", "im"}, 2, 1}, [ENERGY] = {{"kinetic", "potential", "total"}, 3, 0},
 };
 
-/* s, of accelerations of an ideal and of a real pendulum an arm, and of places, speeds and energies
- * an arm, measured */
+/* s, of accelerations of an ideal and of a real pendulum per arm, and of positions, speeds and
+ * energies per arm, measured */
 static const double ideal_seconds = 40e-9, real_seconds = 400e-9, place_seconds = 30e-9;
 
 struct api_member_samples {
@@ -150,7 +150,7 @@ static void row_arms(struct row *row, const double x[]) {
     row->at += tree->n;
 }
 
-/* angular accelerations; of a small swing from its angles from hanging, which phi does not hold */
+/* angular accelerations; for a small swing from its angles from hanging, which phi cannot hold */
 static const double *accelerate(struct api_member_samples *samples, double t, const double phi[],
                                 const double rate[], const double theta[]) {
     const struct pend_tree *tree = &samples->own;
@@ -220,8 +220,8 @@ static void row_write(struct api_member_samples *samples, double member, const s
     if (row.bad) numbers[1] = 1;
 }
 
-/* the energies at the instants, where they are wanted: of an ideal pendulum together, as sines that
- * are taken side by side cost less */
+/* the energies at the instants, if requested; for an ideal pendulum together, because several sines
+ * at once take less time */
 static void states_energy(struct api_member_samples *samples,
                           const struct api_member_states *states,
                           struct pend_energy energy[API_MEMBER_ROWS]) {

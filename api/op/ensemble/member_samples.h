@@ -1,5 +1,5 @@
-/* The rows of the trajectories of an ensemble's members: the outputs that a request can name, their
- * columns, and what of them is computed from a member's angles and rates.
+/* The rows of the trajectories of an ensemble's members: the outputs, their columns, and the
+ * computation of outputs from angles and rates.
  * Leaves to others: the motion (core/ensemble), members and their numbers (members_fill).
  * Invariant: a row's outputs are those of a trajectory of the member's own pendulum. */
 #ifndef API_MEMBER_SAMPLES_H
@@ -15,28 +15,28 @@
  * the problem. */
 unsigned api_member_outputs_read(const struct api_value *list, struct api_problem *problem);
 
-/** Non-zero if the place of a cart is among the outputs. O(1). */
+/** Returns non-zero if the position of a cart is among the outputs. O(1). */
 int api_member_outputs_cart(unsigned outputs);
 
-/** Non-zero if an output depends on more of the member than its angles, rates and forces: then its
- * pendulum must be told by api_member_samples_pendulum. O(1). */
+/** Returns non-zero if an output depends on more than angles, rates and forces: then
+ * api_member_samples_pendulum must be called. O(1). */
 int api_member_outputs_derived(unsigned outputs);
 
 /** Adds the columns of the outputs for n arms: member, status and t first. */
 void api_member_outputs_columns(unsigned outputs, int n, struct api_table *table);
 
-/** Adds the columns of the derivatives of all outputs, behind all others. */
+/** Adds the columns of the derivatives of all outputs, after all others. */
 void api_member_outputs_differ(unsigned outputs, struct api_derived *derived,
                                struct api_table *table);
 
-/** Estimates what the outputs of one row take beside being written, s. O(1). */
+/** Returns the estimated time of the outputs of one row, without writing it, s. O(1). */
 double api_member_outputs_cost(unsigned outputs, const struct api_tree *tree);
 
-/* The scratch in which rows are computed, for one thread. */
+/* The scratch for rows, for one thread. */
 struct api_member_samples;
 
 /**
- * Makes the scratch for a tree, which must outlive it.
+ * Allocates the scratch for a tree, which must outlive it.
  *
  * samples  out; NULL on failure; ends with api_member_samples_free. PEND_NO_MEMORY
  */
@@ -47,19 +47,20 @@ PEND_MUST_CHECK enum pend_status api_member_samples_new(struct api_member_sample
 /** Frees the scratch; nothing happens if it is NULL. */
 void api_member_samples_free(struct api_member_samples **samples);
 
-/** Bytes of memory of the scratch. O(harmonics). */
+/** Returns the bytes of memory of the scratch. O(harmonics). */
 double api_member_samples_bytes(const struct api_tree *tree);
 
-/** Tells whose rows follow: its lengths, masses and loads, which must live as long. O(n). */
+/** Sets the pendulum of the following rows: its lengths, masses and loads, which must outlive them.
+ * O(n). */
 void api_member_samples_pendulum(struct api_member_samples *samples,
                                  const struct pend_member *member);
 
 enum { API_MEMBER_ROWS = 8 };
 
-/* A member at instants that follow each other; values in stored order, n an instant. */
+/* A member at consecutive instants; values in stored order, n per instant. */
 struct api_member_states {
     int count;       /* at most API_MEMBER_ROWS */
-    const double *t; /* s, the request's own time */
+    const double *t; /* s, in the request's time */
     const double *phi, *rate, *force, *theta;
 };
 
@@ -68,7 +69,7 @@ struct api_member_states {
  *
  * row     out, of the first; the others follow, each `stride` numbers on.
  *
- * A number that a double does not hold is 0, and the row's status 1. O(n) a row.
+ * A number that is not finite becomes 0, and the row's status 1. O(n) per row.
  */
 void api_member_samples_rows(struct api_member_samples *samples, double member,
                              const struct api_member_states *states, double row[], long stride);

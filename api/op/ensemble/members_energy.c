@@ -6,7 +6,8 @@
 
 #include "core/dynamics/kinematics_at.h"
 
-/* of the scale of energies: what rounding may leave between two ways of adding one energy up */
+/* relative to the scale of energies: the largest difference by rounding between two sums of one
+ * energy */
 static const double rounding = 1e-14;
 
 int api_energy_target(struct api_target *target, const struct api_value *value,
@@ -38,7 +39,7 @@ static struct pend_energy energy_at(const struct pend_tree *tree, const struct p
 static double energy_factor(double a, double b, double gap) {
     if (!(a > 0)) return gap == 0 ? 1 : NAN;
     double root = sqrt(b * b + 4 * a * gap);
-    // beyond doubles the factor below would be 0, which reaches another energy
+    // if this overflowed, the factor below would be 0 and give another energy
     if (!isfinite(root)) return NAN;
     double factor = b > 0 ? 2 * gap / (b + root) : (root - b) / (2 * a);
     return factor >= 0 && isfinite(factor) ? factor : NAN;
@@ -50,7 +51,7 @@ void api_energy_reach(const struct pend_tree *tree, struct pend_member *member, 
     double *rate = room + n, *scratch = rate + n;
     struct pend_tree own = pend_member_tree(tree, member, room);
     assert(n >= 1 && member->phi && member->rate);
-    // with a pivot that moves, rates of 0 have kinetic energy, and so has a sign of theirs
+    // with a moving pivot, rates of 0 have kinetic energy, and their sign matters
     struct pend_energy still = energy_at(&own, member, 0, rate, scratch),
                        ahead = energy_at(&own, member, 1, rate, scratch),
                        back = energy_at(&own, member, -1, rate, scratch);

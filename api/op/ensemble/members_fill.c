@@ -23,14 +23,14 @@ static double member_value(const struct api_members *members, const struct api_v
         return of->from + (of->to - of->from) * pend_rng_uniform(members->seed, member, place);
     if (of->spread == API_SPREAD_NORMAL)
         return of->from + of->to * pend_rng_normal(members->seed, member, place);
-    // both ends exactly
+    // exact at both ends
     double part = of->count > 1 ? (double)step / (double)(of->count - 1) : 0;
     double x =
         step == of->count - 1 && of->count > 1 ? of->to : of->from + (of->to - of->from) * part;
     return of->spread == API_SPREAD_LOG ? exp(x) : x;
 }
 
-/* sets one number of a member, an energy excepted */
+/* sets one number of a member, except an energy */
 static void member_set(const struct api_members *members, struct pend_member *member,
                        enum api_quantity quantity, int arm, int place, double x) {
     assert(quantity == API_VARY_GRAVITY || quantity == API_VARY_TERM || arm >= 0);
@@ -65,7 +65,7 @@ static void member_set(const struct api_members *members, struct pend_member *me
     }
 }
 
-/* the numbers of a listed member; returns its energy, NaN where it has none of its own */
+/* sets the numbers of a listed member; returns its energy, NaN if it has none of its own */
 static double member_sets(const struct api_members *members, long i, struct pend_member *member) {
     double energy = NAN;
     const struct api_set *end = api_sets_end(members->sets, i);

@@ -11,37 +11,37 @@
 #include "api/op/ensemble/members_set.h"
 #include "api/read/state_json.h"
 
-/* One value that varies: the quantity, the arm, and its values. */
+/* A number that varies: the quantity, the arm, and its values. */
 struct api_variation {
     enum api_quantity quantity;
-    int arm;   /* stored number; -1 for what is the pendulum's */
+    int arm;   /* stored number; -1 for a number of the whole pendulum */
     int place; /* of a term's number in the list */
     enum { API_SPREAD_LINEAR, API_SPREAD_LOG, API_SPREAD_UNIFORM, API_SPREAD_NORMAL } spread;
     double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal one;
                         logarithms with LOG */
     long count;      /* of an axis */
-    int tied;        /* goes through its values together with the variation before it */
+    int tied;        /* varies together with the variation before it */
 };
 
 enum { API_AXES = 8 }; /* the most axes of a grid */
 
 struct api_members {
-    long count;                /* members */
+    long count;                /* number of members */
     long first;                /* of draws: the number of the first member */
-    struct api_states *states; /* one for each member, or one from which all start */
+    struct api_states *states; /* one for each member, or a common one */
     int listed;                /* there is one state for each member */
     int variations;
-    struct api_variation *variation; /* axes, the first runs fastest, each with those that are
-                                        tied to it behind it; or draws */
+    struct api_variation *variation; /* axes, the first varies fastest, each followed by those tied
+                                      * to it; or draws */
     int axes;
     long axis_count[API_AXES];
     struct api_sets *sets; /* numbers of listed members; NULL = they have none */
     int on_energy;         /* some members start on a given energy */
-    double energy;         /* J, of all members that say none; NaN = none */
-    int shown;             /* numbers of terms that vary */
+    double energy;         /* J, of all members without an energy of their own; NaN = none */
+    int shown;             /* number of varying numbers of terms */
     int *shown_place;      /* their places in the list of terms */
     uint64_t seed;
-    const struct pend_terms *terms; /* of the pendulum, NULL of an ideal one; not owned */
+    const struct pend_terms *terms; /* of the pendulum, NULL for an ideal one; not owned */
 };
 
 /** Returns non-zero if lengths, masses, gravity or numbers of terms differ between members.
@@ -49,11 +49,11 @@ struct api_members {
 int api_members_shapes(const struct api_members *members);
 
 /**
- * Writes the start of member i into arrays that hold the tree's own lengths, masses, gravity and
- * numbers of terms, and when it begins. A number that was drawn and cannot be, as a negative
- * length, becomes NaN; so do rates that cannot reach the energy.
+ * Writes the start and the start time of member i into arrays that contain the tree's own lengths,
+ * masses, gravity and numbers of terms. An invalid random number, such as a negative length,
+ * becomes NaN; so do rates that cannot reach the energy.
  *
- * room  API_ENERGY_ROOM values an arm of the tree.
+ * room  API_ENERGY_ROOM values per arm of the tree.
  * O(n + variations).
  */
 void api_members_fill(const struct api_members *members, const struct pend_tree *tree, long i,

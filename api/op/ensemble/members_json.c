@@ -16,12 +16,12 @@ static const char *const random_fields[] = {"count", "seed", "first", "draw", NU
 static const char *const member_fields[] = {"initial", "length", "mass", "gravity",
                                             "energy",  "set",    NULL};
 
-/* the most paths that are tied to an axis, and the number of the first member, at most: numbers of
- * members are whole doubles */
+/* the largest number of paths tied to an axis; the largest number of the first member, which must
+ * be exact as a double */
 enum { TIED_MOST = 64 };
 static const long first_most = (1l << 53) - (1l << 32);
 
-/* the context in which a variation is read */
+/* the context of a variation */
 struct reading {
     const struct api_tree *tree;
     const struct api_limits *limits;
@@ -63,7 +63,7 @@ static void read_end(const struct api_value *value, const struct api_variation *
     *out = scale * x;
 }
 
-/* the ends of an axis over a term must be what the term may be */
+/* the ends of an axis over a term must be valid for the term */
 static void check_end(const struct api_value *value, const struct api_variation *of, double x,
                       const struct reading *reading) {
     if (of->quantity != API_VARY_TERM || of->place < 0 || !reading->tree->loads.terms) return;
@@ -129,7 +129,7 @@ static void read_draw(const struct api_value *value, const struct reading *readi
                         API_CODE_ORDER "must not be less than \"low\", got %g", second);
 }
 
-/* true if an earlier variation has the same value; phi and theta are the same, and so are their
+/* true if an earlier variation has the same number; phi and theta are the same, and so are their
  * rates */
 static int is_repeated(const struct api_members *members, int at) {
     const struct api_variation *a = &members->variation[at];
@@ -143,7 +143,7 @@ static int is_repeated(const struct api_members *members, int at) {
     return 0;
 }
 
-/* the place of the next variation, which must not vary what an earlier one does */
+/* appends a variation, which must not vary the same number as an earlier one */
 static void keep_variation(struct api_members *members, const struct api_value *value, int before,
                            const struct reading *reading) {
     if (!before && !reading->problem->status && is_repeated(members, members->variations))
@@ -179,8 +179,8 @@ static void read_axis(struct api_members *members, const struct api_value *value
     }
 }
 
-/* how many variations a list has at most, with those that are tied to axes; -1 and a fault where it
- * cannot be */
+/* the largest number of variations in a list, including those tied to axes; -1 and a fault if it is
+ * too large */
 static int count_variations(const struct api_value *list, int most, int draws,
                             const struct reading *reading) {
     int count = api_value_count(list), all = count;
@@ -278,7 +278,7 @@ static enum pend_status read_random(struct api_members *members, const struct ap
     return read_variations(members, &draw, (int)most, 1, reading);
 }
 
-/* makes the states of a list, which is `what`; its length must be within the limits */
+/* creates the states of a list, named `what`; its length must be within the limits */
 static enum pend_status begin_list(struct api_members *members, const struct api_value *list,
                                    const char *what, const struct reading *reading) {
     long count = api_value_count(list);
@@ -305,7 +305,7 @@ static enum pend_status read_states(struct api_members *members, const struct ap
     return PEND_OK;
 }
 
-/* a member of a list: its start, or that of all, and what it has of its own */
+/* a listed member: its start, or the common one, and its own numbers */
 static enum pend_status read_member(struct api_members *members, const struct api_value *member,
                                     const struct api_value *initial,
                                     const struct reading *reading) {
@@ -318,7 +318,8 @@ static enum pend_status read_member(struct api_members *members, const struct ap
     return api_sets_read(members->sets, member->index, member, reading->tree, reading->problem);
 }
 
-/* Each member has all numbers of a start, though its place in the request may have two letters. */
+/* checks memory: each member has all numbers of a start, although it may take only two characters
+ * in the request */
 static void check_room(const struct api_value *list, const struct reading *reading) {
     const struct api_limits *limits = reading->limits;
     double state = 4.0 * api_tree_stored(reading->tree) + 2,
@@ -335,7 +336,7 @@ static void check_room(const struct api_value *list, const struct reading *readi
 static enum pend_status read_members(struct api_members *members, const struct api_value *list,
                                      const struct api_value *initial,
                                      const struct reading *reading) {
-    // a fault in the start of all is told once
+    // report a fault in the common start only once
     api_states_read(NULL, 0, initial, reading->tree, reading->limits, reading->problem);
     check_room(list, reading);
     if (reading->problem->status) return PEND_INVALID;
@@ -347,7 +348,7 @@ static enum pend_status read_members(struct api_members *members, const struct a
     return PEND_OK;
 }
 
-/* the ways of giving members */
+/* the ways to define members */
 enum way { WAY_STATES, WAY_MEMBERS, WAY_GRID, WAY_RANDOM, WAYS };
 static const char *const ways[WAYS] = {"states", "members", "grid", "random"};
 
@@ -380,7 +381,7 @@ static int can_move(const struct api_members *members, long i) {
     return members->sets && api_sets_moves(members->sets, i);
 }
 
-/* members that are to start on an energy must move */
+/* members with a given energy must be able to move */
 static void check_moves(const struct api_members *members, const struct api_value *at,
                         const struct reading *reading) {
     for (long i = 0; i < members->states->count; i++) {
@@ -417,7 +418,7 @@ static void read_energy(struct api_members *members, const struct api_value *roo
         check_moves(members, api_value_kind(&energy) == API_MISSING ? root : &energy, reading);
 }
 
-/* lists the numbers of terms that vary, each once */
+/* lists the varying numbers of terms, each once */
 static enum pend_status list_shown(struct api_members *members) {
     size_t most = (size_t)members->variations;
     if (members->sets && members->terms) most = (size_t)members->terms->count;

@@ -1,7 +1,7 @@
-/* Reading the members of an ensemble from JSON: a list of states, or of members with numbers of
- * their own, a grid over chosen values, or random draws.
- * Leaves to others: a listed member's numbers (members_set), what a member starts from
- * (members_fill), the observables (observables), the computation (ensemble).
+/* Reading the members of an ensemble from JSON: a list of states, or of members with their own
+ * numbers, a grid of values, or random draws.
+ * Leaves to others: a listed member's numbers (members_set), a member's start (members_fill), the
+ * observables (observables), the computation (ensemble).
  * Invariant: no pointer into the document is kept. */
 #ifndef API_MEMBERS_JSON_H
 #define API_MEMBERS_JSON_H
@@ -11,9 +11,9 @@
 /**
  * Reads `states`, `members`, `grid` or `random`, with `initial` for the latter three, and `energy`.
  *
- * members  out; must be cleared by api_members_clear whatever is returned.
+ * members  out; released by api_members_clear, also after a failure.
  * root     the request's object.
- * tree     as api_tree_read left it; of a faulty tree the parts that are known are used.
+ * tree     the result of api_tree_read; of a faulty tree the known parts are used.
  *
  * PEND_INVALID   every fault was added to the problem.
  * PEND_NO_MEMORY
@@ -27,7 +27,8 @@ PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
 /** Frees what the members own. */
 void api_members_clear(struct api_members *members);
 
-/** Bytes of memory of what varies and of listed members' numbers, without the states. O(1). */
+/** Returns the bytes of memory of variations and of listed members' numbers, without the states.
+ * O(1). */
 double api_members_bytes(const struct api_members *members);
 
 #endif

@@ -11,7 +11,7 @@ static const double pi = 3.14159265358979323846;
 static const char *const set_fields[] = {"vary", "arm", "harmonic", "value", "unit", NULL};
 
 struct api_sets {
-    long members, read; /* in all, and so far */
+    long members, read; /* total, and so far */
     size_t count, cap;
     struct api_set *set;
     unsigned quantities; /* bit q: some member has a number of quantity q */
@@ -47,7 +47,7 @@ static enum pend_status sets_add(struct api_sets *sets, enum api_quantity quanti
     return PEND_OK;
 }
 
-/* lengths or masses, one an arm */
+/* lengths or masses, one per arm */
 static enum pend_status read_sizes(struct api_sets *sets, const struct api_value *value,
                                    enum api_quantity quantity, const struct api_tree *tree,
                                    struct api_problem *problem) {
@@ -65,13 +65,13 @@ static enum pend_status read_sizes(struct api_sets *sets, const struct api_value
     return PEND_OK;
 }
 
-/* true if it was found which number is meant */
+/* true if the number is identified */
 static int is_found(const struct api_target *target) {
     if (target->quantity == API_VARY_GRAVITY || target->quantity == API_VARY_ENERGY) return 1;
     return target->quantity == API_VARY_TERM ? target->place >= 0 : target->arm >= 0;
 }
 
-/* what is wrong with a number, NULL if nothing is */
+/* the fault of a number, NULL if it is valid */
 static const char *value_fault(const struct api_target *target, const struct api_tree *tree,
                                double x) {
     int size = target->quantity == API_VARY_LENGTH || target->quantity == API_VARY_MASS;
@@ -110,7 +110,7 @@ static enum pend_status read_set(struct api_sets *sets, const struct api_value *
                     degrees ? pi / 180 * x : x);
 }
 
-/* a number that has a field of its own */
+/* a number with its own field */
 static enum pend_status read_one(struct api_sets *sets, const struct api_value *value,
                                  const char *unit, enum api_quantity quantity,
                                  struct api_problem *problem) {
@@ -127,7 +127,7 @@ enum pend_status api_sets_read(struct api_sets *sets, long i, const struct api_v
                      energy = api_value_member(member, "energy"),
                      set = api_value_member(member, "set");
     assert(i >= sets->read && i < sets->members);
-    // members that are no objects have no numbers
+    // members that are not objects have no numbers
     while (sets->read < i) sets->from[++sets->read] = sets->count;
     PEND_TRY(read_sizes(sets, &length, API_VARY_LENGTH, tree, problem));
     PEND_TRY(read_sizes(sets, &mass, API_VARY_MASS, tree, problem));

@@ -1,7 +1,7 @@
-/* The numbers that listed members of an ensemble have of their own: lengths, masses, gravity,
- * numbers of terms, and the energy on which they start.
- * Leaves to others: the members' starts, and what a number does (members_json).
- * Invariant: the numbers of member i are neighbours, in the order of the request; no pointer into
+/* The own numbers of listed members of an ensemble: lengths, masses, gravity, numbers of terms, and
+ * the energy at the start.
+ * Leaves to others: the members' starts, and the use of numbers (members_json).
+ * Invariant: the numbers of member i are contiguous, in the order of the request; no pointer into
  * the document is kept. */
 #ifndef API_MEMBERS_SET_H
 #define API_MEMBERS_SET_H
@@ -11,13 +11,13 @@
 /* One number. */
 struct api_set {
     enum api_quantity quantity;
-    int at; /* stored number of the arm; of a term's number its place; -1 else */
+    int at; /* stored number of the arm; place of a term's number; else -1 */
     double x;
 };
 
 struct api_sets;
 
-/** Makes an empty list of so many members; ends with api_sets_free. PEND_NO_MEMORY */
+/** Creates an empty list of so many members; released by api_sets_free. PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status api_sets_new(struct api_sets **sets, long members);
 
 /** Frees the numbers; nothing happens if they are NULL. */
@@ -27,7 +27,7 @@ void api_sets_free(struct api_sets **sets);
  * Reads `length`, `mass`, `gravity`, `energy` and `set` of member i; members are read in their
  * order.
  *
- * tree  as api_tree_read left it.
+ * tree  the result of api_tree_read.
  *
  * Every fault is added to the problem. PEND_NO_MEMORY. O(n + numbers).
  */
@@ -52,14 +52,14 @@ int api_sets_shapes(const struct api_sets *sets);
  * Lists the places of terms' numbers that some member has, in the order in which they are first
  * named.
  *
- * count  numbers of the terms; places has room for so many.
+ * count  numbers of the terms; the size of `places`.
  *
  * PEND_NO_MEMORY. O(numbers + count).
  */
 PEND_MUST_CHECK enum pend_status api_sets_places(const struct api_sets *sets, int count,
                                                  int places[], int *found);
 
-/** Bytes of memory. O(1). */
+/** Returns the bytes of memory. O(1). */
 double api_sets_bytes(const struct api_sets *sets);
 
 #endif

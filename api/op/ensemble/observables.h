@@ -37,7 +37,7 @@ struct api_observables {
     unsigned output; /* of a trajectory (member_samples) */
     struct api_table table;
     int at[API_SEE_COUNT];             /* first column of each wanted observable */
-    const struct api_members *members; /* whose variations the parameters have; not owned */
+    const struct api_members *members; /* whose variations are in the parameters; not owned */
 };
 
 /**
@@ -48,8 +48,8 @@ struct api_observables {
 void api_observables_read(struct api_observables *seen, const struct api_value *root,
                           struct api_problem *problem);
 
-/** Non-zero if the place of a cart is asked for, as an observable or as an output of trajectories.
- * O(1). */
+/** Returns non-zero if the position of a cart is requested, as an observable or as an output of
+ * trajectories. O(1). */
 int api_observables_cart(const struct api_observables *seen);
 
 /** Sets the columns for n arms; the number of rows is unchanged. members: must outlive `seen`; the
@@ -59,9 +59,9 @@ void api_observables_columns(struct api_observables *seen, int n,
 
 /**
  * Adds the columns of the derivatives of the final state and of a cart, or of the outputs of a
- * trajectory, behind all others.
+ * trajectory, after all others.
  *
- * Returns 0 if neither is asked for: nothing else has derivatives.
+ * Returns 0 if neither is requested: nothing else has derivatives.
  */
 int api_observables_derived(struct api_observables *seen, struct api_derived *derived);
 
@@ -83,14 +83,14 @@ void api_observables_write(const struct api_observables *seen, const struct api_
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]);
 
-/** Returns how a member ended, for its row: as the ensemble says, or PEND_NOT_FINITE where a wanted
- * energy or force is beyond all numbers. O(n). */
+/** Returns the end of a member for its row: the ensemble's status, or PEND_NOT_FINITE if a
+ * requested energy or force is not finite. O(n). */
 enum pend_status api_observables_end(const struct api_observables *seen,
                                      const struct api_tree *tree,
                                      const struct pend_outcome *outcome);
 
-/** Returns the number in the status column of a member that ended so: 0 good, 1 not finite, 2 step
- * too small, 3 too many steps. */
+/** Returns the number of a status in the status column: 0 valid, 1 not finite, 2 step too small, 3
+ * too many steps. */
 int api_observables_status(enum pend_status status);
 
 #endif

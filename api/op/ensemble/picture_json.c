@@ -15,7 +15,7 @@ static const unsigned drawn = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME
 static const unsigned logarithmic = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
                                     1u << API_SEE_SIGN_CHANGE | 1u << API_SEE_ENERGY_DRIFT;
 
-/* the observable that is named, or the first that can be drawn; -1 and a fault if there is none */
+/* the named observable, or the first that can be drawn; -1 and a fault if there is none */
 static int picture_of(const struct api_observables *seen, const struct api_value *of,
                       const struct api_value *picture, struct api_problem *problem) {
     const char *names[API_SEE_COUNT + 1] = {0};

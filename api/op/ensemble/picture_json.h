@@ -1,7 +1,7 @@
-/* Reading from JSON what a picture of an ensemble shows: which observable, of which arm, on which
+/* Reading the contents of a picture of an ensemble from JSON: the observable, the arm and the
  * scale.
  * Leaves to others: drawing it (encode_png).
- * Invariant: a picture that was read is a column of the table, of a grid of two axes. */
+ * Invariant: a valid picture is a column of the table of a grid with two axes. */
 #ifndef API_PICTURE_JSON_H
 #define API_PICTURE_JSON_H
 

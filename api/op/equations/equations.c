@@ -9,19 +9,20 @@
 #include "api/read/terms_fields.h"
 
 enum {
-    EQUATIONS_LISTED = 20,   /* arms up to which matrices and lists of formulas are written whole */
-    EQUATIONS_LEFT_OUT = 10, /* numbers at the beginning of a longer list */
-    EQUATIONS_LINE = 10,     /* numbers of a line of a program */
+    EQUATIONS_LISTED = 20,   /* largest number of arms whose matrices and lists of formulas are
+                              * written in full */
+    EQUATIONS_LEFT_OUT = 10, /* numbers shown at the start of a longer list */
+    EQUATIONS_LINE = 10,     /* numbers per line of a program */
     EQUATIONS_MATRIX = 10,   /* columns that pmatrix has in amsmath */
-    EQUATIONS_SHORT = 2      /* arms up to which a row of (aaa) is one line */
+    EQUATIONS_SHORT = 2      /* largest number of arms whose row of (aaa) fits on a line */
 };
 
-/* what a loop counts; the numbers of a list are counted in the same way */
+/* the index of a loop; also that of the numbers of a list */
 enum index { ROW, COLUMN, HARMONIC, NOTHING };
 
-/* how a form writes lists */
+/* the syntax of lists in a form */
 struct form {
-    const char *text, *comma, *wrap; /* the template; between numbers, and where a line ends */
+    const char *text, *comma, *wrap; /* the template; separator of numbers; line break */
     int joined, latex;
 };
 static const struct form forms[] = {
@@ -30,7 +31,7 @@ static const struct form forms[] = {
     [API_EQUATIONS_PYTHON] = {api_equations_python, ", ", "\n    ", 0, 0},
     [API_EQUATIONS_CURL] = {api_equations_curl, ",", "", 1, 0}};
 
-/* a place in a text */
+/* a position in a text */
 struct place {
     const struct api_equations *equations;
     const struct pend_tree *tree;
@@ -38,16 +39,17 @@ struct place {
     const double *value;
     const struct form *form;
     int at[NOTHING]; /* the caller's arm of the row and of the column, the harmonic; -1 = none */
-    int first;       /* the innermost loop is in its first round */
-    int k, arg;      /* of the name that is looked at: the round or the number, its argument */
+    int first;       /* the innermost loop is in its first iteration */
+    int k, arg;      /* the current iteration or number of a name, and its argument */
 };
 
 /* a name of the templates */
 struct name {
     const char *name;
-    int (*count)(const struct place *p);     /* rounds of a section, numbers of a list; NULL = 1 */
-    enum index index;                        /* that these count */
-    int (*holds)(const struct place *p);     /* whether k counts; NULL = always */
+    int (*count)(const struct place *p);     /* iterations of a section, numbers of a list; NULL =
+                                              * 1 */
+    enum index index;                        /* the index that `count` counts */
+    int (*holds)(const struct place *p);     /* whether iteration k is included; NULL = always */
     double (*number)(const struct place *p); /* number k; NULL = a section */
     int arg;
 };
@@ -67,7 +69,7 @@ static int is_short(const struct place *p) { return arms(p) <= EQUATIONS_SHORT; 
 static int is_hung(const struct place *p) { return p->terms->hung[p->tree->place[p->at[ROW]]]; }
 static int on_cart(const struct place *p) { return pend_terms_cart(p->terms); }
 
-/* some arm has a number of a row; those of a cart stand in the same row */
+/* some arm has a number of a row; those of a cart are in the same row */
 static int has(const struct place *p, enum pend_term_row row) {
     int there = p->terms && p->terms->row[row] >= 0, has = there && !on_cart(p);
     for (int k = 1; there && k < p->terms->n && !has; k++)
@@ -75,7 +77,7 @@ static int has(const struct place *p, enum pend_term_row row) {
     return has;
 }
 
-/* harmonic k drives a torque; else the pivot or the cart, and these come first */
+/* harmonic k drives a torque; otherwise the pivot or the cart, which come first */
 static int drives_torque(const struct place *p, int k) {
     return p->terms->harmonic[k].drives >= on_cart(p);
 }
@@ -106,12 +108,12 @@ static int has_joints(const struct place *p) {
            has_motor(p);
 }
 
-/* arm i is on the way from the pivot to the tip of arm k, k itself included */
+/* arm i is on the path from the pivot to the tip of arm k, including k */
 static int carries(const struct place *p, int i, int k) {
     const int *place = p->tree->place;
     return place[i] <= place[k] && place[k] < p->tree->end[place[i]];
 }
-/* one carries the other: S^T diag(m) S is 0 elsewhere */
+/* one is in the other's sub-tree: S^T diag(m) S is 0 elsewhere */
 static int are_related(const struct place *p, int i, int k) {
     return carries(p, i, k) || carries(p, k, i);
 }
@@ -146,7 +148,7 @@ static double inertia(const struct place *p) {
     return of_arm(p, PEND_TERM_ROD, p->k) * l * l / 12 + of_arm(p, PEND_TERM_INERTIA, p->k);
 }
 
-/* where arm k hangs on the one that carries it, and whether that is its tip */
+/* attachment point of arm k on its parent, and whether it is the tip */
 enum { HANG_X, HANG_Y, HANG_TIP };
 static double hang(const struct place *p) {
     int above = api_tree_parent(p->equations->tree, p->k);
@@ -203,7 +205,7 @@ static double high(const struct place *p) {
 }
 
 static const struct name names[] = {
-    // what is looked up most often
+    // the most frequent names
     {"i", arms, ROW, NULL, from_1, 0},
     {"j", arms, COLUMN, NULL, from_1, 0},
     // conditions and loops
@@ -233,7 +235,7 @@ static const struct name names[] = {
     {"others", arms, COLUMN, others, NULL, 0},
     {"driving", harmonics, HARMONIC, of_row, NULL, 0},
     {"moving", harmonics, HARMONIC, of_pivot, NULL, 0},
-    // numbers: a list, or the one of the loop that counts them
+    // numbers: a list, or the current number in a loop over it
     {"n", NULL, NOTHING, NULL, number_of_arms, 0},
     {"gravity", NULL, NOTHING, NULL, gravity, 0},
     {"low", NULL, NOTHING, NULL, low, 0},
@@ -277,7 +279,7 @@ static int is_name(const char *name, const char *wanted, int length) {
     return *name == *wanted && strncmp(name, wanted, (size_t)length) == 0 && !name[length];
 }
 
-/* a name of the table or, as ensembles call it, of a number of an arm */
+/* a name of the table or, as in ensembles, of a number of an arm */
 static struct name name_find(const char *wanted, int length) {
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (is_name(names[i].name, wanted, length)) return names[i];
@@ -288,7 +290,7 @@ static struct name name_find(const char *wanted, int length) {
     return names[0];
 }
 
-/* a list has one number where it is written: of the loop's round, or because it has no more */
+/* a list is written as one number inside its loop, or if it has one number only */
 static int name_single(const struct place *p, const struct name *name) {
     return !name->count || (name->index != NOTHING && p->at[name->index] >= 0);
 }
@@ -302,7 +304,7 @@ static double name_one(struct place *p, const struct name *name) {
     return name_number(p, name, name->count ? p->at[name->index] : 0);
 }
 
-/* --- what templates ask for --- */
+/* --- functions of templates --- */
 
 static int equations_next(void *context, const char *wanted, int length, int round) {
     struct place *p = context;
@@ -331,7 +333,7 @@ static enum pend_status write_number(const struct place *p, double number, struc
                           : PEND_OK;
 }
 
-/* the numbers with what stands between them; of a formula's long list the first and the last */
+/* the numbers and their separators; for a formula's long list the first and the last ones */
 static enum pend_status write_list(struct place *p, const struct name *name,
                                    struct api_buffer *out) {
     int count = name->count(p), written = 0;
@@ -350,8 +352,7 @@ static enum pend_status write_list(struct place *p, const struct name *name,
     return PEND_OK;
 }
 
-/* (m_{2}+m_{3}): the masses that the deeper one of the row's and the column's arm carries, its own
- * included */
+/* (m_{2}+m_{3}): the masses in the sub-tree of the deeper one of the row's and the column's arm */
 static enum pend_status write_masses(const struct place *p, struct api_buffer *out) {
     int i = p->at[ROW], j = p->at[COLUMN], arm = j >= 0 && carries(p, i, j) ? j : i;
     int place = p->tree->place[arm], many = p->tree->end[place] > place + 1, written = 0;
@@ -362,7 +363,7 @@ static enum pend_status write_masses(const struct place *p, struct api_buffer *o
     return many ? api_buffer_text(out, ")") : PEND_OK;
 }
 
-/* <<name>> is a number, a list or a text; <<+name>> is a number behind other numbers of a sum */
+/* <<name>> is a number, a list or a text; <<+name>> is a number after other numbers of a sum */
 static enum pend_status equations_name(void *context, const char *wanted, int length,
                                        struct api_buffer *out) {
     struct place *p = context;

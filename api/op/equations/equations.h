@@ -1,7 +1,7 @@
-/* A pendulum's equations of motion: what the names in the templates stand for.
+/* A pendulum's equations of motion: the values of the names in the templates.
  * Leaves to others: the text (equations_text), sections and loops (template).
- * Invariant: programs contain numbers of the request only, never its texts, such as arm names. What
- * a pendulum does not have stands in no program, and in no formula but that of M.
+ * Invariant: programs contain only numbers of the request, never its texts, such as arm names.
+ * Terms that a pendulum does not have occur in no program, and only in the formula of M.
  *
  * Derivation for real pendulums. With u = e^{i phi} the joints are at z0 + C u, where C = S H and H
  * has at (k, the arm that carries k) the complex number at which k hangs there; the tips are at
@@ -27,8 +27,9 @@
 #include "api/read/state_json.h"
 
 enum {
-    API_EQUATIONS_EXPLICIT = 8, /* arms up to which the entries are written out by default */
-    API_EQUATIONS_MOST = 20     /* arms up to which they can be */
+    API_EQUATIONS_EXPLICIT = 8, /* largest number of arms for which the entries are written out by
+                                 * default */
+    API_EQUATIONS_MOST = 20     /* largest number of arms for which they can be */
 };
 
 enum api_equations_form {
@@ -51,7 +52,7 @@ const char *api_equations_formula(const struct api_tree *tree, int i);
 /**
  * Appends the text of a form.
  *
- * formula  of LaTeX: which one; else NULL.
+ * formula  of LaTeX: its name; else NULL.
  *
  * Fails as api_buffer_room does. O(n + harmonics); n^3 if every entry is written out.
  */

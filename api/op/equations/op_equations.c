@@ -1,7 +1,6 @@
 /* POST /v1/equations: a pendulum's equations of motion written out, as formulas and as programs.
  * Leaves to others: the formulas and the programs (equations).
- * Invariant: what is written is of this pendulum's numbers alone; no text of the client's is
- * told back. */
+ * Invariant: the output contains only this pendulum's numbers, and no text of the client. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -107,12 +106,12 @@ static enum pend_status equations_run(void *state, const struct api_turn *turn, 
     return equations_write(equations, turn->out);
 }
 
-/* the text of one form at a time, and the answer: some hundred letters an arm, some ten a pair
- * of arms if every entry is written out */
+/* the text of one form at a time, and the answer: some hundred characters per arm, some ten per
+ * pair of arms if every entry is written out */
 static double equations_bytes(const void *state) {
     const struct equations *equations = state;
     double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;
-    // numbers of terms stand in three programs
+    // the numbers of terms occur in three programs
     return API_OP_SMALL_BYTES + 4 * api_terms_write_bytes(&equations->tree.loads) + 2048 * n +
            2048 * square + api_tree_bytes(&equations->tree) + api_states_bytes(equations->start);
 }

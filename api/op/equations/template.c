@@ -6,7 +6,7 @@
 
 enum { TEMPLATE_TAG = 40 }; /* bytes of a tag */
 
-/* where some letters begin in at .. end, or the end; behind it there is a NUL or more text */
+/* the start of a string within at .. end, or end; after end there is a NUL or more text */
 static const char *template_find(const char *at, const char *end, const char *wanted) {
     size_t length = strlen(wanted);
     while ((at = memchr(at, *wanted, (size_t)(end - at))) && strncmp(at, wanted, length) != 0) at++;
@@ -24,7 +24,7 @@ static enum pend_status template_literal(const struct api_template *template, co
     return api_buffer_add(out, at, (size_t)(end - at));
 }
 
-/* behind a tag, and behind the end of its line if it stands alone there */
+/* the position after a tag, and after the end of its line if it is alone there */
 static const char *template_behind(const char *tag, const char *stop) {
     return tag[-1] == '\n' && stop[2] == '\n' ? stop + 3 : stop + 2;
 }
@@ -32,7 +32,7 @@ static const char *template_behind(const char *tag, const char *stop) {
 static enum pend_status template_part(const struct api_template *template, const char *at,
                                       const char *end, struct api_buffer *out);
 
-/* a section whose tag is at tag .. stop; moves at behind its end */
+/* a section whose tag is at tag .. stop; moves `at` to its end */
 static enum pend_status template_section(const struct api_template *template, const char **at,
                                          const char *stop, const char *end,
                                          struct api_buffer *out) {
@@ -70,7 +70,7 @@ static enum pend_status template_part(const struct api_template *template, const
 
 enum pend_status api_template_fill(const struct api_template *template, const char *section,
                                    struct api_buffer *out) {
-    // a template begins with the end of a line
+    // a template starts with the end of a line
     const char *at = template->text + 1, *end = strchr(at, '\0');
     if (section) {
         char tag[TEMPLATE_TAG];

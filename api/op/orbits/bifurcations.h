@@ -1,6 +1,7 @@
-/* The bifurcations that a search for orbits has found: their memory, and how they are told.
+/* The bifurcations found by a search for orbits: their memory and their representation.
  * Leaves to others: the search (core/orbits), the orbits (op_orbits).
- * Invariant: they are in their order on the branch; angles and rates are in the caller's order. */
+ * Invariant: bifurcations are in their order on the branch; angles and rates are in the caller's
+ * order. */
 #ifndef API_BIFURCATIONS_H
 #define API_BIFURCATIONS_H
 
@@ -9,10 +10,10 @@
 #include "core/base/checkpoint.h"
 #include "core/orbits/orbit_problem.h"
 
-/* One of them, and where it is. */
+/* A bifurcation, and its position. */
 struct api_bifurcation {
     enum pend_orbits_kind kind;
-    long after; /* orbits before it */
+    long after; /* number of orbits before it */
     double period, energy, value;
     double *state; /* n angles, n rates */
 };
@@ -20,16 +21,16 @@ struct api_bifurcation {
 struct api_bifurcations {
     const struct pend_tree *tree;
     int driven;
-    const char *varies; /* the name of what varies, NULL = nothing does */
+    const char *varies; /* the name of the varied number, NULL = none */
     int count, places;
     struct api_bifurcation *item;
     double *block; /* of the columns */
 };
 
 /**
- * Adds one.
+ * Adds a bifurcation.
  *
- * after  how many orbits are before it.
+ * after  number of orbits before it.
  *
  * PEND_NO_MEMORY
  */
@@ -39,15 +40,14 @@ PEND_MUST_CHECK enum pend_status api_bifurcations_add(struct api_bifurcations *l
 /** Frees the memory. */
 void api_bifurcations_clear(struct api_bifurcations *list);
 
-/** Returns the bytes that they hold, an upper bound, the columns included if they are wanted. O(1).
- */
+/** Returns an upper bound of their bytes, including the columns if requested. O(1). */
 double api_bifurcations_bytes(const struct api_bifurcations *list, int columns);
 
 /** Adds the columns of a table whose rows are bifurcations. */
 void api_bifurcations_table(const struct api_bifurcations *list, struct api_table *table);
 
 /**
- * Makes the columns of that table.
+ * Creates the columns of that table.
  *
  * column  out; valid until api_bifurcations_clear.
  *
@@ -58,10 +58,10 @@ PEND_MUST_CHECK enum pend_status api_bifurcations_columns(struct api_bifurcation
                                                           const double *column[]);
 
 /**
- * Shows a checkpoint all of them; restored ones come into an empty list.
+ * Saves all of them to a checkpoint, or restores them into an empty list.
  *
  * PEND_NO_MEMORY
- * PEND_INVALID  what was restored is no such list.
+ * PEND_INVALID  the restored data are not such a list.
  */
 PEND_MUST_CHECK enum pend_status api_bifurcations_carry(struct api_bifurcations *list,
                                                         struct pend_checkpoint *checkpoint);

@@ -1,7 +1,7 @@
 /* POST /v1/orbits: periodic orbits and their branches.
  * Leaves to others: reading (orbits_json), the search (core/orbits), the bytes (encode).
- * Invariant: all orbits are found before the first is written, so that their number is known at
- * the head of the answer; what is said to be an orbit came back to its start. */
+ * Invariant: all orbits are found before the first is written, so that the head of the answer
+ * contains their number; every reported orbit returned to its start. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -22,7 +22,7 @@ enum {
     MAIN_COLUMNS = 9,
     FIRST_ROOM = 64,
     MOST_PARTS = 1000,
-    CARRIED = 2 /* changes with what orbits_carry shows, or `carry` of core */
+    CARRIED = 2 /* increment if orbits_carry, or `carry` of core, changes */
 };
 
 /* s an arm, step and eight derivatives, of an ideal and of a real pendulum, and of many arms; s an
@@ -33,7 +33,7 @@ static const double ideal_seconds = 3.5e-6, real_seconds = 1.2e-5, arms_cached =
                     plain_seconds = 2e-6, maps_alone = 3.5, maps_on_branch = 4, maps_an_arm = 0.4,
                     steps_least = 8, steps_an_arm = 0.55;
 
-/* the most bytes that all parts of a job carry from one to the next, about */
+/* the approximate largest number of bytes passed from one part of a job to the next */
 static const double carried_bytes = 1 << 30;
 
 struct orbits {
@@ -50,8 +50,9 @@ struct orbits {
     double *column[API_COLUMNS];
     struct api_bifurcations bifurcations;
     int found_all, written;
-    double until;   /* share of all steps after which this part ends; the last one never */
-    int last;       /* this part is the last, which writes all rows */
+    double until;   /* share of all steps after which this part ends; for the last one never
+                     * reached */
+    int last;       /* this is the last part, which writes all rows */
     double earlier; /* s, of the parts before */
     enum pend_orbits_end end;
     struct api_writer *writer;
@@ -99,7 +100,7 @@ static enum pend_status orbits_read(void *state, const struct api_reading *readi
     orbits->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = api_orbits_read(&orbits->asked, reading);
     if (status == PEND_OK) {
-        // between two orbits each kind of multipliers may change
+        // between two orbits each kind of bifurcation may occur
         orbits->table.rows = orbits->asked.problem.branch ? orbits->asked.problem.points : 1;
         if (orbits->asked.rows) orbits->table.rows *= 3;
         orbits->bifurcations = (struct api_bifurcations){.tree = orbits->asked.tree.tree,
@@ -166,7 +167,7 @@ static enum pend_status orbits_keep(struct orbits *orbits, const struct pend_orb
     return PEND_OK;
 }
 
-/* the rows are bifurcations: the orbits are counted alone */
+/* the rows are bifurcations: orbits are only counted */
 static enum pend_status orbits_found(struct orbits *orbits, const struct pend_orbit *orbit,
                                      struct pend_error *error) {
     if (!orbits->asked.rows) return orbits_keep(orbits, orbit, error);
@@ -174,8 +175,8 @@ static enum pend_status orbits_found(struct orbits *orbits, const struct pend_or
     return PEND_OK;
 }
 
-/* a bifurcation is found after the orbit behind it; one at which a branch begins before all orbits
- */
+/* a bifurcation is located after the orbit beyond it; one at which a branch begins precedes all
+ * orbits */
 static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orbit *orbit,
                                     struct pend_error *error) {
     long after = orbits->count ? orbits->count - 1 : 0;
@@ -183,7 +184,7 @@ static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orb
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for bifurcations");
 }
 
-/* goes on with the search; after it the table is complete */
+/* continues the search; at its end the table is complete */
 static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *error) {
     enum pend_orbits_found found;
     PEND_TRY(pend_orbits_next(orbits->search, &found, error));
@@ -219,7 +220,7 @@ static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
         api_stats_warning(stats, "warning_end", orbits->warning);
 }
 
-/* what JSON says more, in the place of its closing brace */
+/* additional members of JSON, which replace its closing brace */
 static enum pend_status orbits_more(const struct orbits *orbits, struct api_buffer *out) {
     assert(out->bytes && out->data[out->bytes - 1] == '}');
     out->data[out->bytes - 1] = ',';
@@ -257,7 +258,7 @@ static enum pend_status orbits_write(struct orbits *orbits, const struct api_tur
     return *done && orbits->format == &api_format_json ? orbits_more(orbits, turn->out) : PEND_OK;
 }
 
-/* true where a part ends that another one follows */
+/* true at the end of a part that another one follows */
 static int orbits_over(struct orbits *orbits, const struct api_turn *turn) {
     const struct pend_orbit_problem *p = &orbits->asked.problem;
     long steps;
@@ -283,7 +284,7 @@ static enum pend_status orbits_run(void *state, const struct api_turn *turn, int
     return PEND_OK;
 }
 
-/* writes the rows once more, as JSON */
+/* writes the rows again, as JSON */
 static void orbits_json(void *state) {
     struct orbits *orbits = state;
     api_writer_free(&orbits->writer);
@@ -305,7 +306,7 @@ static const struct api_stats *orbits_stats(const void *state) {
     return &((const struct orbits *)state)->stats;
 }
 
-/* a part for each step; fewer where many rows are carried from one to the next */
+/* a part for each step; fewer if many rows have to be passed from one to the next */
 static long orbits_parts(const void *state) {
     const struct orbits *orbits = state;
     const struct pend_orbit_problem *p = &orbits->asked.problem;
@@ -321,7 +322,7 @@ static void orbits_part(void *state, long number, long parts) {
     orbits->last = number + 1 == parts;
 }
 
-/* all that was found is carried: the last part writes it */
+/* passes everything found so far; the last part writes it */
 static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkpoint,
                                      struct pend_error *error) {
     struct orbits *orbits = state;
@@ -333,7 +334,7 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
     pend_checkpoint_counts(checkpoint, &count, 1);
     pend_checkpoint_row(checkpoint, &orbits->earlier, 1);
     if (puts && !pend_checkpoint_puts(checkpoint)) return PEND_INVALID;
-    // no search finds more; what is restored is counted up to
+    // no search finds more; restored counts must not exceed it
     if (puts && count > (long)orbits->table.rows) return PEND_INVALID;
     PEND_TRY(pend_orbits_carry(orbits->search, checkpoint));
     PEND_TRY(api_bifurcations_carry(&orbits->bifurcations, checkpoint));
@@ -341,7 +342,7 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
         if (orbits->asked.rows) continue;
         PEND_TRY(orbits_grow(orbits, error));
     }
-    /* it refused before: there is no place for the rows that it speaks of */
+    /* the checkpoint refused before: there is no memory for its rows */
     if (orbits->count < count) return PEND_INVALID;
     for (int c = 0; c < orbits->table.count && !orbits->asked.rows; c++) {
         size_t width = (size_t)api_column_numbers(&orbits->table.column[c]);
@@ -350,7 +351,7 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
     return PEND_OK;
 }
 
-/* steps of a motion over the periods of a drive, as sections count them */
+/* steps of a motion over the periods of a drive, counted as for sections */
 static double orbits_driven_steps(const struct api_orbits *asked, double periods) {
     double rate =
         api_swing(&asked->tree, NULL) + pend_loads_rate(&asked->tree.loads, asked->tree.tree);
@@ -362,7 +363,7 @@ static double orbits_cost(const void *state) {
     const struct pend_orbit_problem *p = &asked->problem;
     double n = asked->tree.n, passes = ceil(2 * n / 8), swing = M_PI;
     double maps = p->branch ? maps_on_branch + maps_an_arm * n : maps_alone;
-    // each branch that is left may take as long, and the next one twice the period
+    // each branch may take as long, and the next one has twice the period
     double branches = p->switches ? exp2(fmin(p->switches, 3)) * (p->switches + 1) : 1;
     double arm = asked->tree.loads.terms ? real_seconds : ideal_seconds * (1 + n / arms_cached);
     if (p->driven) {
@@ -376,8 +377,8 @@ static double orbits_cost(const void *state) {
     return branches * maps * points * (steps_least + steps_an_arm * n) * passes * n * arm;
 }
 
-/* rows are kept in memory that doubles whenever it is full, and once more for representations that
- * do not stream */
+/* rows are in memory that doubles when it is full, and in a copy for representations that do not
+ * stream */
 static double orbits_bytes(const void *state) {
     const struct orbits *orbits = state;
     struct pend_orbit_problem problem = orbits->asked.problem;

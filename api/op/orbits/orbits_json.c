@@ -23,7 +23,7 @@ static const double step_most = 1, step_usual = 0.1, step_alone = 0.3;
 
 static int present(const struct api_value *value) { return api_value_kind(value) != API_MISSING; }
 
-/* faults of fields that do not belong to the orbits of such a pendulum */
+/* adds faults for fields that do not apply to orbits of such a pendulum */
 static void fault_others(const struct api_value *root, const char *const names[], const char *why,
                          struct api_problem *problem) {
     for (int i = 0; names[i]; i++) {
@@ -104,7 +104,7 @@ static const enum pend_parameter_kind kinds[] = {[API_VARY_LENGTH] = PEND_PARAME
                                                  [API_VARY_GRAVITY] = PEND_PARAMETER_GRAVITY,
                                                  [API_VARY_TERM] = PEND_PARAMETER_TERM};
 
-/* what varies, but for the frequency of the drive */
+/* the varied number, except the frequency of the drive */
 static void read_varied(struct api_orbits *asked, const struct api_value *branch,
                         struct api_problem *problem) {
     struct api_value vary = api_value_member(branch, "vary");
@@ -130,7 +130,7 @@ static void read_varied(struct api_orbits *asked, const struct api_value *branch
     asked->problem.by = (struct pend_parameter){kinds[target.quantity], place < 0 ? 0 : place};
 }
 
-/* the value from which the branch goes on */
+/* the first value of the branch */
 static double value_from(const struct api_orbits *asked) {
     struct pend_parameter by = asked->problem.by;
     if (asked->problem.vary == PEND_ORBIT_OMEGA) return asked->omega;
@@ -139,7 +139,7 @@ static double value_from(const struct api_orbits *asked) {
     return by.kind == PEND_PARAMETER_TERM ? asked->tree.value[by.at] : asked->tree.loads.gravity;
 }
 
-/* the last value must be one that the pendulum can have, and not the first */
+/* the last value must be valid for the pendulum, and differ from the first one */
 static void check_end(const struct api_orbits *asked, const struct api_value *to,
                       struct api_problem *problem) {
     double from = value_from(asked), last = asked->problem.to;
@@ -224,7 +224,7 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     return PEND_OK;
 }
 
-/* at which bifurcations one branch is left for another */
+/* the bifurcations at which to switch branches */
 static void read_switch(struct api_orbits *asked, const struct api_value *root,
                         struct api_problem *problem) {
     struct api_value list = api_value_member(root, "switch");
@@ -258,7 +258,7 @@ static void read_switch(struct api_orbits *asked, const struct api_value *root,
     asked->problem.switches = count;
 }
 
-/* what the rows of the answer are */
+/* the kind of rows of the answer */
 static void read_rows(struct api_orbits *asked, const struct api_value *root,
                       struct api_problem *problem) {
     static const char *const words[] = {"orbits", "bifurcations", NULL};

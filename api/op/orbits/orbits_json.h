@@ -1,6 +1,6 @@
-/* Reading a request for periodic orbits: which ones, and how far they are followed.
+/* Reading a request for periodic orbits: their kind, and the end of the branch.
  * Leaves to others: the tree (tree_json), the search (core/orbits), the answer (op_orbits).
- * Invariant: every fault is added; a request that was read has orbits that can be looked for. */
+ * Invariant: every fault is added; a valid request has orbits that can be searched. */
 #ifndef API_ORBITS_JSON_H
 #define API_ORBITS_JSON_H
 
@@ -13,15 +13,15 @@ enum { API_ORBITS_ARMS = 100, API_ORBITS_POINTS = 10000 };
 struct api_orbits {
     struct api_tree tree;
     struct api_states *start;          /* of driven pendulums */
-    struct pend_orbit_problem problem; /* but for its tree, loads and start */
-    const char *varies;                /* the name of what varies, NULL = nothing does */
+    struct pend_orbit_problem problem; /* without its tree, loads and start */
+    const char *varies;                /* the name of the varied number, NULL = none */
     double omega;                      /* rad/s, of the drive; 0 without one */
     int rows;                          /* non-zero: bifurcations, else orbits */
     int digits;
 };
 
 /**
- * Reads the request; must be cleared by api_orbits_clear whatever is returned.
+ * Reads the request; released by api_orbits_clear, also after a failure.
  *
  * PEND_INVALID   every fault was added.
  * PEND_NO_MEMORY

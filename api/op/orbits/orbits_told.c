@@ -17,7 +17,7 @@ const char *api_orbits_end(enum pend_orbits_end end) {
     return ends[end];
 }
 
-/* why no other branch was found at a bifurcation */
+/* the reason for which no other branch was found at a bifurcation */
 static void told_apart(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     static const char *const whys[PEND_ORBITS_KINDS] = {
         [PEND_ORBITS_FOLD] = "a fold: the branch itself turns back there and no other one begins",
@@ -29,7 +29,7 @@ static void told_apart(const struct pend_orbits *search, char text[API_WARNING_T
              whys[pend_orbits_orbit(search).kind]);
 }
 
-/* why the branch came back to the number that it began with */
+/* the reason for which the branch returned to its first number */
 static void told_back(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     static const char *const others[PEND_ORBITS_KINDS] = {
         [PEND_ORBITS_BRANCH] = "orbits of another branch",
@@ -47,7 +47,7 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
                  "not go where it was asked to go");
 }
 
-/* what equal branches have to do with the orbits that were found */
+/* the effect of equal branches on the orbits found */
 static void told_twins(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     int twin[2], against, likes = pend_orbits_twins(search, twin, &against);
     size_t used = strlen(text);

@@ -1,6 +1,6 @@
-/* How a search for orbits ended, in a word and in a sentence.
+/* The end of a search for orbits, in a word and in a sentence.
  * Leaves to others: the search (core/orbits), the answer (op_orbits).
- * Invariant: a sentence has no comma and no quote, as warnings. */
+ * Invariant: a sentence has no comma and no quote, like warnings. */
 #ifndef API_ORBITS_TOLD_H
 #define API_ORBITS_TOLD_H
 
@@ -11,9 +11,9 @@
 const char *api_orbits_end(enum pend_orbits_end end);
 
 /**
- * Writes how a search that is over ended.
+ * Writes the end of a finished search as a sentence.
  *
- * orbits  how many were found.
+ * orbits  number of orbits found.
  */
 void api_orbits_sentence(const struct pend_orbit_problem *problem, const struct pend_orbits *search,
                          long orbits, char text[API_WARNING_TEXT]);
