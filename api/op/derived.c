@@ -8,12 +8,12 @@
 
 enum { DERIVED_NUMBERS = 65536 }; /* of a block of rows */
 
-/* steps a radian of the fastest arm; s a step, and a step and arm, of eight derivatives, measured
- */
+/* steps per radian of the fastest arm; s per step, and per step and arm, of eight derivatives,
+ * measured */
 static const double steps_a_radian = 4, step_seconds = 3.6e-6, arm_seconds = 7.2e-6;
 
-/* s a radian, and a radian and pair of arms, of eight derivatives of an ideal pendulum of 1 to 16
- * arms, measured */
+/* s per radian, and per radian and pair of arms, of eight derivatives of an ideal pendulum of 1 to
+ * 16 arms, measured */
 static const double ideal_seconds = 2e-6, pair_seconds = 0.9e-6;
 
 static const char *const fields[] = {"vary", "arm", "harmonic", NULL};
@@ -125,7 +125,7 @@ void api_derived_add(struct api_derived *derived, struct api_table *table, const
 
 /* rows */
 
-/* which quantities are computed */
+/* the quantities to compute */
 static void derived_wanted(const struct api_derived *derived, char wanted[PEND_DERIVED + 1]) {
     memset(wanted, 0, PEND_DERIVED + 1);
     for (int c = 0; c < derived->columns; c++) wanted[derived->column[c].what] = 1;
@@ -133,7 +133,7 @@ static void derived_wanted(const struct api_derived *derived, char wanted[PEND_D
         wanted[PEND_DERIVED_KINETIC] = wanted[PEND_DERIVED_POTENTIAL] = 1;
 }
 
-/* numbers of a quantity in a row */
+/* numbers of a quantity per row */
 static size_t derived_numbers(const struct api_derived *derived, int what) {
     int width = derived_width(derived, what);
     return (size_t)(width ? width : 1) * (size_t)derived->count;

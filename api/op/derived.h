@@ -1,5 +1,5 @@
 /* The field `derivatives` of a request, and the columns of the answer that it adds.
- * Leaves to others: the derivatives (core/derivatives), which outputs there are (samples, op_*).
+ * Leaves to others: the derivatives (core/derivatives), the outputs (samples, op_*).
  * Invariant: the columns of derivatives are parts of one name, in the order of the outputs, and
  * their last axis is the parameter, in the order of the request. */
 #ifndef API_DERIVED_H
@@ -13,7 +13,7 @@
 
 enum { API_DERIVED_MOST = 1000, API_DERIVED_LABEL = 24, API_DERIVED_TOTAL = PEND_DERIVED };
 
-/* What is differentiated by what; zero, there are none. */
+/* The quantities and the parameters of derivatives; all zero without derivatives. */
 struct api_derived {
     int n;
     int count; /* parameters */
@@ -29,13 +29,13 @@ struct api_derived {
     long cap;      /* rows of a block */
     double *block; /* the rows of all quantities */
     struct pend_derived_rows rows;
-    double *total; /* NULL = not wanted */
+    double *total; /* NULL if not needed */
 };
 
 /**
  * Reads the field `derivatives`.
  *
- * derived  out; must be cleared by api_derived_clear whatever is returned; count 0 if the field is
+ * derived  out; released by api_derived_clear, also after a failure; count 0 if the field is
  *          missing.
  *
  * PEND_INVALID    every fault was added to the problem.
@@ -46,14 +46,15 @@ PEND_MUST_CHECK enum pend_status api_derived_read(struct api_derived *derived,
                                                   const struct api_tree *tree,
                                                   struct api_problem *problem);
 
-/** Adds a fault if the motion's method is not the one that derivatives have: taylor in doubles. */
+/** Adds a fault if the motion's method does not support derivatives: only taylor in doubles does.
+ */
 void api_derived_check_method(const struct api_derived *derived, const struct api_value *value,
                               const struct api_method *method, struct api_problem *problem);
 
-/** Frees all of it. */
+/** Frees all memory. */
 void api_derived_clear(struct api_derived *derived);
 
-/** Estimates the computation, s, of a motion in which the fastest arm goes on by so many radians.
+/** Returns the estimated time of a motion in which the fastest arm turns by so many radians, s.
  * O(1). */
 double api_derived_seconds(const struct api_derived *derived, const struct api_tree *tree,
                            double radians);
@@ -63,18 +64,18 @@ double api_derived_seconds(const struct api_derived *derived, const struct api_t
 void api_derived_add(struct api_derived *derived, struct api_table *table, const char *name,
                      const char *part, int what);
 
-/** Returns the bytes of memory that a computation takes, with blocks of that many rows. O(1). */
+/** Returns the bytes of memory of a computation with blocks of that many rows. O(1). */
 double api_derived_bytes(const struct api_derived *derived, const struct api_tree *tree, long rows);
 
-/** Returns the most rows of a block, for `rows` in all. O(1). */
+/** Returns the largest number of rows of a block, for `rows` in total. O(1). */
 long api_derived_cap(const struct api_derived *derived, long rows);
 
 /**
- * Makes the motion and the memory of its rows.
+ * Creates the motion and the memory of its rows.
  *
  * cap  rows of a block.
  *
- * PEND_NO_MEMORY, and what pend_derivatives_new says.
+ * PEND_NO_MEMORY, and the failures of pend_derivatives_new.
  */
 PEND_MUST_CHECK enum pend_status api_derived_begin(struct api_derived *derived,
                                                    const struct pend_problem *problem, long cap,
@@ -83,9 +84,9 @@ PEND_MUST_CHECK enum pend_status api_derived_begin(struct api_derived *derived,
 /**
  * Computes the next rows of a block, from row `from` on.
  *
- * made  out: how many more, at most `rows`.
+ * made  out: number of new rows, at most `rows`.
  *
- * What pend_derivatives_next says.
+ * The failures of pend_derivatives_next.
  */
 PEND_MUST_CHECK enum pend_status api_derived_next(struct api_derived *derived, long from, long rows,
                                                   double work, long *made,
@@ -98,19 +99,19 @@ void api_derived_end(struct api_derived *derived);
 void api_derived_state(struct api_derived *derived, const double phi[], const double phi_low[],
                        const double rate[], double time, long row);
 
-/** Copies the numbers of all columns in a row of the block, one column after the other. Returns
- * what follows in `to`. */
+/** Copies the numbers of all columns in a row of the block, one column after the other. Returns the
+ * next place in `to`. */
 double *api_derived_put(const struct api_derived *derived, long row, double to[]);
 
-/** Fills in where the columns' rows are, `columns` pointers. */
+/** Stores pointers to the columns' rows, `columns` of them. */
 void api_derived_columns(const struct api_derived *derived, const double *column[]);
 
-/** Returns at how many rad/s the fastest arm swings, about: as fast as the shortest arm does,
- * faster where many hang on each other, and as the start has it; NULL: at rest. O(n). */
+/** Returns the approximate angular frequency of the fastest arm, rad/s: that of the shortest arm,
+ * higher with many arms below each other, and at least the start's rate; NULL: at rest. O(n). */
 double api_swing(const struct api_tree *tree, const struct api_states *start);
 
-/** Returns how fast terms make a motion as the steps of a power series have it, rad/s of a swing
- * that takes as many: a fifth of springs' and drives', a twentieth of what friction stops. O(n +
+/** Returns the effect of terms on the number of steps, as rad/s of a swing that takes as many: a
+ * fifth of the rate of springs and drives, a twentieth of the decay rate of friction. O(n +
  * harmonics). */
 double api_terms_pace(const struct api_tree *tree);
 

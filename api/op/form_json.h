@@ -1,7 +1,6 @@
-/* Reading how the numbers of an answer are written: their digits, their kind, and what stands for
- * a number that there is none of.
+/* Reading the format of the numbers of an answer: digits, kind, and the text of a missing number.
  * Leaves to others: writing them (encode).
- * Invariant: nothing is computed otherwise because of it. */
+ * Invariant: the format does not affect the computation. */
 #ifndef API_FORM_JSON_H
 #define API_FORM_JSON_H
 

@@ -2,7 +2,7 @@
  * integration.
  * Leaves to others: reading (tree_json, state_json), the mechanics (core/dynamics/dynamics,
  * kinematics), the bytes (encode).
- * Invariant: one row a state, in the order of the request. */
+ * Invariant: one row per state, in the order of the request. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -42,7 +42,7 @@ enum {
     COLUMNS
 };
 
-/* constants of the estimated cost: s a number of the answer, and s more if it is text */
+/* constants of the estimated cost: s per number of the answer, and s more if it is text */
 static const double number_seconds = 5e-8, text_seconds = 3e-8;
 
 enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
@@ -50,7 +50,7 @@ enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 /* states whose accelerations are computed together */
 enum { AT_ONCE = PEND_DYNAMICS_VEC };
 
-/* the columns of the answer, in the order above; the energies and a cart have one number a row */
+/* the columns of the answer, in the order above; the energies and a cart have one number per row */
 static const struct {
     const char *name, *part;
 } columns[COLUMNS] = {
@@ -73,12 +73,12 @@ static const struct {
     [CART_REACTION] = {"cart", "reaction"},
 };
 
-/* an arm's number each, or one a row */
+/* one number per arm, or one per row */
 static int column_of_arms(int column) {
     return column < KINETIC || (column > TOTAL && column < CART_ACC);
 }
 
-/* what a column's derivatives are those of */
+/* the quantity that a column's derivatives belong to */
 static const int derived_of[COLUMNS] = {
     [PHIDD] = PEND_DERIVED_ACC,
     [LAMBDA] = PEND_DERIVED_FORCE,
@@ -101,8 +101,8 @@ static const int derived_of[COLUMNS] = {
 
 struct forces {
     struct api_tree tree;
-    double time; /* s, at which drives are taken */
-    int count;   /* columns: the last ones are those of real pendulums */
+    double time; /* s, at which drives are evaluated */
+    int count;   /* number of columns: the last ones are those of real pendulums */
     struct api_states *states;
     struct api_derived derived;
     struct api_table table;
@@ -110,7 +110,7 @@ struct forces {
 
     /* once it runs; the arrays are one block that begins with work */
     struct api_writer *writer;
-    long next, cap; /* the first state that is not written yet; rows of a block */
+    long next, cap; /* the first state that is not written yet; rows per block */
     void *work;
     double *row[4];  /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in
                         stored order each */
@@ -129,7 +129,7 @@ static void forces_clear(void *state) {
 
 /* reading */
 
-/* sets the columns, and adds a fault for an answer that would be too large */
+/* sets the columns, and adds a fault if the answer would be too large */
 static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
     struct api_table *table = &forces->table;
     forces->count = forces->tree.cart ? COLUMNS : forces->tree.loads.terms ? CART_ACC : JOINT_ALONG;
@@ -167,8 +167,8 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
     return 0;
 }
 
-/* reads the states; their memory is allocated only if the rest of the request and the size of the
- * answer have no fault */
+/* reads the states; allocates their memory only if the rest of the request has no fault and the
+ * answer is not too large */
 static enum pend_status forces_read_states(struct forces *forces,
                                            const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
@@ -254,7 +254,7 @@ static void forces_put(const struct forces *forces, const double row[], long i, 
     api_tree_put(&forces->tree, row, forces->column[column] + i * forces->tree.n);
 }
 
-/* true for a small swing about hanging, whose angles have more digits than a double of phi */
+/* true for a small swing about hanging, whose angles need the low-order part of phi */
 static int forces_swing(int n, const double phi[], const double phi_low[]) {
     double largest = 0, low = 0;
     for (int k = 0; k < n; k++) {
@@ -290,7 +290,7 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     const double *low = forces->states->phi_low + s * tree->n;
     const struct pend_loads *loads = &forces->tree.loads;
     double *re = forces->row[2], *im = forces->row[3];
-    // the first of some finds the accelerations and forces of all
+    // the first state of a group computes the accelerations and forces of all
     long behind = i % AT_ONCE, left = forces->table.rows - s;
     double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
     if (loads->terms)
@@ -325,7 +325,7 @@ static void forces_rest(double *phi, double *low) {
     *low = rest.low;
 }
 
-/* makes what differentiates a state, of which one instant and the first state are as good as any */
+/* creates the derivatives of states; any instant and start would do, so it uses the first state */
 static enum pend_status forces_begin_derived(struct forces *forces, struct pend_error *error) {
     struct pend_problem problem = {.tree = forces->tree.tree,
                                    .loads = forces->tree.loads,
@@ -338,7 +338,7 @@ static enum pend_status forces_begin_derived(struct forces *forces, struct pend_
 static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out,
                                      struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
-    // no angle is told, and forces do not change with whole turns, unless springs or a cart do
+    // no angle is reported, and forces do not depend on whole turns, except with springs or a cart
     int whole = pend_terms_whole_turns(forces->tree.loads.terms);
     for (long i = 0; i < forces->table.rows * forces->tree.n && whole; i++)
         forces_rest(&forces->states->phi[i], &forces->states->phi_low[i]);

@@ -1,5 +1,4 @@
-/* POST /v1/lyapunov: the exponents by which neighbours leave a motion, and how they settle in
- * time.
+/* POST /v1/lyapunov: the Lyapunov exponents of a motion, and their convergence in time.
  * Leaves to others: reading (tree_json, state_json), the exponents (core/ensemble/lyapunov), the
  * bytes (encode).
  * Invariant: row i is the estimate over the first i + 1 spans of the duration. */
@@ -21,21 +20,21 @@ static const char *const fields[] = {"pendulum", "initial", "start",  "duration"
 
 enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
 
-/* the longest time; constants of the estimated cost: s a step and arm of one motion, s a product */
+/* the longest duration; constants of the estimated cost: s per step and arm of one motion, s per
+ * product */
 static const double duration_most = 1e9, arm_seconds = 1e-6, product_seconds = 1e-9;
 
-/* radians that the fastest arm turns between two instants at which the directions are made
- * orthonormal */
+/* radians by which the fastest arm turns between two orthonormalizations */
 static const double turn = 0.3;
 
-/* the growth, as a power of e, after which a rounding error of the start is as large as the usual
- * accuracy; and what accelerations over g / l are so small that a start at rest hardly moves */
+/* the growth, as a power of e, by which a rounding error of the start reaches the usual accuracy;
+ * accelerations relative to g / l below which a start at rest hardly moves */
 static const double lost_growth = 23, still = 0.01;
 
 struct lyapunov {
     struct api_tree tree;
     struct api_states *start;
-    double origin, duration, transient; /* s; the start in the request's own time */
+    double origin, duration, transient; /* s; the start in the request's time */
     int count;
     struct api_table table;
     const struct api_format *format;
@@ -46,13 +45,13 @@ struct lyapunov {
     struct pend_lyapunov *exponents;
     struct api_writer *writer;
     double interval;
-    long a_row, skip;   /* intervals of a row, and of the transient */
-    long intervals;     /* that are over, those of the transient too */
+    long a_row, skip;   /* intervals per row, and of the transient */
+    long intervals;     /* finished ones, including the transient */
     double *column[3];  /* t, the exponents and their errors of up to ROWS rows, one block */
     long rows, written; /* in the block, and before it */
     int balanced;       /* the start is at rest near an equilibrium */
     double grown;       /* powers of e in the transient */
-    double horizon;     /* s since the start, 0 = the digits are not lost yet */
+    double horizon;     /* s since the start, 0 = not reached */
     struct api_stats stats;
     char warning[API_WARNING_TEXT];
 };
@@ -68,7 +67,7 @@ static void lyapunov_clear(void *state) {
 
 /* --- reading --- */
 
-/* how many exponents: a number, or "all" */
+/* number of exponents: a number, or "all" */
 static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_value *count,
                                 struct api_problem *problem) {
     const char *text = api_value_text(count);
@@ -119,7 +118,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* sets the columns, and adds a fault for an answer that would be too large */
+/* sets the columns, and adds a fault if the answer would be too large */
 static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
     struct api_value count = api_value_member(reading->root, "count");
@@ -151,13 +150,13 @@ static enum pend_status lyapunov_read(void *state, const struct api_reading *rea
 
 /* --- running --- */
 
-/* intervals of a row, so many that none is longer than the fastest arm's turn */
+/* intervals per row, so that none is longer than the fastest arm's `turn` */
 static double lyapunov_intervals(const struct lyapunov *lyapunov) {
     double row = lyapunov->duration / (double)lyapunov->table.rows;
     return fmax(1, ceil(row * api_swing(&lyapunov->tree, lyapunov->start) / turn));
 }
 
-/* finds out whether the start is at rest where hardly anything accelerates it, and no drive will */
+/* determines whether the start is at rest with almost no acceleration, and without a drive */
 static enum pend_status lyapunov_balance(struct lyapunov *lyapunov,
                                          const struct pend_lyapunov_problem *start,
                                          struct pend_error *error) {
@@ -228,9 +227,9 @@ static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buf
                             error);
 }
 
-/* notes when the growth so far has brought a rounding error of the start to the usual accuracy */
+/* notes when the growth has brought a rounding error of the start to the usual accuracy */
 static void lyapunov_watch(struct lyapunov *lyapunov) {
-    // the next row is not filled in yet
+    // the next row is not filled yet
     double *exponent = lyapunov->column[1] + lyapunov->rows * lyapunov->count;
     long over = lyapunov->intervals - lyapunov->skip, since = over > 0 ? over : lyapunov->intervals;
     if (lyapunov->horizon > 0) return;
@@ -240,7 +239,7 @@ static void lyapunov_watch(struct lyapunov *lyapunov) {
     if (grown >= lost_growth) lyapunov->horizon = (double)lyapunov->intervals * lyapunov->interval;
 }
 
-/* ends an interval: that of the transient, or that of a row */
+/* ends an interval, of the transient or of a row */
 static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out,
                                       struct pend_error *error) {
     long over = ++lyapunov->intervals - lyapunov->skip;
@@ -321,7 +320,7 @@ static double lyapunov_cost(const void *state) {
     const struct lyapunov *lyapunov = state;
     double n = api_tree_stored(&lyapunov->tree), count = lyapunov->count;
     double intervals = lyapunov_intervals(lyapunov) * (double)lyapunov->table.rows;
-    // springs and drives take more steps, in intervals that are as long
+    // springs and drives take more steps in intervals of the same length
     double spring = 2 * api_terms_pace(&lyapunov->tree);
     intervals = fmax(intervals, lyapunov->duration * spring);
     intervals *= 1 + lyapunov->transient / lyapunov->duration;

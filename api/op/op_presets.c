@@ -1,5 +1,4 @@
-/* GET /v1/presets and /v1/presets/{name}: ready pendulums, as requests that can be sent as they
- * are.
+/* GET /v1/presets and /v1/presets/{name}: predefined pendulums, as complete requests.
  * Leaves to others: the pendulums themselves (core/tree/presets, presets_real).
  * Invariant: pendulum, initial and times of a preset are the body of a good request to
  * /v1/trajectories. */
@@ -16,7 +15,7 @@
 #include "core/tree/presets.h"
 
 struct presets {
-    int only; /* the preset asked for, or -1: all; the real ones come behind the ideal ones */
+    int only; /* the requested preset, or -1: all; the real ones follow the ideal ones */
     struct pend_preset preset;
 };
 
@@ -32,7 +31,7 @@ static int presets_count(void) {
     return count;
 }
 
-/* the name of preset i; an ideal one is filled into `scratch` */
+/* the name of preset i; an ideal one is copied to `scratch` */
 static const char *preset_name(int i, struct pend_preset *scratch) {
     int ideal = pend_preset_count();
     assert(i >= 0 && i < presets_count());
@@ -48,7 +47,7 @@ static int preset_find(const char *name) {
     return found;
 }
 
-/* states a problem of status 404 with the name that was probably meant */
+/* sets a problem of status 404 with the most similar name */
 static enum pend_status refuse_name(const char *name, struct api_problem *problem) {
     int count = presets_count();
     struct pend_preset scratch;

@@ -1,9 +1,9 @@
-/* POST /v1/sections: the instants at which an arm passes a direction, or which follow each other by
- * the period of a drive, and the state then.
+/* POST /v1/sections: the instants at which an arm passes a direction, or that are a period of a
+ * drive apart, with the state at them.
  * Leaves to others: reading (tree_json, state_json), the search (events/section), the
  * bytes (encode).
- * Invariant: all passages are found before the first is written, so that their number is known at
- * the head of the answer. */
+ * Invariant: all passages are found before the first is written, so that the head of the answer
+ * contains their number. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -28,23 +28,23 @@ enum { T, PHI, PHID, COLUMNS = 6, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 
 
 static const double duration_most = 1e9, angle_most = 1e6, pi = 3.14159265358979323846;
 
-/* s, of a stroboscopic section; and its periods in the time that is searched: the number of each is
- * a double */
+/* s, of a stroboscopic section; the largest number of periods in the searched time, which must be
+ * exact as a double */
 static const double period_least = 1e-9, periods_most = 1e15;
 
-/* constants of the estimated cost: steps a radian of the fastest swing, s a step and arm */
+/* constants of the estimated cost: steps per radian of the fastest swing, s per step and arm */
 static const double steps_a_radian = 4, arm_seconds = 2e-6;
 
 struct sections {
     struct api_tree tree;
     struct api_states *start;
-    double origin, duration; /* s; the start in the request's own time, in which drives are */
+    double origin, duration; /* s; the start in the time of drives */
     double angle, angle_low, rtol, accuracy;
-    double period, first; /* s, of a stroboscopic section; a period of 0: it is that of the arm */
+    double period, first; /* s, of a stroboscopic section; period 0: a section at an arm's angle */
     int arm;              /* stored number */
     unsigned ways;
     struct api_table table;
-    int direction, cart; /* the columns of these: where there are any */
+    int direction, cart; /* the indices of these columns, if any */
     const struct api_format *format;
     double step_cap;
     const char *step_name; /* of the limit */
@@ -52,7 +52,7 @@ struct sections {
     /* once it runs */
     struct pend_section *section;
     struct api_writer *writer;
-    long count, room; /* passages found, and that there is room for */
+    long count, room; /* passages found, and capacity */
     double *column[COLUMNS];
     double *state; /* 2 n, stored order */
     int found_all;
@@ -73,7 +73,7 @@ static void sections_clear(void *state) {
 
 /* --- reading --- */
 
-/* the angle that is passed, as phi in rad */
+/* the angle of the section, as phi in rad */
 static void sections_read_angle(struct sections *sections, const struct api_value *section,
                                 struct api_problem *problem) {
     static const char *const units[] = {"rad", "deg", NULL};
@@ -98,7 +98,7 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     sections->angle_low = from_theta ? hanging.low : 0;
 }
 
-/* the period of the pendulum's drives, which must have one in common */
+/* the common period of the pendulum's drives */
 static void sections_drive_period(struct sections *sections, const struct api_value *period,
                                   struct api_problem *problem) {
     const struct pend_loads *loads = &sections->tree.loads;
@@ -175,7 +175,7 @@ static void sections_read_section(struct sections *sections, const struct api_va
     sections->ways = ways[word];
 }
 
-/* when the motion begins and how long it is followed */
+/* the start and the duration of the motion */
 static void sections_read_time(struct sections *sections, const struct api_value *root,
                                struct api_problem *problem) {
     struct api_value section = api_value_member(root, "section"),
@@ -223,7 +223,7 @@ static enum pend_status sections_read_parts(struct sections *sections,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* sets the columns, and adds a fault for an answer that would be too large */
+/* sets the columns, and adds a fault if the answer would be too large */
 static enum pend_status sections_check_size(struct sections *sections,
                                             const struct api_reading *reading) {
     struct api_table *table = &sections->table;
@@ -329,8 +329,7 @@ static enum pend_status sections_search(struct sections *sections, struct api_bu
                             (const double *const *)sections->column, out, error);
 }
 
-/* up to when the passages are those of the motion, and how many of them; in words where not all
- * are */
+/* the horizon of the passages and their number; a warning if it is before the end */
 static void sections_tell_horizon(struct sections *sections) {
     double own = pend_section_held(sections->section),
            held = isnan(own) ? own : fmin(sections->origin + own, sections->until);
@@ -379,7 +378,8 @@ static long sections_steps(const void *state) {
     return sections->section ? pend_section_steps(sections->section) : 0;
 }
 
-/* a search ends at its time or at its count: when is known once some passages were found */
+/* a search ends at its time or at its count; the end can be estimated once some passages were
+ * found */
 static void sections_progress(const void *state, double *steps, double *work) {
     enum { PASSAGES_KNOWN = 5 };
     const struct sections *sections = state;
@@ -392,8 +392,8 @@ static double sections_cost(const void *state) {
     const struct sections *sections = state;
     double rate = api_swing(&sections->tree, sections->start);
     double pace = rate + api_terms_pace(&sections->tree);
-    /* a search may end long before its time, at its count of passages: an arm passes each turn
-     * or swing but once or twice */
+    /* a search may end long before its time, at its count of passages, because an arm passes only
+     * once or twice per turn or swing */
     double passages = (double)sections->table.rows;
     double most = sections->period > 0 ? passages * sections->period : 20 * passages / rate;
     double seconds = fmin(sections->duration, most);
@@ -401,8 +401,8 @@ static double sections_cost(const void *state) {
            (api_tree_stored(&sections->tree) + 2) * arm_seconds;
 }
 
-/* passages are kept when they are found, in memory that doubles whenever it is full, and once more
- * for representations that do not stream */
+/* passages are in memory that doubles when it is full, and in a copy for representations that do
+ * not stream */
 static double sections_bytes(const void *state) {
     const struct sections *sections = state;
     double n = api_tree_stored(&sections->tree), numbers = api_table_numbers(&sections->table, 0);

@@ -1,6 +1,6 @@
-/* POST /v1/trees: checks a pendulum and answers what follows from its shape: S, B, S^T m, depths.
+/* POST /v1/trees: checks a pendulum and returns properties of its shape: S, B, S^T m, depths.
  * Leaves to others: reading it (tree_json), the shape itself (core/tree/tree).
- * Invariant: the answer's arms, put into a request, describe the same tree. */
+ * Invariant: the answer's arms, used in a request, describe the same tree. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -15,7 +15,7 @@ static const char *const fields[] = {"pendulum", NULL};
 
 struct trees {
     struct api_tree tree;
-    int matrices; /* S and B are answered: the tree is within the limit for them */
+    int matrices; /* the answer includes S and B: the tree is within the limit for them */
 };
 
 static void trees_clear(void *state) {
@@ -47,7 +47,7 @@ static void sum_masses(const struct api_tree *tree, double row[]) {
             row[stored->order[stored->parent[k]]] += row[stored->order[k]];
 }
 
-/* writes the lists with a number an arm; `row` is scratch of n numbers */
+/* writes the lists with a number per arm; `row` is scratch of n numbers */
 static enum pend_status write_lists(const struct api_tree *tree, double row[],
                                     struct api_buffer *out) {
     const struct pend_tree *stored = tree->tree;
@@ -59,7 +59,7 @@ static enum pend_status write_lists(const struct api_tree *tree, double row[],
     return api_out_numbers(out, "subtree_mass", tree->n, row, 0);
 }
 
-/* takes the last row and the last column from a matrix, which are those of a cart */
+/* removes the last row and the last column, those of a cart, from a matrix */
 static void leave_cart_out(const struct api_tree *tree, double matrix[]) {
     size_t n = (size_t)tree->n, stored = n + (size_t)tree->cart;
     assert(stored == (size_t)tree->tree->n);
@@ -105,7 +105,7 @@ static enum pend_status trees_run(void *state, const struct api_turn *turn, int 
     return status;
 }
 
-/* a matrix, and its answer: most entries of S are of one digit, those of B of a few */
+/* a matrix and its text: most entries of S have one digit, those of B a few */
 static double trees_bytes(const void *state) {
     const struct trees *trees = state;
     double n = api_tree_stored(&trees->tree), square = trees->matrices ? n * n : n;

@@ -1,6 +1,6 @@
-/* Ready real pendulums, as the parts of requests: with bars, springs, friction and drives.
+/* Predefined real pendulums, as parts of requests: with bars, springs, friction and drives.
  * Leaves to others: the ideal ones (core/tree/presets), serving both (op_presets).
- * Invariant: every text is JSON as a request has it, with parents before children. */
+ * Invariant: every text is JSON in the format of requests, with parents before children. */
 #ifndef API_PRESETS_REAL_H
 #define API_PRESETS_REAL_H
 

@@ -1,6 +1,6 @@
-/* Writing what a pendulum has beyond the ideal one, as a request has it.
+/* Writing the terms of a real pendulum in the format of requests.
  * Leaves to others: the arms themselves (op_trees), reading it (read/terms_json).
- * Invariant: what is written reads back to the same list of numbers, bit for bit. */
+ * Invariant: reading the text gives the same list of numbers, bit for bit. */
 #ifndef API_TERMS_WRITE_H
 #define API_TERMS_WRITE_H
 
@@ -16,13 +16,13 @@
 PEND_MUST_CHECK enum pend_status api_terms_write_arm(const struct pend_loads *loads, int k,
                                                      struct api_buffer *out);
 
-/** Appends the fields of the whole pendulum as members of its object; tree: of which the mass of a
- * cart is taken. Fails as api_out_number does. */
+/** Appends the fields of the whole pendulum as members of its object; tree: contains the mass of a
+ * cart. Fails as api_out_number does. */
 PEND_MUST_CHECK enum pend_status api_terms_write_whole(const struct pend_tree *tree,
                                                        const struct pend_loads *loads,
                                                        struct api_buffer *out);
 
-/** Returns the bytes of text of all of it, at most. O(1). */
+/** Returns the largest number of bytes of all this text. O(1). */
 double api_terms_write_bytes(const struct pend_loads *loads);
 
 #endif

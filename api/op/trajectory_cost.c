@@ -7,13 +7,13 @@
 
 enum { SAMPLE_NUMBERS = 16384 /* of a block of samples */ };
 
-/* constants of the estimated cost: s a step, s a step and arm, s a number of the answer as
- * text and as it is */
+/* constants of the estimated cost: s per step, s per step and arm, s per number of the answer as
+ * text and in binary form */
 static const double step_seconds = 1e-6, arm_seconds = 3e-7, text_seconds = 4e-8,
                     binary_seconds = 1.5e-8;
 
-/* Steps, times what one costs in steps of taylor's, at default tolerances: for the fastest swing to
- * go on by a radian, for a spring or a drive to, and for what friction stops to fall to 1/e. */
+/* Steps, in units of a step of taylor's cost, at default tolerances: per radian of the fastest
+ * swing, per radian of a spring or a drive, and per decay by 1/e due to friction. */
 static const struct trajectory_steps {
     const char *method;
     double swing, drive, decay;
@@ -22,12 +22,12 @@ static const struct trajectory_steps {
                 {"symplectic", 1.2, 1, 0}, {"radau", 4, 1, 0}},
   steps_of_others = {"", 20, 20, 1};
 
-/* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside
- * the trajectory */
+/* the relative time of 32 digits, of the fixed step, and of a comparison with 32 digits in addition
+ * to the trajectory */
 static const double extended_times = 25, symplectic_times = 17,
                     trust_times = API_TRAJECTORY_TRUST_TIMES;
 
-/* steps a second of motion; fade: those that friction asks for */
+/* steps per second of motion; fade: those due to friction */
 static double trajectory_pace(const struct api_trajectory_size *size, double *fade) {
     const struct pend_loads *loads = &size->tree->loads;
     const struct trajectory_steps *steps = &steps_of_others;
@@ -44,9 +44,9 @@ static double trajectory_span(const struct api_trajectory_size *size) {
     return pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
 }
 
-/* what friction stops bounds most of the steps, and they are more than radau would take */
+/* friction bounds most of the steps, and they are more than radau would take */
 static int trajectory_fades(const struct api_trajectory_size *size) {
-    enum { MANY = 1000, ARMS = 256 }; // what the matrices of radau allow
+    enum { MANY = 1000, ARMS = 256 }; // limits of the matrices of radau
     static const double most = 0.9;
     double fade, pace = trajectory_pace(size, &fade);
     return fade > most * pace && trajectory_span(size) * fade > MANY && size->tree->n <= ARMS;
@@ -69,7 +69,7 @@ int api_trajectory_stiff(struct api_trajectory_size size, long steps, char text[
     return 1;
 }
 
-/* s a step of radau: its stages, the derivatives by all arms, the factors of four matrices */
+/* s per step of radau: its stages, the derivatives by all arms, the factors of four matrices */
 static double trajectory_implicit(double n) {
     static const double step = 3e-5, arm = 1e-5, pair = 5e-7, triple = 6e-9;
     return step + n * (arm + n * (pair + n * triple));
@@ -96,8 +96,8 @@ double api_trajectory_cost_seconds(struct api_trajectory_size size) {
            numbers * (size.format->digits ? text_seconds : binary_seconds);
 }
 
-/* bytes that a method takes for each arm of an ideal and of a real pendulum: its series, stages and
- * scratch; small trees are filled up to whole lanes. `linear` takes ideal ones only. */
+/* Bytes of a method per arm of an ideal and of a real pendulum: its series, stages and scratch;
+ * small trees are padded to whole lanes. `linear` supports ideal ones only. */
 static const struct trajectory_room {
     const char *method;
     double ideal, real;
@@ -109,11 +109,10 @@ static const struct trajectory_room {
   room_of_comparison = {"", 30000, 60000};
 static const double lane_arms = 16, method_bytes = 32768;
 
-/* numbers that `linear` takes for each pair of arms: its modes, and what they are made
- * orthogonal to */
+/* numbers of `linear` per pair of arms: its modes, and their orthogonalization */
 static const double linear_numbers = 2.2;
 
-/* and radau: the derivatives of accelerations, and four complex matrices */
+/* the same for radau: the derivatives of accelerations, and four complex matrices */
 static const double radau_numbers = 10;
 
 static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
@@ -138,7 +137,7 @@ double api_trajectory_cost_bytes(struct api_trajectory_size size) {
     if (size.method->method == &pend_method_radau) square = radau_numbers * sizeof(double) * n * n;
     double list = size.times->list ? (double)size.times->times.count * sizeof(double) : 0;
     double block = fmin(SAMPLE_NUMBERS, (double)size.table->rows * (row + 8)) + row + 8;
-    if (size.events->count) an_arm *= 2; // a search has a stepper of its own
+    if (size.events->count) an_arm *= 2; // a search has its own stepper
     return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
            api_tree_bytes(size.tree) + api_states_bytes(size.start) +
            trajectory_derived_bytes(&size) + api_events_bytes(size.events) +

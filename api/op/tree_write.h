@@ -1,6 +1,6 @@
-/* Writing the arms of a pendulum, as a request has them.
+/* Writing the arms of a pendulum in the format of requests.
  * Leaves to others: reading them (tree_json), terms (terms_write).
- * Invariant: what is written reads back to the same pendulum, bit for bit. */
+ * Invariant: reading the text gives the same pendulum, bit for bit. */
 #ifndef API_TREE_WRITE_H
 #define API_TREE_WRITE_H
 

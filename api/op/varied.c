@@ -5,7 +5,7 @@
 
 #include "api/read/terms_fields.h"
 
-/* beyond the terms of arms: in the order of enum pend_term_one, then of what harmonics drive */
+/* after the terms of arms: in the order of enum pend_term_one, then the numbers of harmonics */
 static const char *const names[API_VARIED - PEND_TERM_OWN_ROWS] = {
     "drag_per_mass",    "pivot_acceleration_x", "pivot_acceleration_y", "cart_angle",
     "torque_amplitude", "torque_omega",         "torque_phase",         "pivot_x_amplitude",
@@ -62,7 +62,7 @@ static void target_arm(const struct api_value *value, const struct api_tree *tre
     }
     const char *text = api_value_text(value);
     if (tree->cart && text && !strcmp(text, "cart")) {
-        out->arm = 0; // the first that is stored
+        out->arm = 0; // the first stored arm
         return;
     }
     int arm = api_tree_read_arm(tree, value, problem);
@@ -76,7 +76,7 @@ static void target_names(const char *list[API_VARY_TERM + API_VARIED + 1]) {
     list[API_VARY_TERM + API_VARIED] = NULL;
 }
 
-/* finds the number of a term; the pendulum must have it */
+/* finds the number of a term, which the pendulum must have */
 static void target_term(const struct api_value *value, const struct api_value *vary, int term,
                         const struct api_tree *tree, struct api_target *out,
                         struct api_problem *problem) {

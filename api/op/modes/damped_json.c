@@ -11,7 +11,7 @@
 #include "core/modes/rest.h"
 #include "core/tree/turns.h"
 
-/* those of a cart are there where a pendulum has one */
+/* those of a cart only for a pendulum on a cart */
 enum column {
     MODE,
     OMEGA,
@@ -46,18 +46,18 @@ static const struct {
     [IM] = {"vectors", "im"},
 };
 
-/* growth that rounding errors may make, in parts of the fastest mode */
+/* growth rate that rounding errors may cause, relative to the fastest mode */
 static const double damped_still = 1e-9;
 
-/* s a square of arms without a matrix, of what loses nothing and of what loses energy; and a cube
- * of arms, of matrices of 2 n rows */
+/* s per square of arms without a matrix, undamped and damped; and s per cube of arms, for matrices
+ * of 2 n rows */
 static const double still_seconds = 1e-6, lossy_seconds = 1e-5, damped_seconds = 2.5e-7;
 
 static int damped_loses(const struct api_damped *damped) {
     return pend_loads_lose(&damped->tree->loads);
 }
 
-/* whether a column is answered */
+/* whether the answer has a column */
 static int damped_tells(const struct api_damped *damped, int column) {
     assert(column >= 0 && column < COLUMNS);
     int cart = column >= CART_REST && column <= CART_IM;
@@ -107,8 +107,8 @@ static void damped_fill(const struct api_damped *damped, int j) {
     api_tree_put(damped->tree, found->im + from, damped->column[IM] + row);
 }
 
-/* how fast a joint turns in a swing of the mode, 0.1 rad of the arm that swings most, over the
- * speed up to which its dry friction is as the mode takes it */
+/* the rate of a joint in a swing of the mode, 0.1 rad at the arm with the largest amplitude,
+ * relative to the speed up to which its dry friction is linear */
 static double damped_rub(const struct api_damped *damped, int j, int k) {
     static const double swing = 0.1;
     const struct pend_damped *found = damped->found;
@@ -120,7 +120,7 @@ static double damped_rub(const struct api_damped *damped, int j, int k) {
                             0);
 }
 
-/* whether the equilibrium is stable, and what the modes leave out or take for linear */
+/* whether the equilibrium is stable; warnings for neglected or linearized terms */
 static void damped_tell(struct api_damped *damped) {
     static const double rub_most = 0.3;
     const struct pend_damped *found = damped->found;
@@ -156,7 +156,7 @@ static void damped_tell(struct api_damped *damped) {
     api_stats_warning(&damped->stats, "warning_pivot", damped->warning[1]);
 }
 
-/* goes on with the search; *found once there are rows to write */
+/* continues the search; *found once there are rows to write */
 static enum pend_status damped_find(struct api_damped *damped, int *found,
                                     struct pend_error *error) {
     const struct api_tree *tree = damped->tree;
@@ -180,7 +180,7 @@ static enum pend_status damped_find(struct api_damped *damped, int *found,
     return PEND_OK;
 }
 
-/* an array of rows, one a mode */
+/* an array of rows, one per mode */
 static enum pend_status damped_rows(const struct api_damped *damped, const char *name,
                                     const double row[], struct api_buffer *out) {
     int n = damped->tree->n;
@@ -190,7 +190,7 @@ static enum pend_status damped_rows(const struct api_damped *damped, const char 
     return api_buffer_text(out, "]");
 }
 
-/* what a cart has of the equilibrium and of the shapes */
+/* the cart's part of the equilibrium and of the shapes */
 static enum pend_status damped_cart(const struct api_damped *damped, struct api_buffer *out) {
     int rows = (int)damped->table.rows, digits = damped->table.digits;
     if (!damped->tree->cart) return PEND_OK;
@@ -209,7 +209,7 @@ static enum pend_status damped_vectors(const struct api_damped *damped, struct a
     return api_buffer_text(out, "}");
 }
 
-/* the matrices that were asked for, with a cart as the last row and column */
+/* the requested matrices, with a cart as the last row and column */
 static enum pend_status damped_matrices(const struct api_damped *damped, struct api_buffer *out,
                                         struct pend_error *error) {
     const struct api_tree *tree = damped->tree;
@@ -229,7 +229,7 @@ static enum pend_status damped_matrices(const struct api_damped *damped, struct 
     return PEND_OK;
 }
 
-/* the equilibrium once, then lists with one entry a mode, then the shapes */
+/* the equilibrium, then lists with one entry per mode, then the shapes */
 static enum pend_status damped_json(const struct api_damped *damped, struct api_buffer *out,
                                     struct pend_error *error) {
     int digits = damped->table.digits;

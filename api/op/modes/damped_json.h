@@ -1,7 +1,7 @@
 /* The answer of /v1/modes for a real pendulum: the equilibrium, and its modes with their decay.
  * Leaves to others: reading the request (modes_json), the modes (core/modes/damped).
- * Invariant: modes that grow come first, then the slowest; the shape of a mode has an entry of 1.
- */
+ * Invariant: growing modes come first, then the others by frequency; the largest entry of a shape
+ * is 1. */
 #ifndef API_DAMPED_JSON_H
 #define API_DAMPED_JSON_H
 
@@ -10,8 +10,8 @@
 #include "api/read/tree_json.h"
 #include "core/modes/damped.h"
 
-/* The most arms whose modes are found, with friction and without; and as poles of a response, which
- * are found at once. */
+/* The largest number of arms whose modes are computed, with friction and without; and as poles of a
+ * response, which are computed in one turn. */
 enum {
     API_DAMPED_ARMS = 1000,
     API_STILL_ARMS = 2000,
@@ -19,17 +19,17 @@ enum {
     API_POLES_ARMS = 300
 };
 
-/* What is answered, and what was found. */
+/* The requested answer, and the results. */
 struct api_damped {
     const struct api_tree *tree; /* with terms; not owned */
-    const double *phi; /* n: where the equilibrium is looked for, stored order; not owned */
+    const double *phi; /* n: start of the search for the equilibrium, stored order; not owned */
     const struct api_format *format;
-    struct api_table table; /* one row a mode */
-    int vectors;            /* the shapes are answered */
-    const char *include;    /* PEND_MATRIX_COUNT flags: the matrices that are answered; not owned */
+    struct api_table table; /* one row per mode */
+    int vectors;            /* the answer includes the shapes */
+    const char *include;    /* PEND_MATRIX_COUNT flags: the requested matrices; not owned */
     struct pend_damped *found;
     double *column[API_COLUMNS];     /* one block */
-    const double *told[API_COLUMNS]; /* those that are answered */
+    const double *told[API_COLUMNS]; /* those in the answer */
     struct api_writer *writer;
     struct api_stats stats;
     char warning[2][API_WARNING_TEXT];
@@ -40,26 +40,27 @@ struct api_damped {
  * Prepares an answer.
  *
  * damped  out; must be cleared by api_damped_clear.
- * table   the rows are the most that there can be, two an arm.
+ * table   its rows are the largest possible number, two per arm.
  */
 void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],
                      const struct api_format *format, int digits, int vectors,
                      const char include[PEND_MATRIX_COUNT]);
 
-/** Frees what was found. */
+/** Frees the results. */
 void api_damped_clear(struct api_damped *damped);
 
 /**
- * Goes on with the computation, and appends the whole answer once it is complete.
+ * Continues the computation, and appends the whole answer once it is complete.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE no equilibrium was found.
- * A millisecond or so without friction, else O(n^3).
+ * About a millisecond without friction, else O(n^3).
  */
 PEND_MUST_CHECK enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *out,
                                                 int *done, struct pend_error *error);
 
-/** Estimates the computation, s, and the memory, bytes. O(1). */
+/** Returns the estimated time of the computation, s, and in the other function its memory, bytes.
+ * O(1). */
 double api_damped_cost(const struct api_damped *damped);
 double api_damped_bytes(const struct api_damped *damped);
 

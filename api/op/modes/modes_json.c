@@ -149,7 +149,8 @@ static void read_style(struct api_modes *modes, const struct api_value *root,
     modes->request.normalize = rules[rule];
 }
 
-/* what the modes of a real pendulum have not: their equilibrium is looked for, and all are found */
+/* restrictions of the modes of a real pendulum: its equilibrium is searched, and all modes are
+ * computed */
 static void check_real(const struct api_modes *modes, const struct api_reading *reading) {
     static const char *const absent[] = {"select", "normalize"};
     static const char *const way[] = {

@@ -1,5 +1,5 @@
-/* Reading a request for modes from JSON: the tree, its equilibrium, which modes, and what is
- * answered about them.
+/* Reading a request for modes from JSON: the tree, its equilibrium, the selection of modes, and the
+ * contents of the answer.
  * Leaves to others: the modes and the size of the answer (op_modes).
  * Invariant: holds no pointer into the document. */
 #ifndef API_MODES_JSON_H
@@ -14,16 +14,16 @@ struct api_modes {
     struct api_tree tree;
     struct api_states *start;          /* NULL = no start was given */
     struct pend_modes_request request; /* without loads, vectors and up */
-    unsigned char *up; /* n flags in stored order, 1 for arms that stand; NULL if all hang */
-    int vectors;       /* the vectors are answered */
+    unsigned char *up; /* n flags in stored order, 1 for upright arms; NULL if all hang */
+    int vectors;       /* the answer includes the vectors */
     int digits;        /* significant digits of the answer, 0 = as many as needed */
-    char include[PEND_MATRIX_COUNT]; /* non-zero for the matrices that are answered */
+    char include[PEND_MATRIX_COUNT]; /* non-zero for the requested matrices */
 };
 
 /**
  * Reads and checks a request.
  *
- * modes  out; must be cleared by api_modes_clear whatever is returned.
+ * modes  out; released by api_modes_clear, also after a failure.
  *
  * Every fault is added to the reading's problem.
  *

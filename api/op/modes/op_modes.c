@@ -1,9 +1,9 @@
-/* POST /v1/modes: frequencies and shapes of small oscillations about an equilibrium, and the parts
- * of an initial state in each of them.
+/* POST /v1/modes: frequencies and shapes of small oscillations about an equilibrium, and the
+ * decomposition of an initial state into them.
  * Leaves to others: reading the request (modes_json), the modes (core/modes/modes), the matrices
  * (core/modes/matrix).
- * Invariant: all arrays with one entry a mode are in the same order: growing modes first, the
- * fastest at their front, then oscillating ones, the slowest at their front. */
+ * Invariant: all arrays with one entry per mode have the same order: growing modes first, the
+ * fastest of them first, then oscillating ones, the slowest first. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -22,13 +22,14 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* the arrays with one number a mode */
+/* the arrays with one number per mode */
 enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, FALLING, SCALARS };
 
 static const char *const scalar_names[] = {"mode",      "omega", "frequency", "period", "growth",
                                            "amplitude", "phase", "rising",    "falling"};
 
-/* the most modes that are split, or numbers that are written, before the clock is read */
+/* the largest number of modes that are decomposed, or of numbers that are written, before the clock
+ * is read */
 enum { PIECE_MODES = 32, PIECE_NUMBERS = 8192 };
 
 struct modes {
@@ -36,8 +37,9 @@ struct modes {
     const struct api_format *format;
     struct api_table table; /* the answer in every representation except JSON */
     struct pend_modes_search *search;
-    struct api_damped damped; /* of a real pendulum in place of all that follows */
-    double *near;             /* n: where its equilibrium is looked for; NULL of an ideal one */
+    struct api_damped damped; /* used instead of all the following for a real pendulum */
+    double *near;             /* n: start of the search for its equilibrium; NULL for an ideal
+                               * one */
 
     /* once it runs */
     struct pend_modes *found;
@@ -48,10 +50,9 @@ struct modes {
     long lines;              /* capacity of `line` in rows of the table */
     struct api_writer *writer;
     struct api_stats stats;
-    char last;  /* last byte of the JSON so far, written by the next turn; 0 = none */
-    int filled; /* the arrays with one number a mode are computed */
-    int begun, part,
-        row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
+    char last;            /* last byte of the JSON so far, written by the next turn; 0 = none */
+    int filled;           /* the arrays with one number per mode are computed */
+    int begun, part, row; /* written next: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
 static void modes_clear(void *state) {
@@ -67,7 +68,7 @@ static void modes_clear(void *state) {
 
 /* reading */
 
-/* the columns of the table, one row a mode */
+/* the columns of the table, one row per mode */
 static void modes_columns(struct modes *modes) {
     static const enum scalar always[] = {MODE, OMEGA, FREQUENCY};
     struct api_table *table = &modes->table;
@@ -80,7 +81,7 @@ static void modes_columns(struct modes *modes) {
     if (modes->asked.vectors) api_table_add(table, "vectors", NULL, modes->asked.tree.n);
 }
 
-/* adds faults for an answer that would be too large, and for modes that would be */
+/* adds faults if the answer or the computation of modes would be too large */
 static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
     static const char fewer[] =
         "fewer modes by \"select\", or only the frequencies by \"vectors\": false";
@@ -114,7 +115,7 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
                         numbers, bytes, most, fewer, flowing);
 }
 
-/* begins the search, which tells how many modes there will be */
+/* starts the search, which determines the number of modes */
 static enum pend_status modes_begin_search(struct modes *modes, const struct api_reading *reading) {
     struct pend_error error = {.text = ""};
     modes->asked.request.loads = modes->asked.tree.loads;
@@ -134,7 +135,7 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
     return PEND_OK;
 }
 
-/* a real pendulum's modes: the equilibrium is looked for where all arms hang, or near a start */
+/* modes of a real pendulum: the equilibrium is searched from all arms hanging, or from a start */
 static enum pend_status modes_begin_real(struct modes *modes, const struct api_reading *reading) {
     size_t n = (size_t)api_tree_stored(&modes->asked.tree);
     modes->near = malloc(n * sizeof *modes->near);
@@ -166,7 +167,7 @@ static enum pend_status modes_read(void *state, const struct api_reading *readin
 
 /* running */
 
-/* allocates one block: some rows, and the arrays with one number a mode */
+/* allocates one block: some rows, and the arrays with one number per mode */
 static enum pend_status modes_allocate(struct modes *modes, struct pend_error *error) {
     size_t n = (size_t)modes->asked.tree.n, count = (size_t)modes->found->count;
     long lines = PIECE_NUMBERS / (long)n;
@@ -191,7 +192,7 @@ static enum pend_status modes_settle_start(struct modes *modes, struct pend_erro
     return PEND_OK;
 }
 
-/* computes the arrays with one number a mode */
+/* computes the arrays with one number per mode */
 static void modes_fill(const struct modes *modes) {
     for (int k = 0; k < modes->found->count; k++) {
         double omega = modes->found->omega[k], swings = omega > 0 ? omega : 0;
@@ -208,7 +209,7 @@ static void modes_fill(const struct modes *modes) {
     }
 }
 
-/* splits the start into the next few modes */
+/* decomposes the start into the next few modes */
 static enum pend_status modes_split(struct modes *modes, struct pend_error *error) {
     struct pend_modes few = *modes->found;
     int done = modes->split,
@@ -232,7 +233,7 @@ static void modes_vector(const struct modes *modes, int mode, double line[]) {
     for (int k = 0; k < tree->n; k++) line[tree->order[k]] = vector[k];
 }
 
-/* sum 1/omega^2 = l_tot/g, where growing modes and standing arms count negatively */
+/* sum 1/omega^2 = l_tot/g, where growing modes and upright arms count negatively */
 static enum pend_status write_identity(const struct modes *modes, struct api_buffer *out) {
     const struct pend_tree *tree = modes->asked.tree.tree;
     double sum = 0, lengths = 0, all = tree->length_total / modes->asked.tree.loads.gravity;
@@ -257,7 +258,7 @@ static int scalar_of(const char *name) {
     return i;
 }
 
-/* JSON: everything with one entry a mode */
+/* JSON: all lists with one entry per mode */
 static enum pend_status write_lists(const struct modes *modes, struct api_buffer *out) {
     const struct api_table *table = &modes->table;
     int identity = modes->asked.request.select == PEND_SELECT_ALL;
@@ -301,7 +302,7 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
     return api_out_numbers(out, NULL, n, modes->line, modes->table.digits);
 }
 
-/* other representations: the next rows of the table, or the next piece behind them */
+/* other representations: the next rows of the table, or the next piece after them */
 static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, int *done,
                                    struct pend_error *error) {
     const struct api_table *table = &modes->table;
@@ -319,7 +320,7 @@ static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, 
     return api_writer_block(modes->writer, rows, data, out, error);
 }
 
-/* ends the search and allocates the memory that the rest needs */
+/* ends the search and allocates the memory of the following steps */
 static enum pend_status modes_found(struct modes *modes, struct pend_error *error) {
     int stable = 1;
     for (int k = 0; modes->asked.up && k < modes->asked.tree.n; k++) stable &= !modes->asked.up[k];
@@ -329,7 +330,7 @@ static enum pend_status modes_found(struct modes *modes, struct pend_error *erro
     return modes_allocate(modes, error);
 }
 
-/* a piece of the search, of the split, or of the answer */
+/* a piece of the search, of the decomposition, or of the answer */
 static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out, int *done,
                                     struct pend_error *error) {
     int found = 0;
@@ -362,7 +363,7 @@ static enum pend_status modes_run_real(struct modes *modes, const struct api_tur
 }
 
 /* JSON's commas depend on the last byte of the buffer, but the caller may remove the bytes of a
- * turn after it: therefore the last byte of a turn is written by the next one */
+ * turn after it. Therefore the next turn writes the last byte of a turn. */
 static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     struct modes *modes = state;
@@ -384,7 +385,7 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
     return PEND_OK;
 }
 
-/* writes the modes that were found once more, as JSON */
+/* writes the modes found again, as JSON */
 static void modes_json(void *state) {
     struct modes *modes = state;
     api_writer_free(&modes->writer);
@@ -410,7 +411,7 @@ static double modes_cost(const void *state) {
                            modes->asked.request.vectors);
 }
 
-/* the search for a frequency takes a few hundred bytes an arm; vectors are kept once, and a second
+/* the search takes a few hundred bytes per arm and frequency; vectors are stored once, and a second
  * time while equal branches are combined */
 static double modes_bytes(const void *state) {
     const struct modes *modes = state;

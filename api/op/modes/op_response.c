@@ -1,8 +1,8 @@
 /* POST /v1/response: amplitude and phase of a driven pendulum over frequency, and its poles.
  * Leaves to others: reading (response_json), the response (core/modes/response), the poles
  * (core/modes/damped), the bytes (encode).
- * Invariant: a frequency at which nothing finite is known has the amplitude -1, which JSON and CSV
- * write as none; its phase is 0. */
+ * Invariant: a frequency without a finite response has the amplitude -1, which JSON and CSV write
+ * as missing; its phase is 0. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -25,7 +25,7 @@ static const double pi = 3.14159265358979323846;
  * part of the speed of dry friction or of the air, beyond which they are not in proportion to it */
 static const double sweep_seconds = 6e-7, pole_seconds = 2.5e-7, swing_most = 0.3, rub_most = 0.3;
 
-/* the columns of each output: names of their amplitude and phase, and what they are of */
+/* the columns of each output: names of amplitude and phase, and their quantity */
 static const struct {
     enum api_response_output output;
     const char *amplitude, *phase;
@@ -54,9 +54,9 @@ struct response {
     double *block, *column[API_COLUMNS];                              /* all rows */
     double *part, *re[PEND_RESPONSE_PARTS], *im[PEND_RESPONSE_PARTS]; /* of some frequencies */
     double *couple;                                                   /* 2 n: of the drive */
-    long computed, written, unknown; /* rows; of these with no finite answer */
+    long computed, written, unknown; /* rows; those without a finite response */
     double swing, swing_at;          /* rad, the largest; rad/s */
-    double rub, rub_at;              /* part of the speed up to which friction is linear; rad/s */
+    double rub, rub_at;              /* ratio to the speed up to which friction is linear; rad/s */
     struct api_writer *writer;
     struct api_stats stats;
     char warning[4][API_WARNING_TEXT];
@@ -112,7 +112,7 @@ static enum pend_status response_read(void *state, const struct api_reading *rea
 
 /* ---- running */
 
-/* memory of the rows, and of what some frequencies need */
+/* memory of the rows, and of a group of frequencies */
 static enum pend_status response_allocate(struct response *response, struct pend_error *error) {
     size_t rows = (size_t)response->table.rows, n = (size_t)api_tree_stored(&response->asked.tree);
     size_t numbers = (size_t)api_table_numbers(&response->table, 0);
@@ -185,7 +185,7 @@ static struct pend_response_drive response_drive(const struct response *response
     return drive;
 }
 
-/* the motion of a tip along the pivot's, in parts of it; -1 where that does not move */
+/* the ratio of a tip's motion to the pivot's, along it; -1 if that does not move */
 static double response_passed(const struct response *response,
                               const struct pend_response_drive *drive, size_t at) {
     double size = 0, re = 0, im = 0;
@@ -199,7 +199,7 @@ static double response_passed(const struct response *response,
     return size > 0 ? hypot(re, im) / size : -1;
 }
 
-/* the amplitudes and phases of a part, of the arms or of the cart */
+/* the amplitudes and phases of one quantity, of the arms or of the cart */
 static void response_swing(const struct response *response, size_t from, int defined, int column,
                            double amplitude[], double phase[]) {
     const struct api_tree *tree = &response->asked.tree;
@@ -215,8 +215,8 @@ static void response_swing(const struct response *response, size_t from, int def
     }
 }
 
-/* how fast a joint turns or a tip goes, over the speed up to which its friction and drag are linear
- */
+/* the ratio of a joint's rate or a tip's speed to the speed up to which friction and drag are
+ * linear */
 static double response_rub(const struct response *response, int k, size_t from, double omega) {
     const struct api_tree *tree = &response->asked.tree;
     const struct pend_loads *loads = &tree->loads;
@@ -255,13 +255,13 @@ static void response_row(struct response *response, long row, int lane, int defi
         if (rub > response->rub) response->rub = rub, response->rub_at = omega;
     }
     if (!response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) return;
-    // a pivot that is shaken is on no cart
+    // a driven pivot excludes a cart
     double *passed = response->column[c] + (size_t)row * n;
     for (size_t k = 0; k < n; k++)
         passed[order[k]] = defined ? response_passed(response, drive, from + k) : -1;
 }
 
-/* the next frequencies: as many as go side by side, or one with drives of its own */
+/* the next frequencies: a group side by side, or one with its own drives */
 static void response_compute(struct response *response) {
     double omega[PEND_RESPONSE_LANES];
     unsigned char defined[PEND_RESPONSE_LANES];
@@ -334,7 +334,7 @@ static void response_tell(struct response *response, const struct api_turn *turn
     api_stats_warning(stats, "warning_swing", response->warning[2]);
 }
 
-/* the poles, as lists with one entry each; `work` has room for a number of each */
+/* the poles, as lists with one entry each; `work` has space for a number of each */
 static enum pend_status response_poles(const struct pend_damped *poles, int digits, double work[],
                                        struct api_buffer *out) {
     PEND_TRY(api_out_open(out, "poles", '{'));
@@ -350,7 +350,7 @@ static enum pend_status response_poles(const struct pend_damped *poles, int digi
     return api_buffer_text(out, "}");
 }
 
-/* what JSON says more, in the place of its closing brace */
+/* additional members of JSON, which replace its closing brace */
 static enum pend_status response_more(const struct response *response, struct api_buffer *out) {
     const struct api_tree *tree = &response->asked.tree;
     const double *rest = pend_response_rest(response->found);
@@ -365,7 +365,7 @@ static enum pend_status response_more(const struct response *response, struct ap
     return api_buffer_text(out, "}");
 }
 
-/* the next frequencies, or the next piece behind them */
+/* the next frequencies, or the next piece after them */
 static enum pend_status response_piece(struct response *response, const struct api_turn *turn,
                                        int *done, struct pend_error *error) {
     if (!response->writer)
@@ -390,7 +390,7 @@ static enum pend_status response_run(void *state, const struct api_turn *turn, i
     return PEND_OK;
 }
 
-/* writes the rows that were computed once more, as JSON */
+/* writes the computed rows again, as JSON */
 static void response_json(void *state) {
     struct response *response = state;
     api_writer_free(&response->writer);
@@ -419,8 +419,8 @@ static double response_cost(const void *state) {
            (response->asked.poles ? n * n * n * pole_seconds : 0);
 }
 
-/* all rows, the sweeps of some frequencies, dense matrices of the poles; and once more the rows for
- * representations that do not stream */
+/* all rows, the sweeps of a group of frequencies, dense matrices of the poles; and a copy of the
+ * rows for representations that do not stream */
 static double response_bytes(const void *state) {
     const struct response *response = state;
     double n = api_tree_stored(&response->asked.tree), rows = (double)response->table.rows;

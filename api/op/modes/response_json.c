@@ -19,7 +19,7 @@ static const char *const cart_fields[] = {"amplitude", NULL};
 const char *const api_response_outputs[API_RESPONSE_OUTPUTS + 1] = {
     "phi", "z", "lambda", "joint_force", "tip_force", "transmissibility", "cart", NULL};
 
-/* frequencies and amplitudes of a request, so that no square of theirs overflows */
+/* upper limits of frequencies and amplitudes, whose squares must not overflow */
 static const double omega_most = 1e9, amplitude_most = 1e9;
 static const double pi = 3.14159265358979323846;
 
@@ -95,7 +95,7 @@ static void read_cart(struct api_response *asked, const struct api_value *value,
                                          &asked->couple, problem) > 0;
 }
 
-/* the harmonics that the pendulum itself has */
+/* the pendulum's own harmonics */
 static void read_own(struct api_response *asked, const struct api_value *value,
                      struct api_problem *problem) {
     const struct pend_terms *terms = asked->tree.loads.terms;
@@ -175,7 +175,7 @@ static enum pend_status read_list(struct api_response *asked, const struct api_v
     return PEND_OK;
 }
 
-/* adds the faults that the ends, the count and the scale of a range have together */
+/* adds faults for the combination of ends, count and scale of a range */
 static void check_range(const struct api_response *asked, const struct api_value *value,
                         struct api_problem *problem) {
     struct api_value start = api_value_member(value, "start");
@@ -269,7 +269,7 @@ double api_response_omega(const struct api_response *asked, long i) {
 
 /* ---- what is told */
 
-/* true if the pivot is driven in place */
+/* true if the pivot is displaced */
 static int shakes(const struct api_response *asked) {
     const struct pend_terms *terms = asked->tree.loads.terms;
     if (!asked->own) return asked->arm < 0;

@@ -1,15 +1,14 @@
-/* Reading a request for a response: what drives the pendulum, at which frequencies, and what is
- * told.
+/* Reading a request for a response: the drives, the frequencies and the outputs.
  * Leaves to others: the tree (tree_json), the response (core/modes/response), the answer
  * (op_response).
- * Invariant: every fault is added; a request that was read drives something at some frequency. */
+ * Invariant: every fault is added; a valid request has a drive and a frequency. */
 #ifndef API_RESPONSE_JSON_H
 #define API_RESPONSE_JSON_H
 
 #include "api/op/op.h"
 #include "api/read/state_json.h"
 
-/* What is told, of each arm but where it says so; a name of the field `output`. */
+/* The outputs, of each arm unless noted; names of the field `output`. */
 enum api_response_output {
     API_RESPONSE_PHI,
     API_RESPONSE_Z,
@@ -17,18 +16,18 @@ enum api_response_output {
     API_RESPONSE_JOINT_FORCE,
     API_RESPONSE_TIP_FORCE,
     API_RESPONSE_TRANSMISSIBILITY,
-    API_RESPONSE_CART, /* one number, its place */
+    API_RESPONSE_CART, /* one number, its position */
     API_RESPONSE_OUTPUTS
 };
 
 struct api_response {
     struct api_tree tree;
-    struct api_states *start; /* near which the equilibrium is looked for; NULL = where all hang */
-    int own;                  /* the pendulum's harmonics drive it */
-    int apart;                /* each of them at its own frequency: the rows are these */
-    int given;                /* an amplitude was given, so that it has a size */
+    struct api_states *start; /* start of the search for the equilibrium; NULL = all arms hang */
+    int own;                  /* driven by the pendulum's own harmonics */
+    int apart;                /* each harmonic at its own frequency; these are the rows */
+    int given;                /* an amplitude is given, so that the response has a scale */
     double pivot[2];          /* m, of x and y; else: */
-    int arm;                  /* stored, -1 = none; 0 = the cart, where there is one */
+    int arm;                  /* stored, -1 = none; 0 = the cart, if there is one */
     double couple;            /* N m; N on a cart */
     long rows;
     double *list;    /* rows frequencies, rad/s; NULL = a range: */
@@ -42,7 +41,7 @@ struct api_response {
 extern const char *const api_response_outputs[API_RESPONSE_OUTPUTS + 1];
 
 /**
- * Reads the request; must be cleared by api_response_clear whatever is returned.
+ * Reads the request; released by api_response_clear, also after a failure.
  *
  * PEND_INVALID   every fault was added.
  * PEND_NO_MEMORY
