@@ -9,6 +9,7 @@
 #include "core/ensemble/ensemble_events.h"
 #include "core/ensemble/ensemble_shadow.h"
 #include "core/ensemble/ensemble_watch.h"
+#include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/horizon.h"
 #include "core/dynamics/kinematics_at.h"
 #include "core/taylor/taylor_order.h"
@@ -47,6 +48,7 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
                          "conditions and an end at a bound exclude "
                          "each other");
     PEND_TRY(pend_event_search_check(problem->events, problem->event, problem->tree->n, error));
+    PEND_TRY(pend_pieces_check_smooth(problem->loads.terms, "ensembles", error));
     return pend_loads_check_series(&problem->loads, error);
 }
 
@@ -257,7 +259,7 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     ensemble_doubt_start(lanes, i);
     lanes->from.time[i] = lanes->from.gain[i] = 0;
     lanes->start[i] = member->start;
-    lanes->stop[i] = e->problem.duration;
+    pend_ensemble_watch_begin(e, i, member->start);
     lanes->gravity[i] = member->loads.gravity;
     lanes->unit[i] =
         copysign(pend_taylor_first_unit(lanes->n, &member->loads, member->length, member->rate),
@@ -415,7 +417,7 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i,
         outcome->time = pend_ensemble_watch_time(e, i, part);
         return part;
     }
-    if (attention->done & own) return 1;
+    if (attention->done & own && !pend_ensemble_watch_piece(e, i)) return 1;
     if (e->problem.step_cap <= 0 || e->seat[i].steps < e->problem.step_cap) return 0;
     outcome->stop = PEND_STOP_FAILED;
     outcome->status = PEND_TOO_MANY_STEPS;

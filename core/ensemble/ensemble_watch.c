@@ -5,6 +5,7 @@
 
 #include "core/dynamics/dynamics.h"
 #include "core/taylor/roots.h"
+#include "core/tree/rules.h"
 #include "core/tree/turns.h"
 
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part) {
@@ -358,4 +359,25 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part) {
         e->phi_low[k] = 0;
         e->rate[k] = e->instants[1][k * ENSEMBLE_INSTANTS];
     }
+}
+
+void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    double duration = e->problem.duration;
+    int way = duration < 0 ? -1 : 1;
+    for (int lane = i; lane <= i + lanes->paired; lane++) {
+        double *value = lanes->value ? lanes->value + lane : NULL;
+        e->seat[i].knot = pend_rules_piece(lanes->terms, now, way, value, (size_t)lanes->width);
+        double end = e->seat[i].knot - lanes->start[i];
+        lanes->stop[lane] = way > 0 ? fmin(duration, end) : fmax(duration, end);
+    }
+}
+
+int pend_ensemble_watch_piece(struct pend_ensemble *e, int i) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    if (lanes->stop[i] == e->problem.duration) return 0;
+    pend_ensemble_watch_begin(e, i, e->seat[i].knot);
+    // a short step to the end of a piece says nothing of the steps to come
+    for (int lane = i; lane <= i + lanes->paired; lane++) lanes->unit[lane] = e->unit[lane];
+    return 1;
 }

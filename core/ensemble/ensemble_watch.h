@@ -45,4 +45,12 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part);
 /** Returns the time at `part` of the step of lane i, s. */
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part);
 
+/** Begins the piece of lane i at `now`, s, in the time of the drives: its inputs, and where the
+ * lane stops. O(n). */
+void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now);
+
+/** Begins the next piece of a lane that has reached its stop; returns 0 if that is the member's
+ * end. */
+int pend_ensemble_watch_piece(struct pend_ensemble *e, int i);
+
 #endif

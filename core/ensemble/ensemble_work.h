@@ -18,6 +18,7 @@ struct ensemble_seat {
     int arm, open;        /* the arm that crossed first; the number of arms that may still cross
                            * and have not */
     double first;         /* s, of the first crossing of any arm */
+    double knot;          /* s, in the time of the drives: the end of its piece */
     double energy, scale; /* J: at the start, and the scale of a drift */
     int unlike;           /* forces are computed from states, because a series loses their digits */
     double growth, frequency,

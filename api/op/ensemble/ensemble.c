@@ -10,6 +10,7 @@
 #include "api/op/form_json.h"
 #include "api/op/ensemble/member_events.h"
 #include "api/op/ensemble/picture_json.h"
+#include "core/integrate/pieces/pieces.h"
 #include "core/integrate/methods/method.h"
 
 static const char *const fields[] = {
@@ -243,6 +244,18 @@ static void choose_columns(struct api_ensemble *e, const struct api_reading *rea
     }
 }
 
+/* members whose pieces end at instants known beforehand go side by side, within their tables */
+static void check_pieces(const struct api_ensemble *e, const struct api_reading *reading) {
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    struct pend_error error;
+    if (!e->tree.rules) return;
+    if (pend_pieces_check_smooth(e->tree.terms, "ensembles", &error) == PEND_OK &&
+        pend_rules_check(e->tree.rules, e->tree.tree->order, e->origin, e->origin + e->duration,
+                         &error) == PEND_OK)
+        return;
+    api_value_fault(&pendulum, reading->problem, API_CODE_UNSUPPORTED "%s", error.text);
+}
+
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
@@ -261,6 +274,7 @@ static enum pend_status read_parts(struct api_ensemble *e, const struct api_read
     if (status == PEND_NO_MEMORY) return status;
     if (problem->status) return PEND_INVALID;
     check_cart(e, reading);
+    check_pieces(e, reading);
     if (problem->status) return PEND_INVALID;
     set_columns(e);
     set_derived(e, reading);

@@ -182,6 +182,7 @@ const struct api_op api_op_ensembles = {
     .size = sizeof(struct ensembles),
     .body = 1,
     .terms = 1,
+    .pieces = 1,
     .cart = 1,
     .samples = 2,
     .read = ensembles_read,

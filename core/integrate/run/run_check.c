@@ -128,6 +128,10 @@ enum pend_status pend_run_check(const struct pend_method *method, struct pend_pr
     PEND_TRY(run_check_terms(method, &problem->loads, error));
     PEND_TRY(run_check_times(&problem->times, error));
     PEND_TRY(run_check_direction(method, problem, error));
+    if (problem->loads.terms && problem->loads.terms->rules)
+        PEND_TRY(pend_rules_check(problem->loads.terms->rules, problem->tree->order,
+                                  pend_times_at(&problem->times, 0),
+                                  pend_times_at(&problem->times, problem->times.count - 1), error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     PEND_TRY(run_check_state(problem, error));
     if (problem->step_cap < 0)

@@ -178,3 +178,60 @@ TEST(work_heat_and_energy_balance_through_ten_thousand_bounces_and_a_thousand_st
     CHECK(number(&reply, "exchange/heat", 1, -1) > 20);
     test_reply_free(&reply);
 }
+
+/* members side by side, each with the pieces of its table, end as motions alone do */
+TEST(members_of_an_ensemble_follow_a_table_as_a_motion_alone_does) {
+    static const char pendulum[] =
+        "\"arms\":[{\"length\":0.8,\"mass\":1,\"damping\":0.1,\"torque\":{\"table\":{\"t\":[0,0.3,"
+        "0.7,1.2],\"value\":[2.2,-5.5,1,4],\"hold\":\"linear\"}}},{\"parent\":\"1\",\"length\":0.6,"
+        "\"mass\":0.5}]";
+    static char body[2000];
+    double worst = 0;
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{%s},\"states\":[{\"theta\":[0,1]},{\"theta\":[1,1]},{\"theta\":[2,1]}]"
+             ",\"start\":0.1,\"duration\":1,\"rtol\":1e-15,\"observables\":[\"final\","
+             "\"energy_drift\"]}",
+             pendulum);
+    struct test_reply many = test_post(API_OP_ENSEMBLES, body);
+    CHECK_SAYING(many.status == 200, "%s", many.out.data);
+    for (int i = 0; i < 3; i++) {
+        char theta[20];
+        snprintf(theta, sizeof theta, "%d,1", i);
+        struct test_reply alone = ask(pendulum, theta, "\"times\":[0.1,1.1]");
+        for (int k = 0; k < 2; k++)
+            worst = fmax(worst, fabs(number(&alone, "theta", 1, k) - M_PI_2 -
+                                     number(&many, "final/phi", i, k)));
+        CHECK(number(&many, "energy_drift", i, -1) < 1e-14);
+        test_reply_free(&alone);
+    }
+    CHECK_RESIDUAL(worst, 1e-13, "members by a table");
+    test_reply_free(&many);
+}
+
+/* a bar without weight, driven from rest: theta - theta_0 goes with 1 over its mass */
+TEST(derivatives_and_fits_pass_through_tables) {
+    static const char pendulum[] =
+        "\"gravity\":0,\"arms\":[{" BAR ",\"torque\":{\"table\":{\"t\":[0,0.3,0.7,1.2],"
+        "\"value\":[0.2,-0.5,0.1,0.4],\"hold\":\"linear\"}}}]";
+    static char body[2000];
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{%s},\"initial\":{\"theta\":[0.1]},\"times\":[0,0.5,1.2],\"output\":"
+             "[\"theta\"],\"derivatives\":[{\"vary\":\"rod\",\"arm\":1}]}",
+             pendulum);
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    for (int i = 1; i < 3; i++) {
+        double want = -(number(&reply, "theta", i, 0) - 0.1) / 0.6;
+        double found = test_reply_number(&reply, i == 1 ? "/derivatives/theta/1/0/0"
+                                                        : "/derivatives/theta/2/0/0");
+        CHECK_SAYING(fabs(found - want) < 1e-14, "%.17g for %.17g", found, want);
+    }
+    test_reply_free(&reply);
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{%s},\"initial\":{\"theta\":[0.1]},\"data\":{\"t\":[0,0.3,0.6,0.9,1.2],"
+             "\"series\":[{\"theta\":1,\"values\":[0.1,0.172,-0.248,-0.828,-1.16]}]},\"unknowns\":"
+             "[{\"vary\":\"rod\",\"arm\":1}]}",
+             pendulum);
+    reply = test_post(API_OP_FITS, body);
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    test_reply_free(&reply);
+}
