@@ -6,12 +6,12 @@
 #include <string.h>
 
 enum {
-    CLIENTS_DEBT = 3600 /* the most seconds of computation that a client can be in debt with */
+    CLIENTS_DEBT = 3600 /* the largest debt of a client, in seconds of computation */
 };
 
 struct srv_clients {
     pthread_mutex_t lock;
-    struct srv_list idle; /* records that nobody references; the one released last is at the end */
+    struct srv_list idle; /* records without references; the one released last is at the end */
     int idle_count;
     struct srv_hash_table table;
 };
@@ -26,7 +26,7 @@ enum pend_status srv_clients_new(struct srv_clients **clients) {
     return PEND_OK;
 }
 
-/* Removes a record from the list of those that nobody references. */
+/* Removes a record from the list of those without references. */
 static void clients_unlink(struct srv_clients *clients, struct srv_client *client) {
     srv_list_remove(&client->idle);
     clients->idle_count--;
@@ -87,8 +87,8 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
     if (source && source != client) clients_give(clients, source);
 }
 
-/* Finds or makes the record of the address that a client comes from, unless it has one already.
- * Returns 0 without memory. The caller holds the lock. */
+/* Finds or creates the record of the address of a client, unless it is known already. Returns 0
+ * without memory. The caller holds the lock. */
 static int clients_trace(struct srv_clients *clients, struct srv_client *client,
                          const char *source) {
     if (client->source) return 1;
@@ -128,8 +128,7 @@ void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
     pthread_mutex_unlock(&clients->lock);
 }
 
-/* Adds the tokens earned since the last call, at `a_minute` a minute; at most `burst` can gather.
- */
+/* Adds the tokens earned since the last call, at `a_minute` per minute, up to `burst`. */
 static void bucket_fill(struct srv_bucket *bucket, double a_minute, double burst, int64_t now) {
     double grown = burst;
     if (bucket->counted)
@@ -172,7 +171,7 @@ double srv_clients_debt(struct srv_clients *clients, struct srv_client *client, 
     double left = client->seconds.tokens;
     pthread_mutex_unlock(&clients->lock);
     if (left > 0) return 0;
-    /* A client whose limit is 0 is told to come again in a minute. */
+    /* A client whose limit is 0 is asked to retry in a minute. */
     return a_minute > 0 ? 1e-3 - left * 60 / a_minute : 60;
 }
 

@@ -11,11 +11,11 @@
 
 enum {
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body from which reading it counts as long */
-    COMPUTE_REFUSE_COST = 3,  /* an estimate above this multiple of max-compute-seconds is refused,
-                               * because estimates can  be wrong by this factor */
-    COMPUTE_REFUSE_STEPS = 30 /* the same multiple where steps are estimated, which the call checks
-                               * itself while it runs
-                               */
+    COMPUTE_REFUSE_COST = 3,  /* a request whose estimate exceeds max-compute-seconds by more than
+                               * this factor is refused, because estimates may be wrong by as
+                               * much */
+    COMPUTE_REFUSE_STEPS = 30 /* the same factor for an estimate of steps, which the call checks
+                               * itself while it runs */
 };
 
 /* seconds of computation from which a request belongs to the next level of the queue */
@@ -27,7 +27,7 @@ static int compute_level_of(const struct srv_work *work, double seconds) {
     return level + behind < SRV_QUEUE_LEVELS ? level + behind : SRV_QUEUE_LEVELS - 1;
 }
 
-/* Why a computation ends early, as the detail of a problem response. */
+/* The reason why a computation ends early, as the detail of a problem response. */
 static const char *compute_reason(enum srv_stop why) {
     return why == SRV_STOP_LEFT ? "the client went away" : "the server is stopping";
 }
@@ -48,7 +48,7 @@ static void compute_stop(struct srv_work *work, int status, const char *detail) 
 
 enum { COMPUTE_WAY = 96 };
 
-/* Writes how a job may take the time that the work needs at least, s; nothing where none may. */
+/* Writes how a job could have the time that the work needs, s; writes nothing if none could. */
 static void compute_way(const struct srv_work *work, double seconds, char text[COMPUTE_WAY]) {
     double most = srv_service_job_limits(work->service)->compute_seconds;
     *text = 0;
@@ -185,7 +185,7 @@ static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = compute_exchange(work);
     srv_result_key(work, work->coding);
-    /* A stored result differs from a computed response in its bytes, so the cache is not asked. */
+    /* A stored result differs in its bytes from a computed response, so the cache is not used. */
     struct srv_response_body *found = work->source ? NULL : srv_result_find(work);
     if (found) {
         srv_metrics_count(&service->metrics.cache_digest, 1);
@@ -197,8 +197,7 @@ static int compute_spared(struct srv_work *work) {
         srv_delivery_release(work, NULL, NULL, 304, NULL);
         return 1;
     }
-    /* A stored result is not shared between exchanges, because its job may be deleted in the
-     * middle. */
+    /* A stored result is not shared between exchanges, because its job may be deleted meanwhile. */
     if (work->source) {
         work->key_bytes = 0;
         work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
@@ -210,7 +209,7 @@ static int compute_spared(struct srv_work *work) {
     return 1;
 }
 
-/* Refuses a computation that is sure to exceed its time limit. Returns 1 if it was refused. */
+/* Refuses a computation that will certainly exceed its time limit. Returns 1 if it was refused. */
 static int compute_too_long(struct srv_work *work) {
     char detail[256], job[COMPUTE_WAY];
     double limit = work->limits->compute_seconds;
@@ -226,7 +225,7 @@ static int compute_too_long(struct srv_work *work) {
     return 1;
 }
 
-/* Reserves the memory that reading a request takes beside its body: lists of numbers and the JSON
+/* Reserves the memory for reading a request in addition to its body: lists of numbers and the JSON
  * tree. */
 static int compute_read_room(struct srv_work *work, size_t body) {
     if (body <= SRV_HOLD_READ_FREE) return 1;
@@ -245,8 +244,8 @@ static int compute_read_room(struct srv_work *work, size_t body) {
     return 0;
 }
 
-/* Estimates the memory that the response takes while it is computed: all of it, or what is held
- * before it streams plus two blocks. */
+/* Estimates the memory of the response during its computation: all of it, or the part held before
+ * it streams plus two blocks. */
 static void compute_foresee(struct srv_work *work) {
     double answer = api_call_answer_bytes(work->call);
     work->foreseen =
@@ -291,8 +290,8 @@ static int compute_range(struct srv_work *work) {
     return 1;
 }
 
-/* What flows is never held as a whole: max-answer-bytes does not bound it, nor the two buffers with
- * which the one that is written changes places. */
+/* A stream is never held as a whole, so max-answer-bytes does not limit it, nor do its two
+ * buffers. */
 static void compute_flow(struct srv_work *work) {
     struct api_buffer *const buffer[] = {&work->out, &work->coded, &work->ready};
     for (size_t i = 0; i < sizeof buffer / sizeof *buffer; i++)
@@ -349,7 +348,7 @@ static int compute_run(struct srv_task *task) {
 
 /* --- in and out --- */
 
-/* Answers a work that could not begin for want of memory. */
+/* Answers a work that could not start because of lack of memory. */
 static void compute_refuse(struct srv_work *work, enum pend_status status) {
     struct srv_metrics *metrics = &work->service->metrics;
     struct srv_service *service = work->service;

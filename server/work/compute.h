@@ -1,9 +1,9 @@
-/* Answers exchanges whose route names an operation: from the cache, by a computation that is under
- * way for another exchange, or by a task that runs api_call on a worker, a millisecond at a time.
+/* Answers exchanges whose route names an operation: from the cache, by sharing another exchange's
+ * computation, or by a task that runs api_call on a worker, a millisecond at a time.
  * Leaves to others: the threads (workers), the order of tasks (queue), sharing (inflight), sending
  * what was computed (delivery), the computation itself (api).
- * Invariant: the finish of every exchange that is handed in is called exactly once; for the reader
- * of a stream once more after each pause. */
+ * Invariant: `finish` is called exactly once for every exchange; for the reader of a stream once
+ * more after each pause. */
 #ifndef SRV_COMPUTE_H
 #define SRV_COMPUTE_H
 
@@ -16,11 +16,11 @@
 void srv_compute_begin(struct srv_exchange *exchange);
 
 /**
- * Takes an exchange away from its computation or its stream; a computation that no other exchange
- * waits for ends too. If the connection waits for the exchange's finish, that is called now or, if
- * a worker is reading the request, by that worker.
+ * Removes an exchange from its computation or its stream; a computation without waiting exchanges
+ * ends too. If the connection waits for the exchange's `finish`, it is called now or, if a worker
+ * is reading the request, by that worker.
  *
- * Any thread. Does nothing for an exchange that is answered already.
+ * Any thread. No effect on an exchange that is answered already.
  */
 void srv_compute_leave(struct srv_exchange *exchange, enum srv_stop why);
 

@@ -5,12 +5,12 @@
 #include "server/work/result.h"
 
 enum {
-    DELIVERY_SHARE = 1 << 23 /* bytes of a response that are held at most if several exchanges wait
-                              * for it, or if it is nearly complete */
+    DELIVERY_SHARE = 1 << 23 /* largest number of bytes of a response that are held if several
+                              * exchanges wait for it, or if it is nearly complete */
 };
 
-/* patience: seconds of computation after which a stream begins, however little was written; soon:
- * a response that needs no more seconds than this is sent complete */
+/* patience: seconds of computation after which a stream starts, whatever its size; soon: a response
+ * that needs at most this many more seconds is sent complete */
 static const double delivery_patience = 0.05, delivery_soon = 0.25;
 
 double srv_delivery_seconds(const struct srv_work *work) { return 1e-9 * (double)work->spent; }
@@ -107,7 +107,7 @@ int srv_delivery_pass(struct srv_work *work, int ended) {
     return go_on;
 }
 
-/* Hands what was written to the reader, once the head is sent. */
+/* Passes the written bytes to the reader, after the head was sent. */
 static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
                            struct srv_response_body *head, const struct api_answer *answer,
                            int coded) {

@@ -1,5 +1,5 @@
-/* What a computation has written, on its way to those who wait for it: whole, or as a stream
- * while more is computed.
+/* Delivers the output of a computation to the waiting exchanges: complete, or as a stream while
+ * more is computed.
  * Leaves to others: computing (compute), sending (http), the header fields of an answer (result).
  * Invariant: until a stream begins, the answer can still become a problem. */
 #ifndef SRV_DELIVERY_H
@@ -9,15 +9,14 @@
 
 enum {
     SRV_DELIVERY_HOLD = 1 << 20
-}; /* bytes of an answer that may stream are held, so that it
-      can be shared and kept */
+}; /* bytes of a streamable answer that are held, so that it can be shared and cached */
 
 /* All functions are called by the worker that has the work. */
 
-/** Seconds that workers have spent on a work. */
+/** Returns the seconds that workers have spent on a work. */
 double srv_delivery_seconds(const struct srv_work *work);
 
-/** Bytes that a work holds, with those that were promised to it for its next piece. */
+/** Returns the bytes that a work holds, including those reserved for its next piece. */
 size_t srv_delivery_bytes(const struct srv_work *work);
 
 /** Counts the end of a computation, for metrics and for a process that drains. */
@@ -26,38 +25,38 @@ void srv_delivery_done(struct srv_service *service);
 /**
  * Answers all exchanges that wait for a work, and frees it.
  *
- * response_body  NULL: the answer is a status without one.
- * cache          for the log: why it was not computed, or NULL.
- * status         304: the clients have the answer already; else 503 with `detail`.
+ * response_body  NULL: the answer is a status without a body.
+ * cache          for the log: the reason why it was not computed, or NULL.
+ * status         304 if the clients have the answer already; else 503 with `detail`.
  */
 void srv_delivery_release(struct srv_work *work, struct srv_response_body *response_body,
                           const char *cache, int status, const char *detail);
 
-/** Answers all that wait for a work with 503, and frees it. */
+/** Answers all exchanges that wait for a work with 503, and frees it. */
 void srv_delivery_fail(struct srv_work *work, const char *detail);
 
-/** Answers all that wait for a work with the complete answer in work->out, which the cache keeps
- * where it may; and frees the work. */
+/** Answers all exchanges that wait for a work with the complete answer in work->out, which is
+ * cached if permitted; and frees the work. */
 void srv_delivery_settle(struct srv_work *work);
 
-/** True when the head of the answer should be sent now, and the rest as a stream. */
+/** Returns true if the head of the answer should be sent now, and the rest as a stream. */
 int srv_delivery_ripe(struct srv_work *work);
 
 /**
- * Begins a stream: the exchange that has waited longest becomes its reader, and work->promised is
+ * Starts a stream: the exchange that has waited longest becomes its reader, and work->promised is
  * set. Without memory nothing changes, and the next piece may try again.
  *
- * others  out: the other exchanges that waited, as srv_inflight_take gives them: each needs a
- *         computation of its own.
+ * others  out: the other waiting exchanges, as from srv_inflight_take: each needs its own
+ *         computation.
  */
 void srv_delivery_promise(struct srv_work *work, struct srv_list *others);
 
 /**
- * Hands the bytes in work->out to the reader of a stream.
+ * Passes the bytes in work->out to the reader of a stream.
  *
  * ended  0 = more will come, 1 = that was all, -1 = the rest is missing.
  *
- * Returns 1 when the worker is to go on. Else the work is not the worker's any more.
+ * Returns 1 if the worker should continue. Otherwise the worker no longer owns the work.
  */
 int srv_delivery_pass(struct srv_work *work, int ended);
 

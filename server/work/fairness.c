@@ -7,10 +7,10 @@
 
 #include "server/base/clock.h"
 
-/* look: ns between two looks of a worker at the queue. nap: ns that a worker sleeps at most. The
- * nap is longer than a tick of the kernel's clock (4 ms), because a shorter one makes the kernel
- * program the processor's own timer, which in a virtual machine costs ten times as much as
- * sleeping and waking. The nap is only a safety net: workers look often enough. */
+/* look: ns between two checks of the queue by a worker. nap: longest sleep of a worker, ns. It is
+ * longer than a tick of the kernel's clock (4 ms), because for a shorter one the kernel programs
+ * the processor's timer, which in a virtual machine costs ten times as much as sleeping and waking.
+ * The nap is only a safety net, because workers check often enough. */
 static const int64_t fairness_look = 400000, fairness_nap = 5000000;
 
 void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers) {

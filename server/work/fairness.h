@@ -1,6 +1,6 @@
-/* Sharing of processors between the sockets' thread and the workers, where there are fewer
- * processors than threads.
- * Leaves to others: what the threads do (http, workers).
+/* Sharing of processors between the sockets' thread and the workers if there are fewer processors
+ * than threads.
+ * Leaves to others: the work of the threads (http, workers).
  * Invariant: only the sockets' thread sleeps here, for 5 ms at most, and only while every worker
  * has a short task. */
 #ifndef SRV_FAIRNESS_H
@@ -16,7 +16,7 @@ struct srv_fairness {
     int workers;
     atomic_int computing; /* workers that have a task of the lowest level */
     atomic_int fd;        /* readable while the sockets' thread has work; -1 before it has begun */
-    atomic_int napping;   /* the sockets' thread sleeps until `wake`, or for a moment */
+    atomic_int napping;   /* the sockets' thread sleeps until `wake`, or for a short time */
     sem_t wake;
 };
 
@@ -28,10 +28,10 @@ void srv_fairness_clear(struct srv_fairness *fairness);
 
 /**
  * Called by the sockets' thread before it waits for events. While every worker has a short task, it
- * sleeps until a worker looks, or is idle, or 5 ms are over: each request and each finished answer
- * would interrupt a worker, and so several are handled after one change of threads.
+ * sleeps until a worker calls srv_fairness_look or is idle, or for 5 ms. Otherwise each request and
+ * each answer would interrupt a worker; this way several are handled after one context switch.
  *
- * fd  the epoll descriptor that the thread will wait for.
+ * fd  the epoll descriptor on which the thread will wait.
  */
 void srv_fairness_nap(struct srv_fairness *fairness, int fd);
 
@@ -41,7 +41,7 @@ void srv_fairness_end(struct srv_fairness *fairness, int level);
 
 /**
  * Called by a worker between two pieces of a task: yields its processor if the sockets' thread has
- * events. Looks at most every 0.4 ms, however often it is called.
+ * events. Checks at most every 0.4 ms.
  */
 void srv_fairness_look(struct srv_fairness *fairness);
 

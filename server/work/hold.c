@@ -4,9 +4,8 @@
 #include <math.h>
 
 enum {
-    HOLD_PART = 4, /* a client may hold 1/4 of max-held-bytes */
-    HOLD_BESIDE =
-        32 << 20, /* but at least a response of the greatest size and this many bytes beside it */
+    HOLD_PART = 4,           /* the share of a client in max-held-bytes is 1/4 */
+    HOLD_BESIDE = 32 << 20,  /* but at least a response of the largest size plus this many bytes */
     HOLD_BODY = 1 << 16,     /* bodies below this many bytes are not charged to their client */
     HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated beyond what is counted */
     HOLD_SMALL =
@@ -65,8 +64,8 @@ int srv_hold_room(const struct srv_service *service) {
            srv_service_config(service)->held_bytes;
 }
 
-/* Returns 1 if the process has allocated more than was counted and more than its limit; then only
- * small reservations succeed. */
+/* Returns 1 if the process has allocated more than it has counted, and more than its limit; then
+ * only small reservations succeed. */
 static int hold_tight(struct srv_service *service, size_t change) {
     if (change <= HOLD_SMALL) return 0;
     srv_memory_look(&service->memory);
@@ -74,7 +73,7 @@ static int hold_tight(struct srv_service *service, size_t change) {
            1.1 * srv_service_config(service)->held_bytes + HOLD_UNKNOWN;
 }
 
-/* Checks the share of the client that pays. */
+/* Checks the share of the paying client. */
 static enum srv_room hold_client(const struct srv_hold *hold, const struct srv_config *config) {
     const struct srv_client *payer = hold->payer;
     if (!payer) return SRV_ROOM;
@@ -86,7 +85,7 @@ static enum srv_room hold_client(const struct srv_hold *hold, const struct srv_c
     return (double)atomic_load(&payer->bodies) > share / 2 ? SRV_ROOM_CLIENT : SRV_ROOM;
 }
 
-/* Checks the whole for what is held now, `change` bytes of which are new. */
+/* Checks the total, of which `change` bytes are new. */
 static enum srv_room hold_room(const struct srv_hold *hold, size_t change) {
     struct srv_service *service = hold->service;
     const struct srv_config *config = srv_service_config(service);

@@ -1,7 +1,7 @@
 /* Memory of one owner, counted before it is allocated: for the whole process and for the client
  * that pays for it. Both counts are bounded.
- * Leaves to others: what the memory is used for (exchange, inflight, part_run), what a refusal says
- * to the client (exchange).
+ * Leaves to others: the use of the memory (exchange, inflight, part_run), the text of refusals
+ * (exchange).
  * Invariant: a hold counts its bytes once; set to 0 it counts nothing. */
 #ifndef SRV_HOLD_H
 #define SRV_HOLD_H
@@ -25,7 +25,7 @@ enum srv_room {
 struct srv_hold {
     struct srv_service *service;
     struct srv_client
-        *payer; /* counts against its share; NULL = no client pays. Outlives the hold */
+        *payer; /* the client whose share is charged; NULL = none. Outlives the hold */
     enum srv_memory_kind kind;
     size_t bytes;
 };
@@ -34,32 +34,32 @@ struct srv_hold {
 void srv_hold_set(struct srv_hold *hold, size_t bytes);
 
 /**
- * Sets the bytes of a hold if the bounds allow the increase; a decrease is always allowed. Answers
- * that only the cache references are dropped where that makes room.
+ * Sets the bytes of a hold if the bounds allow the increase; a decrease is always allowed. Evicts
+ * answers that only the cache references if that frees enough memory.
  *
- * Returns SRV_ROOM, or why not; then nothing has changed.
+ * Returns SRV_ROOM, or the reason of the refusal; then nothing has changed.
  */
 enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes);
 
-/** The most bytes that one client may hold. */
+/** Returns the largest number of bytes that one client may hold. */
 double srv_hold_share(const struct srv_config *config);
 
-/** The most bytes that this client may hold: its role may let it have less than any. NULL = any
- * client. */
+/** Returns the largest number of bytes that this client may hold, which its role may reduce. NULL =
+ * any client. */
 double srv_hold_share_of(const struct srv_config *config, const struct srv_client *payer);
 
-/** Bytes as a count that can be added up: what is more than any memory has, as a process that was
- * taken over may say, or no number, is 2^53. */
+/** Returns bytes as a count that can be added up; 2^53 for NaN and for values above any real
+ * memory, which a checkpoint of another process might contain. */
 size_t srv_hold_count(double bytes);
 
-/** True if a part of a job of so many bytes does not fit even when nothing else is held. */
+/** Returns true if a job's part of so many bytes does not fit even if nothing else is held. */
 int srv_hold_never(const struct srv_config *config, double bytes);
 
-/** The most bytes that a part of a job may hold. */
+/** Returns the largest number of bytes that a part of a job may hold. */
 double srv_hold_most(const struct srv_config *config);
 
-/** True if the process holds at most max-held-bytes, not counting what only the cache references.
- */
+/** Returns true if the process holds at most max-held-bytes, without the answers that only the
+ * cache references. */
 int srv_hold_room(const struct srv_service *service);
 
 #endif

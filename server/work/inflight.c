@@ -110,7 +110,7 @@ struct srv_exchange *srv_inflight_next(struct srv_list *taken) {
     return link ? inflight_of_link(link) : NULL;
 }
 
-/* Removes a work from the table, so that nobody can join it any more. The caller holds the lock. */
+/* Removes a work from the table, so that no exchange can join it. The caller holds the lock. */
 static void inflight_unlist(struct srv_work *work) {
     if (work->listed) srv_hash_table_remove(&work->service->inflight->table, &work->node);
     work->listed = 0;
@@ -164,7 +164,7 @@ int srv_inflight_waiters(struct srv_work *work) {
     return count;
 }
 
-/* Takes a work out of the queue or from its source, if no worker has it. Returns 1 if it did. The
+/* Removes a work from the queue or from its source, if no worker has it. Returns 1 if it did. The
  * caller holds the lock. */
 static int inflight_withdraw(struct srv_work *work) {
     int rests = work->parked || work->fetching;

@@ -14,9 +14,8 @@ struct srv_queue {
     sem_t some, read; /* for the workers; for the reader */
     struct srv_turns level[SRV_QUEUE_LINES];
     int cap, lane_cap, closed;
-    unsigned turn; /* the number of tasks taken so far */
-    atomic_int count,
-        at[SRV_QUEUE_LINES]; /* the number of waiting tasks, in all and for each level */
+    unsigned turn;                         /* the number of tasks taken so far */
+    atomic_int count, at[SRV_QUEUE_LINES]; /* the number of waiting tasks, in total and per level */
 };
 
 static struct srv_road *queue_road_of(struct srv_lane *lane) {
@@ -86,12 +85,12 @@ static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     queue_count(queue, task, -1);
 }
 
-/* Tells a worker, or the reader, that there is a task of a level. */
+/* Wakes a worker, or the reader, for a task of a level. */
 static void queue_tell(struct srv_queue *queue, int level) {
     sem_post(level == SRV_QUEUE_READ ? &queue->read : &queue->some);
 }
 
-/* The most tasks that a road may have. */
+/* The largest number of tasks of a road. */
 static int queue_road_cap(const struct srv_queue *queue) {
     int most = queue->cap - queue->cap / 4;
     return most > queue->lane_cap ? most : queue->lane_cap;
@@ -139,7 +138,7 @@ static struct srv_task *queue_take(struct srv_queue *queue, int level) {
     return task;
 }
 
-/* Waits for a task, of any level but SRV_QUEUE_READ or of that alone. */
+/* Waits for a task, of any level except SRV_QUEUE_READ, or only of that level. */
 static struct srv_task *queue_pop(struct srv_queue *queue, int reads) {
     struct srv_task *task = NULL;
     sem_t *some = reads ? &queue->read : &queue->some;
@@ -154,7 +153,7 @@ static struct srv_task *queue_pop(struct srv_queue *queue, int reads) {
         closed = queue->closed;
         pthread_mutex_unlock(&queue->lock);
     }
-    /* The next worker must see the end too. */
+    /* The next worker must notice the end too. */
     if (!task) sem_post(some);
     return task;
 }
@@ -213,8 +212,8 @@ static struct srv_road *queue_road(struct srv_list *link, int level) {
     return SRV_CONTAINER_OF(link, struct srv_road, at[level].link);
 }
 
-/* The number of tasks of a lane at a level, -1 if a link is wrong. At most `most` tasks are looked
- * at. */
+/* Returns the number of tasks of a lane at a level, -1 if a link is wrong. Visits at most `most`
+ * tasks. */
 static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     int count = 0;
     SRV_LIST_EACH (link, &lane->at[level].waiting) {
@@ -226,7 +225,7 @@ static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     return count ? count : -1;
 }
 
-/* The number of tasks of a road at a level, -1 if a link or a count is wrong. */
+/* Returns the number of tasks of a road at a level, -1 if a link or a count is wrong. */
 static int queue_road_valid(struct srv_road *road, int level, int most) {
     int count = 0, busy = 0;
     SRV_LIST_EACH (link, &road->at[level].lanes) {

@@ -1,7 +1,7 @@
 /* A bounded queue of tasks for the workers: short tasks are taken before long ones, addresses take
  * turns, and so do the clients of one address.
- * Leaves to others: what a task is and how long it will take (compute), which client it belongs to
- * (clients), who runs it (workers).
+ * Leaves to others: tasks and their expected duration (compute), clients (clients), running tasks
+ * (workers).
  * Invariant: at any time a task is in the queue, or with one worker, or with its owner. */
 #ifndef SRV_QUEUE_H
 #define SRV_QUEUE_H
@@ -13,32 +13,32 @@ enum {
     SRV_QUEUE_LEVELS = 4,              /* 0 = the shortest tasks */
     SRV_QUEUE_READ = SRV_QUEUE_LEVELS, /* tasks that read a long body in one go, for the reader */
     SRV_QUEUE_LINES,
-    SRV_QUEUE_SHARE =
-        8 /* of so many tasks taken, one is not of the shortest waiting but of any level in turn */
+    SRV_QUEUE_SHARE = 8 /* one in this many tasks is taken not from the shortest waiting ones but
+                         * from the levels in turn */
 };
 
-/* Lanes of one origin, such as an address with many clients. Begins as {0}; after its first use
- * only the queue changes it. */
+/* Lanes of one origin, such as an address with many clients. Initialized as {0}; after its first
+ * use only the queue changes it. */
 struct srv_road {
     struct srv_turns_road at[SRV_QUEUE_LINES];
     int count; /* tasks of all its lanes */
 };
 
-/* The tasks of one client. Begins as {0}; after its first use only the queue changes it, and its
- * memory may be freed when it is empty. */
+/* The tasks of one client. Initialized as {0}; after its first use only the queue changes it, and
+ * its memory may be freed when it is empty. */
 struct srv_lane {
     struct srv_turns_lane at[SRV_QUEUE_LINES];
     int count;
     struct srv_road
         own; /* used by this lane if it has no other road, and by lanes that name this one */
-    struct srv_road *road; /* NULL = its own; to be changed by its owner while the lane is empty */
+    struct srv_road *road; /* NULL = its own; its owner may change it while the lane is empty */
 };
 
-/* Something to run; lives inside its owner's structure, so that queueing allocates nothing. */
+/* A task; part of its owner's structure, so that queueing needs no allocation. */
 struct srv_task {
     struct srv_list link; /* the queue's */
-    /* Runs on a worker's thread. Returns 1 if the task is not done and is to be queued again at the
-     * end of its lane; after 0 the task may have been freed. */
+    /* Runs on a worker's thread. Returns 1 if the task should be queued again at the end of its
+     * lane; after 0 the task may have been freed. */
     int (*run)(struct srv_task *task);
     struct srv_lane *lane; /* of the client that it belongs to */
     int level;             /* 0 = the shortest; SRV_QUEUE_READ; must not change while it waits */
@@ -48,16 +48,16 @@ struct srv_task {
 struct srv_queue;
 
 /**
- * An empty queue.
+ * Creates an empty queue.
  *
- * cap       most tasks that wait, >= 1.
- * lane_cap  most tasks of one lane that wait, >= 1.
+ * cap       largest number of waiting tasks, >= 1.
+ * lane_cap  largest number of waiting tasks of one lane, >= 1.
  *
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap);
 
-/** Replaces both bounds; tasks that wait already stay. Any thread. */
+/** Replaces both bounds; waiting tasks stay. Any thread. */
 void srv_queue_bound(struct srv_queue *queue, int cap, int lane_cap);
 
 /** Frees an empty queue in which no worker waits. */
@@ -66,13 +66,13 @@ void srv_queue_free(struct srv_queue **queue);
 /**
  * Adds a task at the end of its lane and level.
  *
- * PEND_LIMIT    the queue is full or closed; the task stays its owner's.
- * PEND_INVALID  the lane is full, or its road is: it may have three quarters of the queue, or
+ * PEND_LIMIT    the queue is full or closed; the caller keeps the task.
+ * PEND_INVALID  the lane or its road is full; a road may have three quarters of the queue, or
  *               lane_cap if that is more.
  */
 PEND_MUST_CHECK enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task);
 
-/** Adds a task that was taken from the queue and is not done; the bounds do not apply to it. */
+/** Adds an unfinished task that was taken from the queue; the bounds do not apply to it. */
 void srv_queue_again(struct srv_queue *queue, struct srv_task *task);
 
 /**
@@ -83,17 +83,17 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task);
  */
 struct srv_task *srv_queue_pop(struct srv_queue *queue);
 
-/** As srv_queue_pop, of the tasks at SRV_QUEUE_READ, which that does not take. */
+/** Like srv_queue_pop, for tasks at SRV_QUEUE_READ only, which srv_queue_pop does not take. */
 struct srv_task *srv_queue_pop_read(struct srv_queue *queue);
 
 /**
  * Adds a task that was taken from the queue and takes the next one, which may be the same, under
- * one lock: no other thread sees the lane longer by the task that a worker has.
+ * one lock, so that no other thread sees the lane longer by this task.
  */
 struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task);
 
-/** Removes a task from anywhere in the queue. Returns 0 if it is not there: a worker has it or had
- * it. O(1). */
+/** Removes a task from any place in the queue. Returns 0 if it is not there because a worker has it
+ * or had it. O(1). */
 int srv_queue_remove(struct srv_queue *queue, struct srv_task *task);
 
 /** Number of tasks that wait; read without a lock, so the number may be out of date. */
@@ -102,14 +102,14 @@ int srv_queue_count(const struct srv_queue *queue);
 /** Number of tasks of a level that wait; read without a lock, so the number may be out of date. */
 int srv_queue_waiting(const struct srv_queue *queue, int level);
 
-/** True when a task of a level below this one, SRV_QUEUE_LEVELS at most, waits; read without a
- * lock, so the number may be out of date. */
+/** Returns true if a task of a level below this one, SRV_QUEUE_LEVELS at most, waits; read without
+ * a lock, so it may be out of date. */
 int srv_queue_shorter(const struct srv_queue *queue, int level);
 
 /** Refuses new tasks from now on; srv_queue_pop returns NULL when the queue is empty. */
 void srv_queue_close(struct srv_queue *queue);
 
-/** True when links and counts agree; for tests and assertions. O(tasks). */
+/** Returns true if links and counts are consistent; for tests and assertions. O(tasks). */
 int srv_queue_valid(struct srv_queue *queue);
 
 #endif

@@ -13,8 +13,8 @@ enum {
 static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
 static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and the coding");
 
-/* After this many seconds a computation that ran out of time or memory may be tried again: the
- * machine may be less busy then. */
+/* Seconds after which a computation that ran out of time or memory may be tried again, when the
+ * machine may be less busy. */
 static const char result_retry[] = "60";
 
 /* --- the exact bytes of a request --- */

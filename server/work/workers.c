@@ -29,7 +29,7 @@ static void *workers_main(void *argument) {
     return NULL;
 }
 
-/* The reader: a task that was read goes on at another level. */
+/* The reader's thread: after a body is read, its task continues at another level. */
 static void *workers_read(void *argument) {
     const struct srv_workers *workers = argument;
     for (struct srv_task *task; (task = srv_queue_pop_read(workers->queue));)
@@ -58,7 +58,7 @@ void srv_workers_free(struct srv_workers **workers) {
     if (!gone) return;
     srv_queue_close(gone->queue);
     for (int i = 0; i < gone->count; i++) pthread_join(gone->thread[i], NULL);
-    /* What the reader has put back may have met no worker any more. */
+    /* Tasks that the reader has queued may have found no worker. */
     workers_main(gone);
     free(gone);
 }

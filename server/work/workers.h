@@ -1,7 +1,7 @@
-/* The threads that compute, and one that reads long bodies: it shares the processors with them, so
- * that reading, which gives no turns, occupies no worker.
- * Leaves to others: what is computed (a task's run), in which order (queue).
- * Invariant: a worker waits for nothing but the queue. */
+/* The threads that compute, and one that reads long bodies. Reading a body cannot be interrupted
+ * for other tasks, so it does not occupy a worker.
+ * Leaves to others: the computation (a task's run), the order (queue).
+ * Invariant: a worker waits only for the queue. */
 #ifndef SRV_WORKERS_H
 #define SRV_WORKERS_H
 
@@ -9,7 +9,7 @@
 
 struct srv_workers;
 
-/** Processors that this process may use, at least 1. */
+/** Returns the number of processors that this process may use, at least 1. */
 int srv_workers_default(void);
 
 /**
@@ -19,8 +19,8 @@ int srv_workers_default(void);
  * queue   outlives the workers.
  * fairness  of the same queue; outlives the workers; NULL = none.
  *
- * PEND_NO_MEMORY  also when the threads cannot be had; no thread is left running then, and the
- * queue is closed.
+ * PEND_NO_MEMORY  also if the threads cannot be started; then no thread is running, and the queue
+ * is closed.
  */
 PEND_MUST_CHECK enum pend_status srv_workers_new(struct srv_workers **workers, int count,
                                                  struct srv_queue *queue,
