@@ -20,7 +20,7 @@ static void access_log_count(const struct srv_exchange *exchange,
     if (line->bytes_out) srv_metrics_count(&metrics->bytes_out, line->bytes_out);
 }
 
-/* The address or account of a client, as far as the log's options allow to name it. */
+/* The address or account of a client, as far as the options allow it in the log. */
 static const char *access_log_client(const struct srv_exchange *exchange,
                                      char text[SRV_PEER_BYTES]) {
     const char *how = srv_service_config(exchange->service)->log_client,
@@ -42,7 +42,7 @@ static int access_log_audit(const struct srv_exchange *exchange, int status) {
            (exchange->identity.role != SRV_ROLE_NONE && (route->special & SRV_ROUTE_OPERATOR) != 0);
 }
 
-/* The object of a request: the variable part of the path, or the place of what was created. */
+/* The object of a request: the variable part of the path, or the location of a created object. */
 static const char *access_log_of(const struct srv_exchange *exchange) {
     if (exchange->argument) return exchange->argument;
     for (int i = 0; i < exchange->headers; i++)

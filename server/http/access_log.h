@@ -10,7 +10,7 @@
  * Enters a request.
  *
  * outcome  a word, see the README; static.
- * status   HTTP status that the client was sent, 0 = none.
+ * status   HTTP status sent to the client, 0 = none.
  */
 void srv_access_log_enter(const struct srv_exchange *exchange, const char *outcome, int status);
 

@@ -20,13 +20,14 @@ static const struct srv_asset *assets_find(const char *path) {
                    assets_order);
 }
 
-/* documents and the service worker, whose paths have no digest */
+/* true for documents and the service worker, whose paths have no digest */
 static int assets_is_asked_anew(const struct srv_asset *asset) {
     return !strncmp(asset->media_type, "text/html", 9) || !strcmp(asset->path, "sw.js");
 }
 
-/* Returns what a document may load (srv_assets_policy) with who may have it in a frame: a list of
- * origins with commas, or NULL for nobody; where memory is short, a policy that allows nothing. */
+/* Returns the Content-Security-Policy of a document (srv_assets_policy) with the origins that may
+ * frame it: a list with commas, or NULL for none. Without memory, returns a policy that allows
+ * nothing. */
 static const char *assets_policy(struct srv_exchange *exchange, const char *list) {
     const char *frames = list && strcmp(list, "none") ? list : "'none'";
     size_t bytes = strlen(srv_assets_policy) + strlen(frames) + 1;
@@ -63,8 +64,8 @@ static void assets_give(struct srv_exchange *exchange, const struct srv_asset *a
     srv_exchange_header(exchange, "Vary", "Accept-Encoding");
 }
 
-/* Documents are requested at every visit, and so is the service worker: they name the digest under
- * which every other file is found. */
+/* Documents and the service worker are requested at every visit, because they contain the digest in
+ * the paths of all other files. */
 static void assets_document(struct srv_exchange *exchange, const char *name, const char *policy) {
     const struct srv_asset *asset = assets_find(name);
     if (asset)
@@ -73,7 +74,7 @@ static void assets_document(struct srv_exchange *exchange, const char *name, con
         srv_exchange_problem(exchange, 404, "this server was built without %s", name);
 }
 
-/* is the view asked for that may be in a frame: has the query embed=1? */
+/* true if the query contains embed=1: the view that may be in a frame */
 static int assets_embeds(const char *query) {
     for (const char *part = query; part; part = strchr(part, '&')) {
         if (*part == '&') part++;
@@ -83,7 +84,8 @@ static int assets_embeds(const char *query) {
     return 0;
 }
 
-/* Writes the page with a tag at the end of its head, which tells of the frame of this link. */
+/* Writes the page with a tag at the end of its head, which points to the oEmbed description of this
+ * link. */
 static enum pend_status assets_told(struct srv_exchange *exchange, const struct srv_asset *page) {
     const char *end = strstr(page->plain, "</head>");
     size_t head = end ? (size_t)(end - page->plain) : page->plain_bytes;
@@ -93,7 +95,7 @@ static enum pend_status assets_told(struct srv_exchange *exchange, const struct 
     return api_buffer_add(&exchange->answer, page->plain + head, page->plain_bytes - head);
 }
 
-/* Answers with the page of a link whose query says what is to be shown. */
+/* Answers with the page for a link whose query sets its contents. */
 static void assets_telling(struct srv_exchange *exchange) {
     const struct srv_asset *page = assets_find("index.html");
     assert(page);
@@ -134,7 +136,7 @@ void srv_assets_oembed(struct srv_exchange *exchange) {
 }
 
 void srv_assets_room(struct srv_exchange *exchange) {
-    /* relative to /CODE: a proxy may have put the page below a path of its own */
+    /* relative to /CODE, because a proxy may serve the page below another path */
     static const char page[] = "./?room=";
     char *location = srv_exchange_text(exchange, sizeof page + SRV_CLASS_CODE);
     if (!location) return;

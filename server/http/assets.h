@@ -1,21 +1,22 @@
 /* The page's files and the API's description, compiled in: the routes /, /docs, /sw.js,
- * /page/DIGEST/FILE, /openapi.json and /openapi-3.0.json; and how others show the page, /oembed.
+ * /page/DIGEST/FILE, /openapi.json and /openapi-3.0.json; and /oembed, for embedding the page
+ * elsewhere.
  * Leaves to others: the files themselves (web/), making them C (assets_embed.py), reading a link
  * (api/link/oembed).
- * Invariant: files under /page/DIGEST never change, so a browser may keep them for ever. */
+ * Invariant: files under /page/DIGEST never change, so a browser may cache them for ever. */
 #ifndef SRV_ASSETS_H
 #define SRV_ASSETS_H
 
 #include "server/work/exchange.h"
 
-/* One file. */
+/* A file. */
 struct srv_asset {
     const char *path; /* under /page/DIGEST/, or an HTML document's name */
     const char *media_type;
     const char *etag;
     const char *plain;
     size_t plain_bytes;
-    const char *packed; /* gzipped; NULL where that is no shorter */
+    const char *packed; /* gzipped; NULL if that is not shorter */
     size_t packed_bytes;
 };
 
@@ -23,26 +24,26 @@ struct srv_asset {
 extern const struct srv_asset srv_assets_table[];
 extern const int srv_assets_count;
 extern const char srv_assets_digest[]; /* of all files, 16 hexadecimal digits */
-extern const char srv_assets_policy[]; /* what documents may load, up to who may frame them */
+extern const char srv_assets_policy[]; /* the Content-Security-Policy of documents, up to
+                                        * frame-ancestors */
 
-/** GET /: the page. Its embed view, /?embed=1, may be in frames of whom frame-ancestors lists;
- * everything else in none. A readable link's document tells in its head where /oembed describes
- * its frame. */
+/** GET /: the page. Its embed view, /?embed=1, may be framed by the origins of frame-ancestors;
+ * other views may not be framed. The head of a valid link's document refers to /oembed. */
 void srv_assets_index(struct srv_exchange *exchange);
 
-/** GET /{room}: 302 to the page in the room of this code, /?room=CODE, whether there is one or not;
- * short enough for a blackboard. */
+/** GET /{room}: 302 to the page in the class room of this code, /?room=CODE, whether it exists or
+ * not; short enough for a blackboard. */
 void srv_assets_room(struct srv_exchange *exchange);
 
-/** GET /oembed: how a link to the page is shown in somebody else's page; 404 where frame-ancestors
- * lists nobody. */
+/** GET /oembed: the description for embedding a link to the page; 404 if frame-ancestors is
+ * empty. */
 void srv_assets_oembed(struct srv_exchange *exchange);
 
 /** GET /docs: the API's reference page. */
 void srv_assets_docs(struct srv_exchange *exchange);
 
-/** GET /sw.js: the page's service worker, which keeps the page in the browser. A proxy that answers
- * 404 here ends it wherever it runs. */
+/** GET /sw.js: the page's service worker, which caches the page in the browser. To remove it, let a
+ * proxy answer 404 here. */
 void srv_assets_worker(struct srv_exchange *exchange);
 
 /** GET /openapi.json. */

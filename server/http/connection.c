@@ -19,19 +19,19 @@
 #include "server/http/router.h"
 
 enum {
-    CONNECTION_UNREAD = 65536, /* bytes of a body that are read only to keep the connection */
+    CONNECTION_UNREAD = 65536, /* largest body that is read just to keep the connection */
     CONNECTION_BYTES = 3 << 13 /* bytes of memory that libmicrohttpd takes for a connection */
 };
 
 static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
               "a target that the front lets pass fits into an exchange");
 
-/* How far the exchange of a connection is. */
+/* The state of a connection's exchange. */
 enum connection_state {
     CONNECTION_NONE,    /* libmicrohttpd has not reported a request line */
     CONNECTION_HEAD,    /* the target is known */
     CONNECTION_BODY,    /* the head is checked and the body is coming */
-    CONNECTION_WAITING, /* handed over; the connection is suspended */
+    CONNECTION_WAITING, /* passed on; the connection is suspended */
     CONNECTION_SENDING  /* libmicrohttpd sends the response */
 };
 
@@ -50,14 +50,15 @@ struct connection {
     int refused; /* the request was answered after its head, while the body is still read */
     int64_t body_began;
     struct srv_response_stream stream;
-    int64_t paused, pauses; /* ns: since when, and how long before, there was nothing to send */
+    int64_t paused, pauses; /* ns: time since which, and time during which, there was nothing to
+                             * send */
 };
 
 static struct connection *connection_of_watched(struct srv_watched *watched) {
     return SRV_CONTAINER_OF(watched, struct connection, watched);
 }
 
-/* The seconds that a client has for a number of bytes. */
+/* Returns the seconds that a client has for a number of bytes. */
 static double connection_patience(const struct connection *connection, double seconds,
                                   size_t bytes) {
     return seconds + (double)bytes / srv_service_config(connection->all->service)->least_rate;
@@ -143,7 +144,8 @@ static void connection_left(struct srv_watched *watched) {
                                      : SRV_STOP_LEFT);
 }
 
-/* Hands the exchange over. Its connection may be resumed before this returns: that waits. */
+/* Passes the exchange on. Its connection may be resumed before this returns; the resumption
+ * waits. */
 static enum MHD_Result connection_hand_over(struct connection *connection) {
     assert(connection->state == CONNECTION_BODY && !connection->refused);
     connection->state = CONNECTION_WAITING;
@@ -258,7 +260,7 @@ enum MHD_Result srv_connection_request(void *context, struct MHD_Connection *mhd
     return connection->state == CONNECTION_WAITING ? connection_answer(connection) : MHD_NO;
 }
 
-/* libmicrohttpd has read the request line: a request begins. */
+/* libmicrohttpd has read the request line: a request starts. */
 void *srv_connection_target(void *context, const char *target, struct MHD_Connection *mhd) {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
@@ -357,7 +359,7 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     if (!connection->hook.strict.status || connection->hook.strict.complete != connection->done)
         return;
     connection_refuse_stream(connection);
-    /* The connection has nothing to read, so only the timeout can end it. */
+    /* The connection has nothing to read, so only the timeout can close it. */
     MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
 }
 
@@ -391,7 +393,8 @@ enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *addre
     return MHD_NO;
 }
 
-/* Counts a new connection, for which a silent one may go; notes the limit that it exceeds. */
+/* Counts a new connection, for which a silent one may be closed; notes the limit that it
+ * exceeds. */
 static void connection_count(struct connection *connection, int connections) {
     struct srv_service *service = connection->all->service;
     connection->client = srv_connection_share_client(service, connection->exchange.peer);
@@ -422,7 +425,7 @@ static int64_t connection_begin_deadline(const struct connection *connection) {
 
 static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd,
                              void **socket) {
-    /* The value is copied at once: from libmicrohttpd 1.0 on the next question overwrites it. */
+    /* The value is copied at once: from libmicrohttpd 1.0 on the next call overwrites it. */
     int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
     int connections = 1 + atomic_fetch_add(&all->service->connections, 1);
     struct connection *connection = calloc(1, sizeof *connection);

@@ -13,30 +13,30 @@
 #include "server/http/watch.h"
 #include "server/http/recv_hook.h"
 
-/* What all connections share; each callback's first argument. */
+/* State shared by all connections; each callback's first argument. */
 struct srv_connections {
     struct srv_service *service;
     struct srv_watch *watch;
     struct srv_recv_hooks hooks;
-    int probes; /* only probes and metrics are answered here, without limits */
-    int wake;   /* an eventfd: readable when the thread of the sockets is to look again */
+    int probes; /* serves only probes and metrics, without limits */
+    int wake;   /* an eventfd: readable when the thread of the sockets has something to do */
 };
 
-/** Of MHD_start_daemon: whether a connection is accepted. A client that has far more than its share
- * is closed without an answer. */
+/** For MHD_start_daemon: whether to accept a connection. A client far above its share is
+ * disconnected without an answer. */
 enum MHD_Result srv_connection_allow(void *connections, const struct sockaddr *address,
                                      socklen_t bytes);
 
-/** MHD_OPTION_NOTIFY_CONNECTION: a connection begins or has ended. */
+/** MHD_OPTION_NOTIFY_CONNECTION: a connection starts or has ended. */
 void srv_connection_notify(void *connections, struct MHD_Connection *mhd, void **socket,
                            enum MHD_ConnectionNotificationCode code);
 
-/** MHD_OPTION_URI_LOG_CALLBACK: a request begins. Returns the connection, NULL if the request is
+/** MHD_OPTION_URI_LOG_CALLBACK: a request starts. Returns the connection, NULL if the request is
  * not served. */
 void *srv_connection_target(void *connections, const char *target, struct MHD_Connection *mhd);
 
-/** What MHD_start_daemon calls for a request's head, each piece of its body, its end, and once
- * more with the answer. */
+/** The handler of MHD_start_daemon, called for a request's head, each piece of its body, its end,
+ * and for the answer. */
 enum MHD_Result srv_connection_request(void *connections, struct MHD_Connection *mhd,
                                        const char *url, const char *method, const char *version,
                                        const char *data, size_t *bytes, void **state);

@@ -8,8 +8,9 @@
 #include "server/protocol/identity.h"
 
 enum {
-    SHARE_SURPLUS = 16, /* connections beyond the share that are told so; further ones are closed */
-    SHARE_PART = 4      /* a client may have 1/4 of all connections */
+    SHARE_SURPLUS = 16, /* connections above the share that get an answer; further ones are closed
+                         * at once */
+    SHARE_PART = 4      /* the share of a client is 1/4 of all connections */
 };
 
 int srv_connection_share(const struct srv_config *config) {

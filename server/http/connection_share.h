@@ -1,6 +1,7 @@
-/* How many connections one address may have open, and which address a connection counts for.
- * Leaves to others: the count itself (work/clients), telling a client (connection).
- * Invariant: connections of a trusted proxy count for nobody, as they are those of its clients. */
+/* The limit of open connections per address, and the address for which a connection counts.
+ * Leaves to others: the count itself (work/clients), answers to clients (connection).
+ * Invariant: connections of a trusted proxy are not limited, because they are those of its
+ * clients. */
 #ifndef SRV_CONNECTION_SHARE_H
 #define SRV_CONNECTION_SHARE_H
 
@@ -8,7 +9,7 @@
 
 #include "server/work/exchange.h"
 
-/** The most connections that one client may have open, >= 1. */
+/** Returns the largest number of connections that one client may have open, >= 1. */
 int srv_connection_share(const struct srv_config *config);
 
 /** Writes an IPv4 or IPv6 address as text; "" for NULL. */
@@ -18,11 +19,11 @@ void srv_connection_share_peer(const struct sockaddr *address, char peer[SRV_PEE
  * trusted proxy, and without memory. */
 struct srv_client *srv_connection_share_client(struct srv_service *service, const char *peer);
 
-/** True if an address has so many connections more than its share that a new one is to be closed
- * without an answer. */
+/** Returns true if an address is so far above its share that a new connection is closed without an
+ * answer. */
 int srv_connection_share_passed(struct srv_service *service, const struct sockaddr *address);
 
-/* The limit that a connection is beyond. */
+/* The limit that a connection exceeds. */
 enum srv_surplus {
     SRV_SURPLUS_NONE,
     SRV_SURPLUS_ALL, /* max-connections */
@@ -30,7 +31,7 @@ enum srv_surplus {
     SRV_SURPLUS_HELD /* max-held-bytes */
 };
 
-/** Answers a request on a connection that is beyond a limit: 429 for the client's own, else 503. */
+/** Answers a request on a connection that exceeds a limit: 429 for the client's own, else 503. */
 void srv_connection_share_refuse(struct srv_exchange *exchange, enum srv_surplus surplus);
 
 #endif

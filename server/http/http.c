@@ -19,7 +19,7 @@ enum {
                         * that the strict reader accepts */
     HTTP_WAIT_MS =
         60000,      /* the longest wait in ms: a safety net, because every event is notified */
-    HTTP_SPARE = 64 /* connections beyond the limit that are told so */
+    HTTP_SPARE = 64 /* connections above the limit that get an answer */
 };
 
 struct srv_http {
@@ -31,8 +31,8 @@ struct srv_http {
     atomic_int
         listen; /* 1 = listening, 0 = the thread should stop listening, -1 = it has stopped */
     atomic_int end;
-    int64_t settling; /* ns: since when no new connection is accepted, then since when the thread
-                         does not listen */
+    int64_t settling; /* ns: time since which no new connection is accepted, then since which the
+                       * thread does not listen */
 };
 
 /* The strict reader decodes paths, so libmicrohttpd must not. */
@@ -74,8 +74,8 @@ static void http_wait(struct srv_http *http) {
     }
 }
 
-/* libmicrohttpd is asked for events and never waits itself: with 128 events at once its versions
- * 0.9.75 to 1.0.1 ask for more before they handle any, and sleep over them. */
+/* libmicrohttpd is polled for events and never waits itself: with 128 events at once, its versions
+ * 0.9.75 to 1.0.1 request more before they handle any, and sleep meanwhile. */
 static void *http_main(void *context) {
     struct srv_http *http = context;
     srv_recv_hooks_here(&http->all.hooks);
@@ -139,7 +139,7 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         !pthread_create(&made->thread, NULL, http_main, made))
         return PEND_OK;
     *http = NULL;
-    if (!made->daemon) close(fd); /* libmicrohttpd closes the socket otherwise. */
+    if (!made->daemon) close(fd); /* Otherwise libmicrohttpd closes the socket. */
     http_drop(made);
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "libmicrohttpd does not start");
 }

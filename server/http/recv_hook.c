@@ -43,8 +43,8 @@ static struct srv_recv_hook *hook_at(int fd) {
     return hooks_here && fd >= 0 && fd < hooks_here->fds ? hooks_here->by_fd[fd] : NULL;
 }
 
-/* Shows the strict reader bytes that came; returns how many of them, moved together, libmicrohttpd
- * may see. */
+/* Passes received bytes to the strict reader; returns how many of them, moved together,
+ * libmicrohttpd may see. */
 static size_t hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
     struct srv_http_strict *strict = &hook->strict;
     int within = srv_http_strict_within(strict);
@@ -55,9 +55,9 @@ static size_t hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
     return bytes;
 }
 
-/* libmicrohttpd accepts some malformed messages and does not show their bytes, so every read goes
+/* libmicrohttpd accepts some malformed messages and does not expose their bytes, so every read goes
  * through this function: a recv in the program replaces that of the C library for all shared
- * libraries. For a stream that was refused it reports that the client has ended it. */
+ * libraries. For a refused stream it reports that the client has closed it. */
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
 
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {

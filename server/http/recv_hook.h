@@ -1,5 +1,5 @@
 /* The recv that libmicrohttpd calls: the strict reader sees every byte before libmicrohttpd does.
- * Leaves to others: libmicrohttpd itself and what a connection is (http), the bytes (http_strict).
+ * Leaves to others: libmicrohttpd and connections (http), the bytes (http_strict).
  * Invariant: on a thread that has not called srv_recv_hooks_here, recv is the C library's. */
 #ifndef SRV_RECV_HOOK_H
 #define SRV_RECV_HOOK_H
@@ -11,13 +11,14 @@ struct srv_recv_hook {
     struct srv_http_strict strict;
     void (*begins)(struct srv_recv_hook *hook);  /* called at the first bytes of a request */
     void (*refuses)(struct srv_recv_hook *hook); /* called when the strict reader has refused the
-                                                    stream and all before that was passed on */
+                                                  * stream, after all earlier bytes were passed
+                                                  * on */
 };
 
 /* All connections, by their sockets. */
 struct srv_recv_hooks {
     struct srv_recv_hook **by_fd;
-    int fds; /* room in by_fd */
+    int fds; /* capacity of by_fd */
 };
 
 /** Prepares it, without connections. */
@@ -26,7 +27,7 @@ void srv_recv_hooks_init(struct srv_recv_hooks *hooks);
 /** Frees it; no connection may be left. */
 void srv_recv_hooks_clear(struct srv_recv_hooks *hooks);
 
-/** Makes the calling thread read through these hooks from now on. */
+/** Makes the calling thread read through these hooks. */
 void srv_recv_hooks_here(struct srv_recv_hooks *hooks);
 
 /** Adds a connection; returns 0 without memory. */

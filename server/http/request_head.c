@@ -7,7 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
-/* What a second field of the same name means. */
+/* The treatment of a second field of the same name. */
 enum head_several { HEAD_ONE, HEAD_LIST, HEAD_LAST };
 
 static const struct {
@@ -31,8 +31,8 @@ static int head_refuse(struct srv_exchange *exchange, int status, const char *fo
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
     srv_exchange_problem(exchange, status, "%s", detail);
-    /* A client that sends a malformed message may have meant a different one, so nothing behind it
-     * is read. */
+    /* A client that sends a malformed message may have meant a different one, so the connection is
+     * closed after it. */
     exchange->close |= status == 400;
     return 0;
 }

@@ -17,7 +17,7 @@
 enum {
     RESPONSE_BLOCK =
         65536, /* bytes of a stream that libmicrohttpd asks for at once if the length is known */
-    RESPONSE_HEAD = 1536 /* the room in bytes for a head that is sent without libmicrohttpd */
+    RESPONSE_HEAD = 1536 /* space in bytes for a head that is sent without libmicrohttpd */
 };
 
 /* --- ids --- */
@@ -115,7 +115,8 @@ struct response_ages {
 static const char response_ages_link[] = "</docs#deprecation>; rel=\"deprecation\", "
                                          "</docs#deprecation>; rel=\"sunset\"";
 
-/* Reads what the operator announces of the age of the interface. Returns 0 if it is nothing. */
+/* Reads the operator's announcements of the deprecation of the interface. Returns 0 if there are
+ * none. */
 static int response_ages_read(const struct srv_exchange *exchange, struct response_ages *ages) {
     const struct srv_config *config = srv_service_config(exchange->service);
     int64_t us;
@@ -140,7 +141,7 @@ static int response_ages(struct MHD_Response *response, const struct srv_exchang
            response_field(response, "Link", response_ages_link);
 }
 
-/* What depends on who asks and on the operator. */
+/* Adds fields that depend on the client and on the operator. */
 static int response_client(struct MHD_Response *response, const struct srv_exchange *exchange) {
     return response_cors(response, exchange) && response_quota(response, exchange) &&
            response_ages(response, exchange);
@@ -164,8 +165,8 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 
 /* --- bodies --- */
 
-/* Adds the trailers: what was found out while the body was sent. Without memory a field is left
- * out; the body is complete all the same. */
+/* Adds the trailers with values computed while the body was sent. Without memory a field is
+ * omitted; the body is complete all the same. */
 static void response_trail(struct srv_response_stream *stream) {
     struct api_stats_headers stat_fields;
     srv_inflight_stat_fields(stream->exchange, &stat_fields);
@@ -216,7 +217,7 @@ static void response_line(char head[], const char *name, const char *value) {
     if (bytes < 0 || (size_t)bytes >= room) head[used] = 0;
 }
 
-/* Adds what the operator announces of the age of the interface. */
+/* Adds the operator's announcements of the deprecation of the interface. */
 static void response_line_ages(char head[], const struct srv_exchange *exchange) {
     struct response_ages ages;
     if (!response_ages_read(exchange, &ages)) return;

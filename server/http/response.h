@@ -1,6 +1,6 @@
-/* Makes libmicrohttpd's response of an answered exchange, complete or as a stream; or writes the
- * answer to the socket where libmicrohttpd accepts none.
- * Leaves to others: connections and requests (connection), what an answer says (exchange).
+/* Creates libmicrohttpd's response for an answered exchange, complete or as a stream; or writes the
+ * answer to the socket if libmicrohttpd accepts none.
+ * Leaves to others: connections and requests (connection), the contents of answers (exchange).
  * Invariant: every answer has its request id. */
 #ifndef SRV_RESPONSE_H
 #define SRV_RESPONSE_H
@@ -9,24 +9,24 @@
 
 #include "server/work/exchange.h"
 
-/* What the response of a stream needs of its connection. */
+/* What a streamed response needs from its connection. */
 struct srv_response_stream {
     struct srv_exchange *exchange;
-    /** Says how many bytes the client was given since the answer began; 0 = it waits for the next
+    /** Reports the bytes passed to the client since the answer began; 0 = it waits for the next
      * ones. */
     void (*moved)(struct srv_exchange *exchange, uint64_t bytes);
-    /** Suspends the connection until the exchange's finish. */
+    /** Suspends the connection until the exchange's `finish`. */
     void (*pause)(struct srv_exchange *exchange);
     struct MHD_Response *response; /* gets the trailers */
-    int broken; /* out: its computation failed, or was ended, before the body was complete */
+    int broken; /* out: its computation failed, or was cancelled, before the body was complete */
 };
 
-/** Sets the request id: the client's own, or a new one; those of one process never repeat, and look
- * random. */
+/** Sets the request id: the client's own, or a new one. New ids are unique within a process, and
+ * look random. */
 void srv_response_identify(struct srv_exchange *exchange);
 
 /**
- * Makes libmicrohttpd's response of an exchange.
+ * Creates libmicrohttpd's response for an exchange.
  *
  * stream  used if the body is a stream; must outlive the response.
  *
@@ -35,7 +35,8 @@ void srv_response_identify(struct srv_exchange *exchange);
 struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
                                       struct srv_response_stream *stream);
 
-/** Writes an exchange's answer to a socket without waiting; the connection must be closed then. */
+/** Writes an exchange's answer to a socket without waiting; the connection must be closed after
+ * it. */
 void srv_response_refuse(struct srv_exchange *exchange, int fd);
 
 #endif

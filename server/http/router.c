@@ -108,7 +108,7 @@ enum {
     ROUTER_COUNT = sizeof router_table / sizeof *router_table,
     ROUTER_ALLOW = 64,
     ROUTER_LABEL = 64,
-    ROUTER_PATH = 64 /* the longest path that is compared with those that are there */
+    ROUTER_PATH = 64 /* the longest path that is compared with existing ones */
 };
 
 static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
@@ -147,7 +147,7 @@ static int router_match(const char *pattern, const char *path, const char **argu
     return !*path;
 }
 
-/* Returns 1 if the route can also be asked by QUERY: it only computes and changes nothing. */
+/* Returns 1 if the route supports QUERY too: it only computes and changes nothing. */
 static int router_queried(const struct srv_route *route) {
     return !strcmp(route->method, "POST") && route->op != API_OP_COUNT;
 }
@@ -192,7 +192,7 @@ static const struct srv_route *router_route(const char *method, const char *path
     return NULL;
 }
 
-/* Returns 1 if a web page of another origin asks that is not listed. */
+/* Returns 1 for a request from a web page of an origin that is not listed. */
 static int router_foreign(const struct srv_exchange *exchange) {
     return srv_cors_foreign(srv_service_config(exchange->service)->cors_origins,
                             exchange->field[SRV_ORIGIN], exchange->field[SRV_FETCH_SITE],
@@ -215,8 +215,8 @@ static void router_options(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
-/* The pattern that was probably meant by a path that does not exist, or NULL: without its last
- * slash, without the first step, under /v1, with other letters, or by another word. */
+/* Returns the pattern that an unknown path probably meant, or NULL: without its last slash, without
+ * the first segment, under /v1, with other letters, or with another word. */
 static const char *router_meant(const char *path) {
     const char *patterns[ROUTER_COUNT + 1] = {0}, *last = strrchr(path, '/');
     char whole[ROUTER_PATH];
@@ -281,7 +281,7 @@ static int router_argument(struct srv_exchange *exchange, const char *argument, 
 
 /* --- stages --- */
 
-/* Passes an exchange that was not refused while its head was read, for a repeated field or too
+/* Passes an exchange unless it was refused while its head was read, for a repeated field or too
  * many connections. */
 static int router_unrefused(struct srv_exchange *exchange) { return !exchange->status; }
 
@@ -299,7 +299,7 @@ static int router_find(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* Answers 421 if the server does not answer to the host that the request names. */
+/* Answers 421 if the request names a host that the server does not accept. */
 static int router_host(struct srv_exchange *exchange) {
     unsigned special = exchange->route ? exchange->route->special : 0;
     if ((special & SRV_ROUTE_ANY_HOST) || exchange->probes) return 1;
@@ -339,8 +339,8 @@ static int router_may(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* Is the body a form of files, which a page may send without a preflight, to where none would be
- * allowed? */
+/* Returns true if the body is a form of files, which a page may send without a preflight even where
+ * a preflight would be refused. */
 static int router_form(const struct srv_exchange *exchange) {
     static const char form[] = "multipart/form-data";
     const char *type = exchange->field[SRV_CONTENT_TYPE];
@@ -349,7 +349,7 @@ static int router_form(const struct srv_exchange *exchange) {
                             exchange->field[SRV_ORIGIN], 0);
 }
 
-/* Answers 403 if a web page of another origin may not ask for the route. */
+/* Answers 403 if a web page of another origin may not use the route. */
 static int router_origin(struct srv_exchange *exchange) {
     int job = srv_jobs_wanted(exchange);
     exchange->closed = (exchange->route->special & SRV_ROUTE_CLOSED) != 0;
@@ -367,7 +367,7 @@ static int router_origin(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* Answers 400 to Job-Notify: nobody would tell the url of the job's end. */
+/* Answers 400 to Job-Notify, because there are no webhooks. */
 static int router_notify(struct srv_exchange *exchange) {
     if (!exchange->field[SRV_JOB_NOTIFY]) return 1;
     srv_exchange_problem(exchange, 400,
@@ -376,7 +376,7 @@ static int router_notify(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* Answers 503 if this process does not serve the route, or not any more. */
+/* Answers 503 if this process does not serve the route, or no longer does. */
 static int router_role(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
     const struct srv_service *service = exchange->service;
@@ -411,11 +411,11 @@ static int router_cache(struct srv_exchange *exchange) {
     return exchange->route->begin || srv_jobs_wanted(exchange) || !srv_result_cached(exchange);
 }
 
-/* A stage lets an exchange pass, returning 1, or answers it, returning 0. It runs on the sockets'
+/* A stage passes an exchange on, returning 1, or answers it, returning 0. It runs on the sockets'
  * thread: it neither waits nor computes. */
 typedef int router_stage(struct srv_exchange *exchange);
 
-/* The stages of a request, in order: those that need its head, */
+/* The stages of a request, in order: those that need only its head, */
 static router_stage *const router_head[] = {
     srv_admission_identify, /* identity of the client; every request passes */
     router_unrefused,
@@ -431,7 +431,7 @@ static router_stage *const router_head[] = {
     router_quota,        /* 429 */
 };
 
-/* and those that need its body. An exchange that passes all of them is handed over. */
+/* and those that need its body. An exchange that passes all of them is passed to its route. */
 static router_stage *const router_body[] = {
     router_handle,
     router_cache,

@@ -17,10 +17,10 @@
 
 enum {
     WATCH_SLOW_MS = 250,  /* the period in ms if only deadlines matter */
-    WATCH_AFTERGLOW = 40, /* quick periods after the last waiting connection, so that short requests
-                             wake nobody */
-    WATCH_SIGHTS =
-        2 /* periods that a client has after it shut its side: it may still want its response */
+    WATCH_AFTERGLOW = 40, /* short periods after the last waiting connection, so that short requests
+                           * need not wake the thread */
+    WATCH_SIGHTS = 2 /* periods that a client has after it shut its side, because it may still want
+                      * its response */
 };
 
 static const char watch_head[] =
@@ -35,15 +35,15 @@ struct watch_lingerer {
     int64_t deadline;
 };
 
-/* In `watched` the connections whose client waits come first, so that a quick period need not look
- * at thousands of others. */
+/* In `watched`, connections with a waiting client come first, so that a short period need not visit
+ * thousands of others. */
 struct srv_watch {
     pthread_mutex_t lock;
     pthread_cond_t wake;
     pthread_t thread;
-    int stopping, asleep; /* asleep: the thread waits longer than a quick period */
+    int stopping, asleep; /* asleep: the thread waits longer than a short period */
     int count, waiting, glow;
-    int64_t listened; /* ns: when the event streams were looked at */
+    int64_t listened; /* ns: last check of the event streams */
     struct srv_list watched;
     char timeout[512]; /* the text of the 408 response */
     int lingerers;
@@ -57,7 +57,7 @@ int srv_watch_valid(const struct srv_watch *watch) {
            srv_list_empty(&watch->watched) == !watch->count;
 }
 
-/* The deadline has passed: answers 408 to a client whose request is incomplete, and ends the
+/* After the deadline: answers 408 to a client whose request is incomplete, and closes the
  * connection. */
 static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     if (watched->phase == SRV_WATCH_READING) {
@@ -69,7 +69,7 @@ static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     watched->deadline = 0;
 }
 
-/* Looks whether the client of a waiting connection is still there. */
+/* Checks whether the client of a waiting connection is still there. */
 static void watch_look(struct srv_watched *watched) {
     struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
     if (watched->seen >= WATCH_SIGHTS || poll(&look, 1, 0) <= 0) return;
@@ -77,8 +77,8 @@ static void watch_look(struct srv_watched *watched) {
     if (watched->seen >= WATCH_SIGHTS) watched->left(watched);
 }
 
-/* Reports a client's end in the middle of a request to libmicrohttpd. It takes a short read for
- * the last one until epoll reports again, and an end that arrived together with data is not
+/* Reports a client's end in the middle of a request to libmicrohttpd. It takes a short read for the
+ * end of the data until epoll reports again, and an end that arrived together with data is not
  * reported again. */
 static void watch_end(struct srv_watched *watched) {
     struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
@@ -91,7 +91,7 @@ static struct srv_watched *watch_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct srv_watched, link);
 }
 
-/* Ends a connection whose key was revoked or has expired. */
+/* Closes a connection whose key was revoked or has expired. */
 static void watch_revoke(struct srv_watched *watched) {
     if (!watched->keys || srv_key_ring_holds(watched->keys, watched->issued, (int64_t)time(NULL)))
         return;
@@ -117,7 +117,7 @@ static void watch_round(struct srv_watch *watch) {
     }
 }
 
-/* Reads and drops what arrives. Returns 0 at the end of the stream. */
+/* Reads and discards incoming bytes. Returns 0 at the end of the stream. */
 static int watch_read_on(int fd) {
     char rubbish[16384];
     for (int turn = 0; turn < 16; turn++) {
@@ -264,7 +264,7 @@ int srv_watch_crowd_out(struct srv_watch *watch) {
     int most = 0;
     pthread_mutex_lock(&watch->lock);
     assert(srv_watch_valid(watch));
-    /* A connection that has never been in another phase stands where it was added. */
+    /* A connection that was never in another phase is at the place where it was added. */
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *at = watch_of_link(link);
         if (at->phase != SRV_WATCH_IDLE || at->served || !at->siblings) continue;
@@ -317,8 +317,8 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
         int unread = 0;
-        /* A browser repeats its request on another connection; a proxy that has sent a POST on
-         * this one must not. */
+        /* A browser repeats its request on another connection; a proxy that has sent a POST on this
+         * one must not. */
         int64_t kept = atomic_load(&watched->relayed) ? patience : moment;
         busy += watched->phase != SRV_WATCH_IDLE ||
                 now - watched->since < (watched->served ? moment : patience) ||

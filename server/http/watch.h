@@ -1,5 +1,5 @@
-/* Watches every open connection for clients that leave, that send too slowly, or that do not take
- * their answer.
+/* Watches every open connection for clients that disconnect, send too slowly, or do not read their
+ * answer.
  * Leaves to others: reading and writing (http); an inactive connection in general
  * (libmicrohttpd's own timeout).
  * Invariant: a socket is used only while it is watched, and its owner cannot close it meanwhile. */
@@ -14,42 +14,42 @@
 #include "server/keys/key_ring.h"
 
 enum {
-    SRV_WATCH_TICK_MS = 25,    /* how often waiting clients are looked at */
-    SRV_WATCH_MOMENT_MS = 250, /* how long a drain waits for a request that may be arriving */
+    SRV_WATCH_TICK_MS = 25,    /* period at which waiting clients are checked */
+    SRV_WATCH_MOMENT_MS = 250, /* time for which a drain waits for a request that may be arriving */
     SRV_WATCH_LINGER_MS =
-        2000, /* how long a connection that was refused in mid-request is read on, at most */
-    SRV_WATCH_LINGERING = 1024 /* how many of them there are at most */
+        2000, /* longest time for which a connection refused in mid-request is read on */
+    SRV_WATCH_LINGERING = 1024 /* largest number of such connections */
 };
 
-/* What a connection is doing. */
+/* The phases of a connection. */
 enum srv_watch_phase {
-    SRV_WATCH_IDLE,    /* no request is under way: ends at the deadline */
-    SRV_WATCH_READING, /* a request arrives: at the deadline 408 is sent and the connection ends */
-    SRV_WATCH_WAITING, /* a request is computed: libmicrohttpd does not see the client leave */
-    SRV_WATCH_SENDING, /* an answer is sent: at the deadline the connection ends */
-    SRV_WATCH_STREAMING, /* the same, of an answer that is computed meanwhile */
-    SRV_WATCH_LISTENING  /* a stream of events is open: the client is looked at rarely */
+    SRV_WATCH_IDLE,      /* no request is under way: closed at the deadline */
+    SRV_WATCH_READING,   /* a request arrives: at the deadline 408 is sent and the connection
+                          * closed */
+    SRV_WATCH_WAITING,   /* a request is computed: libmicrohttpd does not notice a disconnect */
+    SRV_WATCH_SENDING,   /* an answer is sent: at the deadline the connection is closed */
+    SRV_WATCH_STREAMING, /* the same, for an answer that is computed meanwhile */
+    SRV_WATCH_LISTENING  /* a stream of events is open: the client is checked rarely */
 };
 
-/* One connection, inside its owner's structure; the fields are the watch's, but fd, left and
- * relayed, and late to read.
- */
+/* One connection, inside its owner's structure. The watch owns the fields, except fd, left and
+ * relayed; others may read `late`. */
 struct srv_watched {
     int fd;
-    /** The client of a waiting connection is gone. Called once a request, on the watch's thread,
-     * with its lock held. */
+    /** The client of a waiting connection has disconnected. Called once per request, on the watch's
+     * thread, with its lock held. */
     void (*left)(struct srv_watched *watched);
     struct srv_list link;
     enum srv_watch_phase phase;
     int64_t deadline;     /* ns of srv_clock_now, 0 = none */
     int64_t since;        /* ns: when it became idle */
     atomic_int late;      /* its request came too late */
-    atomic_int relayed;   /* a proxy's; set by the owner */
-    atomic_int *siblings; /* how many connections its address has; NULL = it is never crowded out;
-                             set by the owner */
-    int served;           /* a request of it is over */
-    int seen;             /* ticks in a row at which the end of the client's stream was seen */
-    struct srv_key_ring *keys;     /* that the key of its request is one of, or NULL */
+    atomic_int relayed;   /* it is a proxy's; set by the owner */
+    atomic_int *siblings; /* number of connections of its address; NULL = never closed for others;
+                           * set by the owner */
+    int served;           /* a request of it has ended */
+    int seen;             /* consecutive ticks at which the end of the client's stream was seen */
+    struct srv_key_ring *keys;     /* the key ring of its request's key, or NULL */
     char issued[API_DIGEST_BYTES]; /* its digest */
 };
 
@@ -58,21 +58,22 @@ struct srv_watch;
 /**
  * Starts a watch and its thread.
  *
- * PEND_NO_MEMORY  also when no thread can be had.
+ * PEND_NO_MEMORY  also if the thread cannot be started.
  */
 PEND_MUST_CHECK enum pend_status srv_watch_new(struct srv_watch **watch);
 
-/** True when the counts agree with each other and with the list; for assertions, under its lock.
- * O(1). */
+/** Returns true if the counts are consistent with each other and with the list; for assertions,
+ * under its lock. O(1). */
 int srv_watch_valid(const struct srv_watch *watch);
 
-/** How many sockets may linger at one time, SRV_WATCH_LINGERING at most; before the first does. */
+/** Sets the number of sockets that may linger at one time, SRV_WATCH_LINGERING at most; before the
+ * first does. */
 void srv_watch_lingering(struct srv_watch *watch, int most);
 
-/** Ends the thread and closes the sockets that linger; no connection may be watched. */
+/** Ends the thread and closes lingering sockets; no connection may be watched. */
 void srv_watch_free(struct srv_watch **watch);
 
-/** Begins to watch a new connection, which is idle; fd and left are set. */
+/** Starts to watch a new connection, which is idle; fd and left must be set. */
 void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t deadline);
 
 /** Stops watching; afterwards neither the socket nor the structure is used. */
@@ -83,38 +84,38 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
                      enum srv_watch_phase phase, int64_t deadline);
 
 /**
- * Ends a connection that has not sent a byte, to make room for a new one: the oldest of those of
- * the address that has the most connections. Returns 0 where there is none. O(connections).
+ * Closes a connection that has not sent a byte, to make room for a new one: the oldest one of the
+ * address with the most connections. Returns 0 if there is none. O(connections).
  */
 int srv_watch_crowd_out(struct srv_watch *watch);
 
-/** Notes the key of a request: once it is not good any more, the connection ends within half a
- * second, whatever it waits for or is sent, unless the request is over. NULL, "" = none. */
+/** Sets the key of a request. Once it is invalid, the connection is closed within half a second,
+ * whatever its phase, unless the request has ended. NULL, "" = none. */
 void srv_watch_key(struct srv_watch *watch, struct srv_watched *watched, struct srv_key_ring *keys,
                    const char issued[API_DIGEST_BYTES]);
 
-/** Calls `left` for every waiting, streaming or listening connection, as the server is stopping. */
+/** Calls `left` for every waiting, streaming or listening connection, because the server is
+ * stopping. */
 void srv_watch_leave_all(struct srv_watch *watch);
 
 /**
- * Connections that a drain should wait for: whose request or answer is not complete, that have
- * unread bytes, that linger since a moment only, or whose client may be sending a request at this
- * very instant.
+ * Returns the number of connections that a drain should wait for: with an incomplete request or
+ * answer, with unread bytes, lingering for a short time only, or whose client may be sending a
+ * request at this instant.
  *
  * began     ns of srv_clock_now: when the drain began.
- * patience  ns: an idle connection is waited for so long after it was opened and, where it is a
- *           proxy's and a request was answered on it already, so long after the drain began. Never
- *           shorter than SRV_WATCH_MOMENT_MS after it became idle and, where a request was answered
- *           on it, after the drain began.
+ * patience  ns: waiting time for an idle connection after it was opened, and for a proxy's that has
+ *           answered a request, after the drain began. At least SRV_WATCH_MOMENT_MS after it became
+ *           idle and, if it has answered a request, after the drain began.
  */
 int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience);
 
 /**
- * Keeps a connection from being reset under a refusal while the client is still sending: the socket
- * is shut for writing, and its bytes are read and dropped, until the client closes it, a limit is
+ * Prevents a reset of a connection that was refused while the client is still sending: shuts the
+ * socket for writing, and reads and discards its bytes until the client closes it, a limit is
  * reached, or the watch is freed.
  *
- * fd  a duplicate, taken; the owner may close its own at once.
+ * fd  a duplicate, closed by the watch; the owner may close its own at once.
  */
 void srv_watch_linger(struct srv_watch *watch, int fd);
 
