@@ -224,12 +224,8 @@ static enum pend_status joints_hit(struct pend_joints *j, int k) {
     for (int i = 0; i < j->n; i++) rate[i] -= (1 + e) * r / d * j->blow[i];
     if (!last) {
         PEND_TRY(joints_last(j, k, side, &last));
-        if (last) {
-            // back, and on with no restitution
-            double now = pend_joints_rate(j, rate, k);
-            d = joints_blow(j, k);
-            for (int i = 0; i < j->n; i++) rate[i] -= now / d * j->blow[i];
-        }
+        double now = last ? pend_joints_rate(j, rate, k) : 0; // and on with no restitution
+        for (int i = 0; i < j->n; i++) rate[i] -= now / d * j->blow[i];
     }
     if (last)
         rate[k] = p < 0 ? 0 : rate[p];

@@ -18,7 +18,6 @@ static const struct pend_rule rule_tables = {.has = tables_has, .next = tables_n
 
 /* in the order in which they change a state, and add to its inputs */
 static const struct pend_rule *const rules[PIECES_RULES] = {&rule_tables};
-enum { RULES = PIECES_RULES };
 
 PEND_VALIDATOR pieces_valid(const struct pieces *p) {
     return p->inner && p->piece.value == p->problem.loads.value &&
@@ -30,7 +29,7 @@ PEND_VALIDATOR pieces_valid(const struct pieces *p) {
 /* where the new piece ends, if no event ends it before */
 static void pieces_look(struct pieces *p) {
     p->next = copysign(INFINITY, p->piece.way);
-    for (int i = 0; i < RULES; i++) {
+    for (int i = 0; i < PIECES_RULES; i++) {
         if (!p->own[i] || !rules[i]->next) continue;
         double next = rules[i]->next(&p->piece, p->own[i]);
         p->next = p->piece.way > 0 ? fmin(p->next, next) : fmax(p->next, next);
@@ -40,11 +39,11 @@ static void pieces_look(struct pieces *p) {
 static enum pend_status pieces_change(struct pieces *p, struct pend_error *error) {
     const struct pend_terms *terms = p->problem.loads.terms;
     if (p->joints) PEND_TRY(pend_joints_impacts(p->joints, error));
-    for (int i = 0; i < RULES; i++)
+    for (int i = 0; i < PIECES_RULES; i++)
         if (p->own[i] && rules[i]->change) PEND_TRY(rules[i]->change(&p->piece, p->own[i], error));
     if (terms->row[PEND_TERM_INPUT] >= 0)
         pend_rules_inputs(p->piece.rules, terms, p->piece.now, p->piece.way, p->piece.value, 1);
-    for (int i = 0; i < RULES; i++)
+    for (int i = 0; i < PIECES_RULES; i++)
         if (p->own[i] && rules[i]->input) rules[i]->input(&p->piece, p->own[i]);
     if (p->joints) PEND_TRY(pend_joints_sort(p->joints, error));
     pieces_look(p);
@@ -170,7 +169,7 @@ static size_t pieces_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 /* places what the rules keep behind `base`; returns the bytes */
 static size_t pieces_own(const struct pend_problem *problem, char *base, void *own[]) {
     size_t used = 0;
-    for (int i = 0; i < RULES; i++) {
+    for (int i = 0; i < PIECES_RULES; i++) {
         own[i] = NULL;
         if (!rules[i]->has(problem->loads.terms->rules)) continue;
         own[i] = base ? base + used : NULL;
@@ -355,7 +354,7 @@ static void pieces_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     pend_checkpoint_int(checkpoint, &p->fresh, 1);
     pend_checkpoint_int(checkpoint, &p->stalled, PIECES_STALLED);
     pend_checkpoint_row(checkpoint, p->piece.value, (size_t)p->problem.loads.terms->count);
-    for (int i = 0; i < RULES; i++)
+    for (int i = 0; i < PIECES_RULES; i++)
         if (p->own[i] && rules[i]->carry) rules[i]->carry(&p->piece, p->own[i], checkpoint);
     if (p->joints) pieces_carry_joints(p, checkpoint);
     if (p->stepper) p->inner->carry(p->stepper, checkpoint);
