@@ -136,13 +136,6 @@ void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *lo
  * cache */
 enum { DYNAMICS_VEC_LEAST = 4, DYNAMICS_VEC_ARMS = 1024 };
 
-/* large trees and long chains go state by state: their quick form rounds differently from lanes and
- * is as fast */
-static int dynamics_alone(const struct pend_tree *tree) {
-    return tree->n > DYNAMICS_VEC_ARMS ||
-           (tree->n >= DYNAMICS_CHAIN && tree->depth[tree->n - 1] == tree->n);
-}
-
 size_t pend_dynamics_many_bytes(int n) {
     assert(n >= 1);
     if (n > DYNAMICS_VEC_ARMS) return pend_dynamics_work_bytes(n);
@@ -177,7 +170,7 @@ void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *l
                         double force[]) {
     assert(dynamics_valid(tree, loads, work));
     assert(count >= 0 && force && force != acc && phi != acc && rate != acc);
-    long least = dynamics_alone(tree) ? LONG_MAX : DYNAMICS_VEC_LEAST;
+    long least = tree->n > DYNAMICS_VEC_ARMS ? LONG_MAX : DYNAMICS_VEC_LEAST;
     while (count > 0) {
         int rows = count < least ? 1 : count < DYNAMICS_VEC ? (int)count : DYNAMICS_VEC;
         size_t step = (size_t)rows * (size_t)tree->n;

@@ -70,8 +70,8 @@ size_t pend_dynamics_vec_bytes(int n);
  *                        hold copies of another lane.
  * work                   pend_dynamics_vec_bytes(n) bytes, aligned to 64.
  *
- * Other parameters as pend_dynamics. Results have the same bits, except for chains of 128 arms and
- * more. They do not depend on the lane or on other lanes.
+ * Other parameters as pend_dynamics. Results have the same bits; they do not depend on the lane or
+ * on other lanes.
  */
 void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *loads,
                        const double phi[], const double rate[], void *work, double acc[],

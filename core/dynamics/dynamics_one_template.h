@@ -1,6 +1,6 @@
 /* Phi'' and lambda of one state of any tree.
- * Leaves to others: angles (dynamics_angles_template), long chains (dynamics_chain_template),
- * several states (dynamics_vec_template), memory (dynamics).
+ * Leaves to others: angles (dynamics_angles_template), several states (dynamics_vec_template),
+ * memory (dynamics).
  * Invariant: the operations are those of dynamics_vec_template, so the bits are the same. */
 #ifndef PEND_DYNAMICS_ONE_TEMPLATE_H
 #define PEND_DYNAMICS_ONE_TEMPLATE_H

@@ -7,9 +7,6 @@
 /* Number of arms whose scratch is contiguous: one base address serves all arrays of a sweep. */
 enum { DYNAMICS_BLOCK = 64, DYNAMICS_VEC = 8 };
 
-/* A single state of a chain of at least this many arms is solved in pieces. */
-enum { DYNAMICS_CHAIN = 128 };
-
 /* Values of scratch per arm in a block of DYNAMICS_BLOCK arms of one state. For DYNAMICS_VEC states
  * each value is DYNAMICS_VEC numbers. */
 enum { DYNAMICS_VALUES = 7 };
