@@ -46,10 +46,9 @@ struct api_terms_part {
 enum api_terms_kind {
     API_TERMS_PLAIN,  /* its one part */
     API_TERMS_OBJECT, /* an object with its parts */
-    API_TERMS_DRIVE,  /* its one part, or an object of this part, "constant" and "harmonics" */
+    API_TERMS_DRIVE,  /* its one part, or an object of that, "constant", "harmonics" and "table" */
     API_TERMS_RUBS,   /* an object with its parts, or Coulomb friction: without a "speed" */
-    API_TERMS_STOPS   /* Returns the name of a number of an arm in axes, draws, derivatives and
-                       * fits: "friction_torque". O(fields). */
+    API_TERMS_STOPS   /* an object of rules, without parts */
 };
 
 struct api_terms_row {
@@ -58,16 +57,15 @@ struct api_terms_row {
     struct api_terms_part part[API_TERMS_PARTS + 1];
 };
 
-/** Returns the default of a number of an arm; NAN for its position along its parent, whose default
- * is the parent's length. O(1). */
+/** Returns the row of a field. O(1). */
 const struct api_terms_row *api_terms_row(enum api_terms_field field);
 
-/** Returns what axes, draws, derivatives and fits call a number of an arm: "friction_torque".
+/** Returns the name of a number of an arm in axes, draws, derivatives and fits: "friction_torque".
  * O(fields). */
 const char *api_terms_varied(enum pend_term_row row);
 
-/** Returns the number that an arm has where it does not say one; NAN for its place along its
- * parent, which is then the parent's length. O(1). */
+/** Returns the default of a number of an arm; NAN for its position along its parent, whose default
+ * is the parent's length. O(1). */
 double api_terms_usual(enum pend_term_row row);
 
 #endif

@@ -273,7 +273,7 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
     }
 }
 
-/* after memory ran out no number is reliable, so only that is reported */
+/* the force along the rail: a number, or a constant and harmonics */
 static void read_cart_force(struct api_terms *terms, const struct api_value *force) {
     struct api_value constant = *force;
     if (api_value_kind(force) == API_OBJECT) {
@@ -367,7 +367,7 @@ void api_terms_read_whole(struct api_terms *terms, const struct api_value *pendu
 
 int api_terms_bare(const struct api_terms *terms, int i) {
     assert(i >= 0 && i < terms->n);
-    // without memory for what was read nothing is known, and that is what is told
+    // after memory ran out no number is reliable, so only that is reported
     if (terms->status != PEND_OK) return 1;
     return api_terms_has(terms, API_TERMS_ROD, i) || api_terms_has(terms, API_TERMS_BODY, i);
 }
