@@ -554,7 +554,7 @@ interface DrawerPart {
     mount(element: HTMLElement, app: App): Drawer | Promise<Drawer>;
 }
 
-/** One curve of a chart. */
+/** One curve of a chart; colour: a property of the page. */
 interface Series {
     colour: string;
     dash?: number[] | null;
@@ -569,6 +569,7 @@ interface Chart {
     show(i: number, shown: boolean): void;
     range(): void;
     follow(): void;
+    point(time: number | null): void;
     destroy(): void;
 }
 
@@ -583,6 +584,7 @@ interface ChartGroup {
     readonly zoomed: [number, number] | null;
     zoom(from?: number | null, to?: number | null): void;
     magnify(factor: number): void;
+    point(time: number | null): void;
     add(host: HTMLElement, options: ChartOptions): Chart;
     remove(chart: Chart): void;
     follow(): void;

@@ -166,8 +166,8 @@ export async function linear_and_full_motion_part_when_the_amplitude_is_large(ri
   const large = await apart(50);
   assert.ok(small < 0.001 && small > 0, `1 degree: ${small} rad`);
   assert.ok(large > 0.5, `50 degrees: ${large} rad`);
-  await page.waitForSelector("[data-drawer=modes] .u-over");
-  await page.locator("[data-drawer=modes] .u-over").scrollIntoViewIfNeeded();
+  await page.waitForSelector("[data-drawer=modes] .chart-area");
+  await page.locator("[data-drawer=modes] .chart-area").scrollIntoViewIfNeeded();
   await drawn(page);
   await rig.shot(page, "modes-linear");
   await page.uncheck("[data-linear]");

@@ -53,7 +53,7 @@ export async function a_page_whose_server_has_ended_opens_and_swings_by_the_engi
   assert.deepEqual(await again.evaluate(() => pendulumd.store.get().pendulum.length), [1, 1]);
   await told(again, /Server antwortet nicht.*rechnet selbst/);
   await again.click('[data-tab="plots"]');
-  await again.waitForSelector('[data-drawer="plots"] .uplot');
+  await again.waitForSelector('[data-drawer="plots"] .chart-area');
   await again.click('[data-tab="presets"]');
   await again.click('[data-preset="octopus"]');
   await again.waitForFunction(() => pendulumd.motion.n === 17 && pendulumd.motion.complete);

@@ -9,9 +9,9 @@ const clockTime = (page) => page.evaluate(() => window.pendulumd.clock.time);
 export async function plots_lead_the_clock_when_it_stands_and_zoom_together(rig) {
   const page = await rig.open({ height: 1200 });
   await openDrawer(page, "plots");
-  await page.waitForSelector("[data-chart=angles] .u-over");
+  await page.waitForSelector("[data-chart=angles] .chart-area");
   await page.evaluate(() => window.pendulumd.clock.pause());
-  const box = await page.locator("[data-chart=angles] .u-over").boundingBox();
+  const box = await page.locator("[data-chart=angles] .chart-area").boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + 30);
   assert.ok(Math.abs(await clockTime(page) - 10) < 0.2, `hovering the middle goes to ${await clockTime(page)} s`);
   await page.mouse.move(box.x + box.width / 4, box.y + 30);
@@ -23,7 +23,7 @@ export async function plots_lead_the_clock_when_it_stands_and_zoom_together(rig)
   await drawn(page);
   await page.mouse.move(box.x + 1, box.y + 30);
   assert.ok(Math.abs(await clockTime(page) - 5) < 0.2, `the zoom begins at ${await clockTime(page)} s`);
-  const lowest = await page.locator("[data-chart=drift] .u-over").boundingBox();
+  const lowest = await page.locator("[data-chart=drift] .chart-area").boundingBox();
   await page.mouse.move(lowest.x + lowest.width - 1, lowest.y + 30);
   assert.ok(Math.abs(await clockTime(page) - 10) < 0.2, "the other charts are not zoomed");
   await page.click("text=Whole time");
@@ -37,27 +37,56 @@ export async function plots_lead_the_clock_when_it_stands_and_zoom_together(rig)
 
 const ARM = "[data-drawer=plots] [data-arm='3']";
 
-/** Pixels of a chart that are not empty. */
-const inked = (page, id) => page.evaluate((chart) => {
-  const canvas = document.querySelector(`[data-chart=${chart}] canvas`);
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  let count = 0;
-  for (let i = 3; i < data.length; i += 4) if (data[i] > 128) count++;
-  return count;
-}, id);
+/** The curves of a chart, each as its colour and dash. */
+const curvesOf = (page, id) => page.evaluate((chart) => [...document.querySelectorAll(`[data-chart=${chart}] path[fill=none]`)]
+  .map((path) => `${path.getAttribute("stroke")} ${path.getAttribute("stroke-dasharray")}`), id);
 
 export async function plots_hide_an_arm_s_curves_by_keyboard(rig) {
   const page = await rig.open({ height: 1200 });
   await openDrawer(page, "plots");
   await page.waitForSelector(ARM);
   await drawn(page);
-  const before = await inked(page, "angles");
+  const before = await curvesOf(page, "angles");
+  assert.equal(new Set(before).size, 4);
   await page.focus(ARM);
   await page.keyboard.press("Enter");
   assert.equal(await page.getAttribute(ARM, "aria-pressed"), "false");
   await drawn(page);
-  const after = await inked(page, "angles");
-  assert.ok(after < before, `${after} of ${before} pixels`);
+  assert.deepEqual(await curvesOf(page, "angles"), before.filter((_, k) => k !== 2));
+  await close(page);
+}
+
+/** Where a chart's first curve is: the highest and the lowest point of every pixel across. */
+const waysOf = (page, id) => page.evaluate((chart) => {
+  const path = document.querySelector(`[data-chart=${chart}] path[fill=none]`);
+  return [...path.getAttribute("d").matchAll(/([\d.-]+) ([\d.-]+)/g)].map(([, x, y]) => [Number(x), Number(y)]);
+}, id);
+
+export async function plots_draw_the_lowest_and_the_highest_sample_of_every_pixel(rig) {
+  const page = await rig.open({ height: 1200 });
+  await openDrawer(page, "plots");
+  await page.waitForSelector("[data-chart=angles] path[fill=none]");
+  await page.evaluate(() => window.pendulumd.clock.pause());
+  const area = await page.locator("[data-chart=angles] .chart-area").boundingBox();
+  const samples = await page.evaluate(() => {
+    const { motion } = window.pendulumd;
+    return Array.from({ length: motion.count }, (_, i) => motion.columns.phi[i * motion.n]);
+  });
+  const ways = await waysOf(page, "angles");
+  assert.ok(ways.length < samples.length && ways.length >= 2 * area.width * 0.9, `${ways.length} points for ${area.width} pixels`);
+  // the extremes of all samples are drawn: upwards on the screen is towards smaller numbers
+  const place = (i) => Math.min(...ways.filter(([x]) => Math.abs(x - 58 - (i / (samples.length - 1)) * area.width) <= 1).map(([, y]) => y));
+  assert.equal(place(samples.indexOf(Math.max(...samples))), Math.min(...ways.map(([, y]) => y)));
+  // a zoom draws every sample
+  await page.mouse.move(area.x + area.width / 2, area.y + 30);
+  await page.mouse.down();
+  await page.mouse.move(area.x + area.width * 0.55, area.y + 30, { steps: 4 });
+  await page.mouse.up();
+  const near = await waysOf(page, "angles");
+  assert.ok(Math.abs(near.length - samples.length * 0.05) < 4, `${near.length} of ${samples.length * 0.05} samples`);
+  // a double click shows all of it again
+  await page.mouse.dblclick(area.x + 40, area.y + 30);
+  assert.deepEqual(await waysOf(page, "angles"), ways);
   await close(page);
 }
 

@@ -188,7 +188,7 @@ export async function a_drawer_whose_library_is_refused_says_so_and_comes_later(
     reply.destroy();
     return true;
   };
-  const drawers = ["equations", "share", "plots"];
+  const drawers = ["share", "equations"];
   for (const id of drawers) await page.click(`[data-tab="${id}"]`);
   for (const id of drawers) {
     await page.waitForSelector(`[data-drawer="${id}"] [data-again]`, { state: "attached" });
@@ -196,8 +196,8 @@ export async function a_drawer_whose_library_is_refused_says_so_and_comes_later(
   }
   await rig.shot(page, "library_refused");
   rig.front.fault = null;
-  await page.click('[data-again="plots"]');
-  await page.waitForSelector('[data-drawer="plots"] .uplot');
+  await page.click('[data-again="equations"]');
+  await page.waitForSelector('[data-drawer="equations"] .katex');
   // opened again, a drawer tries by itself
   await page.click('[data-tab="share"]');
   await page.waitForSelector('[data-drawer="share"] .qr');

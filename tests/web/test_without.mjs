@@ -52,7 +52,7 @@ export async function a_page_without_its_stage_has_its_words_and_its_drawers(rig
   await swings(page);
   assert.match(await page.innerText("#stage"), /part of the page could not be made/);
   await openDrawer(page, "plots");
-  await page.waitForSelector('[data-drawer="plots"] .uplot');
+  await page.waitForSelector('[data-drawer="plots"] .chart-area');
   await close(page);
 }
 

@@ -159,12 +159,12 @@ function draw({ canvas, tree, motions, clock }) {
 }
 
 /** @param {Picture} picture @param {HTMLElement} host */
-async function addChart(picture, host) {
+function addChart(picture, host) {
   const { room, clock } = picture;
-  picture.group = await createGroup({ ...room.app, clock }, "together");
+  picture.group = createGroup({ ...room.app, clock });
   const series = [
-    { colour: cssValue("--arm-1"), width: 2 },
-    { colour: cssValue("--arm-2"), dash: [6, 4] },
+    { colour: "--arm-1", width: 2 },
+    { colour: "--arm-2", dash: [6, 4] },
   ];
   picture.chart = picture.group.add(host, { series, times: true, log: true, height: 200 });
   follow(picture);

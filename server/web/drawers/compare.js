@@ -9,7 +9,7 @@ import { createBag, h, iconButton } from "../dom.js";
 import { ghostColour } from "../palette.js";
 import { createGroup } from "./kit/chart.js";
 import { distances, logarithmic } from "./kit/distances.js";
-import { button, choice, cssValue, figure, later, swatch } from "./kit/kit.js";
+import { button, choice, figure, later, swatch } from "./kit/kit.js";
 
 const OFF = [1, 1e-2, 1e-4, 1e-7, 1e-10]; // degrees
 const MOST = 6;
@@ -89,7 +89,7 @@ function showList(view) {
 function chartOf(view, group, count) {
   if (view.chart && view.lines === count) return view.chart;
   if (view.chart) group.remove(view.chart);
-  const series = Array.from({ length: count }, (_, i) => ({ colour: cssValue(ghostColour(i)) }));
+  const series = Array.from({ length: count }, (_, i) => ({ colour: ghostColour(i) }));
   view.lines = count;
   view.chart = group.add(view.host, { series, times: true, log: true, height: 170 });
   return view.chart;
@@ -108,17 +108,14 @@ function partedWords({ motion, text }, all, i) {
 }
 
 /** @param {View} view */
-async function showDistance(view) {
+function showDistance(view) {
   const { app, chartPlace, verdict } = view;
   const { motion } = app;
   const { ghosts } = motion;
   chartPlace.hidden = !ghosts.length;
   if (!ghosts.length) verdict.textContent = "";
   if (!view.shown || !ghosts.length || !ghosts[0].count || !motion.count) return;
-  if (!view.group) {
-    const made = await createGroup(app, "compare");
-    view.group ??= made;
-  }
+  view.group ??= createGroup(app);
   const all = ghosts.map((ghost) =>
     ghost.count ? distances(motion.track, ghost, DEGREE) : new Float64Array(0),
   );
@@ -176,7 +173,7 @@ function lay(element, { app, amount, addOff, keep, list, clear, chartPlace, verd
 
 /** @param {View} view @param {Bag} bag */
 function follow(view, bag) {
-  const { store, motion, theme } = view.app;
+  const { store, motion } = view.app;
   const soon = later(() => showDistance(view));
   bag(soon.end);
   bag(
@@ -189,12 +186,6 @@ function follow(view, bag) {
   bag(
     motion.subscribe((_, what) => {
       if (what === "ghosts" || what === "complete" || what === "begin") soon();
-    }),
-  );
-  bag(
-    theme.subscribe(() => {
-      view.lines = -1;
-      soon();
     }),
   );
   bag(() => view.group?.destroy());

@@ -11,7 +11,7 @@ import { ghostColour } from "../palette.js";
 import { request, sameMotion } from "../state.js";
 import { createGroup } from "./kit/chart.js";
 import { distances, logarithmic } from "./kit/distances.js";
-import { aborted, cssValue, fetchTable, figure, later, settled, swatch, tick } from "./kit/kit.js";
+import { aborted, fetchTable, figure, later, settled, swatch, tick } from "./kit/kit.js";
 import { showFields } from "./physics/method_fields.js";
 
 const WRONG = 0.1;
@@ -165,7 +165,7 @@ function runsNow(view) {
  * @param {View} view @param {ChartGroup} group @param {Run[]} runs @returns {Chart}
  */
 function chartOf(view, group, runs) {
-  const series = runs.map(({ colour }) => ({ colour: cssValue(colour) }));
+  const series = runs.map(({ colour }) => ({ colour }));
   const look = series.map(({ colour }) => colour).join();
   if (view.chart && look === view.look) return view.chart;
   if (view.chart) group.remove(view.chart);
@@ -175,12 +175,9 @@ function chartOf(view, group, runs) {
 }
 
 /** @param {View} view @param {Run[]} runs */
-async function showChart(view, runs) {
+function showChart(view, runs) {
   const { motion } = view.app;
-  if (!view.group) {
-    const made = await createGroup(view.app, "method");
-    view.group ??= made;
-  }
+  view.group ??= createGroup(view.app);
   const chart = chartOf(view, view.group, runs);
   const curves = runs.flatMap(({ distance }) => (distance ? [logarithmic(distance)] : []));
   if (curves.length === runs.length) chart.set([motion.t.slice(0, motion.count), ...curves]);
@@ -304,7 +301,7 @@ function lay(element, { app, way, overlay, facts, legend, host, verdicts, refere
 
 /** @param {View} view @param {Bag} bag */
 function follow(view, bag) {
-  const { store, motion, theme } = view.app;
+  const { store, motion } = view.app;
   const soon = later(() => show(view));
   const loadSoon = settled(() => load(view), 60);
   bag(soon.end);
@@ -323,7 +320,6 @@ function follow(view, bag) {
       if (what === "complete") loadSoon();
     }),
   );
-  bag(theme.subscribe(soon));
   bag(() => view.stop?.abort());
   bag(() => view.group?.destroy());
 }

@@ -28,8 +28,7 @@ const LITTLE = 1e-6; // 1/s: a growth that is none
  *   blend: import("./modes/mode_sum.js").Blend | null, many: number, cards: {mini:
  *   import("./kit/mini.js").Mini, k: number}[],
  *   sum: import("./kit/mini.js").Mini | null,
- *   curves: Awaited<ReturnType<typeof openCurves>> | null,
- *   opening: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum:
+ *   curves: ReturnType<typeof openCurves> | null, more: HTMLButtonElement, startSum:
  *   HTMLButtonElement,
  *   linear: ReturnType<typeof tick>, near: ReturnType<typeof tick>,
  * }} View
@@ -242,17 +241,15 @@ function closeCurves(view) {
 }
 
 /** The curves are there while the linear motion is. @param {View} view */
-async function followLinear(view) {
+function followLinear(view) {
   const { app, linear, chartPlace } = view;
   const on = app.store.get().ghosts.some(isLinear);
   linear.box.checked = on;
   chartPlace.hidden = !on;
   if (view.curves && (!on || view.curves.n !== app.motion.n)) closeCurves(view);
   if (!on || !view.shown) return;
-  if (view.curves) return view.curves.fill();
-  view.opening ??= openCurves(app, chartPlace);
-  view.curves = await view.opening;
-  view.opening = null;
+  if (view.curves) view.curves.fill();
+  else view.curves = openCurves(app, chartPlace);
 }
 
 /** @param {App} app @returns {View} */
@@ -275,7 +272,6 @@ function createView(app) {
     cards: [],
     sum: null,
     curves: null,
-    opening: null,
     more: button("", more, { hidden: true }),
     startSum: button(text("modes.sumStart"), () => beginSum(view), main),
     linear: tick(text("modes.linear"), false, (on) => setLinear(store, on)),
@@ -335,8 +331,6 @@ function follow(view, bag) {
     theme.subscribe(() => {
       for (const { mini } of view.cards) mini.recolour();
       view.sum?.recolour();
-      closeCurves(view);
-      linearSoon();
       soon();
     }),
   );

@@ -9,17 +9,7 @@ import { thetaOf } from "../angles.js";
 import { createBag, h, iconButton } from "../dom.js";
 import { createGroup } from "./kit/chart.js";
 import { numbersAsFiles } from "./kit/files_of_numbers.js";
-import {
-  armLook,
-  button,
-  choice,
-  cssValue,
-  figure,
-  later,
-  save,
-  swatch,
-  toggle,
-} from "./kit/kit.js";
+import { armLook, button, choice, figure, later, save, swatch, toggle } from "./kit/kit.js";
 import { pngOf, svgOf } from "./kit/picture.js";
 import { createPlot } from "./kit/plot.js";
 import { ENERGIES, PER_ARM, columnOf, driftOf, energiesIn, panelsOf } from "./kit/plot_data.js";
@@ -35,7 +25,7 @@ const HEADS = ["", "\u03b8, \u00b0", "\u03c9, rad/s", "F, N"];
  */
 
 /**
- * The drawer while it is there; made: what depends on the number of arms and the theme; arms: of
+ * The drawer while it is there; made: what depends on the number of arms; arms: of
  * how many the charts are; hidden: arms that are not drawn, from 0; chosen: the portrait's arm;
  * told: when the numbers were written last.
  * @typedef {ReturnType<typeof partsOf> & {
@@ -117,15 +107,15 @@ function settleArms(view) {
 function buildCharts(view) {
   const { app, group, place, hidden } = view;
   const series = Array.from({ length: view.arms }, (_, k) => ({
-    ...armLook(k + 1),
+    colour: armLook(k + 1).name,
+    dash: armLook(k + 1).dash,
     shown: !hidden.has(k),
   }));
   const perArm = PER_ARM.map(({ id }) => group.add(chartPlace(view, id), { series }));
   const energyPlace = chartPlace(view, "energy");
-  const colours = ENERGIES.map(({ colour }) => ({ colour: cssValue(colour) }));
-  const energy = group.add(energyPlace, { series: colours });
+  const energy = group.add(energyPlace, { series: ENERGIES });
   energyPlace.before(energyChips(app.text, energy));
-  const ink = [{ colour: cssValue("--ink") }];
+  const ink = [{ colour: "--ink" }];
   const drift = group.add(chartPlace(view, "drift"), { series: ink, times: true, height: 124 });
   place.append(h("p", { class: "axis-name" }, app.text("plots.time")));
   for (const chart of [...perArm, energy, drift]) view.made(() => group.remove(chart));
@@ -152,7 +142,7 @@ function buildPortrait(view) {
   return portrait;
 }
 
-/** All charts anew: another number of arms, another theme. @param {View} view @returns {Charts} */
+/** All charts anew, for another number of arms. @param {View} view @returns {Charts} */
 function build(view) {
   view.made.end();
   view.place.replaceChildren();
@@ -287,22 +277,15 @@ function listen(view, bag) {
     }),
   );
   bag(app.clock.subscribe(() => follow(view)));
-  bag(
-    app.theme.subscribe(() => {
-      view.charts = null;
-      view.stale = true;
-      if (view.shown) soon();
-    }),
-  );
   bag.on(view.numbers, "toggle", () => {
     view.told = 0;
     follow(view);
   });
 }
 
-/** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
-async function mount(element, app) {
-  const group = await createGroup(app, "plots");
+/** @param {HTMLElement} element @param {App} app @returns {Drawer} */
+function mount(element, app) {
+  const group = createGroup(app);
   const bag = createBag();
   const state = { shown: false, stale: true, arms: 0, hidden: new Set(), chosen: 1, told: 0 };
   /** @type {View} */

@@ -1,30 +1,24 @@
-// Curves over time: uPlot in the page's colours, charts of a group sharing one time axis, one zoom
-// and the clock.
-// Leaves to others: what the curves are.
+// Curves over time that share one time axis, one zoom and the clock.
+// Leaves to others: what the curves are; how they are drawn (plot.js).
 // Invariant: hovering a chart while the clock stands sets the clock; a click does so always;
 // nothing else is changed.
 
-import { createBag, h } from "../../dom.js";
-import { cssValue, figure } from "./kit.js";
+import { createBag, h, svg } from "../../dom.js";
+import { drawn } from "./plot.js";
 
-const AXIS = 58;
-const LEAST = 1e-16;
+// pixels beside the curves: of the numbers on the left, above, and below without and with times
+const SIDE = 58;
+const ABOVE = 8;
+const BELOW = { without: 6, times: 26 };
+const DRAG = 5; // pixels, from which on a press is a drag
 
-/**
- * What charts are made of: the library, the clock, the words.
- * @typedef {{uPlot: any, motion: Motion, clock: Clock, text: Text, key: string, group:
- * ChartGroup}} Frame
- */
-
-/** @typedef {Required<ChartOptions>} Look */
+/** @typedef {{motion: Motion, clock: Clock, text: Text, group: ChartGroup}} Frame */
 
 /**
  * Charts that share time.
- * @param {App} app @param {string} key a name of the group @returns {Promise<ChartGroup>}
+ * @param {Pick<App, "motion" | "clock" | "text">} app @returns {ChartGroup}
  */
-export async function createGroup({ motion, clock, text, files }, key) {
-  const coming = [files.script("lib/uplot.js"), files.style("lib/uplot.css")];
-  const [{ default: uPlot }] = await Promise.all(coming);
+export function createGroup({ motion, clock, text }) {
   /** @type {Set<Chart>} */
   const charts = new Set();
   const bag = createBag();
@@ -43,8 +37,12 @@ export async function createGroup({ motion, clock, text, files }, key) {
     },
     /** By a factor about the clock, or about the middle where the clock is not to be seen. */
     magnify: (factor) => magnify(group, clock, factor),
+    /** The time under the pointer, in all charts; null without a pointer. */
+    point(time) {
+      for (const chart of charts) chart.point(time);
+    },
     add(host, options) {
-      const chart = createChart(host, options, { uPlot, motion, clock, text, key, group });
+      const chart = createChart(host, options, { motion, clock, text, group });
       charts.add(chart);
       return chart;
     },
@@ -75,139 +73,112 @@ function magnify(group, clock, factor) {
   else group.zoom(left, right);
 }
 
-/** Powers of ten between two, not more than a few. @param {number} low @param {number} high */
-function powers(low, high) {
-  const from = Math.round(Math.log10(low));
-  const to = Math.round(Math.log10(high));
-  const step = Math.max(1, Math.ceil((to - from) / 6));
-  const list = [];
-  for (let power = Math.ceil(from / step) * step; power <= to; power += step)
-    list.push(10 ** power);
-  return list;
-}
-
-/** @param {Frame} frame @param {Look} look */
-function axes({ text, motion }, { times, log }) {
-  const line = cssValue("--line");
-  const common = {
-    stroke: cssValue("--quiet"),
-    font: "11px system-ui, sans-serif",
-    ticks: { stroke: line, width: 1, size: 4 },
-    grid: { stroke: line, width: 1 },
-  };
-  const time = {
-    ...common,
-    show: true,
-    size: times ? 26 : 6,
-    space: 60,
-    values: (/** @type {unknown} */ _, /** @type {number[]} */ ticks) =>
-      ticks.map((tick) => (times ? text.short((motion.doc.span.start ?? 0) + tick) : "")),
-  };
-  const value = {
-    ...common,
-    size: AXIS,
-    space: log ? 22 : 30,
-    values: (/** @type {unknown} */ _, /** @type {(number | null)[]} */ ticks) =>
-      ticks.map((tick) => (tick === null ? "" : figure(text, tick))),
-  };
-  return [time, log ? { ...value, ...LOG_AXIS } : value];
-}
-
-const LOG_AXIS = {
-  /** @param {unknown} _ @param {unknown} _axis @param {number} low @param {number} high */
-  splits: (_, _axis, low, high) => powers(low, high),
-  /** @param {unknown} _ @param {number[]} ticks */
-  filter: (_, ticks) => ticks,
-};
-
-/**
- * Powers of ten around what there is, so that few values make an axis too; what is below the last
- * digit of a double is cut off.
- * @param {unknown} _ @param {number} low @param {number} high
- */
-function logRange(_, low, high) {
-  const from = Number.isFinite(low) && low > 0 ? Math.max(low, LEAST) : 1e-9;
-  const to = Number.isFinite(high) && high > 0 ? high : 1;
-  const bottom = Math.floor(Math.log10(from));
-  return [10 ** bottom, 10 ** Math.max(Math.ceil(Math.log10(to)), bottom + 1)];
-}
-
-/**
- * Around what there is; what is as good as constant gets room, so that it is a line and no frame.
- * @param {unknown} _ @param {number} low @param {number} high
- */
-function plainRange(_, low, high) {
-  if (!Number.isFinite(low) || !Number.isFinite(high)) return [-1, 1];
-  const room = (high - low) * 0.06 || Math.abs(high) * 0.1 || 1;
-  return [low - room, high + room];
-}
-
-/** @param {Series} one */
-function curve(one) {
-  const ratio = Math.max(1, Math.min(devicePixelRatio, 2));
-  return {
-    stroke: one.colour,
-    width: one.width ?? 1.4,
-    dash: one.dash?.map((part) => part * ratio),
-    show: one.shown ?? true,
-    points: { show: false },
-    spanGaps: false,
-  };
-}
-
 /** What is to be seen of the time axis. @param {Frame} frame @returns {[number, number]} */
 const span = ({ group, clock }) => group.zoomed ?? [0, clock.duration || 1];
 
-/** uPlot's options of a chart. @param {HTMLElement} host @param {Look} look @param {Frame} frame */
-function optionsOf(host, look, frame) {
-  const y = look.log ? { distr: 3, range: logRange } : { range: plainRange };
-  return {
-    width: Math.max(host.clientWidth, 120),
-    height: look.height,
-    pxAlign: 0,
-    padding: [8, 8, 0, 0],
-    legend: { show: false },
-    cursor: {
-      y: false,
-      points: { show: false },
-      sync: { key: frame.key, scales: ["x", null] },
-      drag: { x: true, y: false, setScale: false },
-    },
-    scales: { x: { time: false, auto: false, range: () => span(frame) }, y },
-    axes: axes(frame, look),
-    series: [{}, ...look.series.map(curve)],
-    hooks: { setSelect: [(/** @type {any} */ plotted) => chosen(frame.group, plotted)] },
-  };
+/**
+ * The part of a curve that is seen, with a sample before and behind it: of each of `most` stretches
+ * of samples the lowest and the highest, which is all that differs in pixels.
+ * @param {ChartData[0]} ts @param {ChartData[0]} ys @param {[number, number]} seen
+ * @param {number} most
+ */
+function partOf(ts, ys, [from, to], most) {
+  let [begin, end] = [0, ts.length];
+  while (begin + 1 < end && Number(ts[begin + 1]) <= from) begin++;
+  while (end - 1 > begin && Number(ts[end - 2]) >= to) end--;
+  const stretch = Math.max(1, Math.ceil((end - begin) / most));
+  const kept = [];
+  for (let first = begin; first < end; first += stretch) {
+    let [low, high] = [first, first];
+    for (let i = first + 1; i < Math.min(first + stretch, end); i++) {
+      if (!(Number(ys[i]) >= Number(ys[low]))) low = i;
+      if (!(Number(ys[i]) <= Number(ys[high]))) high = i;
+    }
+    kept.push(Math.min(low, high));
+    if (low !== high) kept.push(Math.max(low, high));
+  }
+  return { xs: kept.map((i) => ts[i]), ys: kept.map((i) => ys[i]) };
 }
 
 /**
- * A stretch of time that has been drawn over is what is seen next.
- * @param {ChartGroup} group @param {any} plotted
+ * The pointer sets the clock, and the zoom where it is dragged.
+ * @param {Bag} bag @param {HTMLElement} area @param {HTMLElement} chosen @param {Frame} frame
  */
-function chosen(group, plotted) {
-  const { left, width } = plotted.select;
-  if (width < 5) return;
-  group.zoom(plotted.posToVal(left, "x"), plotted.posToVal(left + width, "x"));
-  plotted.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+function followPointer(bag, area, chosen, frame) {
+  const { clock, group } = frame;
+  /** @type {number | null} */
+  let pressed = null; // where, pixels from the left
+  const placeOf = (/** @type {PointerEvent} */ { clientX }) =>
+    Math.max(0, Math.min(clientX - area.getBoundingClientRect().left, area.clientWidth));
+  const timeAt = (/** @type {number} */ place) => {
+    const [from, to] = span(frame);
+    return from + (place / (area.clientWidth || 1)) * (to - from);
+  };
+  const release = () => {
+    pressed = null;
+    chosen.hidden = true;
+  };
+  bag.on(area, "pointerdown", (event) => {
+    if (event.button) return;
+    pressed = placeOf(event);
+    area.setPointerCapture(event.pointerId);
+  });
+  bag.on(area, "pointermove", (event) => {
+    const place = placeOf(event);
+    if (pressed !== null) {
+      chosen.hidden = Math.abs(place - pressed) < DRAG;
+      chosen.style.left = `${Math.min(place, pressed)}px`;
+      chosen.style.width = `${Math.abs(place - pressed)}px`;
+    } else if (!clock.playing) clock.seek(timeAt(place));
+    group.point(timeAt(place));
+  });
+  bag.on(area, "pointerup", (event) => {
+    if (pressed === null) return;
+    const place = placeOf(event);
+    const ends = [timeAt(Math.min(pressed, place)), timeAt(Math.max(pressed, place))];
+    const dragged = Math.abs(place - pressed) >= DRAG;
+    release();
+    if (dragged) group.zoom(...ends);
+    else {
+      clock.pause();
+      clock.seek(timeAt(place));
+    }
+  });
+  bag.on(area, "pointercancel", release);
+  bag.on(area, "pointerleave", () => group.point(null));
+  bag.on(area, "dblclick", () => group.zoom());
 }
 
-/** The mouse sets the clock. @param {Bag} bag @param {any} plot @param {Frame} frame */
-function followMouse(bag, plot, { clock, group }) {
-  let pressed = 0;
-  const timeAt = (/** @type {MouseEvent} */ event) =>
-    plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x");
-  bag.on(plot.over, "mousedown", (event) => {
-    pressed = event.clientX;
-  });
-  bag.on(plot.over, "mousemove", (event) => {
-    if (!clock.playing && !event.buttons) clock.seek(timeAt(event));
-  });
-  bag.on(plot.over, "click", (event) => {
-    if (Math.abs(event.clientX - pressed) > 4) return;
-    clock.pause();
-    clock.seek(timeAt(event));
-  });
-  bag.on(plot.over, "dblclick", () => group.zoom());
+/**
+ * The lines over a chart: of the clock, of the pointer, and the stretch that is chosen.
+ * @param {Frame} frame
+ */
+function createArea(frame) {
+  const now = h("div", { class: "now-line" });
+  const pointer = h("div", { class: "now-line pointer" });
+  const chosen = h("div", { class: "chart-chosen", hidden: true });
+  const area = h("div", { class: "chart-area" }, chosen, pointer, now);
+  const bag = createBag();
+  let wide = 0;
+  const put = (/** @type {HTMLElement} */ line, /** @type {number | null} */ time) => {
+    const [from, to] = span(frame);
+    const inside = time !== null && time >= from && time <= to;
+    line.style.visibility = inside ? "visible" : "hidden";
+    if (inside) line.style.transform = `translateX(${((time - from) / (to - from)) * wide}px)`;
+  };
+  followPointer(bag, area, chosen, frame);
+  put(pointer, null);
+  return {
+    area,
+    /** @param {import("./plot.js").Box} box */
+    lay({ x, y, wide: width, tall }) {
+      wide = width;
+      Object.assign(area.style, { left: `${x}px`, top: `${y}px`, height: `${tall}px` });
+    },
+    follow: () => put(now, frame.clock.time),
+    point: (/** @type {number | null} */ time) => put(pointer, time),
+    end: bag.end,
+  };
 }
 
 /**
@@ -215,47 +186,60 @@ function followMouse(bag, plot, { clock, group }) {
  * time axis has its numbers; `log` means powers of ten.
  * @param {HTMLElement} host @param {ChartOptions} options @param {Frame} frame @returns {Chart}
  */
-function createChart(host, options, frame) {
-  const look = { times: false, log: false, height: 120, ...options };
-  const now = h("div", { class: "now-line" });
+function createChart(host, { series, times = false, log = false, height = 120 }, frame) {
+  const { motion, text } = frame;
+  const { area, lay, follow, point, end } = createArea(frame);
+  let drawing = svg("svg", {});
+  host.replaceChildren(drawing, area);
+  host.style.height = `${height}px`;
+  const shown = series.map((one) => one.shown ?? true);
+  const tall = height - ABOVE - (times ? BELOW.times : BELOW.without);
   /** @type {ChartData} */
-  let data = [new Float64Array(0), ...look.series.map(() => [])];
+  let data = [new Float64Array(0), ...series.map(() => [])];
   let width = 0;
-  const plot = new frame.uPlot(optionsOf(host, look, frame), data, host);
-  plot.over.append(now);
-  const bag = createBag();
-  followMouse(bag, plot, frame);
+  const label = (/** @type {number} */ tick) =>
+    times ? text.short((motion.doc.span.start ?? 0) + tick) : "";
 
-  function follow() {
-    const [from, to] = span(frame);
-    const { time } = frame.clock;
-    const inside = time >= from && time <= to;
-    now.style.visibility = inside ? "visible" : "hidden";
-    if (inside) now.style.transform = `translateX(${plot.valToPos(time, "x")}px)`;
-  }
   function range() {
-    plot.setData(data);
+    if (width <= SIDE) return;
+    const from = span(frame);
+    const box = { x: SIDE, y: ABOVE, wide: width - SIDE, tall };
+    const curves = series.flatMap(({ colour, dash, width: thick = 1.4 }, i) => {
+      const look = { colour, dash, width: thick };
+      return shown[i] ? [{ ...partOf(data[0], data[i + 1], from, 2 * box.wide), ...look }] : [];
+    });
+    const { parts } = drawn({ from, log, clip: true, label, curves }, box, text);
+    const size = { width, height, viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" };
+    const next = svg("svg", size, ...parts);
+    drawing.replaceWith(next);
+    drawing = next;
+    lay(box);
     follow();
   }
-  const observer = new ResizeObserver(() => {
+  const measure = () => {
     if (!host.clientWidth || host.clientWidth === width) return;
     width = host.clientWidth;
-    plot.setSize({ width, height: look.height });
-    follow();
-  });
+    range();
+  };
+  const observer = new ResizeObserver(measure);
   observer.observe(host);
+  measure();
   return {
-    follow,
     range,
+    follow,
+    point,
     set(next) {
       data = next;
       range();
     },
-    show: (i, shown) => plot.setSeries(i + 1, { show: shown }),
+    show(i, on) {
+      shown[i] = on;
+      range();
+    },
     destroy() {
       observer.disconnect();
-      bag.end();
-      plot.destroy();
+      end();
+      host.replaceChildren();
     },
   };
 }

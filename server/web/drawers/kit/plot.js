@@ -1,7 +1,7 @@
 // Curves and points over any quantity: axes with round numbers, lines, dots, and one point that
 // moves.
-// Leaves to others: what the curves are; curves over time, which follow the clock (chart.js); paper
-// (picture.js).
+// Leaves to others: what the curves are; the clock and the zoom of curves over time (chart.js);
+// paper (picture.js).
 // Invariant: a colour may be one of the page's properties, so that light and dark need nothing; a
 // value that is null or not finite is a gap; the curves are drawn once for what there is.
 
@@ -11,15 +11,17 @@ import { figure } from "./kit.js";
 /** @typedef {ArrayLike<number | null>} Values */
 
 /**
- * A curve: a line, or dots of a radius.
- * @typedef {{xs: Values, ys: Values, colour: string, dots?: number, dash?: number[] | null}} Curve
+ * A curve: a line of a width, or dots of a radius.
+ * @typedef {{xs: Values, ys: Values, colour: string, dots?: number, dash?: number[] | null, width?:
+ * number}} Curve
  */
 
 /**
- * What is drawn. x, y: the words of the axes; from: the ends of the x axis; low: what the y axis
- * holds at least.
- * @typedef {{x?: string, y?: string, curves: Curve[], from?: [number, number], low?: number}}
- * Picture
+ * What is drawn. x, y: the words of the axes; from: the ends of the x axis, where curves are cut if
+ * `clip` is set; low: the y axis includes this value; log: the y axis has powers of ten; label: the
+ * text of a number of the x axis.
+ * @typedef {{x?: string, y?: string, curves: Curve[], from?: [number, number], low?: number, log?:
+ * boolean, clip?: boolean, label?: (value: number) => string}} Picture
  */
 
 /** Where curves lie, pixels. @typedef {{x: number, y: number, wide: number, tall: number}} Box */
@@ -29,6 +31,8 @@ import { figure } from "./kit.js";
  * @typedef {{xs: [number, number], ys: [number, number], x(value: number): number, y(value:
  * number): number}} Scale
  */
+
+const LEAST = 1e-16; // about the last digit of a double near 1
 
 /** @param {number | null} value @returns {value is number} */
 const there = (value) => value !== null && Number.isFinite(value);
@@ -51,6 +55,37 @@ function ticks(low, high, many) {
 }
 
 /**
+ * Powers of ten from one to another, at most seven.
+ * @param {number} low @param {number} high
+ */
+function powers(low, high) {
+  const [from, to] = [Math.round(Math.log10(low)), Math.round(Math.log10(high))];
+  const step = Math.max(1, Math.ceil((to - from) / 6));
+  const list = [];
+  for (let power = Math.ceil(from / step) * step; power <= to; power += step)
+    list.push(10 ** power);
+  return list;
+}
+
+/**
+ * The powers of ten around positive values, at least one decade; values below LEAST are cut off.
+ * @param {Values[]} lists @returns {[number, number]}
+ */
+function decades(lists) {
+  let [low, high] = [Infinity, 0];
+  for (const list of lists) {
+    for (let i = 0; i < list.length; i++) {
+      const value = Number(list[i]);
+      if (!(value > 0 && value < Infinity)) continue;
+      low = Math.min(low, value);
+      high = Math.max(high, value);
+    }
+  }
+  const bottom = Math.floor(Math.log10(high ? Math.max(low, LEAST) : 1e-9));
+  return [10 ** bottom, 10 ** Math.max(Math.ceil(Math.log10(high || 1)), bottom + 1)];
+}
+
+/**
  * Around what there is.
  * @param {Values[]} lists @param {number} room parts of it, at both ends
  * @param {(number | undefined)[]} more @returns {[number, number]}
@@ -70,15 +105,19 @@ function around(lists, room, more = []) {
 }
 
 /** @param {Picture} picture @param {Box} box @returns {Scale} */
-function scaleOf({ curves, low, from }, box) {
+function scaleOf({ curves, low, from, log }, box) {
   const listsOf = (/** @type {"xs" | "ys"} */ key) => curves.map((curve) => curve[key]);
   const xs = from ?? around(listsOf("xs"), 0.01);
-  const ys = around(listsOf("ys"), 0.06, [low]);
+  const ys = log ? decades(listsOf("ys")) : around(listsOf("ys"), 0.06, [low]);
+  const high = (/** @type {number} */ value) =>
+    log
+      ? Math.log10(Math.max(value / ys[0], 0.1)) / Math.log10(ys[1] / ys[0])
+      : (value - ys[0]) / (ys[1] - ys[0]);
   return {
     xs,
     ys,
     x: (value) => box.x + ((value - xs[0]) / (xs[1] - xs[0])) * box.wide,
-    y: (value) => box.y + box.tall - ((value - ys[0]) / (ys[1] - ys[0])) * box.tall,
+    y: (value) => box.y + box.tall - high(value) * box.tall,
   };
 }
 
@@ -91,12 +130,13 @@ function axes({ xs, ys, x, y }, picture, box, text) {
   const floor = box.y + box.tall;
   let lines = "";
   const words = [];
-  for (const value of ticks(...xs, Math.max(3, box.wide / 80))) {
+  const label = picture.label ?? ((/** @type {number} */ value) => figure(text, value));
+  for (const value of ticks(...xs, Math.max(3, box.wide / 65))) {
     const at = x(value).toFixed(1);
     lines += `M${at} ${box.y}V${floor}`;
-    words.push(svg("text", { x: at, y: floor + 14, ...middle }, figure(text, value || 0)));
+    words.push(svg("text", { x: at, y: floor + 14, ...middle }, label(value || 0)));
   }
-  for (const value of ticks(...ys, Math.max(2, box.tall / 40))) {
+  for (const value of picture.log ? powers(...ys) : ticks(...ys, Math.max(2, box.tall / 30))) {
     const at = y(value).toFixed(1);
     lines += `M${box.x} ${at}h${box.wide}`;
     const place = { x: box.x - 6, y: Number(at) + 4, "text-anchor": "end" };
@@ -125,10 +165,10 @@ function wayOf({ xs, ys }, scale) {
 
 /** @param {Curve} curve @param {Scale} scale */
 function curveOf(curve, scale) {
-  const { xs, ys, colour, dots, dash } = curve;
+  const { xs, ys, colour, dots, dash, width = 1.6 } = curve;
   const look = { stroke: ink(colour), fill: ink(colour) };
   if (!dots) {
-    const line = { d: wayOf(curve, scale), ...look, fill: "none", "stroke-width": 1.6 };
+    const line = { d: wayOf(curve, scale), ...look, fill: "none", "stroke-width": width };
     const join = { "stroke-dasharray": dash?.join(" ") ?? "none", "stroke-linejoin": "round" };
     return svg("path", { ...line, ...join });
   }
@@ -157,7 +197,10 @@ export function drawn(picture, box, text, line = "--line", quiet = "--quiet") {
   const { lines, words } = axes(scale, picture, box, text);
   const named = svg("g", { fill: ink(quiet), "font-size": 11 }, ...words);
   const curves = picture.curves.map((curve) => curveOf(curve, scale));
-  return { scale, parts: [svg("path", { d: lines, stroke: ink(line) }), named, ...curves] };
+  const { x, y, wide: width, tall: height } = box;
+  const frame = { x, y, width, height, viewBox: `${x} ${y} ${width} ${height}` };
+  const inside = picture.clip ? [svg("svg", frame, ...curves)] : curves;
+  return { scale, parts: [svg("path", { d: lines, stroke: ink(line) }), named, ...inside] };
 }
 
 /**

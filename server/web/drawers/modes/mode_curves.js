@@ -5,7 +5,7 @@
 import { h } from "../../dom.js";
 import { ghostColour } from "../../palette.js";
 import { createGroup } from "../kit/chart.js";
-import { choice, cssValue, swatch } from "../kit/kit.js";
+import { choice, swatch } from "../kit/kit.js";
 
 const HANGING = -Math.PI / 2;
 const DEGREE = Math.PI / 180;
@@ -26,9 +26,9 @@ function thetaOf(track, arm, count) {
  * Puts the curves into their place: {n, fill, destroy}.
  * @param {App} app @param {HTMLElement} place
  */
-export async function openCurves(app, place) {
+export function openCurves(app, place) {
   const { motion, store, text } = app;
-  const group = await createGroup(app, "modes");
+  const group = createGroup(app);
   const { n } = motion;
   let arm = 1;
   const title = h("h3", { class: "chart-title" });
@@ -49,7 +49,7 @@ export async function openCurves(app, place) {
     h("div", { class: "row small" }, ...names, pick.element),
     host,
   );
-  const series = [{ colour: cssValue("--ink") }, { colour: cssValue(pale), dash: [6, 3] }];
+  const series = [{ colour: "--ink" }, { colour: pale, dash: [6, 3] }];
   const chart = group.add(host, { series, times: true, height: 150 });
 
   function fill() {
