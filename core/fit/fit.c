@@ -60,68 +60,16 @@ static int fit_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
 
 /* ---- making and freeing */
 
-static size_t fit_measurements(const struct pend_fit_problem *problem) {
-    size_t count = 0;
-    for (long i = 0; i < problem->rows; i++)
-        for (int c = 0; c < problem->columns; c++) count += !isnan(problem->column[c].data[i]);
-    return count;
-}
-
-/* Returns the row behind which a row should be and is not, -1 for the start of its run, else
- * itself. Rows that are equally late are next to each other. */
-static long fit_disorder(const struct pend_fit_problem *problem, long row) {
-    double since = pend_fit_since(problem, row);
-    int run = pend_fit_run(problem, row);
-    assert(run >= 0 && run < pend_fit_runs(problem));
-    if (!(since >= 0)) return -1;
-    if (row && pend_fit_since(problem, row - 1) > since) return row - 1;
-    // the last one of the same run came after those before it
-    for (long i = row - 1; i >= 0 && pend_fit_since(problem, i) == since; i--)
-        if (pend_fit_run(problem, i) == run) return problem->t[row] >= problem->t[i] ? row : i;
-    return row;
-}
-
-static enum pend_status fit_check(const struct pend_fit_problem *problem,
-                                  struct pend_error *error) {
-    if (problem->unknowns < 1)
-        return pend_fail(error, PEND_INVALID, -1, 0, "there is nothing to be found: no unknowns");
-    if (pend_terms_cart(problem->loads.terms))
-        return pend_fail(error, PEND_INVALID, -1, 0, "fits are not known of a pendulum on a cart");
-    size_t count = fit_measurements(problem);
-    if (count < (size_t)problem->unknowns)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "%zu measurements are too few for %d unknowns: there must be as many",
-                         count, problem->unknowns);
-    for (long i = 0; i < problem->rows; i++) {
-        long before = fit_disorder(problem, i);
-        if (before == i) continue;
-        double shift = problem->camera[PEND_FIT_SHIFT];
-        double behind = before < 0 ? pend_fit_start(problem, pend_fit_run(problem, i)) - shift
-                                   : problem->t[before];
-        return pend_fail(error, PEND_INVALID, -1, problem->t[i],
-                         "row %ld, %.6g s, must come after %s, %.6g s", i + 1, problem->t[i],
-                         before < 0 ? "the start" : "the row before it", behind);
-    }
-    for (int j = 0; j < problem->unknowns; j++) {
-        const struct pend_fit_unknown *u = &problem->unknown[j];
-        if (u->low <= u->start && u->start <= u->high && u->low < u->high) continue;
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "unknown %d starts at %g, which must lie between its bounds %g and %g",
-                         j + 1, u->start, u->low, u->high);
-    }
-    return PEND_OK;
-}
-
 static size_t fit_lay(struct pend_fit *fit, char *block) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns, m = (size_t)p->rows * (size_t)p->columns;
     size_t runs = (size_t)pend_fit_runs(p);
     size_t counts[] = {
-        q, q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, q, runs, (size_t)p->columns};
+        q, q, q, q, q * q, m, m * q, PEND_FIT_BLIND * q, q * q, q, q, q, runs, (size_t)p->columns};
     double **array[] = {&fit->origin,      &fit->inner,    &fit->value, &fit->error,
                         &fit->correlation, &fit->residual, &fit->slope, &fit->direction,
-                        &fit->covariance,  &fit->size,     &fit->best,  &fit->follows,
-                        &fit->spread};
+                        &fit->covariance,  &fit->size,     &fit->best,  &fit->found,
+                        &fit->follows,     &fit->spread};
     unsigned char **flags[] = {&fit->bounded, &fit->held};
     signed char **edges[] = {&fit->edge, &fit->edged};
     size_t used = (sizeof *fit + 63) / 64 * 64;
@@ -158,8 +106,10 @@ double pend_fit_bytes(const struct pend_fit_problem *problem) {
     struct pend_fit sketch = {.problem = *problem};
     double q = problem->unknowns, m = (double)problem->rows * problem->columns;
     // GSL keeps the slopes, their factorization and a copy
-    return (double)fit_lay(&sketch, NULL) + pend_fit_pieces_bytes(problem, fit_swing(problem)) +
-           8 * (4 * m * q + 9 * m + 10 * q * q);
+    double own = (double)fit_lay(&sketch, NULL) + 8 * (4 * m * q + 9 * m + 10 * q * q);
+    // a run alone is no larger than all, and may be cut
+    if (pend_fit_runs(problem) > 1) return 4 * own;
+    return own + pend_fit_pieces_bytes(problem, fit_swing(problem));
 }
 
 /* the first rows: a swing, and twice as many measurements as unknowns */
@@ -184,7 +134,7 @@ static void fit_cap(struct pend_fit_problem *problem) {
 enum pend_status pend_fit_new(struct pend_fit **fit, const struct pend_fit_problem *problem,
                               struct pend_error *error) {
     *fit = NULL;
-    PEND_TRY(fit_check(problem, error));
+    PEND_TRY(pend_fit_check(problem, error));
     struct pend_fit sketch = {.problem = *problem};
     size_t bytes = fit_lay(&sketch, NULL), m = (size_t)problem->rows * (size_t)problem->columns;
     char *block = aligned_alloc(64, (bytes + 63) / 64 * 64);
@@ -209,7 +159,7 @@ enum pend_status pend_fit_new(struct pend_fit **fit, const struct pend_fit_probl
     made->window = fit_first(problem);
     made->least = INFINITY;
     made->swing = fit_swing(problem);
-    made->apt = pend_fit_pieces_apt(problem, made->swing);
+    made->apt = pend_fit_runs(problem) > 1 || pend_fit_pieces_apt(problem, made->swing);
     fit_cap(&made->problem);
     assert(pend_fit_valid(made));
     *fit = made;
@@ -221,6 +171,8 @@ void pend_fit_free(struct pend_fit **fit) {
     assert(pend_fit_valid(*fit));
     gsl_multifit_nlinear_free((*fit)->search->work);
     pend_fit_pieces_free(&(*fit)->pieces);
+    pend_fit_free(&(*fit)->single);
+    free((*fit)->alone);
     free(*fit);
     *fit = NULL;
 }
@@ -375,10 +327,23 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
     return PEND_OK;
 }
 
-/* the iterations that are left until the end, or until the motion is looked at in pieces */
+/* Whether the iterations are used up, those of the first search where another may follow: one in
+ * pieces takes half of them, one that begins with what runs found alone is near its end. */
 static int fit_used(const struct pend_fit *fit) {
-    int most = fit->problem.iterations;
-    return fit->result.iterations >= (fit->apt && !fit->cut ? (most + 1) / 2 : most);
+    int most = fit->problem.iterations,
+        other = pend_fit_runs(&fit->problem) > 1 ? most / 8 : most / 2;
+    return fit->result.iterations >= (fit->apt && !fit->cut ? most - other : most);
+}
+
+/* begins the search of a run alone; a run without data for its unknowns ends that */
+static enum pend_status fit_single(struct pend_fit *fit, int run, struct pend_error *error) {
+    free(fit->alone);
+    enum pend_status status = PEND_NO_MEMORY;
+    fit->alone = pend_fit_alone(&fit->problem, run);
+    if (fit->alone) status = pend_fit_new(&fit->single, &fit->alone->problem, NULL);
+    if (status != PEND_OK) free(fit->alone), fit->alone = NULL;
+    if (status != PEND_NO_MEMORY) return PEND_OK;
+    return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
 }
 
 /* Cuts the motion where the search from the first swing on has not converged, has elsewhere, or has
@@ -392,6 +357,11 @@ static enum pend_status fit_cut(struct pend_fit *fit, enum pend_status ended,
     if (clear && !pend_fit_start_noisy(&fit->problem, fit->residual)) return PEND_OK;
     fit->cut = 1, fit->ready = 0;
     if (ended == PEND_OK) (void)fit_lowest(fit, fit->result.chi_squared);
+    if (pend_fit_runs(&fit->problem) > 1) {
+        fit->told = -INFINITY, fit->begun = 0;
+        memcpy(fit->found, fit->origin, (size_t)fit->problem.unknowns * sizeof(double));
+        return fit_single(fit, 0, error);
+    }
     if (pend_fit_pieces_new(&fit->pieces, &fit->problem, fit->swing, fit->origin) == PEND_OK)
         return PEND_OK;
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
@@ -427,12 +397,41 @@ static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *erro
     return PEND_OK;
 }
 
+/* One iteration of a run alone. Once every run is explained, all begin with the starts that they
+ * found, and with the other numbers of the one that is explained best; else the search of all goes
+ * on where it was. */
+static enum pend_status fit_runs_alone(struct pend_fit *fit, struct pend_error *error) {
+    const struct pend_fit_problem *p = &fit->alone->problem;
+    int over = 0, next = fit->alone->run + 1, q = fit->problem.unknowns;
+    enum pend_status status = pend_fit_step(fit->single, &over, error);
+    if (status == PEND_NO_MEMORY || (status == PEND_OK && !over)) return status;
+    double explained = over ? fit->single->result.explained : 0;
+    for (int j = 0; j < p->unknowns && explained > fit_explained; j++) {
+        double x = fit->single->value[j];
+        int start = p->unknown[j].camera < 0 && p->unknown[j].by.kind <= PEND_PARAMETER_RATE;
+        if (!fit_bounds_at(&p->unknown[j], x) && (start || explained > fit->told))
+            fit->found[fit->alone->from[j]] = fit_bounds_inner(&p->unknown[j], x);
+    }
+    fit->told = fmax(fit->told, explained);
+    fit->result.evaluations += over ? fit->single->result.evaluations : 0;
+    pend_fit_free(&fit->single);
+    if (explained > fit_explained && next < pend_fit_runs(&fit->problem))
+        return fit_single(fit, next, error);
+    free(fit->alone), fit->alone = NULL;
+    if (!(explained > fit_explained)) return PEND_OK;
+    memcpy(fit->inner, fit->found, (size_t)q * sizeof(double));
+    memset(fit->edge, 0, (size_t)q);
+    fit->window = fit_first(&fit->problem);
+    return PEND_OK;
+}
+
 enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_error *error) {
     assert(pend_fit_valid(fit));
     int over = 1;
     *done = fit->ready;
     if (fit->ready) return PEND_OK;
     if (fit->pieces) return fit_pieces(fit, error);
+    if (fit->alone) return fit_runs_alone(fit, error);
     enum pend_status status = fit->begun ? PEND_OK : fit_begin(fit, error);
     fit->result.iterations += fit->result.iterations < fit->problem.iterations;
     if (status == PEND_OK)

@@ -103,4 +103,9 @@ static inline double pend_fit_since(const struct pend_fit_problem *problem, long
            pend_fit_start(problem, pend_fit_run(problem, row));
 }
 
+/** Checks counts, the order of rows, and bounds. PEND_INVALID  O(rows columns + rows of one instant
+ * squared). */
+PEND_MUST_CHECK enum pend_status pend_fit_check(const struct pend_fit_problem *problem,
+                                                struct pend_error *error);
+
 #endif

@@ -4,6 +4,7 @@
 #ifndef PEND_FIT_STATE_H
 #define PEND_FIT_STATE_H
 
+#include "core/fit/fit_alone.h"
 #include "core/fit/fit_model.h"
 #include "core/fit/fit_pieces.h"
 #include "core/fit/fit_result.h"
@@ -23,17 +24,20 @@ struct pend_fit {
     int starved;             /* memory was refused: no result is what it would have been */
     struct pend_error failure;
     double *inner, *value, *error, *correlation, *residual, *slope, *direction, *covariance, *size;
-    double *follows, *spread;      /* of each run, of each column */
-    double lag[2];                 /* the residuals' autocorrelations */
-    double swing;                  /* s, about the time of one */
-    double *origin;                /* inner numbers where the search began */
-    struct fit_pieces *pieces;     /* while the motion is looked at in pieces */
-    int apt, cut;                  /* it can be; it was */
-    double *best;                  /* inner numbers of the lowest sum of squares of all rows */
-    double least;                  /* that sum; infinite before there is one */
-    double variance;               /* of a residual of all rows at the last look; 0 = not known */
-    int inside;                    /* unknowns at bounds were begun again inside */
-    int anew;                      /* the search began again where a fall was foretold */
+    double *follows, *spread;  /* of each run, of each column */
+    double lag[2];             /* the residuals' autocorrelations */
+    double swing;              /* s, about the time of one */
+    double *origin;            /* inner numbers where the search began */
+    struct fit_pieces *pieces; /* while the motion is looked at in pieces */
+    int apt, cut;              /* it can be, or has runs; it was, or they were alone */
+    struct fit_alone *alone;   /* while runs are fitted alone */
+    struct pend_fit *single;   /* the search of that one */
+    double *found, told;       /* inner numbers that runs found; what the best of them explained */
+    double *best;              /* inner numbers of the lowest sum of squares of all rows */
+    double least;              /* that sum; infinite before there is one */
+    double variance;           /* of a residual of all rows at the last look; 0 = not known */
+    int inside;                /* unknowns at bounds were begun again inside */
+    int anew;                  /* the search began again where a fall was foretold */
     unsigned char *bounded, *held; /* at a bound; for the last look, counted as constant */
     signed char *edge, *edged;     /* put to its low bound, -1, or its high one, 1; at `best` */
     struct pend_fit_result result;

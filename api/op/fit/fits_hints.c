@@ -266,8 +266,10 @@ static void hints_take(struct api_hints *h) {
                  strchr(h->what + before, 'g') + 1);
     }
     double taken = (h->left - left) / (h->left - h->floor);
-    // of two that say the same the first is meant
-    if (!(taken > h->best + 1e-3) || !(1 - left > hints_explained)) return;
+    // of two that say the same the first is meant; less than noise leaves nothing to take
+    if (!(taken > h->best + 1e-3) || !(1 - left > hints_explained) || !(h->left > h->floor)) return;
+    // a number that the data do not determine is not what is wrong
+    if (which >= HINT_HELD && !isfinite(r.error[h->tried.unknowns - 1])) return;
     h->best = taken;
     if (which >= HINT_HELD)
         snprintf(h->text, sizeof h->text,

@@ -63,10 +63,9 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
                         "may help.");
     if (fit->runs > 1)
         return snprintf(text, WORDS_END,
-                        "no minimum was found: %d of %d motions follow their data to the end. "
-                        "Fit each run alone first and begin with what that finds: a single motion "
-                        "is also looked at in pieces, which several are not. Fewer rows may help "
-                        "too.",
+                        "no minimum was found: %d of %d motions follow their data to the end, "
+                        "also from what each run finds alone. A better start for the others, or "
+                        "fewer rows, may help.",
                         whole, fit->runs);
     int at = snprintf(text, WORDS_END, "no minimum was found");
     if (r->iterations >= fit->iterations)
@@ -169,6 +168,7 @@ static int end_rejected(const struct pend_fit_result *r, char text[], size_t byt
     const char *end = text[at - 1] == '?' ? "" : ".";
     if (isinf(r->widened))
         return at + snprintf(text + at, bytes - (size_t)at, "%s No standard error holds.", end);
+    if (!(r->widened >= 1.005)) return at + snprintf(text + at, bytes - (size_t)at, "%s", end);
     return at + snprintf(text + at, bytes - (size_t)at,
                          "%s Standard errors are widened, up to %.3g times.", end, r->widened);
 }
