@@ -300,6 +300,13 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
                         head);
         return;
     }
+    if (!object->parent && !strcmp(member->key, "method")) {
+        api_value_fault(member, problem,
+                        API_CODE_UNKNOWN_FIELD
+                        "is not a field here: leave it out. POST /v1/trajectories takes a method, "
+                        "as \"radau\" for stiff pendulums");
+        return;
+    }
     if (!strcmp(member->key, "preset")) {
         api_value_fault(member, problem,
                         API_CODE_UNKNOWN_FIELD

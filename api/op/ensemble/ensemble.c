@@ -47,7 +47,14 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
     struct api_value rtol = api_value_member(reading->root, "rtol"),
                      atol = api_value_member(reading->root, "atol");
     int chosen = 0;
-    if (api_field_word(&method, methods, &chosen, reading->problem) > 0) api_value_usual(&method);
+    const char *word = api_value_text(&method);
+    if (word && !strcmp(word, pend_method_radau.name))
+        api_value_fault(&method, reading->problem,
+                        API_CODE_UNSUPPORTED
+                        "\"radau\" computes one motion at a time, by POST /v1/trajectories: leave "
+                        "it out, or ask for each member there");
+    else if (api_field_word(&method, methods, &chosen, reading->problem) > 0)
+        api_value_usual(&method);
     api_value_usual_number(&rtol, taylor->rtol_default);
     api_value_usual_number(&atol, 0);
     e->accuracy = api_accuracy_read(reading->root, reading->problem);
