@@ -23,8 +23,8 @@ struct api_plan {
  * plan     out.
  * request  its Accept is ignored.
  * seconds  approximate time of a part; parts with large results are shorter.
- * body     the request's body is appended in its stored form: without blanks, keys in order; NULL =
- * not wanted. Its digest is the same. out      a problem is appended.
+ * body     the request's body is appended in its stored form: without blanks, keys in order; NULL
+ * if not needed. Its digest is the same. out      a problem is appended.
  *
  * Returns 0 if the request is valid, else the problem's HTTP status. O(body).
  */

@@ -30,7 +30,7 @@ void api_request_check(const struct api_request *request, const struct api_limit
  * state      out, the operation's; NULL on failure; ends with the operation's free.
  * digest     out; see api_call_etag. For the raw format it is without the engine.
  * canonical  the body is appended here without blanks, keys in order, if that is shorter, else
- *            unchanged; NULL = not wanted.
+ *            unchanged; NULL if not needed.
  *
  * PEND_INVALID  the faults are in problem.
  * PEND_NO_MEMORY

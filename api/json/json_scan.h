@@ -28,7 +28,7 @@ struct api_json {
 /**
  * Scans a document and builds its tree.
  *
- * document   out; must be freed by api_scan_clear whatever is returned.
+ * document   out; released by api_scan_clear, also after a failure.
  * text       `bytes` long; need not end with NUL, and need not outlive the call.
  * depth_cap  deepest nesting accepted, >= 1.
  * problem    as for api_json_new; also 422 if the values would need more than about 20 bytes of

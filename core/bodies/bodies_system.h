@@ -18,7 +18,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
 
 // clang-format off
 /*
- * Arrays of one value an arm. All vectors are in the frame of the arm, whose axes are fixed at the
+ * Arrays, one value per arm. All vectors are in the frame of the arm, whose axes are fixed at the
  * state that is expanded about.
  *
  * cosine, sine, bend       of the angle to the parent (of the first arm: to the axes), which the
@@ -47,14 +47,14 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * sway_xx ... sway_yy, swing_x, swing_y, turn_x, turn_y, keep_xx ... keep_yy
  *                          the arm's force for a unit of the acceleration of its parent's base, of
  *                          the parent's kr, of a moment on the parent, and of what the arm asks
- * wind_x, wind_y, known    of an order: T, and Im (conj u G) but for the unknown part
+ * wind_x, wind_y, known    of an order: T, and Im (conj u G) without the unknown part
  * next_x, next_y, next_known  the same of the next order, as far as they are known
  * turned, pulled           theta and kr, the known parts of u''
  * couple                   tau, all torques on the arm
  * drag_x, drag_y           the air's force on the tip
- * asked_x, asked_y         beta: the force asked of the base, but for its acceleration
+ * asked_x, asked_y         beta: the force on the base, without the part of its acceleration
  * answer                   m, then m / D, then chi
- * early_m, late_m          moments on the parent but for the arm's: with those of the siblings
+ * early_m, late_m          moments on the parent without the arm's: with those of siblings
  *                          after it; those that the children so far have on the arm
  * reach_x, reach_y         the force at the joint, which the parent exerts
  * heave_x, heave_y         conj(p - c) times it, which the parent's G has of it

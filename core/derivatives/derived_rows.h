@@ -37,7 +37,7 @@ struct pend_derived_rows {
     double *value[PEND_DERIVED], *derivative[PEND_DERIVED];
 };
 
-/** Returns non-zero for a quantity that has one number a row. O(1). */
+/** Returns non-zero for a quantity that has one number per row. O(1). */
 static inline int pend_derived_single(int what) { return what >= PEND_DERIVED_KINETIC; }
 
 /** Returns the quantity of arms whose first stored arm a cart's quantity is; other quantities

@@ -6,7 +6,7 @@
 
 #include "core/simd/kernel_sincos.h"
 
-/* Scratch, one value an arm in each array; the letters are those of core/theory.md. */
+/* Scratch, one value per arm in each array; the letters are those of core/theory.md. */
 struct dynamics_work {
     double *cosine, *sine; /* C, Z: of the angle to the parent */
     double *spin;          /* w = l phi'^2 */

@@ -62,7 +62,7 @@ struct pend_outcome {
     int arm;                  /* stored number of the arm that crossed its bound first, -1 = none */
     double first;             /* s, of that crossing; NaN = never */
     const double *phi, *rate; /* at `time`; of a member that was spared, at the start */
-    const double *phi_low; /* rad, low-order part of phi, as far as it is known; NULL if unknown */
+    const double *phi_low;    /* rad, low-order part of phi; NULL if unknown */
     const double *first_crossing;  /* s, of each arm; NaN = never; NULL without a bound */
     const long *crossings;         /* number of crossings of each arm; NULL without a bound */
     struct pend_force_range force; /* NULLs if not requested */

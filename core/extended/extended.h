@@ -87,7 +87,7 @@ void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint 
  * t      s; taken as exact.
  * to     instant i of arm k at [i * n + k]; phi_low and rate_low may be NULL.
  * acc    out, rad/s^2, NULL if not needed.
- * force  out, N, NULL = not wanted.
+ * force  out, N, NULL if not needed.
  */
 void pend_extended_at(const struct pend_extended *extended, int count, const double t[],
                       const struct pend_extended_state *to, double acc[], double force[]);

@@ -284,7 +284,7 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors,
     return PEND_OK;
 }
 
-/* goes on to the next vector */
+/* continues with the next vector */
 static void vectors_next(struct pend_vectors *v) {
     if (++v->number == v->count) return;
     v->settling = (struct settling){.first = vectors_first(v, v->number), .left = 1};

@@ -15,7 +15,7 @@ typedef double num; /* files that lay out memory count it in doubles and compute
 
 // clang-format off
 /*
- * Arrays of one value an arm, of the factorization and of the sweeps of an order. Sums go over the
+ * Arrays, one value per arm, of the factorization and of the sweeps of an order. Sums go over the
  * arm's children unless another set is named.
  *
  * len, inv_len, mass                the arm's own

@@ -134,7 +134,7 @@ static void *log_main(void *argument) {
         while (!log->stopping && !log->messages.filling.bytes &&
                srv_condition_wait(&log->wake, &log->lock, until))
             continue;
-        /* what waits for its first file must not be written to none */
+        /* lines that wait for the first file must not be lost */
         log_turned(&log->audit);
         log_swap(&log->requests, "{\"lost_lines\":", "}");
         log_swap(&log->audit, "{\"lost_lines\":", "}");
@@ -209,7 +209,7 @@ void srv_log_free(struct srv_log **log) {
     free(gone);
 }
 
-/* bytes at the start of a text that JSON takes as they are */
+/* bytes at the start of a text that JSON needs not escape */
 static size_t log_plain(const char *text) {
     size_t bytes = 0;
     while ((unsigned char)text[bytes] >= ' ' && (unsigned char)text[bytes] < 0x7f &&

@@ -10,7 +10,7 @@
 
 enum { SRV_TURNS_ROW = 8 /* most turns in a row of one road */ };
 
-/* Whoever takes turns. Begins as {0}. */
+/* Somebody who takes turns. Initialized as {0}. */
 struct srv_turns {
     struct srv_list roads; /* the ring of roads that wait; the next one first */
 };

@@ -1,7 +1,7 @@
 /* When a process claims parts of jobs, and which: after news, and again when a claim found some,
  * but not all processes at the same instant.
  * Leaves to others: asking the store, slots for the parts (part_runner).
- * Invariant: under the runner's lock, but for srv_part_claim_run while the store is asked; the
+ * Invariant: under the runner's lock, except srv_part_claim_run while the store is asked; the
  * leases are the claim's until they are taken. */
 #ifndef SRV_PART_CLAIM_H
 #define SRV_PART_CLAIM_H

@@ -2,7 +2,7 @@
  * until they are stored.
  * Leaves to others: leases and storing (part_runner), what it computes
  * (api/call/part).
- * Invariant: one thread at a time uses it, but for `stop`; the request stays for the next part of
+ * Invariant: one thread at a time uses it, except `stop`; the request stays for the next part of
  * the same job. */
 #ifndef SRV_PART_RUN_H
 #define SRV_PART_RUN_H

@@ -12,7 +12,7 @@
  * Reads the keys of a file that only its owner can read (srv_secret_read).
  *
  * keys  from srv_keys_init; the caller clears it, after a failure too.
- * seen  out: the file's status; NULL = not wanted.
+ * seen  out: the file's status; NULL if not needed.
  *
  * PEND_INVALID, PEND_NO_MEMORY  error names the fault and its line.
  */

@@ -15,7 +15,7 @@
  * service managers provide secrets this way.
  *
  * out   the contents are appended; out->limit bounds them.
- * seen  out: status of the file; NULL = not wanted.
+ * seen  out: status of the file; NULL if not needed.
  *
  * PEND_INVALID    error names the reason: missing, wrong owner, readable by others, too long.
  * PEND_NO_MEMORY

@@ -234,7 +234,7 @@ static enum srv_stored claim_part(struct srv_store *store, const struct turn *cl
 /* The parts of one claim. */
 struct claim {
     struct srv_claim *asked;
-    int64_t sum_us; /* computation of what it has, as it is estimated */
+    int64_t sum_us; /* estimated computation of its parts */
     struct srv_lease *lease;
     int count;
     int aside;                   /* takes a part that was set aside */
@@ -288,7 +288,7 @@ static enum srv_stored claim_turns(struct srv_store *store, const struct row_cli
                                    struct claim *claim) {
     for (int i = 0; i < clients->count; i++) {
         const struct turn *client = &clients->client[i];
-        /* each gets its share of what is left */
+        /* each gets its share of the remainder */
         int left = claim->asked->most - claim->count, others = clients->count - i;
         if (!left || (client->flaw && claim->count)) break;
         SRV_STORED_TRY(claim_client(store, client, (left + others - 1) / others, claim));

@@ -307,7 +307,7 @@ VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, doub
              most = TERM_(of)(-KERNEL_FAR);
         for (int j = 0; j < TERMS; j++) {
             if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
-            // a radius of convergence from a trailing term and a leading one, times what is left at
+            // a radius of convergence from a trailing term and a leading one, times the margin for
             // the tolerance
             term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
             most = TERM_(max)(

@@ -14,7 +14,7 @@
  * Rows of a block, eight numbers each.
  *
  * C_FIRST, Z_FIRST           cosine and sine of each arm's first child, which is the next arm; 0
- *                            where there is none
+ *                            if there is none
  * LEAN, NU, TAU, INV, INV_EFF, STIFF, WEIGHT   as in jets_system
  * PART, ACROSS, ALONG, SINE  1, cosine and sine over the length; sine
  * LEAD_UP, LEAD_DOWN         what the next block's first arm does to this block, what the last

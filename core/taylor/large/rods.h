@@ -16,7 +16,7 @@
  * Rows of a piece, eight numbers each. An arm of mass M, first moment h and inertia J about its
  * joint moves as a mass h / l at its tip, M - h / l at its joint and an inertia J' = J - h l do,
  * which is negative of a uniform bar. J', J and the others are over l^2 here, and masses are in
- * units of 1 / `scale` but for those of the orders.
+ * units of 1 / `scale` except those of the orders.
  *
  * TIP, JOINT, WHOLE      h / l, M - h / l, M
  * NEAR, FAR, TWIST       inertias about the joint and about the tip, J'
