@@ -23,45 +23,45 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  *
  * cosine, sine, bend       of the angle to the parent (of the first arm: to the axes), which the
  *                          caller fills in; the angle to the parent itself, of the first arm theta
- * point_x, point_y         where on its parent the arm hangs, in the parent's frame
+ * point_x, point_y         attachment point of the arm, in its parent's frame
  * body, moment_x, moment_y M, h = sum of m p
  * inertia                  J = sum of m |p|^2
  * center_x, center_y, spread  c = h / M; the inertia about it
  * tail_x, tail_y           from the center to the tip
- * tip_share, tip_rest      the part of M that is at the tip, and the rest of 1
- * total, inv_total         D, what the arm and all that it carries oppose to its turning; 1 / D
+ * tip_share, tip_rest      the part of M at the tip, and 1 minus it
+ * total, inv_total         D, the inertia of the arm with its sub-tree; 1 / D
  * lever_x, lever_y         X = x / D
- * form_xx, form_xy, form_yy  Phi: the force asked of the base for a unit of its acceleration
+ * form_xx, form_xy, form_yy  Phi: the force on the base per unit of its acceleration
  * form_det                 its determinant
  * pull_x, pull_y           w = sum of P e of the children at the tip
  * hang_x, hang_y, hang_e, hang_p  the same of the others, and the sums of <e, w> and <p, w>
  * early_x, early_y, early_e, early_p  these sums of the siblings that have joined before the arm
  * late_x, late_y           of the children at the tip, sums of those that have joined later
  * other_x, other_y, other_e, other_p  the same of the others
- * draw_x, draw_y           z = y - X K: what a unit of the real part of u'' asks of the base
- * twist                    K = sum of <e, P p>: the torque about the joint that it asks
- * place_x, place_y         where the arm hangs, turned into its own frame: conj(R) p
- * carry_xx ... carry_yy    R^T (1 - e X^T): the base's acceleration for a unit of the parent's
+ * draw_x, draw_y           z = y - X K: the force on the base per unit of the real part of u''
+ * twist                    K = sum of <e, P p>: the torque about the joint, likewise
+ * place_x, place_y         attachment point, rotated into the arm's frame: conj(R) p
+ * carry_xx ... carry_yy    R^T (1 - e X^T): the base's acceleration per unit of the parent's
  * give_xx ... give_yy      1 - e X^T of the tip
- * stem_x, stem_y           from the parent's center to where the arm hangs, turned into its frame
+ * stem_x, stem_y           from the parent's center to the attachment point, in the arm's frame
  * sway_xx ... sway_yy, swing_x, swing_y, turn_x, turn_y, keep_xx ... keep_yy
- *                          the arm's force for a unit of the acceleration of its parent's base, of
- *                          the parent's kr, of a moment on the parent, and of what the arm asks
+ *                          the arm's force per unit of the acceleration of its parent's base, of
+ *                          the parent's kr, of a moment on the parent, and of the arm's beta
  * wind_x, wind_y, known    of an order: T, and Im (conj u G) without the unknown part
- * next_x, next_y, next_known  the same of the next order, as far as they are known
+ * next_x, next_y, next_known  their known parts of the next order
  * turned, pulled           theta and kr, the known parts of u''
  * couple                   tau, all torques on the arm
- * drag_x, drag_y           the air's force on the tip
+ * drag_x, drag_y           drag on the tip
  * asked_x, asked_y         beta: the force on the base, without the part of its acceleration
  * answer                   m, then m / D, then chi
  * early_m, late_m          moments on the parent without the arm's: with those of siblings
  *                          after it; those that the children so far have on the arm
  * reach_x, reach_y         the force at the joint, which the parent exerts
- * heave_x, heave_y         conj(p - c) times it, which the parent's G has of it
+ * heave_x, heave_y         conj(p - c) times it: its part of the parent's G
  * base_x, base_y           acceleration of the base
  * speed_x, speed_y         velocity of the base
  * damping ... slide        numbers of the joint's terms, in units of time
- * air_slow ... air_share   numbers of the air, the same; half the inverse of its root's order 0
+ * air_slow ... air_share   numbers of drag, likewise; half the inverse of its root's order 0
  */
 #define BODIES_ARRAYS(X) \
     X(cosine) X(sine) X(bend) X(point_x) X(point_y) X(body) X(moment_x) X(moment_y) X(inertia) \

@@ -18,7 +18,7 @@ enum { LANES = DERIVATIVES_LANES, FIRST = DERIVATIVES_FIRST, PASS = DERIVATIVES_
 /* numbers of a state: phi, phi_low, rate, rate_low at the start of a step and at its end */
 enum { STATE = 8 };
 
-/* cost of an order with eight derivatives, in orders in doubles, approximately */
+/* approximate cost of an order with eight derivatives, relative to an order in doubles */
 static const double derivatives_times = 4;
 
 /* a step below this part of the remaining time would never reach the end */

@@ -82,7 +82,7 @@ size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *t
     return ideal_lay(&sketch, tree, terms, order, count, NULL);
 }
 
-/* sets the unit of a derivative at its parameter */
+/* sets the derivative of a parameter by itself to its unit */
 static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, double seed) {
     struct ideal_group *g = &ideal->group[i / LANES];
     size_t at = (size_t)by.at * LANES + (size_t)(i % LANES);

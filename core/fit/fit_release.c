@@ -169,7 +169,7 @@ enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     if (!rest) return PEND_NO_MEMORY;
     enum pend_status status = pend_fit_state_tell(fit, &told);
     if (status == PEND_OK) pend_fit_told_rest(&told, m, fit->residual, rest);
-    // steps of the others do not count for a fixed unknown
+    // a fixed unknown is judged by its own slope, without the steps of the others
     for (int j = 0; j < fit->problem.unknowns && status == PEND_OK; j++) {
         double slope = fit->held[j] ? release_slope(fit, rest, j) : 0;
         int in = release_low(&fit->problem.unknown[j], fit->value[j]) ? slope < 0 : slope > 0;

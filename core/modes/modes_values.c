@@ -13,8 +13,8 @@ enum {
     VALUES_TRIES = 6   /* Laguerre steps before they alternate with bisection */
 };
 
-/* in a tree deeper than this, so many of the slowest are polished if their error is below this
- * part */
+/* in trees deeper than VALUES_DEEP, the VALUES_SLOW slowest are polished if their relative error is
+ * below VALUES_POLISH */
 enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 #define VALUES_POLISH 1e-9
 

@@ -23,21 +23,21 @@ typedef double num; /* files that lay out memory count it in doubles and compute
  * cosine, sine                      of that angle
  * eff, inv_eff                      S, 1 / S
  * inv, lean                         1 / (m + q), r / (m + q)
- * kappa, nu, tau                    how an arm's share reaches its parent; nu, tau: tension first
+ * kappa, nu, tau                    an arm's effect on its parent; nu, tau: tension first
  * stiff, weight                     S kappa, S l
  * sum_p .. sum_d                    p, r, q and the determinant's remainder
  * late, late_q, late_r              sums over the later siblings
- * early                             sums over the children met so far
+ * early                             sums over the children visited so far
  * wind, drag (re, im)               T and c of this order
- * next_wind, next_drag (re, im)     T and c of the order after, as far as they are known
+ * next_wind, next_drag (re, im)     known parts of T and c of the next order
  * heave                             S l (k + 1) Im T
  * push, bias                        h, f = h - heave
  * side                              the known force across the arm
  * sum_side, sum_cos, sum_sin        sums of Z f, C s, Z s
  * from_side, others                 the parent's side; sum of Z f over the siblings
- * shift, rest                       what stays of radial and of tangential without the
- *                                   parent's part and without the radial part
- * tension                           the part of mu that does not move with the parent
+ * shift, rest                       radial without the parent's part; tangential without the
+ *                                   radial part
+ * tension                           the part of mu that does not depend on the parent
  * radial, tangential                acceleration of the tip
  * from_radial, from_tangential      acceleration of the parent's tip
  */

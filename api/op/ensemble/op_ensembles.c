@@ -124,7 +124,7 @@ static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     api_stats_whole(&op->stats, "failed", op->failed);
     api_stats_whole(&op->stats, "lost", op->lost);
     api_stats_whole(&op->stats, "steps", op->steps);
-    // without a number, which would be a part's
+    // without a number, because it would be that of a part
     if (op->lost)
         api_stats_warning(&op->stats, "warning_horizon",
                           "some members lose their digits before their end (estimated): stats.lost "

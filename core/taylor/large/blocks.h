@@ -11,22 +11,22 @@
 #include "core/tree/tree.h"
 
 /*
- * Rows of a block, eight numbers each.
+ * Rows of a block, eight numbers each; forces of an order are divided by k + 1.
  *
  * C_FIRST, Z_FIRST           cosine and sine of each arm's first child, which is the next arm; 0
  *                            if there is none
  * LEAN, NU, TAU, INV, INV_EFF, STIFF, WEIGHT   as in jets_system
  * PART, ACROSS, ALONG, SINE  1, cosine and sine over the length; sine
- * LEAD_UP, LEAD_DOWN         what the next block's first arm does to this block, what the last
- *                            block's last arm does
- * TR, TI, CR, NEXT_*         T and c of the order at hand and, as far as known, of the order after
- * S, SIDE                    known force across each arm over the order; the same with its
- *                            children's
+ * LEAD_UP, LEAD_DOWN         effect on this block of the next block's first arm, and of the last
+ *                            block's last arm
+ * TR, TI, CR, NEXT_*         T and c of the current order; their known parts of the next order
+ * S, SIDE                    known force across each arm; the same with its children's
  * BIAS, PUSH, SWAY           f, h, Z f
  * OTHERS                     sum of Z f over the siblings at crowded joints; else 0
  * REST, TENSION              as in jets_system
  * RADIAL, TANGENTIAL         acceleration of the tip
- * UP, DOWN                   eight rows each: answers of the block's arms to a unit at one of them
+ * UP, DOWN                   eight rows each: responses of the block's arms to a unit at one of
+ * them
  */
 // clang-format off
 #define BLOCK_ROWS(X) \

@@ -10,27 +10,24 @@
 #include "core/tree/tree.h"
 
 /*
- * Rows of a piece, eight numbers each; next and last are an arm's neighbours, m the mass of its own
- * tip.
+ * Rows of a piece, eight numbers each. "Next" and "last" are an arm's neighbours, m is the mass of
+ * its own tip; forces of an order are divided by k + 1.
  *
- * MASS, ABOVE                mass of the tip that the arm hangs on, 1 / it; 1 and 0 at the pivot
+ * MASS, ABOVE                mass of the parent's tip, 1 / it; 1 and 0 at the pivot
  * BELOW, PULL, PART          1 / m, -len, 1 / len
- * SPREAD, N, N_LAST          of the masses that hang on an arm: Z^2 / m_last, N, and N of the last
- *                            arm
- * KAPPA, MORE, GAIN          from a tension to the next; what an arm adds to the inverse's
- *                            diagonal; that itself
- * LEAN_NEXT, LEAN_LAST       how known forces across the neighbours pull
- * SIDE, SIDE_NEXT, SIDE_LAST how known forces across the arm and its neighbours turn it
- * TURN_NEXT, TURN_LAST       how the neighbours' tensions turn it
- * BEFORE, AFTER              what comes from the pieces before, and from those after, for each unit
- *                            of it
+ * SPREAD, N, N_LAST          of the effective mass: Z^2 / m_last, N, and N of the last arm
+ * KAPPA, MORE, GAIN          factor from a tension to the next; an arm's contribution to the
+ *                            inverse's diagonal; that diagonal
+ * LEAN_NEXT, LEAN_LAST       along the arm, the effect of known forces across the neighbours
+ * SIDE, SIDE_NEXT, SIDE_LAST on phi'', the effect of known forces across the arm and its neighbours
+ * TURN_NEXT, TURN_LAST       on phi'', the effect of the neighbours' tensions
+ * BEFORE, AFTER              responses to a unit from the pieces before and from those after
  * ENDS                       four numbers of the piece, below
- * TR, TI, CR, NEXT_*, OLD_*, OLDER_*   T and c of the order at hand; as far as known, of the next
- * three
- * S                          known force across each arm over the order
- * ASK, KNOWN, MU             right-hand side, what is known of phi'', force along the arm over the
- *                            order
- * GREEN                      eight rows: forces that a unit at each arm of the piece makes in it
+ * TR, TI, CR, NEXT_*, OLD_*, OLDER_*   T and c of the current order; their known parts of the next
+ *                            three orders
+ * S                          known force across each arm
+ * ASK, KNOWN, MU             right-hand side, known part of phi'', force along the arm
+ * GREEN                      eight rows: forces in the piece due to a unit at each of its arms
  */
 // clang-format off
 #define CHAIN_ROWS(X) \

@@ -12,18 +12,16 @@
 #include "core/tree/tree.h"
 
 /*
- * Rows of a block, eight numbers each.
+ * Rows of a block, eight numbers each; forces of an order are divided by k + 1.
  *
- * WEIGHT .. STIFF     as in jets_system; GRIP: Z, and C times the parent's lean; PART: 1 over the
- *                     length
- * KNOWN               known force across each arm, over the order
+ * WEIGHT .. STIFF     as in jets_system; GRIP: Z, and C times the parent's lean; PART: 1 / length
+ * KNOWN               known force across each arm
  * BIAS, PUSH          f, h
- * ASKED, GIVEN        what the parent adds to its h for the arm, and takes from its known force for
- *                     it
- * FIRST               known force less what the children but the first take: what the first feels
- *                     across; before the orders it holds m and sums of S Z^2, FIRST_LEAN sums of S
- *                     C Z, of the same children
- * RADIAL, TANGENTIAL  acceleration of the tip; before it is known TANGENTIAL holds what stays of it
+ * ASKED, GIVEN        the arm's contributions to the parent's h and known force
+ * FIRST               force across the first child: the known force minus the contributions of the
+ *                     other children. Before the orders FIRST holds m and sums of S Z^2,
+ *                     FIRST_LEAN sums of S C Z, of the other children
+ * RADIAL, TANGENTIAL  acceleration of the tip; before it is known, the known part of TANGENTIAL
  * MASS, LENGTH, EFF   for the factorization
  */
 // clang-format off

@@ -14,29 +14,32 @@
 
 /*
  * Rows of a piece, eight numbers each. An arm of mass M, first moment h and inertia J about its
- * joint moves as a mass h / l at its tip, M - h / l at its joint and an inertia J' = J - h l do,
- * which is negative of a uniform bar. J', J and the others are over l^2 here, and masses are in
- * units of 1 / `scale` except those of the orders.
+ * joint is equivalent to a mass h / l at its tip, M - h / l at its joint and an inertia J' = J -
+ * h l, which is negative for a uniform bar. J', J and the other inertias are divided by l^2 here,
+ * and masses are in units of 1 / `scale`, except those of the orders.
  *
  * TIP, JOINT, WHOLE      h / l, M - h / l, M
  * NEAR, FAR, TWIST       inertias about the joint and about the tip, J'
  * SPREAD                 M times the inertia about the center
- * NODE                   all that is at the joint: its own JOINT and TIP of the arm before it
+ * NODE                   mass at the joint: the arm's own JOINT and TIP of the arm before it
  * VOID                   1 in a lane without an arm
- * SHARE                  the part of all that is at the tip which the force at the tip leaves out
- * RESIST, WIND           of the orders: J' / l^2, J' / l
+ * SHARE                  the part of the mass at the tip that the force at the tip does not include
+ * RESIST, WIND           for the orders: J' / l^2, J' / l
  * SQUARE_C, SQUARE_Z, MIXED, TWICE  C^2, Z^2, C Z, C^2 - Z^2
- * HUNG_*                 the form of what hangs at the tip, five numbers (rods_form)
- * HELD_*                 the form of what holds the joint
- * LINE_LINE, LINE_SIDE   force along the arm, for a unit of acceleration along it and of known
- * force SIDE_SIDE              acceleration across it for a unit of known force BACK_* of the
- * piece's first arm: what its force asks of the piece before ON_*                   force along,
- * and acceleration across, for a unit of the force along and across the arm before it BEFORE_*,
- * AFTER_*      the same of all arms of the piece for what comes from the pieces before and after
- * it, in the order of ON ENDS                   numbers of the piece, below ASK, KNOWN of the order
- * at hand: acceleration that is asked along the arm, known force across it MU, WAY force along the
- * arm, acceleration across it GREEN                  four times eight rows: MU for a unit of ASK of
- * each arm and of KNOWN, WAY for a unit of ASK and of KNOWN
+ * HUNG_*                 the form of the chain below the tip, five numbers (rods_form)
+ * HELD_*                 the form of the chain above the joint
+ * LINE_LINE, LINE_SIDE   force along the arm per unit of acceleration along it and of known force
+ * SIDE_SIDE              acceleration across it per unit of known force
+ * BACK_*                 of the piece's first arm: effect of its force on the piece before
+ * ON_*                   force along, and acceleration across, per unit of the force along and
+ *                        across the arm before it
+ * BEFORE_*, AFTER_*      the same of all arms of the piece, for values from the pieces before and
+ *                        after it, in the order of ON
+ * ENDS                   numbers of the piece, below
+ * ASK, KNOWN             of the current order: required acceleration along the arm, known force
+ *                        across it
+ * MU, WAY                force along the arm, acceleration across it
+ * GREEN                  four times eight rows: MU, then WAY, per unit of each arm's ASK and KNOWN
  */
 // clang-format off
 #define RODS_ROWS(X) \
