@@ -262,6 +262,9 @@ bench-precision: $(B)/tests/bench/precision/run ## the true error of every metho
 bench-horizon: $(B)/tests/bench/horizon/run ## horizons that are told over the truth, and what they cost: 504 motions of every kind (T=kinds: these alone), 200 motions, 500 members, 50 sections, in four minutes
 	$< $(T)
 
+bench-fits: $(B)/tests/laws/run ## how often the truth is within the standard errors of ten models of fits, 200 draws each, and the profile of the likelihood, in half a minute
+	COVERAGE=200 $< law_of_errors
+
 bench-orbits: build ## periodic orbits beside a shooting with SciPy, in a minute
 	@docker/install.sh test
 	@/usr/bin/python3 -B tests/bench/orbits/bench_orbits.py $(B)
