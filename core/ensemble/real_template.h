@@ -112,7 +112,7 @@ static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *
 }
 
 /* A time, s, that converts the error of a rate to one of an angle. Dry friction is linear only for
- * distances small compared with its speed; this is the smallest over the joints. */
+ * distances small compared with its speed; the joint with the smallest friction speed decides. */
 static num real_time(const struct ensemble_lanes *lanes, num length) {
     const double linear = 1e-5;
     const struct pend_terms *terms = lanes->terms;
