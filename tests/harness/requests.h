@@ -171,7 +171,7 @@ static const struct test_request {
      "application/x-npz"},
     {API_OP_RESPONSE, "{" TEST_REAL_TREE ",\"output\":[\"z\",\"lambda\"]}", "application/x-npz"},
     {API_OP_CONTROLLERS,
-     "{" TEST_CART_TREE ",\"equilibrium\":{\"theta\":[3,3.1,3.2],\"cart\":{\"x\":0.3}},"
+     "{" TEST_CART_TREE ",\"equilibrium\":{\"theta\":[3.1,3.1,3.2],\"cart\":{\"x\":0.3}},"
      "\"actuators\":{\"joints\":[2],\"cart\":true},\"sensors\":{\"arms\":[1]},\"period\":0.02,"
      "\"delay\":1,\"Q\":[1,1,1,0,0,0,1,0],\"R\":[1,2]}",
      NULL},
