@@ -35,7 +35,8 @@ static size_t loads_series_numbers(int order_cap) {
 
 static int loads_couple(const struct pend_terms *terms) {
     return terms->row[PEND_TERM_STIFFNESS] >= 0 || terms->row[PEND_TERM_DAMPING] >= 0 ||
-           terms->row[PEND_TERM_TORQUE] >= 0 ||
+           terms->row[PEND_TERM_TORQUE] >= 0 || terms->row[PEND_TERM_INPUT] >= 0 ||
+           terms->row[PEND_TERM_SLIDE] >= 0 ||
            (terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0);
 }
 

@@ -141,9 +141,23 @@ static inline int jets_loads_suit(const struct pend_tree *tree, const struct pen
     if (tree->n > 8) return jets_loads_known(terms);
     struct pend_terms points = *terms; // the terms with points at the tips instead, without drag
     points.one[PEND_TERM_DRAG_PER_MASS] = -1;
+    // what a piece adds is a torque too, whose work and heat are known where the pivot rests
+    if (terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&
+        !(terms->harmonics && terms->harmonic[0].drives < 0)) {
+        points.row[PEND_TERM_INPUT] = points.row[PEND_TERM_INPUT_RATE] = -1;
+        points.row[PEND_TERM_SLIDE] = points.one[PEND_TERM_PIECE] = -1;
+    }
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (jets_loads_shape(r)) points.row[r] = -1;
     return jets_loads_known(&points);
+}
+
+/** Returns how many orders of the given torques are not 0. O(1). */
+static inline int jets_loads_torques(const struct jets_loads *loads, int order) {
+    const int *row = loads->terms->row;
+    if (loads->drives) return order;
+    if (row[PEND_TERM_INPUT] >= 0) return 2;
+    return row[PEND_TERM_TORQUE] >= 0 || row[PEND_TERM_SLIDE] >= 0;
 }
 
 /**

@@ -57,11 +57,20 @@ static void loads_torques(const struct jets_system *s, const struct bodies_momen
     const struct jets_loads *loads = s->loads;
     const struct pend_terms *terms = loads->terms;
     double *forces = loads->given + from, square = now->unit * now->unit;
-    int fixed = terms->row[PEND_TERM_TORQUE];
-    for (int k = 0; k < (loads->drives ? order : 1); k++)
+    int fixed = terms->row[PEND_TERM_TORQUE], input = terms->row[PEND_TERM_INPUT],
+        slide = terms->row[PEND_TERM_SLIDE], orders = jets_loads_torques(loads, order);
+    for (int k = 0; k < (orders ? orders : 1); k++)
         memset(forces + k * LOADS_STRIDE, 0, (size_t)s->n * sizeof(double));
     for (int a = 0; a < s->n && fixed >= 0; a++)
         loads_twist(s, a, square * loads->value[fixed + a], forces);
+    for (int a = 0; a < s->n && slide >= 0; a++)
+        loads_twist(s, a, square * loads->value[slide + a], forces);
+    for (int a = 0; a < s->n && input >= 0; a++) {
+        double rise = loads->value[terms->row[PEND_TERM_INPUT_RATE] + a],
+               since = (now->time - loads->value[terms->one[PEND_TERM_PIECE]]) + now->late;
+        loads_twist(s, a, square * (loads->value[input + a] + rise * since), forces);
+        loads_twist(s, a, square * (rise * now->unit), forces + LOADS_STRIDE);
+    }
     for (int i = 0; i < terms->harmonics; i++) {
         int a = terms->harmonic[i].drives;
         double torque[LOADS_ORDERS];

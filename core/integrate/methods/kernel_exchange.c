@@ -117,12 +117,28 @@ static double nodes_losses(const struct jets_system *s, double x, int order) {
 static void nodes_effort(const struct jets_system *s, const struct at_nodes *x, int order,
                          struct at_nodes *power) {
     const double *force = s->loads->given + (s->n > 4 ? 8 : s->n > 2 ? 4 : 2);
-    int orders = s->loads->drives ? order : 1;
+    int orders = jets_loads_torques(s->loads, order);
     for (int k = 0; k < s->n; k++) {
         struct at_nodes rate = nodes_sum(x, s->rate + k, NULL, PEND_JETS_PAD, order);
         struct at_nodes pull = nodes_sum(x, force + k, NULL, LOADS_STRIDE, orders);
         nodes_add(power, s->len[k], &pull, &rate);
     }
+}
+
+/* the heat of joints that slide: of a constant torque, less it times the angle */
+static double nodes_slides(const struct jets_system *s, const double slide[], double x, int order) {
+    double lost = 0;
+    for (int k = 0; k < s->n; k++) {
+        double turned = 0;
+        int p = s->parent[k];
+        for (int j = order; j >= 0; j--) {
+            size_t at = (size_t)j * PEND_JETS_PAD;
+            double rate = s->rate[at + (size_t)k] - (p < 0 ? 0 : s->rate[at + (size_t)p]);
+            turned = turned * x + rate * s->share[j];
+        }
+        lost -= slide[k] * turned * x;
+    }
+    return lost;
 }
 
 /* whether the pivot moves to the right, too */
@@ -158,15 +174,18 @@ static struct exchange_given exchange_given(const struct pend_jets *jets,
     struct exchange_given given = {0, 0};
     // forces are times unit^2, rates times unit
     double all = x / (unit * unit);
-    int damping = terms->row[PEND_TERM_DAMPING], torque = terms->row[PEND_TERM_TORQUE];
+    int damping = terms->row[PEND_TERM_DAMPING], slide = terms->row[PEND_TERM_SLIDE],
+        torques = jets_loads_torques(s->loads, order);
     if (damping >= 0 && s->n > PEND_JETS_PAD)
         given.heat = nodes_losses(s, x, order) * all;
     else if (damping >= 0)
         given.heat = nodes_loss(s, x, loads->value + damping, unit, order) * all;
-    if (s->loads->drives || torque >= 0) nodes_effort(s, &at, order, &power);
+    if (torques) nodes_effort(s, &at, order, &power);
     if (s->loads->moves) nodes_haul(s, &at, order, &power);
-    if (s->loads->drives || torque >= 0 || s->loads->moves)
-        given.work = nodes_integral(&power) * all;
+    if (torques || s->loads->moves) given.work = nodes_integral(&power) * all;
+    if (slide < 0) return given;
+    double lost = nodes_slides(s, loads->value + slide, x, order);
+    given.work += lost, given.heat += lost;
     return given;
 }
 

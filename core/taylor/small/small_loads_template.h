@@ -380,8 +380,8 @@ static void SMALL(power)(const struct jets_system *s, int order, double *work, d
     const struct jets_loads *loads = s->loads;
     if (loads->losses) SMALL(waste)(s, order, heat);
     if (loads->drag_per_mass != 0) loads_haze(s, order, heat);
-    if (loads->couples && (loads->drives || loads->terms->row[PEND_TERM_TORQUE] >= 0))
-        SMALL(effort)(s, loads->drives ? order : 1, order, work);
+    int torques = jets_loads_torques(loads, order);
+    if (torques) SMALL(effort)(s, torques, order, work);
     if (loads->moves && loads->bodies && loads->orders) SMALL(ends)(s, order, 0);
     if (loads->moves) loads_pivot_force(s, order, work);
 }

@@ -72,7 +72,7 @@ TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
         worst = fmax(worst, fabs(number(&reply, "theta", i, 0) - want));
     }
     CHECK_RESIDUAL(worst, 1e-13, "bounces");
-    CHECK_RESIDUAL(fabs(number(&reply, "exchange/heat", 400, -1) - 0.15), 1e-14, "their heat");
+    CHECK(fabs(number(&reply, "exchange/heat", 400, -1) - 0.15) < 1e-14);
     CHECK(number(&reply, "thetad/400", 0, -1) == 0);
     test_reply_free(&reply);
 }
@@ -128,7 +128,7 @@ TEST(a_joint_that_holds_is_as_a_rigid_body) {
         force = fmax(force, fabs(number(&held, "joint_force/across", i, 2) -
                                  number(&whole, "joint_force/across", i, 1)));
     }
-    CHECK_RESIDUAL(gap, 1e-12, "a joint that holds");
+    CHECK_SAYING(gap < 1e-13, "%g", gap);
     CHECK_RESIDUAL(force, 1e-12, "forces at its joints");
     test_reply_free(&held);
     test_reply_free(&whole);

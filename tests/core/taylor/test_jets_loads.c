@@ -292,8 +292,8 @@ TEST(quick_kernels_take_no_pendulum_with_any_other_term) {
         pend_terms_free(&terms);
     }
     // all that say where masses are and where arms hang, damping, stiffness and rest, torque, drag
-    // per mass, and the two of the pivot's acceleration
-    CHECK_INT(taken, 7 + 4 + 3);
+    // per mass, the two of the pivot's acceleration, and the four of a piece
+    CHECK_INT(taken, 7 + 4 + 3 + 4);
     test_tree_clear(&t);
 }
 

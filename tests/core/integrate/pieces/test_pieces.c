@@ -131,6 +131,34 @@ TEST(pieces_give_the_same_bits_however_the_blocks_are_cut_and_carried) {
     driven_close(&d);
 }
 
+/* the same rod with dry friction that it sticks by, and a stop that it hits */
+TEST(joints_that_stick_and_hit_give_the_same_bits_when_carried) {
+    static struct driven d;
+    struct test_record whole, carried;
+    const double sliding = 0.15, holding = 0.2, least = -0.3, most = INFINITY, bounces = 0.5;
+    driven_open(&d, 1, 0, 1.2);
+    pend_terms_free(&d.terms);
+    const unsigned char rows[PEND_TERM_ROWS] =
+        {[PEND_TERM_ROD] = 1, [PEND_TERM_INPUT] = 1, [PEND_TERM_SLIDE] = 1},
+                        ones[PEND_TERM_ONES] = {[PEND_TERM_PIECE] = 1};
+    REQUIRE(pend_terms_new(&d.terms, 1, rows, ones, 0, NULL, NULL) == PEND_OK);
+    d.value[d.terms->row[PEND_TERM_ROD]] = 0.6;
+    d.rules.sliding = &sliding, d.rules.holding = &holding;
+    d.rules.least = &least, d.rules.most = &most, d.rules.restitution = &bounces;
+    d.theta0 = -M_PI_2 + 0.1;
+    d.terms->rules = &d.rules;
+    d.problem.loads.terms = d.terms;
+    test_record_blocks(&whole, &pend_method_taylor, &d.problem, INSTANTS, INFINITY);
+    test_record_carried(&carried, &pend_method_taylor, &d.problem, 3, 1);
+    CHECK(whole.status == PEND_OK && carried.status == PEND_OK && carried.calls > 5);
+    CHECK(test_record_same(&whole, &carried) && whole.stats.steps == carried.stats.steps);
+    CHECK(whole.stats.energy_drift < 1e-14 &&
+          carried.stats.energy_drift == whole.stats.energy_drift);
+    test_record_clear(&whole);
+    test_record_clear(&carried);
+    driven_close(&d);
+}
+
 TEST(pieces_are_refused_by_methods_that_have_none_and_beyond_their_tables) {
     static struct driven d;
     struct pend_run *run;
