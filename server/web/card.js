@@ -23,7 +23,7 @@ const LEAST = Number.MIN_VALUE;
  */
 
 /** @type {Field[]} */
-const FIELDS = [
+export const FIELDS = [
   {
     name: "length",
     unit: "m",
@@ -148,8 +148,8 @@ function hiddenBy({ shape, camera }, arm, { x, y }, width, height) {
   };
   let hidden = hides(shape.pivot.x, shape.pivot.y) ? 5 : 0;
   for (let i = 0; i < shape.n; i++) {
-    if (hides(shape.x[i], shape.y[i])) hidden += i === arm - 1 ? 30 : 3;
-    if (hides((shape.x[i] + shape.fromX[i]) / 2, (shape.y[i] + shape.fromY[i]) / 2)) hidden += 3;
+    if (hides(shape.x[i], shape.y[i])) hidden += i === arm - 1 ? 30 : 12;
+    if (hides((shape.x[i] + shape.fromX[i]) / 2, (shape.y[i] + shape.fromY[i]) / 2)) hidden += 8;
   }
   return hidden;
 }
@@ -276,6 +276,8 @@ export function mountCard(element, app, look) {
   const bag = createBag();
   const card = createCard(element, app, look);
   look.cardHeight = () => (card.root.hidden ? 0 : card.root.offsetHeight);
+  look.cardWidth = () =>
+    card.root.hidden || !card.root.classList.contains("docked") ? 0 : card.root.offsetWidth;
   app.editArm = (chosen) => {
     edits.select(chosen);
     card.inputs[0].focus();

@@ -4,7 +4,7 @@
 // Invariant: whoever turns an arm turns the pendulum that is seen: its shape of now becomes the
 // start, at rest.
 
-import { phiOf } from "./angles.js";
+import { foldedTheta, phiOf } from "./angles.js";
 import { still } from "./screen.js";
 import { massOf } from "./terms.js";
 import { path, reach, removable, tipMass, withArm, withoutBranch } from "./tree.js";
@@ -143,11 +143,11 @@ function branches({ store, text, announce }) {
       const doc = store.get();
       const { pendulum, initial } = doc;
       const siblings = pendulum.parent.filter((k) => k === carrier).length;
-      const lean = [0.5, -0.5, 1.1, -1.1, 1.7, -1.7][siblings % 6];
+      const lean = [30, -30, 60, -60, 90, -90][siblings % 6];
       const arm = {
-        length: tidy(pendulum.length[carrier - 1] * 0.75),
+        length: pendulum.length[carrier - 1],
         mass: tipMass(pendulum, carrier),
-        phi: initial.phi[carrier - 1] + lean,
+        phi: phiOf(Math.round(foldedTheta(initial.phi[carrier - 1])) + lean),
       };
       const number = pendulum.length.length + 1;
       const trails = doc.view.trails.map((tip) => (tip === carrier ? number : tip));

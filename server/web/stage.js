@@ -117,6 +117,13 @@ function approach({ look, size, goal }, box, seconds) {
   const legend = size.width < NARROW ? Math.max(70, look.cardHeight() + 20) : 84;
   const [top, bottom] = low ? [22, 14] : [36, legend];
   aim(box, size.width, size.height, { left: 28, right: 28, top, bottom }, goal);
+  // the card lies beside the motion where there is room for both
+  const card = size.width < NARROW ? 0 : look.cardWidth();
+  if (card && goal.x - goal.scale * box.side < card + 28) {
+    const rightwards = document.documentElement.dir !== "rtl";
+    const [left, right] = rightwards ? [card + 28, 28] : [28, card + 28];
+    aim(box, size.width, size.height, { left, right, top, bottom }, goal);
+  }
   const far = Math.hypot(goal.x - camera.x, goal.y - camera.y);
   const near = Math.abs(goal.scale - camera.scale) < 0.002 * goal.scale && far < 0.5;
   const share = near || !camera.scale || still.matches ? 1 : 1 - Math.exp(-seconds / EASE_SECONDS);
@@ -270,6 +277,7 @@ function createStage(element, app) {
       stage.frame ||= requestAnimationFrame(() => draw(stage));
     },
     cardHeight: () => 0,
+    cardWidth: () => 0,
   };
   /** @type {Stage} */
   const stage = {

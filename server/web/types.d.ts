@@ -522,6 +522,7 @@ interface Look {
     focused: boolean;
     soon(): void;
     cardHeight(): number;
+    cardWidth(): number;
 }
 
 interface Bag {

@@ -11,6 +11,8 @@ export async function openDrawer(page, id) {
   if (await page.getAttribute(`[data-tab="${id}"]`, "aria-selected") !== "true") await page.click(`[data-tab="${id}"]`);
   await page.waitForSelector(`${selector} h2`, { state: "visible" });
   await page.waitForFunction((at) => !document.querySelector(at).hasAttribute("aria-busy"), selector);
+  // what is folded away lies open for those who look at all of it
+  await page.locator(`${selector} [data-add][aria-pressed=false]`).evaluateAll((chips) => chips.forEach((chip) => chip.click()));
   return selector;
 }
 

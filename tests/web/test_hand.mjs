@@ -101,7 +101,7 @@ export async function the_paper_s_pendulum_is_built_by_clicks(rig) {
     steps++;
   }
   assert.deepEqual((await doc(page)).pendulum.parent, [0, 1, 2, 2]);
-  assert.equal(steps, 12, "new, three arms, and the eight numbers that were other ones");
+  assert.equal(steps, 13, "new, three arms, and the nine numbers that were other ones");
   while (await page.isEnabled('[data-act="redo"]')) await page.click('[data-act="redo"]');
   assert.deepEqual((await doc(page)).pendulum, pendulum);
   await close(page);
@@ -110,7 +110,7 @@ export async function the_paper_s_pendulum_is_built_by_clicks(rig) {
 export async function what_is_wrong_with_a_number_is_seen_until_one_goes_on(rig) {
   const page = await rig.open();
   await openDrawer(page, "physics");
-  for (const [at, words] of [["[data-number=damping]", /Oil.*number/], [".until", /How long: a number from 0.1/]]) {
+  for (const [at, words] of [["[data-number=damping]", /Viscous friction.*number/], [".until", /How long: a number from 0.1/]]) {
     await page.fill(at, "abc");
     await page.press(at, "Enter");
     const said = page.locator("#live.objection");

@@ -360,3 +360,28 @@ export async function the_route_to_chaos_has_one_point_two_points_and_a_cloud_wh
   assert.ok(strength > 0.95 && strength < 1.1, `${strength} where it was clicked`);
   await close(page);
 }
+
+export async function the_length_has_a_slider_and_all_arms_a_table(rig) {
+  const page = await rig.open({ path: "/?length=2&theta=30" });
+  await openDrawer(page, "physics");
+  await page.fill('[data-cell="length-1"]', "1.25");
+  await page.press('[data-cell="length-1"]', "Tab");
+  await page.press('[data-cell="angle-1"]', "ArrowUp");
+  assert.deepEqual(await page.evaluate(() => { const { pendulum, initial } = pendulumd.store.get(); return [pendulum.length[0], Math.round((initial.phi[0] + Math.PI / 2) * 180 / Math.PI)]; }), [1.25, 35]);
+  await page.evaluate(() => {
+    const slider = document.querySelector("[data-slider=length]");
+    slider.value = "250";
+    for (const type of ["input", "change"]) slider.dispatchEvent(new Event(type, { bubbles: true }));
+  });
+  await page.waitForFunction(() => pendulumd.store.get().pendulum.length[0] === 0.5);
+  assert.equal(await page.inputValue('[data-cell="length-1"]'), "0.5");
+  await page.evaluate(() => pendulumd.edits.add(1));
+  const { pendulum } = await page.evaluate(() => pendulumd.store.get());
+  assert.deepEqual(pendulum.length, [0.5, 0.5], "a new arm is as long as its carrier");
+  const angles = await page.evaluate(() => [1, 2].map((arm) => Number(document.querySelector(`[data-cell=angle-${arm}]`).value.replace("\u2212", "-"))));
+  assert.equal(angles[1], Math.round(angles[0]) + 30, "at a round angle");
+  await page.fill('[data-cell="mass-2"]', "heavy");
+  await page.press('[data-cell="mass-2"]', "Enter");
+  await page.waitForSelector(".objection");
+  await close(page);
+}

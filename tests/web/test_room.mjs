@@ -184,7 +184,10 @@ export async function what_is_asked_is_answered_and_counted_at_once(rig) {
   assert.match(await teacher.textContent(".asked .counts"), /2 answers/);
   await rig.shot(teacher, "room-asked");
   await rig.shot(pupils[0], "room-answered");
+  assert.equal(await teacher.locator(".histogram .right").count(), 0);
+  assert.doesNotMatch(await teacher.innerText(".asked"), /answer: 2/, "a beamer shows what is right only when pupils see it");
   await teacher.click("[data-class=showSolution]");
+  await teacher.waitForFunction(() => document.querySelectorAll(".histogram .right").length === 1 && /answer: 2/.test(document.querySelector(".asked").innerText));
   await pupils[0].waitForSelector("text=That is right. The answer: 2 s.");
   await pupils[1].waitForSelector("text=Not quite. The answer: 2 s.");
   await teacher.click("[data-class=closeQuestion]");
@@ -197,8 +200,9 @@ export async function what_is_asked_is_answered_and_counted_at_once(rig) {
   await teacher.click("[data-class=ask]");
   await pupils[0].click("[data-choice='3']");
   await pupils[0].click("[data-class=answer]");
-  await teacher.waitForFunction(() => document.querySelector(".histogram .right .bar-count")?.textContent === "1");
-  assert.equal(await teacher.textContent(".histogram .right .bar-words"), "longer");
+  await teacher.waitForFunction(() => [...document.querySelectorAll(".histogram .bar-words")].some(({ textContent }) => textContent === "longer"));
+  await teacher.click("[data-class=showSolution]");
+  await teacher.waitForFunction(() => document.querySelector(".histogram .right .bar-words")?.textContent === "longer" && document.querySelector(".histogram .right .bar-count").textContent === "1");
   assert.match(await (await teacher.context().request.get(`${rig.url}/v1/classes/${code}/table`, { headers: { "Class-Token":
     await teacher.evaluate(() => JSON.parse(sessionStorage.getItem("pendulumd.rooms.tab"))[0].token) } })).text(), /answers,q1,,1,"Ada",2.05/);
   for (const page of [teacher, ...pupils]) await close(page);

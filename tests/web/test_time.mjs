@@ -55,7 +55,7 @@ export async function the_time_bar_tells_slack_moments_and_the_end_of_trust(rig)
   assert.ok(until > 8 && until < 20, `trusted until ${until}`);
   const digits = String(Number(until.toPrecision(3))); // of the double: 11.95 is below the half
   await drawn(page);
-  assert.match(await page.textContent(".caption"), /ticks.*hatched: uncertain after/);
+  assert.match(await page.textContent(".caption"), /marks.*shaded: not predictable after/);
   assert.ok((await page.textContent(".caption")).includes(`after ${digits} s`), await page.textContent(".caption"));
   // a pendulum of one arm on a small swing is never slack, and trusted for ever
   await page.evaluate(() => pendulumd.edits.begin());
@@ -74,7 +74,7 @@ export async function a_long_motion_and_a_large_tree_are_hatched_too(rig) {
     await page.waitForFunction(() => pendulumd.motion.stats && pendulumd.motion.doc.span === pendulumd.store.get().span);
     const { horizon, stop } = await page.evaluate(() => ({ horizon: pendulumd.motion.stats.horizon, stop: pendulumd.motion.doc.span.stop }));
     assert.ok(horizon > 0.5 && horizon < stop / 1.2, `${horizon} of ${stop}`);
-    assert.match(await page.textContent(".caption"), /hatched: uncertain after/);
+    assert.match(await page.textContent(".caption"), /shaded: not predictable after/);
   }
   await close(page);
 }

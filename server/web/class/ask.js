@@ -6,7 +6,7 @@
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { button, choice, settled, tick } from "../drawers/kit/kit.js";
-import { answerWords } from "./answer.js";
+import { answerWords, isRight } from "./answer.js";
 import { bareScene } from "./scenes.js";
 import { questionFields } from "./question_fields.js";
 
@@ -112,13 +112,13 @@ function bars(room, question, { values, bins }, solution) {
     rows = bins.map((/** @type {any} */ { from, to, count }) => ({
       words: `${edge(from)} \u2013 ${edge(to)}`,
       count,
-      right: false,
+      right: Number(solution?.value) >= from && Number(solution?.value) <= to,
     }));
   } else {
     rows = values.map((/** @type {any} */ { value, count }) => ({
       words: answerWords(room, question, value),
       count,
-      right: false,
+      right: solution !== null && isRight({ ...question, ...solution, kind }, value) === true,
     }));
   }
   const most = Math.max(...rows.map(({ count }) => count), 1);
@@ -162,7 +162,8 @@ async function loadAnswers({ room, desk, id, count, list }) {
   await desk.attempt(async () => {
     const histogram = await (await session.get(`histograms/${id}`)).json();
     count.textContent = say.count("class.answers", histogram.answers);
-    list.replaceChildren(...bars(room, question, histogram, session.value(`solutions/${id}`)));
+    const solution = session.value(`solutions/${id}`);
+    list.replaceChildren(...bars(room, question, histogram, solution?.shown ? solution : null));
   });
 }
 
@@ -192,7 +193,8 @@ function askedPart(room, desk) {
       if (!question) return;
       /** @type {Solution | null} */
       const solution = session.value(`solutions/${id}`);
-      const right = solution && { answer: answerWords(room, question, solution.value) };
+      // a teacher's screen is what the beamer shows: what is right waits until it is shown
+      const right = solution?.shown && { answer: answerWords(room, question, solution.value) };
       const current = session.value("stages/class")?.question === id;
       words.textContent = question.text ?? "";
       answer.textContent = right ? say("class.rightIs", right) : "";

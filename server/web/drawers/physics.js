@@ -6,6 +6,7 @@
 
 import { createBag, h } from "../dom.js";
 import { roundUp } from "../camera.js";
+import { createArmsTable } from "./physics/arms_table.js";
 import { createEnergyBars } from "./physics/energy_bars.js";
 import { button, choice, figure, toggle } from "./kit/kit.js";
 import { lazyPart } from "./kit/lazy.js";
@@ -14,11 +15,12 @@ import { FIELDS, scaleOf, withoutLosses } from "./physics/physics_fields.js";
 
 const PLACES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.79, none: 0 };
 const GROUPS = [
+  "arms",
   "gravity",
   "friction",
+  "masses",
   "air",
   "spring",
-  "masses",
   "motor",
   "shaking",
   "cart",
@@ -26,6 +28,8 @@ const GROUPS = [
   "hanging",
   "faster",
 ];
+/** What most lessons need; the others come by a chip, or where the pendulum has them. */
+const ALWAYS = ["arms", "gravity", "friction", "masses"];
 const STEPS = 1000;
 
 /** @typedef {import("./physics/physics_fields.js").Field} Field */
@@ -42,7 +46,8 @@ const STEPS = 1000;
  * The drawer while it is there.
  * @typedef {{
  *   app: App, rows: Row[], scope: HTMLElement, places: HTMLElement[],
- *   bars: ReturnType<typeof createEnergyBars>, shown: boolean,
+ *   bars: ReturnType<typeof createEnergyBars>, table: ReturnType<typeof createArmsTable>,
+ *   folds: Map<string, {chip: HTMLElement, section: HTMLElement}>,
  *   map: ReturnType<typeof import("./maps/map.js").default>,
  * }} View
  */
@@ -204,10 +209,31 @@ function showScope({ app, scope }) {
   scope.replaceChildren(pick.element);
 }
 
+/** What the pendulum has lies open. @param {View} view */
+function showFolds({ app, rows, folds }) {
+  const { pendulum } = app.store.get();
+  for (const [group, { chip, section }] of folds) {
+    const has = rows.some(
+      ({ field }) =>
+        field.group === group &&
+        pendulum.length.some((_, k) => field.get(pendulum, k) !== 0 && !field.needs),
+    );
+    if (has) fold(chip, section, true);
+  }
+}
+
+/** @param {HTMLElement} chip @param {HTMLElement} section @param {boolean} open */
+function fold(chip, section, open) {
+  section.hidden = !open;
+  chip.setAttribute("aria-pressed", String(open));
+}
+
 /** @param {View} view */
 function show(view) {
   const { gravity } = view.app.store.get().pendulum;
   showScope(view);
+  view.table.show();
+  showFolds(view);
   for (const row of view.rows) showRow(view, row);
   Object.values(PLACES).forEach((value, i) => {
     view.places[i].setAttribute("aria-pressed", String(value === gravity));
@@ -226,34 +252,43 @@ function placesOf({ app }) {
   });
 }
 
+/** @param {View} view @param {string} group */
+function groupOf({ app: { text }, rows, places, table }, group) {
+  const label = text(`physics.group.${group}`);
+  const hint = `physics.hint.${group}`;
+  const own = rows.filter(({ field }) => field.group === group).map((one) => one.element);
+  const section = h("section", { "aria-label": label, "data-group": group }, h("h3", {}, label));
+  if (text.has(hint)) section.append(h("p", { class: "quiet" }, text(hint)));
+  const row = { class: "chips", role: "group", "aria-label": text("physics.places") };
+  if (group === "gravity") section.append(h("div", row, ...places));
+  section.append(...own);
+  if (group === "arms") section.append(table.element);
+  return section;
+}
+
 /** @param {HTMLElement} element @param {View} view */
 function lay(element, view) {
-  const { app, rows, scope, places, bars, map } = view;
+  const { app, scope, bars, map } = view;
   const { text, live } = app;
   const clear = button(
     text("physics.clear"),
     () => live.change("clear", (tree) => withoutLosses(tree)),
     { "data-clear": "" },
   );
-  element.append(
-    h("h2", {}, text("drawer.physics")),
-    h("p", { class: "quiet" }, text("physics.intro")),
-    bars.element,
-    h("div", { class: "row" }, scope, clear),
-  );
+  const chips = h("div", { class: "chips", role: "group" }, h("span", {}, text("physics.add")));
+  element.append(h("h2", {}, text("drawer.physics")), h("div", { class: "row" }, scope, clear));
   for (const group of GROUPS) {
-    const label = text(`physics.group.${group}`);
-    const row = { class: "chips", role: "group", "aria-label": text("physics.places") };
-    const above = group === "gravity" ? h("div", row, ...places) : null;
-    const hint = `physics.hint.${group}`;
-    const own = rows.filter(({ field }) => field.group === group).map((one) => one.element);
-    const section = h("section", { "aria-label": label, "data-group": group });
-    section.append(h("h3", {}, label));
-    if (text.has(hint)) section.append(h("p", { class: "quiet" }, text(hint)));
-    if (above) section.append(above);
-    section.append(...own);
+    const section = groupOf(view, group);
     element.append(section);
+    if (group === "masses") element.append(chips, h("div", { class: "row" }, clear));
+    if (ALWAYS.includes(group)) continue;
+    const words = text(`physics.group.${group}`);
+    const chip = toggle(words, false, (on) => fold(chip, section, on), { "data-add": group });
+    section.hidden = true;
+    view.folds.set(group, { chip, section });
+    chips.append(chip);
   }
+  element.append(bars.element);
   const route = lazyPart(app, "physics/route", text("physics.route"));
   element.append(map.element, route.element);
   return route.destroy;
@@ -273,14 +308,15 @@ async function mount(element, app) {
     places: [],
     bars: createEnergyBars(app),
     map: mountMap(app, text("map.title"), text("map.intro"), wish),
-    shown: false,
+    table: createArmsTable(app),
+    folds: new Map(),
   };
   view.rows = [...FIELDS, ...MORE_FIELDS].map((field) => rowOf(view, field));
   view.places = placesOf(view);
   bag(lay(element, view));
   bag(
     app.store.subscribe((doc, before) => {
-      const other = doc.pendulum !== before.pendulum;
+      const other = doc.pendulum !== before.pendulum || doc.initial !== before.initial;
       if (other || doc.view.selected !== before.view.selected) show(view);
     }),
   );

@@ -11,6 +11,7 @@ const DEGREE = Math.PI / 180;
 const TURN = 2 * Math.PI;
 const SLOW = 0.05; // rad/s, below which dry friction lets go, where the pendulum does not tell
 export const LIGHT = 0.001; // kg
+const SHORTEST = 0.05; // m
 
 /**
  * A number with a slider. Arms are counted from 0; of one that belongs to the whole pendulum k is
@@ -180,6 +181,18 @@ function shakingFields(axis, name) {
 
 /** @type {Field[]} */
 export const FIELDS = [
+  {
+    name: "length",
+    group: "arms",
+    unit: "m",
+    even: true,
+    get: (tree, k) => tree.length[k],
+    most: ({ far }) => Math.max(2, far),
+    set: (tree, arms, value) => ({
+      ...tree,
+      length: tree.length.map((old, k) => (arms.has(k) ? Math.max(SHORTEST, value) : old)),
+    }),
+  },
   {
     name: "gravity",
     group: "gravity",

@@ -6,7 +6,7 @@ export default {
   "measure.true": "Periode T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Länger als die Formel um",
-  "measure.amplitude": "Größter Ausschlag",
+  "measure.amplitude": "Amplitude",
   "measure.over": "er überschlägt sich",
   "measure.percent": "{percent} %",
   "measure.alike": "Mittel von {count} Schwingungen, alle gleich",

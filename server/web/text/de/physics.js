@@ -1,12 +1,10 @@
 // German: the keys of en/physics.js.
 
 export default {
-  "physics.intro":
-    "Was ein echtes Pendel hat: Schieb einen Regler, und das Pendel schwingt von hier aus weiter.",
   "physics.scope": "Gelenke und Arme",
   "physics.all": "alle",
   "physics.differ": "verschieden",
-  "physics.clear": "Ohne Reibung, Federn und Antriebe",
+  "physics.clear": "Zurück zum idealen Pendel",
   "physics.wrong": "{what}: hier gehört eine Zahl hin, nicht unter 0",
   "physics.number": "{what}, Zahl in {unit}",
   "physics.places": "Schwerkraft von",
@@ -15,6 +13,10 @@ export default {
   "physics.place.mars": "Mars",
   "physics.place.jupiter": "Jupiter",
   "physics.place.none": "keine",
+  "physics.group.arms": "Arme",
+  "physics.length": "Länge",
+  "physics.add": "Hinzufügen:",
+  "arms.column": "Arm",
   "physics.group.gravity": "Schwerkraft",
   "physics.group.friction": "Reibung in den Gelenken",
   "physics.group.air": "Luft",
@@ -24,10 +26,10 @@ export default {
   "physics.group.shaking": "Rütteln der Aufhängung",
   "physics.hint.motor": "Er dreht den Arm hin und her gegen das, woran er hängt.",
   "physics.gravity": "Schwerkraft",
-  "physics.damping": "Öl (zäh)",
-  "physics.dry": "Trocken",
+  "physics.damping": "Viskose Reibung",
+  "physics.dry": "Trockene Reibung",
   "physics.drag": "Langsam: mit dem Tempo",
-  "physics.quadratic": "Schnell: mit dem Tempo²",
+  "physics.quadratic": "Quadratischer Luftwiderstand",
   "physics.everywhere": "Auf alle Massen gleich",
   "physics.stiffness": "Härte",
   "physics.rest": "Entspannt bei",
@@ -75,7 +77,7 @@ export default {
   "physics.group.cart": "Wagen auf einer Schiene",
   "physics.group.body": "Körper am Arm",
   "physics.group.hanging": "Wo der Arm hängt",
-  "physics.group.faster": "Aufhängung, die immer schneller wird",
+  "physics.group.faster": "Beschleunigter Aufhängepunkt (Aufzug, Zug)",
   "physics.hint.cart":
     "Eine Masse über 0 setzt die Aufhängung auf einen Wagen, wenn sie nicht gerüttelt wird.",
   "physics.hint.body":

@@ -6,7 +6,7 @@ export default {
   "measure.true": "Period T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Longer than the formula by",
-  "measure.amplitude": "Farthest from hanging",
+  "measure.amplitude": "Amplitude",
   "measure.over": "it turns over",
   "measure.percent": "{percent} %",
   "measure.alike": "mean of {count} swings, all alike",

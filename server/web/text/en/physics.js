@@ -1,12 +1,10 @@
 // English: the words of the drawer Physics.
 
 export default {
-  "physics.intro":
-    "What a real pendulum has: move a slider, and the pendulum goes on from where it is.",
   "physics.scope": "Joints and arms",
   "physics.all": "all of them",
   "physics.differ": "different",
-  "physics.clear": "Take friction, springs and drives away",
+  "physics.clear": "Back to an ideal pendulum",
   "physics.wrong": "{what}: this must be a number, not below 0",
   "physics.number": "{what}, number in {unit}",
   "physics.places": "Gravity of",
@@ -15,6 +13,10 @@ export default {
   "physics.place.mars": "Mars",
   "physics.place.jupiter": "Jupiter",
   "physics.place.none": "none",
+  "physics.group.arms": "Arms",
+  "physics.length": "Length",
+  "physics.add": "Add:",
+  "arms.column": "Arm",
   "physics.group.gravity": "Gravity",
   "physics.group.friction": "Friction in the joints",
   "physics.group.air": "Air",
@@ -24,10 +26,10 @@ export default {
   "physics.group.shaking": "Shaking of the pivot",
   "physics.hint.motor": "It turns the arm to and fro against what carries it.",
   "physics.gravity": "Gravity",
-  "physics.damping": "Oil (viscous)",
-  "physics.dry": "Dry",
+  "physics.damping": "Viscous friction",
+  "physics.dry": "Dry friction",
   "physics.drag": "Slow: with speed",
-  "physics.quadratic": "Fast: with speed squared",
+  "physics.quadratic": "Quadratic drag",
   "physics.everywhere": "On all masses alike",
   "physics.stiffness": "Stiffness",
   "physics.rest": "Slack at",
@@ -74,7 +76,7 @@ export default {
   "physics.group.cart": "Cart on a rail",
   "physics.group.body": "Body on the arm",
   "physics.group.hanging": "Where the arm hangs",
-  "physics.group.faster": "Pivot that goes ever faster",
+  "physics.group.faster": "Accelerating pivot (lift, train)",
   "physics.hint.cart": "A mass above 0 puts the pivot on a cart, unless it is shaken.",
   "physics.hint.body":
     "A body of any form, fixed to the arm: its mass, where its center is, how hard it is to turn.",

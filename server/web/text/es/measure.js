@@ -6,7 +6,7 @@ export default {
   "measure.true": "Periodo T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Más largo que la fórmula en",
-  "measure.amplitude": "Mayor desviación",
+  "measure.amplitude": "Amplitud",
   "measure.over": "da la vuelta",
   "measure.percent": "{percent} %",
   "measure.alike": "media de {count} oscilaciones, todas iguales",

@@ -1,12 +1,10 @@
 // Spanish: the keys of en/physics.js.
 
 export default {
-  "physics.intro":
-    "Lo que tiene un péndulo real: mueve un control, y el péndulo sigue desde donde está.",
   "physics.scope": "Articulaciones y brazos",
   "physics.all": "todos",
   "physics.differ": "distintos",
-  "physics.clear": "Quitar rozamiento, muelles y motores",
+  "physics.clear": "Volver al péndulo ideal",
   "physics.wrong": "{what}: debe ser un número, no menor que 0",
   "physics.number": "{what}, número en {unit}",
   "physics.places": "Gravedad de",
@@ -15,6 +13,10 @@ export default {
   "physics.place.mars": "Marte",
   "physics.place.jupiter": "Júpiter",
   "physics.place.none": "ninguna",
+  "physics.group.arms": "Brazos",
+  "physics.length": "Longitud",
+  "physics.add": "Añadir:",
+  "arms.column": "Brazo",
   "physics.group.gravity": "Gravedad",
   "physics.group.friction": "Rozamiento en las articulaciones",
   "physics.group.air": "Aire",
@@ -24,10 +26,10 @@ export default {
   "physics.group.shaking": "Agitación del pivote",
   "physics.hint.motor": "Gira el brazo a un lado y a otro contra lo que lo sostiene.",
   "physics.gravity": "Gravedad",
-  "physics.damping": "Aceite (viscoso)",
-  "physics.dry": "Seco",
+  "physics.damping": "Rozamiento viscoso",
+  "physics.dry": "Rozamiento seco",
   "physics.drag": "Lento: con la velocidad",
-  "physics.quadratic": "Rápido: con su cuadrado",
+  "physics.quadratic": "Resistencia cuadrática",
   "physics.everywhere": "En todas las masas por igual",
   "physics.stiffness": "Rigidez",
   "physics.rest": "Relajado en",
@@ -74,7 +76,7 @@ export default {
   "physics.group.cart": "Carro sobre un raíl",
   "physics.group.body": "Cuerpo en el brazo",
   "physics.group.hanging": "Dónde cuelga el brazo",
-  "physics.group.faster": "Pivote cada vez más rápido",
+  "physics.group.faster": "Pivote acelerado (ascensor, tren)",
   "physics.hint.cart": "Una masa mayor que 0 pone el pivote sobre un carro, si no se sacude.",
   "physics.hint.body":
     "Un cuerpo de cualquier forma, fijo al brazo: su masa, dónde está su centro, cuánto cuesta girarlo.",

@@ -6,7 +6,7 @@ export default {
   "measure.true": "Période T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Plus longue que la formule de",
-  "measure.amplitude": "Plus grand écart",
+  "measure.amplitude": "Amplitude",
   "measure.over": "il se retourne",
   "measure.percent": "{percent} %",
   "measure.alike": "moyenne de {count} oscillations, toutes égales",

@@ -1,12 +1,10 @@
 // French: the keys of en/physics.js.
 
 export default {
-  "physics.intro":
-    "Ce qu’a un vrai pendule : déplacez un curseur, et le pendule continue d’où il est.",
   "physics.scope": "Articulations et bras",
   "physics.all": "tous",
   "physics.differ": "différents",
-  "physics.clear": "Enlever frottement, ressorts et entraînements",
+  "physics.clear": "Revenir au pendule idéal",
   "physics.wrong": "{what} : il faut un nombre, pas au-dessous de 0",
   "physics.number": "{what}, nombre en {unit}",
   "physics.places": "Pesanteur de",
@@ -15,6 +13,10 @@ export default {
   "physics.place.mars": "Mars",
   "physics.place.jupiter": "Jupiter",
   "physics.place.none": "nulle",
+  "physics.group.arms": "Bras",
+  "physics.length": "Longueur",
+  "physics.add": "Ajouter :",
+  "arms.column": "Bras",
   "physics.group.gravity": "Pesanteur",
   "physics.group.friction": "Frottement dans les articulations",
   "physics.group.air": "Air",
@@ -24,10 +26,10 @@ export default {
   "physics.group.shaking": "Secousses du pivot",
   "physics.hint.motor": "Il tourne le bras dans un sens puis dans l’autre, contre ce qui le porte.",
   "physics.gravity": "Pesanteur",
-  "physics.damping": "Huile (visqueux)",
-  "physics.dry": "Sec",
+  "physics.damping": "Frottement visqueux",
+  "physics.dry": "Frottement sec",
   "physics.drag": "Lent : comme la vitesse",
-  "physics.quadratic": "Rapide : comme son carré",
+  "physics.quadratic": "Traînée quadratique",
   "physics.everywhere": "Sur toutes les masses également",
   "physics.stiffness": "Raideur",
   "physics.rest": "Détendu à",
@@ -75,7 +77,7 @@ export default {
   "physics.group.cart": "Chariot sur un rail",
   "physics.group.body": "Corps sur le bras",
   "physics.group.hanging": "Où le bras est accroché",
-  "physics.group.faster": "Pivot de plus en plus rapide",
+  "physics.group.faster": "Pivot accéléré (ascenseur, train)",
   "physics.hint.cart":
     "Une masse au-dessus de 0 met le pivot sur un chariot, s'il n'est pas secoué.",
   "physics.hint.body":

@@ -6,7 +6,7 @@ export default {
   "measure.true": "Periode T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Langer dan de formule met",
-  "measure.amplitude": "Verste uitwijking",
+  "measure.amplitude": "Amplitude",
   "measure.over": "hij slaat over",
   "measure.percent": "{percent} %",
   "measure.alike": "gemiddelde van {count} slingeringen, alle gelijk",

@@ -1,12 +1,10 @@
 // Dutch: the keys of en/physics.js.
 
 export default {
-  "physics.intro":
-    "Wat een echte slinger heeft: verschuif een regelaar en de slinger gaat verder vanwaar hij is.",
   "physics.scope": "Scharnieren en armen",
   "physics.all": "alle",
   "physics.differ": "verschillend",
-  "physics.clear": "Wrijving, veren en aandrijvingen weghalen",
+  "physics.clear": "Terug naar een ideale slinger",
   "physics.wrong": "{what}: hier hoort een getal, niet onder 0",
   "physics.number": "{what}, getal in {unit}",
   "physics.places": "Zwaartekracht van",
@@ -15,6 +13,10 @@ export default {
   "physics.place.mars": "Mars",
   "physics.place.jupiter": "Jupiter",
   "physics.place.none": "geen",
+  "physics.group.arms": "Armen",
+  "physics.length": "Lengte",
+  "physics.add": "Toevoegen:",
+  "arms.column": "Arm",
   "physics.group.gravity": "Zwaartekracht",
   "physics.group.friction": "Wrijving in de scharnieren",
   "physics.group.air": "Lucht",
@@ -24,10 +26,10 @@ export default {
   "physics.group.shaking": "Schudden van het ophangpunt",
   "physics.hint.motor": "Hij draait de arm heen en weer tegen wat hem draagt.",
   "physics.gravity": "Zwaartekracht",
-  "physics.damping": "Olie (viskeus)",
-  "physics.dry": "Droog",
+  "physics.damping": "Viskeuze wrijving",
+  "physics.dry": "Droge wrijving",
   "physics.drag": "Langzaam: met de snelheid",
-  "physics.quadratic": "Snel: met de snelheid in het kwadraat",
+  "physics.quadratic": "Kwadratische luchtweerstand",
   "physics.everywhere": "Op alle massa’s gelijk",
   "physics.stiffness": "Stijfheid",
   "physics.rest": "Ontspannen bij",
@@ -75,7 +77,7 @@ export default {
   "physics.group.cart": "Wagen op een rail",
   "physics.group.body": "Lichaam aan de arm",
   "physics.group.hanging": "Waar de arm hangt",
-  "physics.group.faster": "Ophangpunt dat steeds sneller gaat",
+  "physics.group.faster": "Versneld ophangpunt (lift, trein)",
   "physics.hint.cart":
     "Een massa boven 0 zet het ophangpunt op een wagen, als het niet geschud wordt.",
   "physics.hint.body":

@@ -6,7 +6,7 @@ export default {
   "measure.true": "Periyot T",
   "measure.formula": "2π√(ℓ/g)",
   "measure.longer": "Formülden uzunluk farkı",
-  "measure.amplitude": "En büyük sapma",
+  "measure.amplitude": "Genlik",
   "measure.over": "takla atıyor",
   "measure.percent": "%{percent}",
   "measure.alike": "{count} salınımın ortalaması, hepsi eşit",

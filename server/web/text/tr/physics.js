@@ -1,12 +1,10 @@
 // Turkish: the keys of en/physics.js.
 
 export default {
-  "physics.intro":
-    "Gerçek bir sarkaçta olanlar: bir sürgüyü oynatın, sarkaç olduğu yerden devam eder.",
   "physics.scope": "Eklemler ve kollar",
   "physics.all": "hepsi",
   "physics.differ": "farklı",
-  "physics.clear": "Sürtünme, yay ve sürücüleri kaldır",
+  "physics.clear": "İdeal sarkaca dön",
   "physics.wrong": "{what}: 0’dan küçük olmayan bir sayı olmalı",
   "physics.number": "{what}, sayı, {unit}",
   "physics.places": "Yerçekimi:",
@@ -15,6 +13,10 @@ export default {
   "physics.place.mars": "Mars",
   "physics.place.jupiter": "Jüpiter",
   "physics.place.none": "yok",
+  "physics.group.arms": "Kollar",
+  "physics.length": "Uzunluk",
+  "physics.add": "Ekle:",
+  "arms.column": "Kol",
   "physics.group.gravity": "Yerçekimi",
   "physics.group.friction": "Eklemlerde sürtünme",
   "physics.group.air": "Hava",
@@ -24,10 +26,10 @@ export default {
   "physics.group.shaking": "Askı noktasının titremesi",
   "physics.hint.motor": "Kolu, onu taşıyana karşı ileri geri çevirir.",
   "physics.gravity": "Yerçekimi",
-  "physics.damping": "Yağ (viskoz)",
-  "physics.dry": "Kuru",
+  "physics.damping": "Viskoz sürtünme",
+  "physics.dry": "Kuru sürtünme",
   "physics.drag": "Yavaş: hızla orantılı",
-  "physics.quadratic": "Hızlı: hızın karesiyle",
+  "physics.quadratic": "Karesel hava direnci",
   "physics.everywhere": "Bütün kütlelerde aynı",
   "physics.stiffness": "Sertlik",
   "physics.rest": "Gevşek olduğu açı",
@@ -74,7 +76,7 @@ export default {
   "physics.group.cart": "Raydaki araba",
   "physics.group.body": "Koldaki cisim",
   "physics.group.hanging": "Kolun asıldığı yer",
-  "physics.group.faster": "Gittikçe hızlanan askı noktası",
+  "physics.group.faster": "İvmelenen askı noktası (asansör, tren)",
   "physics.hint.cart": "0'dan büyük bir kütle, sarsılmıyorsa askı noktasını bir arabaya koyar.",
   "physics.hint.body":
     "Kola sabit, herhangi biçimde bir cisim: kütlesi, merkezinin yeri, dönmeye ne kadar direndiği.",
