@@ -119,8 +119,7 @@ help: ## lists these targets; the default
 	@printf 'pendulumd: a server for planar pendulum trees.  Targets:\n'
 	@awk -F ': .*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 } /^#@/ { printf "\n%s\n", substr($$0, 4) }' Makefile
 
-# npm with what it needs is three quarters of all packages: only where its work has not been done before (page)
-NEEDED = docker/install.sh build $$(server/http/assets_fetch.sh --there build/web || echo page)
+NEEDED = docker/install.sh build
 
 #@ The two commands that a newcomer needs; both install missing Debian packages
 run: ## builds and serves on http://127.0.0.1:8080 (LISTEN=address:port, ARGS="more options")
@@ -171,7 +170,6 @@ $(B)/pendulumd.8: $(B)/pendulumd docker/manual.py
 
 deb: ## Debian packages of the server, the command line and the library, and what they are made of (SBOM), in build/deb
 	@$(NEEDED) engine deb
-	@server/http/assets_fetch.sh build/web
 	@docker/deb.sh build/deb
 
 release: ## checks, tags vX.Y.Z and makes build/dist (KEY= as dist), where CHANGELOG.md and the tree are ready for it
@@ -379,13 +377,9 @@ $(B)/server/classes/nickname_table.o: $(B)/server/classes/nickname_table.c serve
 # the digest of all sources that decide an answer's bytes
 ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/op/*/*.[ch] api/op/*/*.txt api/*/*.cpp api/op/*/*.cpp)))
 
-# the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
+# the page: its own files and the libraries that a browser loads, in one object that every MODE shares. Builds that
 # run side by side may make it at once: each file is moved into its place whole.
-WEB := $(shell find server/web -type f -not -path '*/node_modules/*' 2>/dev/null)
-build/web/fetched: server/web/package-lock.json server/http/assets_fetch.sh
-	$(if $(V),,@printf '  %-8s %-5s %s\n' web npm $<)
-	$(Q)server/http/assets_fetch.sh $(@D) && touch $@
-
+WEB := $(shell find server/web -type f 2>/dev/null)
 build/web/bundled: $(WEB) server/http/assets_bundle.sh build/web/files
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web pack server/web)
 	$(Q)server/http/assets_bundle.sh $(@D)/bundles && touch $@
@@ -395,9 +389,9 @@ build/web/engine.wasm: $(ENGINE) $(wildcard api/clients/browser/*) build/web/too
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web clang $@)
 	+$(Q)api/clients/browser/engine.sh $@ $(B)/api/base/engine.c
 
-build/web/assets.c: build/web/bundled $(wildcard api/guide/*.md) server/http/assets_embed.py build/web/fetched build/web/engine.wasm
+build/web/assets.c: build/web/bundled $(wildcard api/guide/*.md) server/http/assets_embed.py build/web/engine.wasm
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
-	$(Q)/usr/bin/python3 -B server/http/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib $(@D)/engine.wasm api/guide > $@.$$$$ && mv -f $@.$$$$ $@
+	$(Q)/usr/bin/python3 -B server/http/assets_embed.py server/web $(@D)/bundles $(@D)/engine.wasm api/guide > $@.$$$$ && mv -f $@.$$$$ $@
 
 build/web/assets.o: build/web/assets.c server/http/assets.h Makefile
 	$(Q)$(CC) -I. -O1 $(CFLAGS) $(HARD.$(ARCH)) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@

@@ -2,7 +2,7 @@
 # Builds the Debian packages of this tree into DIRECTORY: pendulumd, pendulum-client, libpendulum-dev, with what they were
 # built from (.buildinfo). lintian has its say where it is installed.
 # usage: [DEBFULLNAME=NAME DEBEMAIL=ADDRESS] deb.sh DIRECTORY     who is named is the packages' maintainer; without a name it is nobody
-# Leaves to others: the recipe (debian/), the page's npm packages, which are in build/web (assets_fetch.sh).
+# Leaves to others: the recipe (debian/).
 # Invariant: writes into DIRECTORY only; two runs on the same packages make the same bytes, wherever they run.
 set -eu
 directory=$1
@@ -17,11 +17,8 @@ case $head in
 esac
 source=$directory/pendulumd-$version
 rm -rf "$directory"
-mkdir -p "$source/build/web"
+mkdir -p "$source"
 cp -R Makefile README.md LICENSE core api server docker debian "$source"
-cp -R build/web/node_modules build/web/package-lock.json "$source/build/web"
-# of the QR code its one script: the package of npm has others, without their sources
-find "$source/build/web/node_modules/qrcode-generator" -type f ! -name qrcode.mjs ! -name package.json ! -name 'LICENSE*' -delete
 find "$source" -name __pycache__ -prune -exec rm -rf {} +
 sed -i "1s/(.*)/($version)/" "$source/debian/changelog"
 # who hands the packages on answers for them, and is their maintainer

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages of packages.txt that are missing, and says what and why.
-# usage: install.sh PURPOSE...     (build, engine, page, test, lint, bench, load, deb, arm64)
+# usage: install.sh PURPOSE...     (build, engine, test, lint, bench, load, deb, arm64)
 # Leaves to others: what is needed (packages.txt).
 # Invariant: does nothing, prints nothing and asks nothing when all are there.
 set -eu

@@ -5,10 +5,9 @@ Debian packages that hold them, what is compiled in, and what the page is made w
 usage: sbom.py BUILD DIRECTORY [PACKAGE...]     writes DIRECTORY/sbom.spdx.json and DIRECTORY/sbom.cdx.json; an image, which
        brings all libraries along, names the Debian packages that they are of
 Leaves to others: where they go (Makefile, debian/rules, root.sh).
-Invariant: nothing is listed by hand but the names of the headers that are compiled in (packages.txt has no version); two
+Invariant: nothing is listed by hand but the names of what is compiled in (packages.txt has no version); two
 builds of the same sources on the same packages write the same bytes.
 """
-import base64
 import hashlib
 import json
 import os
@@ -18,7 +17,7 @@ import sys
 import time
 import uuid
 
-COMPILED_IN = ("libdragonbox-dev", "libfast-float-dev")  # headers that leave no library behind
+COMPILED_IN = ("libdragonbox-dev", "libfast-float-dev", "libjs-katex", "fonts-katex", "node-qrcode-generator")  # what leaves no library behind
 IN_ENGINE = ("wasi-libc", "libclang-rt-dev-wasm32", "libc++-dev-wasm32")  # parts of engine.wasm, where it was built
 PROGRAMS = ("pendulumd", "pendulum")
 
@@ -50,23 +49,7 @@ def debian(name):
     version, source, arch = run("dpkg-query", "-W", "-f", "${Version} ${source:Package} ${Architecture}\n", name).splitlines()[0].split()
     system = dict(line.rstrip().split("=", 1) for line in open("/etc/os-release", encoding="utf-8") if "=" in line)
     release = system.get("VERSION_CODENAME", "").strip('"')
-    return {"name": name, "version": version, "license": None, "sha512": None,
-            "purl": f"pkg:deb/debian/{name}@{version.replace(':', '%3A').replace('+', '%2B')}?arch={arch}&distro={release}&source={source}"}
-
-
-def page():
-    """The npm packages that the page is made with, as the lock file has them."""
-    with open("server/web/package-lock.json", encoding="utf-8") as file:
-        packages = json.load(file)["packages"]
-    found = []
-    for place, package in sorted(packages.items()):
-        if place and not package.get("dev") and os.path.isdir(os.path.join("build/web", place)):
-            name = place.split("node_modules/")[-1]
-            kind, digest = package["integrity"].split("-", 1)
-            found.append({"name": name, "version": package["version"], "license": package.get("license"),
-                          "sha512": base64.b64decode(digest).hex() if kind == "sha512" else None,
-                          "purl": f"pkg:npm/{name.replace('@', '%40')}@{package['version']}"})
-    return found
+    return {"name": name, "version": version, "purl": f"pkg:deb/debian/{name}@{version.replace(':', '%3A').replace('+', '%2B')}?arch={arch}&distro={release}&source={source}"}
 
 
 def spdx(version, parts, made, digest):
@@ -78,11 +61,9 @@ def spdx(version, parts, made, digest):
     for part in parts:
         key = "SPDXRef-" + re.sub(r"[^A-Za-z0-9.-]", "-", part["name"])
         one = {"name": part["name"], "SPDXID": key, "versionInfo": part["version"], "downloadLocation": "NOASSERTION",
-               "filesAnalyzed": False, "licenseConcluded": "NOASSERTION", "licenseDeclared": part["license"] or "NOASSERTION",
+               "filesAnalyzed": False, "licenseConcluded": "NOASSERTION", "licenseDeclared": "NOASSERTION",
                "copyrightText": "NOASSERTION",
                "externalRefs": [{"referenceCategory": "PACKAGE-MANAGER", "referenceType": "purl", "referenceLocator": part["purl"]}]}
-        if part["sha512"]:
-            one["checksums"] = [{"algorithm": "SHA512", "checksumValue": part["sha512"]}]
         packages.append(one)
         relations.append({"spdxElementId": "SPDXRef-pendulumd", "relatedSpdxElement": key,
                           "relationshipType": "DYNAMIC_LINK" if part["linked"] else "CONTAINS"})
@@ -95,12 +76,7 @@ def cyclonedx(version, parts, made, digest):
     """CycloneDX 1.5."""
     components = []
     for part in parts:
-        one = {"type": "library", "bom-ref": part["purl"], "name": part["name"], "version": part["version"], "purl": part["purl"]}
-        if part["license"]:
-            one["licenses"] = [{"license": {"id": part["license"]}}]
-        if part["sha512"]:
-            one["hashes"] = [{"alg": "SHA-512", "content": part["sha512"]}]
-        components.append(one)
+        components.append({"type": "library", "bom-ref": part["purl"], "name": part["name"], "version": part["version"], "purl": part["purl"]})
     own = f"pkg:generic/pendulumd@{version}"
     return {"bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
             "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_URL, 'pendulumd-cdx:' + digest)}",
@@ -117,7 +93,7 @@ def main(build, directory, *shipped):
     parts = [debian(name) | {"linked": True} for name in sorted(linked)]
     engine = "build/web/engine.wasm"
     contained = COMPILED_IN + (IN_ENGINE if os.path.exists(engine) and os.path.getsize(engine) else ())
-    parts += [debian(name) | {"linked": False} for name in contained] + [one | {"linked": False} for one in page()]
+    parts += [debian(name) | {"linked": False} for name in contained]
     made = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", "0")) or time.time()))
     digest = hashlib.sha256(json.dumps([version, parts], sort_keys=True).encode()).hexdigest()
     os.makedirs(directory, exist_ok=True)

@@ -1,12 +1,10 @@
 """Turns the page's files into what is compiled in.
 
-    assets_embed.py server/web BUNDLES MODULES LIB ENGINE GUIDES    C source that defines srv_assets_table and its count
+    assets_embed.py server/web BUNDLES ENGINE GUIDES    C source that defines srv_assets_table and its count
 
 The style and the first script of index.html stand in it, allowed by their digests.
-Takes the HTML documents, the worksheets (sheets/*.json) with their translations, the manifest and its icons of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
-the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
-code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
-from their sources. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. GUIDES has the guides, whose texts become guides.json, in the order of its README. All of it is served under /page/DIGEST, a digest of all files, so that a
+Takes the HTML documents, the worksheets (sheets/*.json) with their translations, the manifest and its icons of the first directory, and
+what assets_bundle.sh made: the bundles of scripts and styles, and the libraries under lib/. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. GUIDES has the guides, whose texts become guides.json, in the order of its README. All of it is served under /page/DIGEST, a digest of all files, so that a
 browser may keep it for ever; @PAGE@ in an HTML document becomes that path, without the slash before it, since a proxy may stand a path before it, @ENGINE@ the attribute data-engine where there is one, @OFFLINE@ data-offline: there is a service worker, sw.js, which learns the path and, by @FILES@, the files. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
 """
@@ -42,47 +40,6 @@ def own_files(web, bundles):
         yield path.relative_to(web).as_posix(), path.read_bytes()
     for path in sorted(path for path in bundles.rglob("*") if path.is_file()):
         yield path.relative_to(bundles).as_posix(), path.read_bytes()
-
-
-def module(name, code):
-    """A script that leaves its one thing in a variable or in module.exports, as an ES module."""
-    if name:
-        return code + f"\nexport default {name};\n".encode()
-    return b"const module={exports:{}},exports=module.exports;" + code + b"\nexport default module.exports;\n"
-
-
-def katex_style(css):
-    """KaTeX' style with one form of every font, which all browsers read that read ES modules."""
-    sources = re.compile(r"src:(url\(fonts/[\w-]+\.woff2\) format\(\"woff2\"\))[^};]*")
-    style, count = sources.subn(r"src:\1", css.decode())
-    if not count or ".ttf" in style:
-        sys.exit("assets_embed: KaTeX' style is not what it was")
-    return style.encode()
-
-
-def packages(modules):
-    """What a browser loads of the npm packages, by paths under lib/."""
-    uplot, katex, qrcode = (modules / name for name in ("uplot", "katex", "qrcode-generator"))
-    yield "lib/uplot.js", module("uPlot", (uplot / "dist/uPlot.iife.min.js").read_bytes())
-    yield "lib/uplot.css", (uplot / "dist/uPlot.min.css").read_bytes()
-    yield "lib/katex.js", module(None, (katex / "dist/katex.min.js").read_bytes())
-    yield "lib/katex.css", katex_style((katex / "dist/katex.min.css").read_bytes())
-    for font in sorted((katex / "dist/fonts").glob("*.woff2")):
-        yield f"lib/fonts/{font.name}", font.read_bytes()
-    yield "lib/qrcode.js", (qrcode / "dist/qrcode.mjs").read_bytes()
-    yield "lib/licenses.txt", licenses((uplot, katex, qrcode))
-
-
-def licenses(homes):
-    """Who made them, and what they allow: said wherever they are passed on. One says it at the head of its source."""
-    parts = []
-    for home in homes:
-        files = sorted([*home.glob("LICENSE*"), *home.glob("dist/*.mjs")])
-        text = files[0].read_text(encoding="utf-8")
-        if files[0].suffix == ".mjs":
-            text = text[:text.index("\n\n")]
-        parts.append(f"{home.name}\n\n{text}")
-    return "\n\n".join(parts).encode()
 
 
 def c_bytes(data, width=120):
@@ -159,15 +116,6 @@ def write(files, digest, out):
     out.write(f"const int srv_assets_count = {len(rows)};\n")
 
 
-def put(lib, files):
-    """Writes files whose names begin with lib/; one that is there already is left alone."""
-    for name, data in files:
-        path = lib / name.removeprefix("lib/")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if not path.exists() or path.read_bytes() != data:
-            path.write_bytes(data)
-
-
 def engine_file(path):
     """The engine, if there is one."""
     data = path.read_bytes()
@@ -182,10 +130,8 @@ def guides(home):
     yield "guides.json", json.dumps(texts, ensure_ascii=False).encode()
 
 
-def main(web, bundles, modules, lib, engine, guide):
-    brought = list(packages(pathlib.Path(modules)))
-    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *brought, *engine_file(pathlib.Path(engine)), *guides(pathlib.Path(guide))])
-    put(pathlib.Path(lib), brought)
+def main(web, bundles, engine, guide):
+    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *engine_file(pathlib.Path(engine)), *guides(pathlib.Path(guide))])
     sha = hashlib.sha256()
     for name, data in files:
         sha.update(f"{name} {len(data)}\n".encode() + data)
@@ -193,6 +139,6 @@ def main(web, bundles, modules, lib, engine, guide):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 7:
+    if len(sys.argv) != 5:
         sys.exit(__doc__)
     main(*sys.argv[1:])

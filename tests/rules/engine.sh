@@ -12,7 +12,7 @@ say() { if "${@:2}"; then passed=$((passed + 1)); else failed=$((failed + 1)); e
 work=$(mktemp -d "$PWD/build/engine.XXXXXX") || exit
 trap 'rm -rf "$work"' EXIT
 CLANGXX=false api/clients/browser/engine.sh "$work/engine.wasm" "$1/api/base/engine.c" >"$work/said"
-page() { /usr/bin/python3 -B server/http/assets_embed.py server/web build/web/bundles build/web/node_modules "$work/lib" "$1" api/guide; }
+page() { /usr/bin/python3 -B server/http/assets_embed.py server/web build/web/bundles "$1" api/guide; }
 without() { [ -e "$work/engine.wasm" ] && [ ! -s "$work/engine.wasm" ] && page "$work/engine.wasm" >"$work/page.c" && ! grep -q 'engine\.wasm"' "$work/page.c" && ! grep -q 'html lang.*data-engine' "$work/page.c"; }
 with() { page build/web/engine.wasm >"$work/page.c" && grep -q '"engine\.wasm", "application/wasm"' "$work/page.c" && grep -q 'html lang.*data-engine' "$work/page.c"; }
 say 'without the tools the build says what the page does' grep -q 'ask the server' "$work/said"

@@ -13,7 +13,7 @@ import { fileURLToPath } from "node:url";
 
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 const WEB = join(ROOT, "server/web");
-const LIB = join(ROOT, "build/web/lib");
+const LIB = join(ROOT, "build/web/bundles/lib");
 const BUNDLES = join(ROOT, "build/web/bundles");
 const ENGINE = join(ROOT, "build/web/engine.wasm");
 

@@ -109,7 +109,7 @@ TEST(the_service_worker_is_asked_for_anew_and_names_the_files_of_the_page) {
     CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "text/javascript; charset=utf-8");
     CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "no-cache");
     CHECK_TEXT(test_reply_header(&reply, "Service-Worker-Allowed"), "/");
-    CHECK(reply.body && strstr(reply.body, page + 1) && strstr(reply.body, "lib/uplot.js"));
+    CHECK(reply.body && strstr(reply.body, page + 1) && strstr(reply.body, "lib/katex.js"));
     CHECK(reply.body && !strstr(reply.body, "@FILES@") && !strstr(reply.body, "index.html"));
     test_reply_clear(&reply);
     test_server_stop(&server);
@@ -135,8 +135,8 @@ static const struct {
     const char *file, *type;
     int packed;
 } file[] = {
-    {"lib/uplot.js", "text/javascript; charset=utf-8", 1},
-    {"lib/uplot.css", "text/css; charset=utf-8", 1},
+    {"lib/katex.js", "text/javascript; charset=utf-8", 1},
+    {"lib/katex.css", "text/css; charset=utf-8", 1},
     {"lib/katex.js", "text/javascript; charset=utf-8", 1},
     {"lib/katex.css", "text/css; charset=utf-8", 1},
     {"lib/qrcode.js", "text/javascript; charset=utf-8", 1},
@@ -181,7 +181,7 @@ TEST(a_file_of_the_page_that_the_browser_has_is_not_sent_again) {
     REQUIRE(server != NULL);
     page_of(server, "/docs", page);
     snprintf(path[0], sizeof path[0], "/");
-    snprintf(path[1], sizeof path[1], "%s/lib/uplot.js", page);
+    snprintf(path[1], sizeof path[1], "%s/lib/katex.js", page);
     for (int i = 0; i < 2; i++) {
         CHECK_INT(test_request(server, &reply, "GET", path[i], "", NULL), 200);
         const char *etag = test_reply_header(&reply, "ETag");
@@ -206,8 +206,8 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
                                        "/docs.html",
                                        "/sw.js",
                                        "/package.json",
-                                       "/lib/uplot.js/",
-                                       "//lib/uplot.js"};
+                                       "/lib/katex.js/",
+                                       "//lib/katex.js"};
     struct test_reply reply;
     struct test_server *server = test_server_start(NULL);
     char page[64], path[160];
@@ -222,7 +222,7 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
     }
     /* the files of another build are not this one's */
     page[8] = page[8] == '0' ? '1' : '0';
-    snprintf(path, sizeof path, "%s/lib/uplot.js", page);
+    snprintf(path, sizeof path, "%s/lib/katex.js", page);
     test_request(server, &reply, "GET", path, "", NULL);
     ask_problem(&reply, 404, NULL);
     test_reply_clear(&reply);
