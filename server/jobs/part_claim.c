@@ -10,8 +10,9 @@
 enum {
     CLAIM_POLL_MS = 1000,
     CLAIM_ASIDE_MS = 10000, /* a part that was set aside waits so long for an idle worker */
-    CLAIM_SPREAD_US = 8000, /* for each other worker: claims wait a random time up to this */
-    CLAIM_SPREAD_MOST = 64  /* of the other workers */
+    CLAIM_NEWS_US = 8000, /* a claim waits a random time up to this for each other worker after a */
+    CLAIM_REST_US = 20000, /* notification; up to this after a claim that found few parts */
+    CLAIM_SPREAD_MOST = 64 /* of the other workers */
 };
 
 void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us) {
@@ -33,12 +34,18 @@ enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_stor
 
 /* Has the next claim wait a random time, the longer the more workers share the store: of those that
  * a notification wakes few find that the parts are claimed already. */
-static void claim_spread(struct srv_part_claim *claim, long workers, int64_t now) {
+static void claim_spread(struct srv_part_claim *claim, long workers, long each_us, int64_t now) {
     long others = workers - 1 < CLAIM_SPREAD_MOST ? workers - 1 : CLAIM_SPREAD_MOST;
     if (others <= 0 || claim->at > now) return;
     claim->random = claim->random * 6364136223846793005u + 1442695040888963407u;
-    uint64_t most = (uint64_t)others * CLAIM_SPREAD_US * 1000;
+    uint64_t most = (uint64_t)(others * each_us) * 1000;
     claim->at = now + (int64_t)((claim->random >> 32) * most >> 32);
+}
+
+/* A worker that got half of what it asked for claims again as if there were one other: a few
+ * workers that claim much cost the database less than many that claim little. */
+static long claim_rivals(const struct srv_claim *asked, int count, long workers) {
+    return 2 * count >= asked->most && workers > 2 ? 2 : workers;
 }
 
 int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, long workers,
@@ -56,13 +63,14 @@ int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, lo
     /* if there was one part there may be more */
     claim->wanted |= count > 0 || stored == SRV_STORED_LOST || stored == SRV_STORED_AGAIN;
     /* fewer small parts than were asked for: they were all, unless their jobs have more */
-    if (stored == SRV_STORED_LOST || small) claim_spread(claim, workers, now);
+    if (stored == SRV_STORED_LOST || small)
+        claim_spread(claim, claim_rivals(asked, count, workers), CLAIM_REST_US, now);
     return count;
 }
 
 void srv_part_claim_hear(struct srv_part_claim *claim, long workers, int64_t now) {
     assert(workers >= 0 && now > 0);
-    if (!claim->wanted) claim_spread(claim, workers, now);
+    if (!claim->wanted) claim_spread(claim, workers, CLAIM_NEWS_US, now);
     claim->wanted = 1;
 }
 

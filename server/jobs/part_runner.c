@@ -30,6 +30,7 @@ struct srv_part_runner {
     int claiming;       /* it is under way */
     struct srv_part_claim claim;
     int count;     /* slots */
+    int gathered;  /* results that wait for others, or did */
     int most_long; /* parts that are not small and may be held at a time */
     struct srv_part_slot slot[];
 };
@@ -41,6 +42,7 @@ enum {
     RUNNER_LOOK_MS = 20,  /* ms between two looks, however many notifications arrive */
     RUNNER_DEAF_MS = 50,  /* ms between two looks if the store cannot notify */
     RUNNER_YOUNG_MS = 20, /* a part that is held for less is not looked at: it may end soon */
+    RUNNER_GATHER_MS = 4, /* a result waits so long for those of other small parts */
     RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever was estimated */
     RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
@@ -210,6 +212,26 @@ static void slot_beaten(struct srv_ask *beat) {
 
 /* --- on a worker --- */
 
+static int slot_small(const struct srv_part_slot *slot) {
+    return slot->lease.parts == 1 && slot->lease.part_us <= SRV_SMALL_US;
+}
+
+/* Stores the result of a part. Small parts that are claimed together are stored together if they
+ * end together: a transaction costs more than such a part. The caller holds the lock. */
+static void slot_finish(struct srv_part_slot *slot) {
+    struct srv_part_runner *runner = slot->runner;
+    int computes = 0, small = slot_small(slot);
+    slot->state = SRV_PART_SLOT_DONE;
+    slot->at = srv_clock_now() + runner_ms(RUNNER_GATHER_MS);
+    for (int i = 0; i < runner->count && small; i++)
+        computes |= runner->slot[i].state == SRV_PART_SLOT_COMPUTE && slot_small(&runner->slot[i]);
+    if (computes && runner->gathered++ == 0) pthread_cond_signal(&runner->some);
+    if (!computes) runner->gathered = 0;
+    for (int i = 0; i < runner->count && !computes; i++)
+        if (runner->slot[i].state == SRV_PART_SLOT_DONE)
+            srv_part_slot_ask(&runner->slot[i], SRV_PART_SLOT_FINISH);
+}
+
 /* Ends a part that is complete or should stop. */
 static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask) {
     struct srv_part_runner *runner = slot->runner;
@@ -217,6 +239,8 @@ static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask)
     assert(srv_part_runner_valid(runner));
     if (ask == SRV_PART_SLOT_IDLE)
         slot_end(slot);
+    else if (ask == SRV_PART_SLOT_FINISH)
+        slot_finish(slot);
     else
         srv_part_slot_ask(slot, ask);
     pthread_mutex_unlock(&runner->lock);
@@ -307,6 +331,10 @@ static void runner_look(struct srv_part_runner *runner, int64_t now) {
 }
 
 static void runner_retry(struct srv_part_slot *slot, int64_t now) {
+    if (slot->state == SRV_PART_SLOT_DONE && now >= slot->at) {
+        slot->runner->gathered = 0;
+        srv_part_slot_ask(slot, SRV_PART_SLOT_FINISH);
+    }
     if (slot->state != SRV_PART_SLOT_RETRY) return;
     if (slot->runner->draining || atomic_load(&slot->run.stop))
         slot_end(slot);
@@ -324,7 +352,8 @@ static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
         const struct srv_part_slot *slot = &runner->slot[i];
         if (srv_part_slot_holds(slot) && !slot->beating && slot->beat_at < next)
             next = slot->beat_at;
-        if (slot->state == SRV_PART_SLOT_RETRY && slot->at < next) next = slot->at;
+        int waits = slot->state == SRV_PART_SLOT_RETRY || slot->state == SRV_PART_SLOT_DONE;
+        if (waits && slot->at < next) next = slot->at;
     }
     return next;
 }

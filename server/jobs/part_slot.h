@@ -15,6 +15,7 @@ enum srv_part_slot_state {
     SRV_PART_SLOT_CLAIM,   /* waits for the answer to a claim of the runner */
     SRV_PART_SLOT_REQUEST, /* asks for its job's request */
     SRV_PART_SLOT_COMPUTE, /* its task is in the queue or with a worker */
+    SRV_PART_SLOT_DONE,    /* has a result, which other small parts' follow in a moment */
     SRV_PART_SLOT_FINISH,  /* asks the store to keep the result */
     SRV_PART_SLOT_FAIL,    /* asks the store to end the job */
     SRV_PART_SLOT_RETRY    /* will ask again */

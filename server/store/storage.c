@@ -16,9 +16,8 @@ enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
     SWEEP_WORKERS = 8,
-    RING_MS = 10,     /* least time between two notifications of a process, */
-    RING_WORKERS = 5, /* multiplied, for notifications of work, by one for each this many workers */
-    RING_WAKES = 1000,
+    RING_MS = 10, /* least time between two notifications of a process; of work, for each worker */
+    RING_WAKES = 300,
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
@@ -196,7 +195,7 @@ static int64_t storage_ring(struct storage_desk *desk, struct storage_rings *rin
     int64_t workers = desk->storage->figures.workers;
     pthread_mutex_unlock(&desk->storage->lock);
     int64_t now = srv_clock_now(), gap = srv_clock_span(RING_MS / 1000.0);
-    int64_t most = workers * gap / RING_WORKERS;
+    int64_t most = workers * gap;
     if (now >= rings->work) due |= wanted & SRV_RING_WORK;
     if (now >= rings->others) due |= wanted & ~SRV_RING_WORK;
     if (due & SRV_RING_WORK) rings->work = now + (most > gap ? most : gap);
