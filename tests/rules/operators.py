@@ -1,5 +1,5 @@
 """docker/monitoring against the metrics of a live server and by promtool, and the backups of docker/README.md: taken while
-jobs run, restored into a new store, on both databases; and which versions may share one.
+jobs run, restored into a new store, on both databases; which versions may share one; and a pooler in front of PostgreSQL.
 
 Leaves to others: crashes (tests/drill), the deployment files (deploy.py). Invariant: a backup that lost a job, a part or
 a bit fails; without promtool or PostgreSQL what needs them is skipped aloud.
@@ -86,6 +86,84 @@ def promtool(text, asked):
              for row in one["alert_rule_test"] if row["exp_alerts"]}
     alerts = {what for what, _ in asked if what.startswith("Pendulumd")}
     check("every alert is seen to fire", alerts <= tried, alerts - tried)
+
+
+# --- the values of the metrics of jobs
+
+def metrics(daemon):
+    """Name and labels, and value, of each line."""
+    text = daemon.ask("GET", "/metrics")[2].decode()
+    return {key: float(value) for key, value in (line.rsplit(" ", 1) for line in text.splitlines() if line[0] != "#")}
+
+
+def until(daemon, key, value):
+    """The metrics once one of them has a value: the store is asked for its figures once a second."""
+    end = time.monotonic() + PATIENCE
+    while (found := metrics(daemon))[key] != value and time.monotonic() < end:
+        time.sleep(0.05)
+    return found
+
+
+def values(build, directory):
+    """A job waits for a worker, which comes, computes it and goes."""
+    with place("postgres") as store:
+        api = Daemon(build, store.url, "api", directory, PARTS)
+        begun = time.monotonic()
+        job = submitted(api, "map")
+        time.sleep(3)
+        found, passed = metrics(api), time.monotonic() - begun
+        oldest = found["pendulumd_job_oldest_waiting_seconds"]
+        check("the oldest job that waits has its age, of a second ago", 1 < oldest < passed and passed - oldest < PATIENCE / 10, (oldest, passed))
+        waiting, workers = found["pendulumd_job_parts_waiting"], found["pendulumd_store_workers"]
+        check("the parts of a job are counted while no worker is there", waiting > 1 and workers == 0, (waiting, workers))
+        connected = store.rows("SELECT COUNT(*) FROM pg_stat_activity WHERE application_name LIKE 'pendulumd%'")[0][0]
+        check("an api has three connections to the store", found["pendulumd_store_connections"] == connected == 3, connected)
+        worker = Daemon(build, store.url, "worker", directory, PARTS)
+        check("a job ends when a worker comes", ended(api, job)["status"] == "successful")
+        passed, connected = time.monotonic() - begun, until(api, "pendulumd_store_workers", 1)["pendulumd_store_connections"]
+        check("a worker is counted, and its connection", connected == 4, connected)
+        check("no job waits once all have ended", until(api, "pendulumd_job_oldest_waiting_seconds", 0)["pendulumd_job_parts_waiting"] == 0)
+        found = metrics(worker)
+
+        def of(stage):
+            return [found[f'pendulumd_job_duration_seconds_{what}{{stage="{stage}"}}'] for what in ("count", "sum")]
+        (waits, waited), (runs, ran) = of("wait"), of("run")
+        check("a job waits once, from its submission to its first part", waits == 1 and 3 <= waited <= passed, (waits, waited, passed))
+        check("each part is timed from its claim to its result", runs == waiting and 0 < ran <= passed * runs, (runs, waiting, ran, passed))
+        check("a wait of three seconds is not in the bucket of 1 s", found['pendulumd_job_duration_seconds_bucket{stage="wait",le="1"}'] == 0
+              and found['pendulumd_job_duration_seconds_bucket{stage="wait",le="+Inf"}'] == 1, (waits, waited))
+        worker.kill()
+        connected = until(api, "pendulumd_store_workers", 0)["pendulumd_store_connections"]
+        check("a worker that was killed is not counted", connected == 3, connected)
+        api.kill(15)
+
+
+# --- a pooler
+
+def pooled(build, directory):
+    """PgBouncer in front of PostgreSQL: a pool of transactions is refused in a sentence, a pool of sessions works."""
+    with place("postgres") as store:
+        for mode in ("transaction", "session"):
+            pathlib.Path(store.directory, "pool.ini").write_text(
+                f"[databases]\n* = host={store.directory} user=pendulumd\n[pgbouncer]\nunix_socket_dir = {store.directory}\nlisten_addr =\n"
+                f"listen_port = 6432\nauth_type = any\npool_mode = {mode}\n", encoding="utf-8")
+            pooler = store.spawn(shutil.which("pgbouncer"), "pool.ini")
+            try:
+                end = time.monotonic() + PATIENCE
+                while not pathlib.Path(store.directory, ".s.PGSQL.6432").exists() and time.monotonic() < end:
+                    time.sleep(0.01)
+                daemon = Daemon(build, f"{store.url}&port=6432", "all", directory)
+                if mode == "session":
+                    check("a job is computed through a pool of sessions", ended(daemon, submitted(daemon, "map"))["status"] == "successful")
+                else:
+                    check("a pool of transactions is refused", False, daemon.log.read_text())
+                daemon.kill(15)
+            except RuntimeError as error:
+                said = str(error).strip().splitlines()
+                check("a pool of transactions is refused in one sentence", mode == "transaction" and len(said) == 1 and "PgBouncer" in said[0], said)
+            finally:
+                pooler.terminate()
+                pooler.wait(PATIENCE)
 
 
 # --- backups
@@ -212,8 +290,13 @@ def main(build):
             skip("a backup of SQLite", "sqlite3 is not here")
         if postgres_programs():
             drill(build, "postgres", directory)
+            values(build, directory)
         else:
-            skip("a backup of PostgreSQL", "it is not here")
+            skip("PostgreSQL's backup and metrics", "it is not here")
+        if postgres_programs() and shutil.which("pgbouncer"):
+            pooled(build, directory)
+        else:
+            skip("a pooler in front of PostgreSQL", "pgbouncer is not here")
     return summary()
 
 
