@@ -19,7 +19,7 @@ import time
 import traceback
 
 import faults
-from house import House, undisturbed
+from house import JOBS, VARIOUS, House, undisturbed
 from places import place, postgres_programs
 
 BOTH = ("sqlite", "postgres")
@@ -29,6 +29,7 @@ SPLIT = ("api", "worker", "worker")
 FAULTS = {
     "worker-killed": (faults.worker_killed, BOTH, SPLIT, None, None, None),
     "crowd-killed": (faults.crowd_killed, ("postgres",), ("api",) + ("worker",) * 64, None, None, None),
+    "all-killed": (faults.all_killed, BOTH, SPLIT, None, None, None),
     "daemon-killed": (faults.daemon_killed, BOTH, ("all",), None, None, None),
     "worker-stopped": (faults.worker_stopped, BOTH, SPLIT, None, None, None),
     "poison": (faults.poison, BOTH, ("api", "worker"), faults.in_one_part, None, None),
@@ -101,7 +102,7 @@ def main():
     build = asked.build.resolve()
     counts = [0, 0, 0]
     with tempfile.TemporaryDirectory(prefix="pendulumd-drill-") as directory:
-        right = undisturbed(build, directory)
+        right = undisturbed(build, directory, JOBS | VARIOUS)
     print(f"undisturbed: {', '.join(f'{kind} {len(data)} bytes' for kind, data in right.items())}; seed {asked.seed}", flush=True)
     # most of a round is waiting for a lease to end, so drills stand side by side, each in a process of its own
     with concurrent.futures.ProcessPoolExecutor(2 * (os.cpu_count() or 1)) as pool:

@@ -12,7 +12,7 @@ import signal
 import struct
 import time
 
-from house import JOBS, LEASE, PATIENCE
+from house import JOBS, LEASE, PATIENCE, VARIOUS
 from places import small_disk
 from proxy import Proxy
 
@@ -44,6 +44,16 @@ def crowd_killed(house):
         for _ in range(max(1, sum(daemon.role == "worker" for daemon in house.daemons) // 8)):
             house.kill(house.pick("worker"))
             house.start("worker")
+    house.finish(jobs)
+
+
+def all_killed(house):
+    """kill -9 of one process after another, the api too, while jobs of every method and operation are computed."""
+    jobs = [house.submit(kind) for kind in (JOBS | VARIOUS)]
+    for role in ("worker", "api", "worker", "worker", "api"):
+        house.nap(0, 0.3)
+        house.kill(house.pick(role))
+        house.start(role)
     house.finish(jobs)
 
 

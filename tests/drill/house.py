@@ -28,12 +28,20 @@ def flips(columns, rows=60, duration=20):
             f'{{"vary":"theta","arm":2,"start":-3,"stop":3,"count":{columns}}}],"observables":["first_flip","final"]}}')
 
 
-def walk(stop, count):
-    return f'{{{FOUR},"times":{{"start":0,"stop":{stop},"count":{count}}}}}'
+def walk(stop, count, more=""):
+    return f'{{{FOUR},"times":{{"start":0,"stop":{stop},"count":{count}}}{more}}}'
 
 
 # what is asked for: many parts, and a single one
 JOBS = {"map": ("/v1/ensembles", flips(100)), "walk": ("/v1/trajectories", walk(300, 2001))}
+# methods and operations that carry other numbers from one part to the next
+VARIOUS = {method: ("/v1/trajectories", walk(stop, 1001, f',"{field}":"{method}"')) for field, method, stop in (
+    ("method", "rk8pd", 600), ("method", "ode23", 600), ("method", "radau", 200), ("method", "symplectic", 400), ("precision", "extended", 200))} | {
+    "derivatives": ("/v1/trajectories", walk(200, 501, ',"derivatives":[{"vary":"length","arm":1}]')),
+    "random": ("/v1/ensembles", f'{{{DOUBLE},"duration":20,"random":{{"count":4000,"seed":7,"draw":[{{"vary":"theta","arm":1,"distribution":"normal",'
+               '"mean":0,"deviation":1}]},"observables":["final"]}'),
+    "exponents": ("/v1/lyapunov", f'{{{DOUBLE},"initial":{{"theta":[2,2]}},"duration":4000}}'),
+    "sections": ("/v1/sections", f'{{{DOUBLE},"initial":{{"theta":[2,2]}},"duration":4000,"section":{{"arm":1,"theta":0}}}}')}
 # what is not meant to end, or not meant to fit
 OTHERS = {"long": ("/v1/trajectories", walk(1e6, 3)), "big": ("/v1/ensembles", flips(4000)), "wide": ("/v1/trajectories", walk(5, 20001))}
 
@@ -146,7 +154,7 @@ class House:
 
     def post(self, kind, key=None, patience=PATIENCE):
         """Asks for a job of that kind, and puts it into the account if it is accepted; the answer."""
-        path, body = (JOBS | OTHERS)[kind]
+        path, body = (JOBS | VARIOUS | OTHERS)[kind]
         headers = {"Prefer": "respond-async", "Idempotency-Key": key or f"key-{next(self.keys)}"}
         answer = self.ask("POST", path, body, headers, patience)
         if answer[0] == 202:
