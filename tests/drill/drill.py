@@ -39,6 +39,7 @@ FAULTS = {
     "doubled": (faults.doubled, BOTH, ("api", "api", "worker"), None, None, None),
     "cancelled": (faults.cancelled, BOTH, SPLIT, faults.note_times, None, faults.tell_times),
     "disk-full": (faults.disk_full, BOTH, SPLIT, faults.on_small_disk, faults.off_small_disk, None),
+    "erased-when-full": (faults.erased_when_full, BOTH, SPLIT, faults.on_small_disk, faults.off_small_disk, None),
     "clock-wrong": (faults.clock_wrong, BOTH, (), faults.with_clock, None, None),
 }
 

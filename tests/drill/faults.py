@@ -6,13 +6,14 @@ Invariant: a fault strikes at a random instant while parts are computed; the dri
 import concurrent.futures
 import contextlib
 import itertools
+import json
 import os
 import pathlib
 import signal
 import struct
 import time
 
-from house import JOBS, LEASE, PATIENCE, VARIOUS
+from house import JOBS, LEASE, OTHERS, PATIENCE, VARIOUS, walk
 from places import small_disk
 from proxy import Proxy
 
@@ -275,8 +276,9 @@ def room(house):
 def tidy(house):
     """Gives the file system back what removed rows have left: PostgreSQL does so by itself within minutes, and not whole."""
     spare(house).unlink(missing_ok=True)
-    for command in ("VACUUM results", "VACUUM FULL results"):
-        house.place.rows(command)
+    for table in ("results", "jobs", "parts", "scenes"):
+        for command in ("VACUUM", "VACUUM FULL"):
+            house.place.rows(f"{command} {table}")
     take(spare(house), SPARE)
 
 
@@ -341,6 +343,43 @@ def disk_full(house):
     after = house.submit("walk")
     house.finish([after])
     dismiss(house, after[0])
+
+
+def erased_when_full(house):
+    """What a client has is erased on a disk that it has filled, piece by piece; what another has stays."""
+    stands = house.submit("walk")
+    house.finish([stands])
+    load_disk(house, True)
+    api, jobs, scenes, refused = house.pick("api"), [], [], 0
+    token = {"Authorization": f"Bearer one-who-fills-the-disk-{next(house.keys)}"}
+    path, body = OTHERS["wide"]
+    while refused < 4 and len(jobs) < 60:
+        status, fields, text = api.ask("POST", path, body, token | {"Prefer": "respond-async"})
+        jobs += [fields["Location"]] if status == 202 else []
+        scene = f'{{"request":{walk(len(scenes) + 1, 3)},"title":"{"x" * 150}"}}'
+        added, _, other = api.ask("POST", "/v1/scenes", scene, token)
+        scenes += [f"/v1/scenes/{json.loads(other)['id']}"] if added == 201 else []
+        refused = refused + 1 if 503 in (status, added) else 0
+        if status not in (202, 503) or added not in (201, 503):
+            house.wrong.append(f"a full disk is answered {status}, {added}: {text[:300]} {other[:300]}")
+            break
+        house.nap(0.01, 0.05)
+    end = time.monotonic() + 30
+    while not (met := refused or room(house) < 1 << 19 or any(b"disk is full" in api.ask("GET", job, headers=token)[2] for job in jobs)) and time.monotonic() < end:
+        time.sleep(0.1)
+    if not met:
+        house.wrong.append(f"{len(jobs)} jobs and {len(scenes)} scenes do not fill the disk")
+    status, _, text = api.ask("DELETE", "/v1/clients/me", None, token)
+    if status != 204:
+        house.wrong.append(f"{len(jobs)} jobs and {len(scenes)} scenes on a disk with {room(house)} bytes left are not erased: {status} {text[:300]}")
+    left = [place for place in jobs + scenes if api.ask("GET", place, headers=token)[0] != 404]
+    if left:
+        house.wrong.append(f"{len(left)} of {len(jobs) + len(scenes)} are there after they were erased, as {left[0]}")
+    house.note("jobs and scenes erased", len(jobs) + len(scenes))
+    if house.place.name == "postgres":
+        load_disk(house, False)
+    house.finish([stands])
+    dismiss(house, stands[0])
 
 
 def dismiss(house, *jobs):
