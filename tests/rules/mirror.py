@@ -83,6 +83,12 @@ def tests_of_c():
     return {name for path in (TOP / "tests").rglob("test_*.c") for name in re.findall(r"TEST\((\w+)\)", path.read_text(encoding="utf-8"))}
 
 
+def checks_of_python():
+    """The names of all functions of drills and rules."""
+    return {name for folder in ("drill", "rules") for path in (TOP / "tests" / folder).glob("*.py")
+            for name in re.findall(r"^def (\w+)\(", path.read_text(encoding="utf-8"), re.M)}
+
+
 def everything(tests):
     """The tests that mirror the rooms, and all other files of tests/."""
     return tests + [str(path.relative_to(TOP)) for path in (TOP / "tests").glob("*/*.*")]
@@ -97,7 +103,7 @@ def main():
     sources = found("", (".c", ".cpp"))
     readmes = {room: (TOP / "tests" / room / "README.md").read_text(encoding="utf-8") for room in ROOMS}
     wrong = list(complaints(sources, found("", (".h",)), found("tests", (".c", ".cpp"), "test_"), readmes))
-    wrong += untested((TOP / "SECURITY.md").read_text(encoding="utf-8"), tests_of_c())
+    wrong += untested((TOP / "SECURITY.md").read_text(encoding="utf-8"), tests_of_c() | checks_of_python())
     tests = tests_of_c()
     wrong += [f"{path.relative_to(TOP)} names the test {name}, which is not there" for path in (TOP / "core").rglob("*_constants.h")
               for name in re.findall(r"\[(\w+)\]", path.read_text(encoding="utf-8")) if name not in tests]
