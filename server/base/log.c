@@ -19,10 +19,9 @@
 
 enum {
     LOG_BYTES = 1 << 20, /* room for lines that are not yet written, each stream */
-    LOG_PIECE =
-        4096, /* bytes a write: a pipe that polls writable takes them without waiting (PIPE_BUF) */
-    LOG_FILE = 1 << 17,     /* bytes a write to a file, which never waits */
-    LOG_NAP_MS = 20,        /* lines of this long are written together */
+    LOG_PIECE = 4096,    /* bytes a write: a writable pipe takes them without waiting (PIPE_BUF) */
+    LOG_FILE = 1 << 17,  /* bytes a write to a file, which never waits */
+    LOG_NAP_MS = 20,     /* lines of this long are written together */
     LOG_PATIENCE_MS = 1000, /* how long the end of the log waits for a reader */
     LOG_TEXT = 1024         /* bytes of one message */
 };

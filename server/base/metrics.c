@@ -19,19 +19,18 @@ static const struct {
     {"20", 20000000000}, {"60", 60000000000},
 };
 
-static const struct {
+struct metrics_row {
     const char *name, *labels, *help;
     size_t offset;
-} metrics_counter[] = {
+};
+
+static const struct metrics_row metrics_counter[] = {
 #define X(field, name, labels, help) {name, labels, help, offsetof(struct srv_metrics, field)},
     SRV_COUNTERS(X)
 #undef X
 };
 
-static const struct {
-    const char *name, *labels, *help;
-    size_t offset;
-} metrics_gauge[] = {
+static const struct metrics_row metrics_gauge[] = {
 #define X(field, name, labels, help) {name, labels, help, offsetof(struct srv_gauges, field)},
     SRV_GAUGES(X)
 #undef X
@@ -71,11 +70,18 @@ double srv_metrics_resident(void) {
     return (double)resident * (double)sysconf(_SC_PAGESIZE);
 }
 
-/* writes HELP and TYPE if the previous row has another name */
-static enum pend_status metrics_head(struct api_buffer *out, const char *name, const char *last,
-                                     const char *help, const char *type) {
-    if (last && !strcmp(name, last)) return PEND_OK;
+static enum pend_status metrics_head(struct api_buffer *out, const char *name, const char *help,
+                                     const char *type) {
     return api_buffer_format(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
+}
+
+/* Writes a row as far as its value; the first row of a name has HELP and TYPE before it. */
+static enum pend_status metrics_row(struct api_buffer *out, const struct metrics_row *row,
+                                    int first, const char *type) {
+    if (first || strcmp(row->name, row[-1].name))
+        PEND_TRY(metrics_head(out, row->name, row->help, type));
+    return *row->labels ? api_buffer_format(out, "%s{%s} ", row->name, row->labels)
+                        : api_buffer_format(out, "%s ", row->name);
 }
 
 static unsigned long long metrics_read(const void *counter) {
@@ -85,12 +91,8 @@ static unsigned long long metrics_read(const void *counter) {
 static enum pend_status metrics_counters(const struct srv_metrics *metrics,
                                          struct api_buffer *out) {
     for (size_t i = 0; i < COUNT(metrics_counter); i++) {
-        const char *name = metrics_counter[i].name, *labels = metrics_counter[i].labels;
         const void *at = (const char *)metrics + metrics_counter[i].offset;
-        PEND_TRY(metrics_head(out, name, i ? metrics_counter[i - 1].name : NULL,
-                              metrics_counter[i].help, "counter"));
-        PEND_TRY(*labels ? api_buffer_format(out, "%s{%s} ", name, labels)
-                         : api_buffer_format(out, "%s ", name));
+        PEND_TRY(metrics_row(out, &metrics_counter[i], !i, "counter"));
         /* this counter is in ns, its metric in seconds */
         int seconds = at == &metrics->busy_ns;
         PEND_TRY(seconds ? api_buffer_format(out, "%.9f\n", 1e-9 * (double)metrics_read(at))
@@ -101,12 +103,9 @@ static enum pend_status metrics_counters(const struct srv_metrics *metrics,
 
 static enum pend_status metrics_gauges(const struct srv_gauges *gauges, struct api_buffer *out) {
     for (size_t i = 0; i < COUNT(metrics_gauge); i++) {
-        const char *name = metrics_gauge[i].name, *labels = metrics_gauge[i].labels;
-        double value = *(const double *)((const char *)gauges + metrics_gauge[i].offset);
-        PEND_TRY(metrics_head(out, name, i ? metrics_gauge[i - 1].name : NULL,
-                              metrics_gauge[i].help, "gauge"));
-        PEND_TRY(*labels ? api_buffer_format(out, "%s{%s} %.15g\n", name, labels, value)
-                         : api_buffer_format(out, "%s %.15g\n", name, value));
+        PEND_TRY(metrics_row(out, &metrics_gauge[i], !i, "gauge"));
+        PEND_TRY(api_buffer_format(
+            out, "%.15g\n", *(const double *)((const char *)gauges + metrics_gauge[i].offset)));
     }
     return PEND_OK;
 }
@@ -115,7 +114,7 @@ static enum pend_status metrics_requests(const struct srv_metrics *metrics,
                                          const char *(*label)(int route), struct api_buffer *out) {
     static const char name[] = "pendulumd_requests_total";
     PEND_TRY(metrics_head(
-        out, name, NULL, "Requests that are over, by route and status; 0 = ended without an answer",
+        out, name, "Requests that are over, by route and status; 0 = ended without an answer",
         "counter"));
     for (int route = 0; route < SRV_METRIC_ROUTES; route++) {
         const char *text = label(route);
@@ -154,8 +153,7 @@ static enum pend_status metrics_stages(const struct srv_metrics *metrics, struct
     for (size_t i = 0; i < COUNT(metrics_stage); i++) {
         size_t offset = metrics_stage[i].offset, first = offsetof(struct srv_metrics, job_wait);
         int job = offset >= first;
-        if (!i || offset == first)
-            PEND_TRY(metrics_head(out, name[job], NULL, help[job], "histogram"));
+        if (!i || offset == first) PEND_TRY(metrics_head(out, name[job], help[job], "histogram"));
         PEND_TRY(metrics_histogram((const void *)((const char *)metrics + offset), name[job],
                                    metrics_stage[i].stage, out));
     }
@@ -166,7 +164,7 @@ enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv
                                    const char *(*label)(int route), struct api_buffer *out) {
     assert(metrics && gauges && label);
     PEND_TRY(metrics_requests(metrics, label, out));
-    PEND_TRY(metrics_head(out, "pendulumd_build_info", NULL,
+    PEND_TRY(metrics_head(out, "pendulumd_build_info",
                           "1; which program this is, and which engine computes", "gauge"));
     PEND_TRY(api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n",
                                api_version, api_engine_name));

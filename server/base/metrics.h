@@ -101,8 +101,7 @@
 
 enum {
     SRV_METRIC_BUCKETS = 19, /* the last is +Inf */
-    SRV_METRIC_ROUTES =
-        96, /* the last one stands for unknown routes; the router asserts the number */
+    SRV_METRIC_ROUTES = 96,  /* the last is of unknown routes; the router asserts the number */
     SRV_METRIC_STATUS = 600
 };
 

@@ -11,10 +11,9 @@
 #include "server/keys/role.h"
 
 enum {
-    SRV_KEY_NAME = 33, /* bytes of a name with its NUL: A-Z a-z 0-9 . _ - */
-    SRV_KEY_TOKEN =
-        43, /* bytes of a key with its NUL: pdk_, 32 letters with 160 bits, 6 check digits */
-    SRV_KEY_ID = 8, /* digits of the digest that identify a key for people */
+    SRV_KEY_NAME = 33,  /* bytes of a name with its NUL: A-Z a-z 0-9 . _ - */
+    SRV_KEY_TOKEN = 43, /* bytes of a key: pdk_, 32 letters with 160 bits, 6 check digits, NUL */
+    SRV_KEY_ID = 8,     /* digits of the digest that identify a key for people */
     SRV_KEYS_MOST = 4096,
     SRV_KEYS_BYTES = 2 << 20, /* most bytes of a table as text */
     SRV_KEY_TIME = 24         /* bytes of an instant as text with its NUL */

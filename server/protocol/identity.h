@@ -11,14 +11,12 @@
 #include "server/protocol/peer.h"
 
 enum {
-    SRV_IDENTITY_KEY =
-        67, /* bytes of a key with its NUL: a letter for the kind, a colon, 64 digits */
+    SRV_IDENTITY_KEY = 67,    /* bytes of a key: a letter for the kind, a colon, 64 digits, NUL */
     SRV_IDENTITY_SHOWN = 48,  /* bytes of the texts for the log */
     SRV_TOKEN_LEAST = 22,     /* characters of a token: 22 of base 64 have 132 bits, */
     SRV_TOKEN_LEAST_HEX = 32, /* 32 hexadecimal digits have 128 */
     SRV_TOKEN_MOST = 4096,
-    SRV_TOKEN_LETTERS =
-        8 /* least number of different characters of a token; random tokens have more */
+    SRV_TOKEN_LETTERS = 8 /* least number of different characters; random tokens have more */
 };
 
 /* What identifies a client. */

@@ -13,8 +13,7 @@ enum {
     /* disk space that the file must leave free whatever it grows for: without a log nothing can be
      * written */
     DISK_LOG = 1 << 20,
-    CHECKPOINT_LOCK =
-        1 /* WAL_CKPT_LOCK of SQLite's file format, among the locks of the shared memory */
+    CHECKPOINT_LOCK = 1 /* WAL_CKPT_LOCK of SQLite's file format, in the shared memory */
 };
 
 static int disk_hook(void *context, sqlite3 *db, const char *name, int pages) {

@@ -10,10 +10,8 @@
 
 enum {
     EXCHANGE_MAGIC = 0x65786368,
-    EXCHANGE_KEEP =
-        4096, /* the largest buffer in bytes that stays with a connection for its next request */
-    EXCHANGE_ANSWER =
-        1 << 16 /* a response of the server's own above this many bytes needs a reservation */
+    EXCHANGE_KEEP = 4096,     /* the largest buffer in bytes that a connection keeps */
+    EXCHANGE_ANSWER = 1 << 16 /* bytes above which a response of the server's own is reserved */
 };
 
 const char srv_exchange_vary[] = "Accept, Accept-Encoding";

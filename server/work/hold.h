@@ -9,9 +9,8 @@
 #include "server/work/service.h"
 
 enum {
-    SRV_HOLD_READ = 5, /* memory that reading a body takes, in multiples of its size */
-    SRV_HOLD_READ_FREE =
-        1 << 16 /* the memory of reading bodies below this many bytes is not counted */
+    SRV_HOLD_READ = 5,           /* memory that reading a body takes, in multiples of its size */
+    SRV_HOLD_READ_FREE = 1 << 16 /* reading a body below this many bytes is not counted */
 };
 
 /* Whether more memory may be counted, and if not, why. */

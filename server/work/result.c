@@ -5,9 +5,8 @@
 #include <string.h>
 
 enum {
-    RESULT_MOST_CODED =
-        1 << 30,       /* a response of at most this many bytes is compressed in one piece */
-    RESULT_DIGITS = 64 /* the hexadecimal digits of a digest */
+    RESULT_MOST_CODED = 1 << 30, /* most bytes of a response that is compressed in one piece */
+    RESULT_DIGITS = 64           /* the hexadecimal digits of a digest */
 };
 
 static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
