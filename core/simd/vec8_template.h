@@ -1,6 +1,6 @@
 /* Eight numbers in one, two or four vectors of the processor's own width. gcc would keep vectors of
  * eight in memory.
- * Leaves to others: the meaning of the numbers (blocks_template, levels_template).
+ * Leaves to others: the meaning of the numbers (blocks_template).
  * Invariant: the same operations in the same order for every width, so that avx2 and avx512
  * agree to the last bit. */
 #ifndef PEND_VEC8_TEMPLATE_H

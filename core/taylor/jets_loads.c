@@ -42,28 +42,28 @@ static int loads_couple(const struct pend_terms *terms) {
 
 /* arrays for torques between the arms of a large tree */
 static void loads_lay_large(struct jets_loads *loads, const struct pend_tree *tree,
-                            const struct loads_seats *seats, struct loads_store *store) {
-    size_t count = (size_t)seats->count, n = (size_t)tree->n;
+                            const struct loads_layout *layout, struct loads_store *store) {
+    size_t count = (size_t)layout->padded, n = (size_t)tree->n;
     loads->parent = loads_take(store, count, sizeof(int));
     loads->child = loads_take(store, count, sizeof(int));
     loads->near = loads_take(store, count / LOADS_TILE, sizeof *loads->near);
     loads->kid = loads_take(store, n, sizeof *loads->kid);
 #define X(name) loads->name = loads_numbers(store, LOADS_MARGIN, count + LOADS_MARGIN);
-    LOADS_SEATS(X)
+    LOADS_ARMS(X)
 #undef X
-#define X(name) loads->name = loads_numbers(store, LOADS_MARGIN, count * (size_t)seats->rows);
+#define X(name) loads->name = loads_numbers(store, LOADS_MARGIN, count * (size_t)layout->rows);
     LOADS_TILES(X)
 #undef X
 }
 
 static size_t loads_lay(struct jets_loads *loads, const struct pend_tree *tree, int order_cap,
-                        const struct loads_seats *seats, char *base) {
+                        const struct loads_layout *layout, char *base) {
     struct loads_store store = {base, 0};
 #define X(name) loads->name = loads_numbers(&store, LOADS_MARGIN, loads_series_numbers(order_cap));
     LOADS_SERIES(X)
 #undef X
     if (tree->n > LOADS_SMALL) {
-        if (loads->couples || loads->shaped) loads_lay_large(loads, tree, seats, &store);
+        if (loads->couples || loads->shaped) loads_lay_large(loads, tree, layout, &store);
         return store.used;
     }
     loads->bend = loads_numbers(&store, 0, LOADS_MARGIN);
@@ -74,9 +74,9 @@ static size_t loads_lay(struct jets_loads *loads, const struct pend_tree *tree, 
 }
 
 size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
-                             int order_cap, const struct loads_seats *seats) {
+                             int order_cap, const struct loads_layout *layout) {
     struct jets_loads sketch = {.couples = loads_couple(terms), .shaped = jets_loads_bodies(terms)};
-    return loads_lay(&sketch, tree, order_cap, seats, NULL);
+    return loads_lay(&sketch, tree, order_cap, layout, NULL);
 }
 
 /* the forces across for unit torques */
@@ -89,75 +89,53 @@ static void loads_twists(struct jets_loads *loads, const struct pend_tree *tree)
     }
 }
 
-static int loads_seat(const struct jets_loads *loads, int k) {
-    return k < 0 || !loads->seat ? k : loads->seat[k];
-}
-
-/* the first of an arm's highest children; -1 if there are none */
-static int loads_first(const struct pend_tree *tree, const int height[], int k) {
-    int c = k + 1;
-    if (c == tree->end[k]) return -1;
-    while (height[c] != height[k] - 1) c = tree->end[c];
-    return c;
-}
-
-/* in levels, first children share their parents' lanes of eight; in other trees they are the next
- * arms */
 static void loads_children(struct jets_loads *loads, const struct pend_tree *tree,
-                           const struct loads_seats *seats) {
-    int *height = loads->parent; // scratch, until the parents are stored
-    for (int k = tree->n - 1; k > 0; k--) {
-        int *above = height + tree->parent[k], least = height[k] + 1;
-        *above = *above < least ? least : *above;
-    }
-    for (int a = 0; a < loads->seats; a++) loads->child[a] = -1;
+                           const struct loads_layout *layout) {
+    for (int a = 0; a < loads->padded; a++) loads->child[a] = -1;
     // this order writes last what the kernels read last
-    for (int i = 0; i < tree->n; i++) {
-        int k = loads->seat ? i : tree->n - 1 - i;
-        int own = loads_seat(loads, k), first = tree->end[k] > k + 1 ? k + 1 : -1;
-        if (loads->seat) first = loads_first(tree, height, k);
-        loads->child[own] = loads_seat(loads, first);
-        size_t row = (size_t)(own / LOADS_TILE * seats->rows * LOADS_TILE + own % LOADS_TILE);
+    for (int k = tree->n - 1; k >= 0; k--) {
+        int first = tree->end[k] > k + 1 ? k + 1 : -1;
+        loads->child[k] = first;
+        size_t row = (size_t)(k / LOADS_TILE * layout->rows * LOADS_TILE + k % LOADS_TILE);
         for (int c = k + 1; c < tree->end[k]; c = tree->end[c])
             if (c != first)
-                loads->kid[loads->kids++] =
-                    (struct loads_kid){row, 1 / tree->len[k], loads_seat(loads, c)};
+                loads->kid[loads->kids++] = (struct loads_kid){row, 1 / tree->len[k], c};
     }
 }
 
-/* the start of eight consecutive numbers for eight seats; -1 reads a zero, as empty seats and
- * margins are */
+/* the start of eight consecutive numbers for eight arms; -1 reads a zero, as the padding and
+ * the margins are */
 static int loads_near(const struct jets_loads *loads, const int from[], int tile) {
     int start = LOADS_APART;
     for (int i = 0; i < LOADS_TILE; i++)
         if (from[tile * LOADS_TILE + i] >= 0) start = from[tile * LOADS_TILE + i] - i;
     if (start == LOADS_APART) return -LOADS_MARGIN;
     for (int i = 0; i < LOADS_TILE; i++) {
-        int seat = tile * LOADS_TILE + i, at = start + i;
-        int zero = at < 0 || at >= loads->seats || loads->part[at] == 0;
-        if (loads->part[seat] != 0 && from[seat] != at && !(from[seat] < 0 && zero))
+        int own = tile * LOADS_TILE + i, at = start + i;
+        int zero = at < 0 || at >= loads->padded || loads->part[at] == 0;
+        if (loads->part[own] != 0 && from[own] != at && !(from[own] < 0 && zero))
             return LOADS_APART;
     }
     return start < -LOADS_MARGIN ? LOADS_APART : start;
 }
 
-/* parents and children, by seats */
+/* parents and children */
 static void loads_neighbours(struct jets_loads *loads, const struct pend_tree *tree,
-                             const struct loads_seats *seats) {
-    loads_children(loads, tree, seats);
-    for (int a = 0; a < loads->seats; a++) loads->parent[a] = -1;
+                             const struct loads_layout *layout) {
+    loads_children(loads, tree, layout);
+    for (int a = 0; a < loads->padded; a++) loads->parent[a] = -1;
     for (int k = 0; k < tree->n; k++) {
-        loads->part[loads_seat(loads, k)] = 1 / tree->len[k];
-        loads->parent[loads_seat(loads, k)] = loads_seat(loads, tree->parent[k]);
+        loads->part[k] = 1 / tree->len[k];
+        loads->parent[k] = tree->parent[k];
     }
-    for (int t = 0; t < loads->seats / LOADS_TILE; t++)
+    for (int t = 0; t < loads->padded / LOADS_TILE; t++)
         loads->near[t] = (struct loads_tile){loads_near(loads, loads->parent, t),
                                              loads_near(loads, loads->child, t)};
 }
 
 void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree,
                           const struct pend_terms *terms, int order_cap,
-                          const struct loads_seats *seats, void *memory) {
+                          const struct loads_layout *layout, void *memory) {
     assert((size_t)memory % 64 == 0);
     int arms = terms->harmonics && terms->harmonic[terms->harmonics - 1].drives >= 0,
         pivot = terms->harmonics && terms->harmonic[0].drives < 0;
@@ -168,12 +146,11 @@ void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree
                                  .losses = terms->row[PEND_TERM_DAMPING] >= 0,
                                  .drives = arms,
                                  .moves = pivot || terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0};
-    loads_lay(loads, tree, order_cap, seats, memory);
+    loads_lay(loads, tree, order_cap, layout, memory);
     if (tree->n <= LOADS_SMALL) {
         loads_twists(loads, tree);
         return;
     }
-    loads->seats = seats->count;
-    loads->seat = seats->seat;
-    if (loads->couples) loads_neighbours(loads, tree, seats);
+    loads->padded = layout->padded;
+    if (loads->couples) loads_neighbours(loads, tree, layout);
 }

@@ -37,15 +37,15 @@ enum {
 #define LOADS_SERIES(X) X(lift_x) X(lift_y) X(slide_x) X(slide_y) X(pivot_force_x) X(pivot_force_y)
 
 /*
- * For trees of more than eight arms with torques between them: one number per seat, with
+ * For trees of more than eight arms with torques between them: one number per arm, with
  * LOADS_MARGIN zeros on either side. Rates and torques are in the units of the series.
  *
  * hold, stiff   torque for a unit of rate, of angle, to the parent
  * fixed         torque of order 0: the given one, and that of the springs at the start
- * part          1 / length; 0 of an empty seat
+ * part          1 / length; 0 in the padding
  * spin          rates of the current order
  * torque        on the arm, its opposite on the parent, current order */
-#define LOADS_SEATS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(torque)
+#define LOADS_ARMS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(torque)
 /*
  * Series of the same trees, in the layout of the rates, after eight zeros.
  *
@@ -55,7 +55,7 @@ enum {
  * slips   rates minus those of the parents */
 #define LOADS_TILES(X) X(cross) X(motor) X(slips)
 
-/* A child that is not its parent's first: its seat, the start of the parent's series, and 1 over
+/* A child that is not its parent's first: its index, the start of the parent's series, and 1 over
  * the parent's length. */
 struct loads_kid {
     size_t row;
@@ -63,7 +63,7 @@ struct loads_kid {
     int child;
 };
 
-/* For eight consecutive seats: the start of their parents and of their first children, if these are
+/* For eight consecutive arms: the start of their parents and of their first children, if these are
  * consecutive too; else LOADS_APART. */
 enum { LOADS_APART = -1000000000 };
 struct loads_tile {
@@ -86,21 +86,19 @@ struct jets_loads {
     struct bodies_system *bodies; /* numbers and factorization for masses other than points at tips,
                                    * arms attached elsewhere, or drag per mass; else NULL */
     double *bend;                 /* angles to the parents; of the first arm to the vertical */
-    int seats;           /* of a tree of more than eight arms, including empty ones; else 0 */
-    const int *seat;     /* of an arm; NULL = arms are in stored order */
-    int *parent, *child; /* seats of an arm's parent and of its first child; -1 = none */
+    int padded;                   /* arms of a tree of more than eight, with padding; else 0 */
+    int *parent, *child;          /* an arm's parent and its first child; -1 = none */
     struct loads_tile *near;
     struct loads_kid *kid;
     int kids;
 #define X(name) double *name;
-    LOADS_ROWS(X) LOADS_SERIES(X) LOADS_SEATS(X) LOADS_TILES(X)
+    LOADS_ROWS(X) LOADS_SERIES(X) LOADS_ARMS(X) LOADS_TILES(X)
 #undef X
 };
 
-/* The seats of the arms of a tree in its series. */
-struct loads_seats {
-    int count, rows; /* seats, a multiple of 8; rows of a tile of the series */
-    const int *seat; /* of an arm; NULL = arms are in stored order */
+/* The layout of the series of a tree: arms with padding, a multiple of 8; rows of a tile. */
+struct loads_layout {
+    int padded, rows;
 };
 
 /**
@@ -162,22 +160,20 @@ static inline int jets_loads_torques(const struct jets_loads *loads, int order) 
 
 /**
  * Returns the bytes of memory for the loads of a pendulum, a multiple of 64. O(1).
- *
- * seats  their number and rows; `seat` is not read.
  */
 size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
-                             int order_cap, const struct loads_seats *seats);
+                             int order_cap, const struct loads_layout *layout);
 
 /**
  * Lays out the loads of a pendulum.
  *
- * terms   supported by the quick kernels; must outlive the loads, as must `seats->seat`.
+ * terms   supported by the quick kernels; must outlive the loads.
  * memory  pend_jets_loads_bytes bytes, all zero, aligned to 64; not owned.
  *
  * O(n).
  */
 void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree,
                           const struct pend_terms *terms, int order_cap,
-                          const struct loads_seats *seats, void *memory);
+                          const struct loads_layout *layout, void *memory);
 
 #endif

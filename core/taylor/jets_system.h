@@ -59,10 +59,9 @@ struct jets_system {
     size_t stride, tile; /* distance in numbers from one order to the next, from eight arms to the
                           * next eight */
     const int *parent, *end;
-    /* For one tree of doubles with more than eight arms, jets sets one of these three, by the
+    /* For one tree of doubles with more than eight arms, jets sets one of these two, by the
      * tree's decomposition; the others are NULL. */
     const struct blocks *blocks;
-    const struct levels *levels; /* with these, series are in the order of seats */
     const struct chain *chain;
     const struct rods *rods;  /* in addition to `chain`, for a chain of rods; else NULL */
     struct jets_loads *loads; /* of a real pendulum that the quick kernels support; NULL = ideal */
@@ -91,8 +90,5 @@ struct jets_spread {
 static inline size_t jets_row(const struct jets_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
-
-/** Returns the number of seats of a tree in levels, including empty ones; 0 for any other tree. */
-static inline int jets_seats(const struct jets_system *s) { return s->levels ? s->tiles * 8 : 0; }
 
 #endif

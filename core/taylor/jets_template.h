@@ -1,5 +1,5 @@
 /* The power series of a tree's motion, for any kind of number. This is the general form: the quick
- * forms (small, chain, blocks, levels) give the same coefficients up to rounding.
+ * forms (small, chain, blocks) give the same coefficients up to rounding.
  * Leaves to others: memory, sines and cosines (jets), the kinds of number (number).
  * Invariant: no division in the orders; every arm does the same operations. */
 #ifndef PEND_JETS_TEMPLATE_H

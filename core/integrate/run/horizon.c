@@ -46,7 +46,7 @@ struct pend_horizon {
     double reach,
         unit; /* s, > 0, of the last series that did so: how far it would have served, its unit */
     double *phi, *rate;           /* the error, rad and rad/s */
-    double *left_rate, *left_phi; /* what a step leaves out, in the order of seats */
+    double *left_rate, *left_phi; /* what a step leaves out */
     struct jets_state begin, end; /* of a step that is solved anew */
     struct pend_jets anew;
     struct pend_neighbour near;
@@ -99,7 +99,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     const struct pend_terms *terms = problem->loads.terms;
     enum horizon_way way = horizon_way(method);
     size_t stride = pend_jets_stride(tree->n), head = (sizeof **horizon + 63) / 64 * 64;
-    size_t rows = (HORIZON_ROWS * stride + 2 * pend_jets_seats(tree)) * sizeof(double);
+    size_t rows = (HORIZON_ROWS + 2) * stride * sizeof(double);
     int own = way == HORIZON_ANEW || way == HORIZON_EXTENDED;
     size_t answers = pend_jets_answers_bytes(tree, terms),
            anew = own ? pend_jets_bytes(tree, terms, HORIZON_ANEW_ORDER) : 0;
@@ -124,8 +124,8 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
                      pend_times_at(&problem->times, 0);
     made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0, 0x1p-106);
     horizon_view(made, (double *)(block + head), stride);
-    made->left_rate = (double *)behind - 2 * pend_jets_seats(tree);
-    made->left_phi = made->left_rate + pend_jets_seats(tree);
+    made->left_rate = (double *)behind - 2 * stride;
+    made->left_phi = made->left_rate + stride;
     horizon_start(made, problem);
     if (series) pend_neighbour_init(&made->near, &made->problem, order, made->cart, behind);
     if (own)
@@ -239,9 +239,8 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
         most = pend_larger(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)]));
     most *= turn * fabs(inverse);
     for (int k = 0; k < tree->n; k++) {
-        int seat = pend_jets_seat(jets, k);
-        double faster = HORIZON_LEFT * horizon->left_rate[seat] * inverse,
-               turned = HORIZON_LEFT * horizon->left_phi[seat] * x,
+        double faster = HORIZON_LEFT * horizon->left_rate[k] * inverse,
+               turned = HORIZON_LEFT * horizon->left_phi[k] * x,
                push = most * jets->system.inv_len[k],
                shift = push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn;
         // of rounding no side is known: a smaller part with a side could cancel with it only here

@@ -13,41 +13,28 @@ enum {
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48,
-    JETS_LEVELS_FROM = 32, /* arms; with fewer, blocks are as fast */
     JETS_BEYOND = 3 /* rows of a tile beyond the order: u is two orders ahead, and the known part of
                      * the next order */
 };
-
-/* number of blocks of a tree that is divided into levels, else 0 */
-static int jets_levels(const struct pend_tree *tree) {
-    return tree->n >= JETS_LEVELS_FROM ? pend_levels_count(tree) : 0;
-}
 
 size_t pend_jets_stride(int n) {
     assert(n >= 1);
     return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD;
 }
 
-/* tiles of the series, including empty seats of levels */
-static int jets_tiles(const struct pend_tree *tree, int general) {
-    int levels = general ? 0 : jets_levels(tree);
-    return levels ? levels : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
-}
-
-static size_t jets_series(int order_cap, const struct pend_tree *tree, int general) {
-    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree, general);
+static size_t jets_series(int order_cap, const struct pend_tree *tree) {
+    return (size_t)(order_cap + JETS_BEYOND) * pend_jets_stride(tree->n);
 }
 
 /* numbers of the series and of the factorization */
-static size_t jets_numbers(int order_cap, const struct pend_tree *tree, int general) {
-    return 4 * jets_series(order_cap, tree, general) + JETS_COUNT * pend_jets_stride(tree->n) +
-           JETS_SHARES;
+static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
+    return 4 * jets_series(order_cap, tree) + JETS_COUNT * pend_jets_stride(tree->n) + JETS_SHARES;
 }
 
 /* the system points into the memory of these series, and at most one decomposition is in use */
 PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
     const struct jets_system *s = &jets->system;
-    int cuts = (s->chain != NULL) + (s->levels != NULL) + (s->blocks != NULL) + jets->general;
+    int cuts = (s->chain != NULL) + (s->blocks != NULL) + jets->general;
     return jets->tree && s->n == jets->tree->n && s->rate == jets->rate &&
            s->force == jets->force && cuts == (s->n > PEND_JETS_PAD || jets->general) &&
            jets->real == (jets->general || s->loads != NULL);
@@ -60,16 +47,14 @@ static int jets_general(const struct pend_tree *tree, const struct pend_terms *t
 
 static size_t jets_larger(size_t x, size_t y) { return x > y ? x : y; }
 
-/* the seats of arms in the series of a pendulum for the quick kernels */
-static struct loads_seats jets_seating(const struct pend_tree *tree, int order_cap,
-                                       const int *seat) {
-    return (struct loads_seats){jets_tiles(tree, 0) * PEND_JETS_PAD, order_cap + JETS_BEYOND, seat};
+/* the layout of the series of a pendulum for the quick kernels */
+static struct loads_layout jets_layout(const struct pend_tree *tree, int order_cap) {
+    return (struct loads_layout){(int)pend_jets_stride(tree->n), order_cap + JETS_BEYOND};
 }
 
 /* bytes of the decomposition of a tree for the quick kernels */
 static size_t jets_cut_bytes(const struct pend_tree *tree) {
     if (pend_chain_suits(tree)) return pend_chain_bytes(tree);
-    if (jets_levels(tree)) return pend_levels_bytes(tree);
     return tree->n > PEND_JETS_PAD ? pend_blocks_bytes(tree) : 0;
 }
 
@@ -77,24 +62,24 @@ size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *te
                        int order_cap) {
     assert(order_cap >= PEND_JETS_ORDER_MIN && order_cap <= PEND_JETS_ORDER_MAX);
     int general = jets_general(tree, terms);
-    struct loads_seats seats = jets_seating(tree, order_cap, NULL);
+    struct loads_layout layout = jets_layout(tree, order_cap);
     size_t cut = general ? pend_bodies_system_bytes(tree, terms, order_cap) : jets_cut_bytes(tree);
     // the numbers decide which of the two kernels is used
     if (general && pend_rods_known(tree, terms))
         cut = jets_larger(cut, pend_rods_bytes(tree) +
-                                   pend_jets_loads_bytes(tree, terms, order_cap, &seats));
+                                   pend_jets_loads_bytes(tree, terms, order_cap, &layout));
     if (terms && !general)
-        cut += pend_jets_loads_bytes(tree, terms, order_cap, &seats) +
+        cut += pend_jets_loads_bytes(tree, terms, order_cap, &layout) +
                (jets_loads_bodies(terms) ? pend_bodies_system_bytes(tree, terms, 1) : 0);
-    return jets_numbers(order_cap, tree, general) * sizeof(double) + cut;
+    return jets_numbers(order_cap, tree) * sizeof(double) + cut;
 }
 
 static struct jets_system jets_view(const struct pend_tree *tree, int general, int order_cap,
                                     double *memory) {
-    size_t series = jets_series(order_cap, tree, general), stride = pend_jets_stride(tree->n);
+    size_t series = jets_series(order_cap, tree), stride = pend_jets_stride(tree->n);
     double *share = memory + 4 * series, *at = share + JETS_SHARES;
     struct jets_system s = {.n = tree->n,
-                            .tiles = jets_tiles(tree, general),
+                            .tiles = (int)(stride / PEND_JETS_PAD),
                             .stride = PEND_JETS_PAD,
                             .tile = PEND_JETS_PAD * (size_t)(order_cap + JETS_BEYOND),
                             .share = share,
@@ -139,9 +124,6 @@ static void jets_cut(struct pend_jets *jets, void *memory) {
     if (pend_chain_suits(tree)) {
         pend_chain_init(&jets->chain, tree, memory);
         jets->system.chain = &jets->chain;
-    } else if (jets_levels(tree)) {
-        pend_levels_init(&jets->levels, tree, memory);
-        jets->system.levels = &jets->levels;
     } else if (tree->n > PEND_JETS_PAD) {
         pend_blocks_init(&jets->blocks, tree, memory);
         jets->system.blocks = &jets->blocks;
@@ -151,9 +133,9 @@ static void jets_cut(struct pend_jets *jets, void *memory) {
 /* a chain of rods */
 static void jets_rods(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
     const struct pend_tree *tree = jets->tree;
-    struct loads_seats seats = jets_seating(tree, jets->order_cap, NULL);
+    struct loads_layout layout = jets_layout(tree, jets->order_cap);
     pend_rods_init(&jets->rods, &jets->chain, tree, loads, memory);
-    pend_jets_loads_init(&jets->loads, tree, loads->terms, jets->order_cap, &seats,
+    pend_jets_loads_init(&jets->loads, tree, loads->terms, jets->order_cap, &layout,
                          (char *)memory + pend_rods_bytes(tree));
     jets->system.chain = &jets->chain;
     jets->system.rods = &jets->rods;
@@ -174,14 +156,14 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
                                .real = loads->terms != NULL};
     jets->rate = s.rate;
     jets->force = s.force;
-    jets->share = (double *)memory + 4 * jets_series(order_cap, tree, general);
+    jets->share = (double *)memory + 4 * jets_series(order_cap, tree);
     for (int j = 0; j < JETS_SHARES; j++) jets->share[j] = 1.0 / (j + 1);
     for (int k = 0; k < s.n; k++) {
         s.len[k] = tree->len[k];
         s.inv_len[k] = 1 / tree->len[k];
         s.mass[k] = tree->mass[k];
     }
-    void *cut = (double *)memory + jets_numbers(order_cap, tree, general);
+    void *cut = (double *)memory + jets_numbers(order_cap, tree);
     if (general) {
         jets_bodies_of(jets, loads, cut);
         return;
@@ -192,14 +174,13 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
     }
     jets_cut(jets, cut);
     if (!loads->terms) return;
-    struct loads_seats seats =
-        jets_seating(tree, order_cap, jets->system.levels ? jets->levels.seat : NULL);
+    struct loads_layout layout = jets_layout(tree, order_cap);
     char *at = (char *)cut + jets_cut_bytes(tree);
-    pend_jets_loads_init(&jets->loads, tree, loads->terms, order_cap, &seats, at);
+    pend_jets_loads_init(&jets->loads, tree, loads->terms, order_cap, &layout, at);
     jets->system.loads = &jets->loads;
     if (jets_loads_bodies(loads->terms))
         jets_loads_shaped(jets, loads,
-                          at + pend_jets_loads_bytes(tree, loads->terms, order_cap, &seats));
+                          at + pend_jets_loads_bytes(tree, loads->terms, order_cap, &layout));
 }
 
 static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
@@ -258,10 +239,6 @@ double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol,
     assert(jets_valid(jets) && order >= PEND_JETS_ORDER_MIN && order <= jets->order_cap);
     double reach = jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
     return jets->general ? pend_kernel_bodies()->reach(&jets->bodies, reach) : reach;
-}
-
-size_t pend_jets_seats(const struct pend_tree *tree) {
-    return (size_t)jets_tiles(tree, 0) * PEND_JETS_PAD;
 }
 
 /* two tables with a pair per arm; a pair is a rate and a force for each lane */

@@ -13,7 +13,6 @@
 #include "core/taylor/large/blocks.h"
 #include "core/taylor/jets_loads.h"
 #include "core/taylor/jets/kernel_jets.h"
-#include "core/taylor/large/levels.h"
 #include "core/taylor/large/chain.h"
 #include "core/taylor/large/rods.h"
 #include "core/tree/loads.h"
@@ -33,7 +32,6 @@ struct pend_jets {
     double *share;               /* 1 / (j + 1) of order j */
     struct jets_system system;   /* the order-0 tree system, in the same memory */
     struct blocks blocks;        /* of a tree of more than PEND_JETS_PAD arms */
-    struct levels levels;        /* instead of blocks, for a large bushy tree */
     struct chain chain;          /* instead of blocks, for a suitable chain */
     struct rods rods;            /* in addition to `chain`, for a chain of rods */
     struct jets_loads loads;     /* of a real pendulum that the quick kernels support */
@@ -54,8 +52,7 @@ size_t pend_jets_stride(int n);
 
 /** Returns the index of coefficient j of arm k in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
-    return jets_row(&jets->system, jets->system.levels ? jets->levels.seat[k] : k) +
-           (size_t)j * PEND_JETS_PAD;
+    return jets_row(&jets->system, k) + (size_t)j * PEND_JETS_PAD;
 }
 
 /**
@@ -159,21 +156,13 @@ double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *l
  * `beyond` are known and JETS_FORETOLD are extrapolated from the last known ones.
  *
  * beyond     0 .. JETS_FITTED - 2.
- * rate, phi  out, in the order of seats (pend_jets_seat) and aligned to 64: the sums of terms of
- *            the rates, in units, and of the angles, divided by x. pend_jets_seats values each.
+ * rate, phi  out, pend_jets_stride values each, aligned to 64: the sums of terms of the rates, in
+ *            units, and of the angles, divided by x.
  *
  * O(n).
  */
 void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[],
                     double phi[]);
-
-/** Returns the index of the value of arm k in arrays ordered by seats. */
-static inline int pend_jets_seat(const struct pend_jets *jets, int k) {
-    return jets->system.levels ? jets->levels.seat[k] : k;
-}
-
-/** Returns the number of seats of a tree, a multiple of PEND_JETS_PAD. O(n). */
-size_t pend_jets_seats(const struct pend_tree *tree);
 
 /**
  * Returns the step in units, as the kernel's `reach`. O(n).

@@ -14,7 +14,6 @@
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
 #include "core/taylor/large/blocks_template.h"
-#include "core/taylor/large/levels_template.h"
 #include "core/taylor/large/chain_template.h"
 #include "core/taylor/large/rods_template.h"
 
@@ -72,8 +71,6 @@ static void kernel_loaded_large(const struct jets_system *s, const double *value
     }
     if (s->chain)
         (loads->couples ? chain_coupled_orders : chain_orders)(s, now->gravity, order);
-    else if (s->levels)
-        (loads->couples ? levels_coupled_orders : levels_orders)(s, now->gravity, order);
     else
         (loads->couples ? blocks_coupled_orders : blocks_orders)(s, now->gravity, order);
     if (loads->moves) couples_haul(s, order);
@@ -132,10 +129,8 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
         wide_put(s->sine + a, sine);
         wide_put(s->cosine + a, cosine);
-        if (!s->levels) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
+        wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
-    for (int k = 0; k < s->n && s->levels; k++)
-        s->rate[jets_row(s, s->levels->seat[k])] = state->rate[k] * unit;
     if (s->loads) {
         kernel_loaded(s, state, loads, unit, order);
         return;
@@ -143,8 +138,6 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
     double gravity = loads->gravity * (unit * unit);
     if (s->chain)
         chain_orders(s, gravity, order);
-    else if (s->levels)
-        levels_orders(s, gravity, order);
     else if (s->n > 8)
         blocks_orders(s, gravity, order);
     else if (s->n > 4)
@@ -200,13 +193,8 @@ VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int o
 VEC_INLINE void kernel_advance_some(const struct jets_system *s, int order, double x, double unit,
                                     const struct jets_state *from, const struct jets_state *to,
                                     int arms) {
-    struct values_wish wish = {0, 0};
-    int seats = arms == 8 ? jets_seats(s) : 0;
-    for (int a = 0; a < seats; a += WIDE)
-        values_keep(s->levels, a, kernel_halves(s, order, x, unit, a, arms), wish);
     for (int a = 0; a < s->n; a += WIDE) {
-        struct values_change v =
-            seats ? values_kept(s->levels, a, wish) : kernel_halves(s, order, x, unit, a, arms);
+        struct values_change v = kernel_halves(s, order, x, unit, a, arms);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a,
                    to->phi_low + a);
         kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a,
@@ -259,10 +247,9 @@ VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int
  * where one of them is */
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
-    int last = s->levels ? jets_seats(s) : s->n;
     for (int i = 0; i < KERNEL_SIZES; i++) {
         wide most = wide_of(0), poison = wide_of(0);
-        for (int a = 0; a < last; a += WIDE) {
+        for (int a = 0; a < s->n; a += WIDE) {
             wide x = kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms);
             most = WIDE_(peak)(x, most);
             poison += x * 0;

@@ -74,7 +74,7 @@ struct jets_kernel {
                      const struct jets_spread *how, double phi[], double rate[]);
     /**
      * The sums of the terms that a step neglected, of the rates and of the angles divided by x, in
-     * units: one value per seat, in the order of seats, padded to a multiple of 8.
+     * units: one value per arm, padded to a multiple of 8.
      */
     void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[],
                  double phi[]);

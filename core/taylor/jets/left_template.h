@@ -32,12 +32,12 @@ VEC_INLINE double left_total(const wide sum[], int arms) {
  * the complex plane, so that a term is `one` times the term before it plus `two` times the term
  * before that. A least-squares fit over the last terms of all arms gives the factors, in powers of
  * x. */
-VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left,
-                                int seats, int arms, double *one, double *two) {
+VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left, int arms,
+                                double *one, double *two) {
     struct left_sums x;
     for (int i = 0; i < LEFT_SUMS * LEFT_PARTS; i++)
         x.sum[i / LEFT_PARTS][i % LEFT_PARTS] = wide_of(0);
-    for (int a = 0; a < seats; a += WIDE) {
+    for (int a = 0; a < s->n; a += WIDE) {
         wide last[JETS_FITTED];
         int part = a % 8 / WIDE;
         left_terms(s, left, a, arms, last);
@@ -61,10 +61,10 @@ VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_l
 
 static void kernel_left(const struct jets_system *s, const struct jets_left *left, double rate[],
                         double phi[]) {
-    int seats = s->levels ? jets_seats(s) : s->n, arms = s->n > 4 ? 8 : s->n > 2 ? 4 : 2;
+    int arms = s->n > 4 ? 8 : s->n > 2 ? 4 : 2;
     double one, two;
-    left_recurrence(s, left, seats, arms, &one, &two);
-    for (int a = 0; a < seats; a += WIDE) {
+    left_recurrence(s, left, arms, &one, &two);
+    for (int a = 0; a < s->n; a += WIDE) {
         wide last[JETS_FITTED + JETS_FORETOLD], faster = wide_of(0), turned = wide_of(0);
         left_terms(s, left, a, arms, last);
         for (int i = JETS_FITTED; i < JETS_FITTED + JETS_FORETOLD; i++)

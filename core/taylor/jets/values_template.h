@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "core/taylor/jets_system.h"
-#include "core/taylor/large/levels.h"
 
 /* the quantities requested besides phi and phi' */
 struct values_wish {
@@ -47,31 +46,6 @@ VEC_INLINE struct values_change values_horner(const struct jets_system *s, int o
     return v;
 }
 
-/* reorders the changes of a tree in levels from seats to arms */
-VEC_INLINE void values_keep(const struct levels *l, int seat, struct values_change v,
-                            struct values_wish wish) {
-    wide_put(l->change[0] + seat, v.phi);
-    wide_put(l->change[1] + seat, v.rate);
-    if (wish.acc) wide_put(l->change[2] + seat, v.acc);
-    if (wish.force) wide_put(l->change[3] + seat, v.force);
-}
-
-VEC_INLINE wide values_pick(const double from[], const int seat[]) {
-    wide x;
-    for (int i = 0; i < WIDE; i++) x[i] = from[seat[i]];
-    return x;
-}
-
-VEC_INLINE struct values_change values_kept(const struct levels *l, int a,
-                                            struct values_wish wish) {
-    const int *seat = l->seat + a;
-    struct values_change v = {values_pick(l->change[0], seat), values_pick(l->change[1], seat),
-                              wide_of(0), wide_of(0)};
-    if (wish.acc) v.acc = values_pick(l->change[2], seat);
-    if (wish.force) v.force = values_pick(l->change[3], seat);
-    return v;
-}
-
 VEC_INLINE void values_give(double to[], int a, int n, wide x) {
     if (a + WIDE <= n) {
         memcpy(to + a, &x, sizeof x);
@@ -85,11 +59,8 @@ VEC_INLINE void values_large(const struct jets_system *s, int order, const doubl
                              const struct jets_values *to, struct values_wish wish) {
     for (int i = 0; i < count; i++) {
         size_t row = (size_t)i * (size_t)s->n;
-        for (int a = 0; a < jets_seats(s); a += WIDE)
-            values_keep(s->levels, a, values_horner(s, order, x[i], unit, a, wish), wish);
         for (int a = 0; a < s->n; a += WIDE) {
-            struct values_change v = s->levels ? values_kept(s->levels, a, wish)
-                                               : values_horner(s, order, x[i], unit, a, wish);
+            struct values_change v = values_horner(s, order, x[i], unit, a, wish);
             v.phi = wide_get(from->phi + a) + (v.phi + wide_get(from->phi_low + a));
             v.rate = wide_get(from->rate + a) + (v.rate + wide_get(from->rate_low + a));
             values_give(to->phi + row, a, s->n, v.phi);

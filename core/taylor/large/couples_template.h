@@ -1,8 +1,9 @@
 /* Torques between the arms of a tree of more than eight arms, order by order: springs, friction and
  * drives as forces across the arms; the pivot's acceleration; the forces along the arms; and the
- * power of all. Leaves to others: the orders themselves (chain_template, blocks_template,
- * levels_template), the derivation (small_loads_template), the seats of arms (jets_loads).
- * Invariant: one pass over the seats per order, the same for every decomposition. Ideal trees pay
+ * power of all.
+ * Leaves to others: the orders themselves (chain_template, blocks_template), the derivation
+ * (small_loads_template).
+ * Invariant: one pass over the arms per order, the same for every decomposition. Ideal trees pay
  * nothing: `couples` is a compile-time constant. */
 #ifndef PEND_COUPLES_TEMPLATE_H
 #define PEND_COUPLES_TEMPLATE_H
@@ -17,23 +18,19 @@ enum { COUPLES_ARMS = 8 };
 
 /* ---- once a step */
 
-VEC_INLINE int couples_seat(const struct jets_loads *loads, int k) {
-    return loads->seat ? loads->seat[k] : k;
-}
-
 /* the drives' torques, all orders */
 static void couples_motors(const struct jets_system *s, const struct bodies_moment *now,
                            int order) {
     const struct jets_loads *loads = s->loads;
     double square = now->unit * now->unit;
-    for (int a = 0; a < loads->seats; a += COUPLES_ARMS)
+    for (int a = 0; a < loads->padded; a += COUPLES_ARMS)
         memset(loads->motor + jets_row(s, a), 0, (size_t)order * COUPLES_ARMS * sizeof(double));
     for (int i = 0; i < loads->terms->harmonics; i++) {
         const struct pend_harmonic *harmonic = &loads->terms->harmonic[i];
         double torque[LOADS_ORDERS] = {0};
         if (harmonic->drives < 0) continue;
         bodies_harmonic(loads->value + harmonic->at, s->share, now, 0, order, torque, 1);
-        double *to = loads->motor + jets_row(s, couples_seat(loads, harmonic->drives));
+        double *to = loads->motor + jets_row(s, harmonic->drives);
         for (int k = 0; k < order; k++) to[k * COUPLES_ARMS] += square * torque[k];
     }
 }
@@ -48,16 +45,6 @@ VEC_INLINE wide couples_row(const struct jets_loads *loads, enum pend_term_row r
     return x;
 }
 
-/* stores the numbers of WIDE arms from k on at their seats */
-VEC_INLINE void couples_sit(const struct jets_system *s, double *to, int k, wide x) {
-    const int *seat = s->loads->seat;
-    if (!seat) {
-        wide_put(to + k, x);
-        return;
-    }
-    for (int i = 0; i < WIDE && k + i < s->n; i++) to[seat[k + i]] = x[i];
-}
-
 /* values known before the first order; requires rates of order 0 */
 static void couples_begin(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
@@ -68,11 +55,11 @@ static void couples_begin(const struct jets_system *s, const struct bodies_momen
         wide stiff = square * couples_row(loads, PEND_TERM_STIFFNESS, k);
         wide bent = (high + low) - couples_row(loads, PEND_TERM_REST, k);
         wide fixed = square * couples_row(loads, PEND_TERM_TORQUE, k) - stiff * bent;
-        couples_sit(s, loads->hold, k, unit * couples_row(loads, PEND_TERM_DAMPING, k));
-        couples_sit(s, loads->stiff, k, stiff);
-        couples_sit(s, loads->fixed, k, fixed);
+        wide_put(loads->hold + k, unit * couples_row(loads, PEND_TERM_DAMPING, k));
+        wide_put(loads->stiff + k, stiff);
+        wide_put(loads->fixed + k, fixed);
     }
-    for (int a = 0; a < loads->seats; a += WIDE)
+    for (int a = 0; a < loads->padded; a += WIDE)
         wide_put(loads->spin + a, wide_get(s->rate + jets_row(s, a)));
     if (loads->drives) couples_motors(s, now, order);
 }
@@ -92,7 +79,7 @@ VEC_INLINE wide couples_torque(const struct jets_loads *loads, int a, size_t row
     return torque - wide_get(loads->hold + a) * slip;
 }
 
-/* the torques of eight seats */
+/* the torques of eight arms */
 VEC_INLINE void couples_torques(const struct jets_loads *loads, int tile, size_t row, int k,
                                 wide less) {
     const double *spin = loads->spin, *near = spin + loads->near[tile].parent;
@@ -171,7 +158,7 @@ VEC_INLINE struct couples_lift couples_lift(const struct jets_system *s, double 
 
 /* lambda from F: Re (conj(u) F), from the highest order down, in place */
 static void couples_along(const struct jets_system *s, int order) {
-    for (int a = 0; a < s->loads->seats; a += WIDE) {
+    for (int a = 0; a < s->loads->padded; a += WIDE) {
         size_t row = jets_row(s, a);
         const double *re = s->turn_re + row, *im = s->turn_im + row, *cross = s->loads->cross + row;
         double *force = s->force + row;
@@ -192,7 +179,7 @@ static void couples_along(const struct jets_system *s, int order) {
 /* the force that the pivot exerts, along the first arm's axes: F = lambda u for point masses */
 static void couples_haul(const struct jets_system *s, int order) {
     const struct jets_loads *loads = s->loads;
-    size_t row = jets_row(s, couples_seat(loads, 0));
+    size_t row = jets_row(s, 0);
     double force[LOADS_ORDERS], turn[2][LOADS_MARGIN + LOADS_ORDERS] = {{0}};
     for (int k = 0; k < order; k++) {
         size_t at = row + (size_t)k * COUPLES_ARMS;
@@ -224,7 +211,7 @@ static void couples_total(const struct couples_sums *all, int order, double *sum
 static void couples_effort(const struct jets_system *s, int order, double *sum) {
     struct couples_sums all;
     memset(&all, 0, sizeof all);
-    for (int a = 0; a < s->loads->seats; a += WIDE) {
+    for (int a = 0; a < s->loads->padded; a += WIDE) {
         size_t row = jets_row(s, a);
         const double *slip = s->loads->slips + row, *motor = s->loads->motor + row;
         for (int k = 0; k < order; k++) {
@@ -243,7 +230,7 @@ static void couples_effort(const struct jets_system *s, int order, double *sum) 
 static void couples_waste(const struct jets_system *s, int order, double *sum) {
     struct couples_sums all;
     memset(&all, 0, sizeof all);
-    for (int a = 0; a < s->loads->seats; a += WIDE) {
+    for (int a = 0; a < s->loads->padded; a += WIDE) {
         const double *slip = s->loads->slips + jets_row(s, a);
         wide size = wide_get(s->loads->hold + a), none = wide_of(0);
         for (int k = 0; k < order; k++) {
@@ -272,7 +259,7 @@ static void couples_constant(const struct jets_system *s, int order, double *sum
     const struct jets_loads *loads = s->loads;
     double square = loads->unit * loads->unit;
     for (int a = 0; a < s->n; a++) {
-        size_t row = jets_row(s, couples_seat(loads, a));
+        size_t row = jets_row(s, a);
         double torque = square * pend_terms_get(loads->terms, loads->value, PEND_TERM_TORQUE, a);
         for (int k = 0; k < order; k++)
             sum[k] += torque * loads->slips[row + (size_t)k * COUPLES_ARMS];

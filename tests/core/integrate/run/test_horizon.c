@@ -196,7 +196,7 @@ TEST(horizon_of_a_loose_tolerance_is_the_start) {
     test_tree_clear(&t);
 }
 
-/* trees of every way that orders are computed in: small ones, blocks, levels, chains */
+/* trees of every way that orders are computed in: small ones, blocks, chains */
 TEST(horizon_does_not_change_the_motion) {
     static const char *const methods[] = {"taylor", "ode23", "rk8pd", "symplectic"};
     static const struct {
