@@ -188,9 +188,10 @@ static double fit_doubt(const struct pend_fit *fit, long row, int c, double vari
     for (size_t i = 0; i < q; i++)
         for (size_t j = 0; j < q; j++) sum += slope[i] * fit->covariance[i * q + j] * slope[j];
     if (p->column[c].kind != PEND_FIT_PHI) {
-        double reach = 0;
+        double reach = 0, rate = p->column[c].kind == PEND_FIT_RATE;
         for (int k = 0; k < p->n; k++) reach += p->length[k];
-        most *= reach * fabs(fit->model.camera[PEND_FIT_SCALE]);
+        most *= rate && p->loads.gravity != 0 ? sqrt(fabs(p->loads.gravity) / reach)
+                                              : reach * fabs(fit->model.camera[PEND_FIT_SCALE]);
     }
     return sqrt(sum * variance) * sigma / most;
 }

@@ -55,6 +55,7 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
         if (i < 3) model->pace[i] = model_take(memory, &used, model->shifts ? block * n : 1);
     }
     model->room = model_take(memory, &used, block);
+    model->zero = model_take(memory, &used, (size_t)problem->zeros);
     size_t modes = model->modes ? n : 1;
     model->omega = model_take(memory, &used, modes);
     model->near = model_take(memory, &used, modes);
@@ -89,6 +90,7 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     memcpy(model->length, p->length, row), memcpy(model->mass, p->mass, row);
     memcpy(model->phi, p->phi + from, row), memcpy(model->rate, p->rate + from, row);
     memcpy(model->camera, p->camera, sizeof model->camera);
+    if (p->zeros) memcpy(model->zero, p->zero, (size_t)p->zeros * sizeof(double));
     *loads = p->loads;
     if (loads->terms) {
         memcpy(model->value, loads->value, (size_t)loads->terms->count * sizeof(double));
@@ -103,7 +105,10 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
         assert(u->camera >= 0 || (size_t)u->by.kind < sizeof array / sizeof *array);
         int size = u->by.kind == PEND_PARAMETER_LENGTH || u->by.kind == PEND_PARAMETER_MASS;
         if (model_elsewhere(u, run)) continue;
-        if (u->camera >= 0)
+        assert(u->camera < PEND_FIT_CAMERA + p->zeros);
+        if (u->camera >= PEND_FIT_CAMERA)
+            model->zero[u->camera - PEND_FIT_CAMERA] = value[j];
+        else if (u->camera >= 0)
             model->camera[u->camera] = value[j];
         else
             array[u->by.kind][size ? p->order[u->by.at] : u->by.at] = value[j];
@@ -177,16 +182,26 @@ static enum pend_status model_modes(struct fit_model *model, const double value[
 
 /* ---- residuals */
 
-/* one measurement of an angle or a rate: its model, and the slopes */
+/* one measurement of an angle or a rate of an arm, or of one less that of the arm it counts from:
+ * its model, and the slopes */
 static void model_angle(const struct fit_model *model, const struct pend_fit_column *column,
                         size_t at, int slopes, double *model_value, double slope[]) {
     const struct pend_fit_problem *p = model->problem;
     int which = column->kind == PEND_FIT_PHI ? MODEL_ANGLE : MODEL_RATE;
+    int from = pend_fit_base(column, p->parent), joint = from >= 0;
+    size_t base = at - (size_t)column->arm + (size_t)(joint ? from : 0);
     const double *by = model->slope[which] + at * (size_t)model->parameters;
-    *model_value = model->seen[which][at];
+    const double *less = model->slope[which] + base * (size_t)model->parameters;
+    const double *seen = model->seen[which], *pace = model->pace[MODEL_ANGLE];
+    *model_value = seen[at];
+    if (joint) *model_value -= seen[base];
+    if (column->zero) *model_value += model->zero[column->zero - 1];
     for (int j = 0; slopes && j < p->unknowns; j++) {
-        int shift = p->unknown[j].camera == PEND_FIT_SHIFT, place = model->place[j];
-        slope[j] = place >= 0 ? by[place] : shift ? model->pace[MODEL_ANGLE][at] : 0;
+        int own = p->unknown[j].camera, place = model->place[j];
+        slope[j] = place >= 0               ? by[place] - (joint ? less[place] : 0)
+                   : own == PEND_FIT_SHIFT  ? pace[at] - (joint ? pace[base] : 0)
+                   : own >= PEND_FIT_CAMERA ? own - PEND_FIT_CAMERA == column->zero - 1
+                                            : 0;
     }
 }
 
@@ -218,7 +233,8 @@ static void model_number(const struct fit_model *model, const struct pend_fit_co
         by[PEND_FIT_SHIFT] = scale * (a * model->pace[MODEL_X][at] + b * model->pace[MODEL_Y][at]);
     for (int j = 0; slopes && j < p->unknowns; j++) {
         if (model->place[j] < 0) {
-            slope[j] = p->unknown[j].camera < 0 ? 0 : by[p->unknown[j].camera];
+            int own = p->unknown[j].camera;
+            slope[j] = (unsigned)own < PEND_FIT_CAMERA ? by[own] : 0;
             continue;
         }
         size_t place = of + (size_t)model->place[j];

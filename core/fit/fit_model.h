@@ -29,6 +29,7 @@ struct fit_model {
     int wants[4]; /* which of these are measured */
     double *room; /* of phi, x and y of plain samples, and their instants */
     double camera[PEND_FIT_CAMERA];
+    double *zero; /* of instruments */
 };
 
 /** Makes a workspace in `memory`, or only counts its bytes where that is NULL. */

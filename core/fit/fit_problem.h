@@ -24,7 +24,14 @@ struct pend_fit_column {
     double sigma;       /* of one measurement, in the data's unit; 0 = not known */
     const double *each; /* the same a row, all above 0, instead of sigma; NULL = there is none */
     const double *data; /* a number a row, rad or the camera's unit; NaN = not measured */
+    int joint;          /* of an angle or a rate: it counts from the arm that this one hangs on */
+    int zero; /* of an angle or a rate: 1 + the number of the zero that is added; 0 = none */
 };
+
+/** Returns the arm that a column's angle or rate counts from; -1 = a fixed direction. O(1). */
+static inline int pend_fit_base(const struct pend_fit_column *column, const int parent[]) {
+    return column->joint ? parent[column->arm] : -1;
+}
 
 /** Whether the standard deviations of a column's measurements are known. O(1). */
 static inline int pend_fit_known(const struct pend_fit_column *column) {
@@ -49,7 +56,8 @@ enum pend_fit_camera {
 
 /* What is to be found; the bounds may be infinite. */
 struct pend_fit_unknown {
-    int camera;               /* enum pend_fit_camera; -1 = a parameter of the pendulum */
+    int camera;               /* enum pend_fit_camera; from PEND_FIT_CAMERA on a zero of the
+                                 instrument; -1 = a parameter of the pendulum */
     struct pend_parameter by; /* of the pendulum */
     double start, low, high;  /* low <= start <= high, low < high */
     int run;                  /* of an angle or a rate: whose start, from 0; else without meaning */
@@ -66,7 +74,9 @@ struct pend_fit_problem {
     const double *phi, *rate; /* their starts, runs x n, stored order */
     const double *start; /* s, when each is there: not after its first row, shifted; NULL = 0 */
     double camera[PEND_FIT_CAMERA];
-    long rows; /* in the order of their time since the start of their run */
+    int zeros;          /* numbers that instruments add to angles, rad, and rates, rad/s */
+    const double *zero; /* `zeros` */
+    long rows;          /* in the order of their time since the start of their run */
     const double
         *t; /* s, not decreasing within a run: those of one instant are next to each other */
     const int *run; /* of each row; NULL = there is one */

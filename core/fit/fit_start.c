@@ -13,6 +13,27 @@ static int start_column(const struct pend_fit_problem *p, int arm, enum pend_fit
     return -1;
 }
 
+/* what the instrument of a column adds */
+static double start_zero(const struct pend_fit_problem *p, int c) {
+    return p->column[c].zero && p->zeros ? p->zero[p->column[c].zero - 1] : 0;
+}
+
+double pend_fit_start_zero(const struct pend_fit_problem *p, int zero) {
+    double re = 0, im = 0, sum = 0, count = 0;
+    assert(zero >= 0 && zero < p->zeros);
+    for (int c = 0; c < p->columns; c++) {
+        const struct pend_fit_column *column = &p->column[c];
+        double rest = pend_fit_base(column, p->parent) >= 0 ? 0 : -M_PI / 2;
+        for (long i = 0; i < p->rows && column->zero == zero + 1; i++) {
+            double x = column->data[i];
+            if (isnan(x)) continue;
+            if (column->kind == PEND_FIT_RATE) sum += x, count++;
+            re += cos(x - rest), im += sin(x - rest);
+        }
+    }
+    return count > 0 ? sum / count : atan2(im, re);
+}
+
 /* a tip as the camera has it at a row, or the pivot of arm -1; 0 if it was not seen */
 static int start_tip(const struct pend_fit_problem *p, int arm, long row, double *x, double *y) {
     *x = p->camera[PEND_FIT_ORIGIN_X], *y = p->camera[PEND_FIT_ORIGIN_Y];
@@ -27,7 +48,11 @@ double pend_fit_start_angle(const struct pend_fit_problem *p, int arm, long row)
     int c = start_column(p, arm, PEND_FIT_PHI);
     double x, y, to_x, to_y;
     assert(arm >= 0 && arm < p->n && row >= 0 && row < p->rows);
-    if (c >= 0) return p->column[c].data[row];
+    if (c >= 0) {
+        double seen = p->column[c].data[row] - start_zero(p, c);
+        int from = pend_fit_base(&p->column[c], p->parent);
+        return from >= 0 ? seen + pend_fit_start_angle(p, from, row) : seen;
+    }
     if (!start_tip(p, p->parent[arm], row, &x, &y) || !start_tip(p, arm, row, &to_x, &to_y))
         return NAN;
     return atan2(to_y - y, to_x - x) - p->camera[PEND_FIT_ROTATION];
@@ -98,12 +123,35 @@ static int start_rows(const struct pend_fit_problem *p, int run, int arm, long r
     return seen;
 }
 
+/* Angle and rate at the start of a run by the rates of an arm: their integral, which hangs in the
+ * middle between its first turning points, at which the rate changes its sign. */
+static int start_rates(const struct pend_fit_problem *p, int run, int arm, double *phi,
+                       double *rate) {
+    int c = start_column(p, arm, PEND_FIT_RATE), seen = 0, turns = 0;
+    double angle = 0, low = 0, high = 0, before = 0, since = 0, turn[3] = {0};
+    for (long i = 0; c >= 0 && i < p->rows && turns < 3; i++) {
+        double now = p->column[c].data[i] - start_zero(p, c);
+        if (pend_fit_run(p, i) != run || isnan(now)) continue;
+        if (!seen++) {
+            *rate = now;
+        } else {
+            angle += (now + before) / 2 * (p->t[i] - since);
+            if ((now < 0) != (before < 0)) turn[turns++] = angle;
+        }
+        low = fmin(low, angle), high = fmax(high, angle), before = now, since = p->t[i];
+    }
+    // of three turning points the middle counts twice: so friction does not matter
+    double middle = turns == 3 ? (turn[0] + 2 * turn[1] + turn[2]) / 4 : (low + high) / 2;
+    if (seen) *phi = -M_PI / 2 - middle;
+    return seen > 0;
+}
+
 int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, double *phi,
                          double *rate) {
     double way[FIT_FIRST] = {0}, since = 0, bent = 0;
     long row[FIT_FIRST];
     int seen = start_rows(p, run, arm, row, &since);
-    if (!seen) return 0;
+    if (!seen) return start_rates(p, run, arm, phi, rate);
     *phi = start_seen(p, arm, row[0]), *rate = 0;
     double last = *phi, begin = p->t[row[0]];
     for (int i = 1; i < seen; i++) {

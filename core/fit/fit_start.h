@@ -19,13 +19,19 @@ void pend_fit_start_parabola(const struct pend_fit_problem *problem, int arm, lo
  * Angle and rate of an arm at the start of a run, by the first five rows in which it was measured:
  * its pace from the first to the last, each step by the shorter way, or where that changes a
  * parabola. Of up to 30 arms one without
- * a tip of its own is in a line with those between the tips that are measured.
+ * a tip of its own is in a line with those between the tips that are measured. Where rates alone
+ * are measured their integral is the angle, with hanging in the middle of its first swings.
  *
  * Returns 1; 0 where the arm is not measured in the run: phi and rate are left alone then. The rate
  * is 0 where one row alone has it. O(rows columns).
  */
 int pend_fit_start_state(const struct pend_fit_problem *problem, int run, int arm, double *phi,
                          double *rate);
+
+/** Returns where to begin with a zero of an instrument: the direction about which the angles of its
+ * columns lie, from hanging or from the arm that they count from, rad; of rates their mean, rad/s.
+ * O(rows columns). */
+double pend_fit_start_zero(const struct pend_fit_problem *problem, int zero);
 
 /** Returns by how much the angle of the fastest column turns within so many seconds, rad, root mean
  * square; each row goes on from the one before it by the shorter way. 0 where no angle is measured.
