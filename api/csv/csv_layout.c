@@ -4,10 +4,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "api/csv/csv_words.h"
+
 enum {
     SAMPLE = 400, /* rows of a table show how it is laid out */
     LINES = 2000, /* of a file are looked at for them */
-    HEADS = 3     /* lines of names, groups and units that are looked at */
+    FEW_SWINGS = 5,
+    HEADS = 3 /* lines of names, groups and units that are looked at */
 };
 
 static const double two_pi = 6.28318530717958647692;
@@ -90,26 +93,12 @@ static int head_cut(const struct api_csv *csv, const char *line,
     return api_csv_cut(head_text(line), csv->separator, cell);
 }
 
-static int is_unit(const struct api_csv_cell *cell) {
-    static const char *const units[] = {
-        "s",   "ms",       "us",      "\302\265s",  "min",    "sec",     "seconds",     "rad",
-        "deg", "\302\260", "degrees", "m",          "cm",     "mm",      "px",          "pixel",
-        "Hz",  "rad/s",    "deg/s",   "\302\260/s", "m/s",    "m/s^2",   "m/s\302\262", "N",
-        "Nm",  "N m",      "kg",      "J",          "pixels", "radians", "Grad"};
-    const char *at = cell->at;
-    int bytes = cell->bytes;
-    if (bytes > 2 && strchr("([", *at)) at++, bytes -= 2;
-    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-        if (bytes == (int)strlen(units[i]) && !memcmp(at, units[i], (size_t)bytes)) return 1;
-    return 0;
-}
-
 /* whether a line names nothing but units, at least two */
 static int is_units(const struct api_csv_cell cell[], int count) {
     int units = 0;
     for (int i = 0; i < count && i < API_CSV_COLUMNS; i++) {
         if (!cell[i].bytes) continue;
-        if (!is_unit(&cell[i])) return 0;
+        if (!api_csv_is_unit(&cell[i])) return 0;
         units++;
     }
     return units > 1;
@@ -178,11 +167,24 @@ static void column_swing(struct api_csv_column *column, double step) {
     int way = (step > 0) - (step < 0);
     if (!way) return;
     if (column->way && way != column->way) {
-        column->swings++;
-        column->wide += fabs(column->last - column->from) > two_pi;
+        double size = column->last - column->from, mid = column->from + size / 2;
+        double weight = column->swings++ ? size * size : 0; // the first has no beginning
+        column->wide += fabs(size) > two_pi;
+        column->weight += weight, column->weights += weight * weight;
+        column->mid += weight * mid, column->mids += weight * mid * mid;
+        column->reach += weight * fabs(size) / 2;
         column->from = column->last;
     }
     column->way = way;
+}
+
+int api_csv_center(const struct api_csv_column *column, double *center, double *error,
+                   double *reach) {
+    double weight = column->weight, count = weight * weight / column->weights;
+    if (!(count >= FEW_SWINGS)) return 0;
+    *center = column->mid / weight, *reach = column->reach / weight;
+    *error = sqrt(fmax(column->mids / weight - *center * *center, 0) / count);
+    return 1;
 }
 
 static void column_add(struct api_csv_column *column, enum api_csv_kind kind, double x, long row,

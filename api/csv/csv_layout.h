@@ -18,6 +18,7 @@ struct api_csv_column {
     double from; /* of the swing that it is in: where it turned last, and which way it goes */
     int way;
     long swings, wide; /* from one turning point to the next; those of more than 2 pi */
+    double weight, weights, mid, mids, reach; /* sums over swings, see api_csv_center */
 };
 
 struct api_csv {
@@ -37,6 +38,17 @@ struct api_csv {
  * Returns 0 where there are no two columns of numbers. O(bytes).
  */
 int api_csv_look(struct api_csv *csv, const char *text);
+
+/**
+ * The number that a column swings about: the mean of the middles of its swings, weighted by the
+ * squares of their sizes, so that noise hardly counts.
+ *
+ * center  out, in the column's unit; `error` is its standard error, `reach` half of a swing.
+ *
+ * Returns 0 where there are fewer than about five swings. O(1).
+ */
+int api_csv_center(const struct api_csv_column *column, double *center, double *error,
+                   double *reach);
 
 /**
  * Reads the next row: value[columns], NaN where a cell is empty or no number.

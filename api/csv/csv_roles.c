@@ -13,7 +13,8 @@ static const double epoch_ms = 1e11; /* or milliseconds */
 static const double step_ms = 5;     /* rows that are farther apart are milliseconds */
 
 const char *api_csv_role_name(enum api_csv_role role) {
-    static const char *const names[] = {"", "t", "theta", "phi", "x", "y", "thetad", "sigma"};
+    static const char *const names[] = {"",  "t", "theta",  "phi",  "joint",
+                                        "x", "y", "thetad", "sigma"};
     assert((unsigned)role < sizeof names / sizeof *names);
     return names[role];
 }
@@ -26,7 +27,16 @@ struct guess {
     struct api_csv_words words[API_CSV_COLUMNS];
     int generic; /* the columns are called X and Y, as a program for plots calls any two */
     int behind;  /* the first column of a second table; all, if there is none */
+    int given[API_CSV_COLUMNS]; /* the request names it */
 };
+
+static int of_table(const struct guess *guess, int i) {
+    return i < guess->behind || guess->given[i];
+}
+
+static int most_arms(const struct guess *guess) {
+    return guess->hints->arms ? guess->hints->arms : API_CSV_COLUMNS;
+}
 
 static void leave(struct api_csv_taken *taken, const char *why) {
     taken->role = API_CSV_NONE, taken->why = why;
@@ -37,6 +47,7 @@ static void leave(struct api_csv_taken *taken, const char *why) {
 static int is_time(const struct guess *guess, int i) {
     const struct api_csv_column *column = &guess->csv->column[i];
     int words = guess->words[i].words;
+    if (guess->roles->column[i].why || guess->roles->column[i].role != API_CSV_NONE) return 0;
     if (column->clocks > column->numbers) return 1;
     return (words & API_CSV_WORD_TIME) && column->numbers &&
            !(words & (API_CSV_WORD_ERROR | API_CSV_WORD_MODEL | API_CSV_WORD_SPEED));
@@ -45,11 +56,13 @@ static int is_time(const struct guess *guess, int i) {
 /* the column of the instants: one that is called so, else the first whose numbers rise */
 static int time_find(struct guess *guess) {
     const struct api_csv *csv = guess->csv;
-    for (int i = 0; i < csv->columns; i++)
-        if (is_time(guess, i)) return i;
+    for (int given = 1; given >= 0; given--)
+        for (int i = 0; i < csv->columns; i++)
+            if (guess->given[i] == given && is_time(guess, i)) return i;
     for (int i = 0; i < csv->columns; i++) {
         const struct api_csv_column *column = &csv->column[i];
         int words = guess->words[i].words, named = words & ~(API_CSV_WORD_X | API_CSV_WORD_OTHER);
+        if (guess->given[i] || guess->roles->column[i].why) continue;
         if (!column->rises || column->low >= column->high || column->numbers < csv->rows) continue;
         if (words & API_CSV_WORD_FRAME) {
             leave(&guess->roles->column[i], "counts pictures: the instants in s are wanted, or a "
@@ -67,7 +80,8 @@ static void time_take(struct guess *guess, int i) {
     const struct api_csv_column *column = &guess->csv->column[i];
     struct api_csv_taken *taken = &guess->roles->column[i];
     double unit = guess->words[i].s;
-    *taken = (struct api_csv_taken){API_CSV_TIME, 0, -1, unit ? unit : 1, is_time(guess, i), NULL};
+    int named = is_time(guess, i);
+    *taken = (struct api_csv_taken){API_CSV_TIME, 0, -1, unit ? unit : 1, named, NULL};
     if (!taken->sure) taken->why = "its numbers rise from row to row: taken for the time";
     guess->roles->time = i;
     if (column->clocks > column->numbers) {
@@ -87,14 +101,18 @@ static void time_take(struct guess *guess, int i) {
 
 /* --- what is measured --- */
 
-static int is_angle(enum api_csv_role role) { return role == API_CSV_THETA || role == API_CSV_PHI; }
+int api_csv_is_angle(enum api_csv_role role) {
+    return role == API_CSV_THETA || role == API_CSV_PHI || role == API_CSV_JOINT;
+}
 
 static enum api_csv_role role_of(const struct api_csv_words *words) {
     int word = words->words;
-    if (words->rad_s || (word & API_CSV_WORD_RATE) ||
-        ((word & API_CSV_WORD_SPEED) && (word & (API_CSV_WORD_ANGLE | API_CSV_WORD_PHI))))
+    int turning = API_CSV_WORD_ANGLE | API_CSV_WORD_PHI;
+    if ((word & API_CSV_WORD_RATE) || ((word & API_CSV_WORD_SPEED) && (word & turning)) ||
+        (words->rad_s && !(word & API_CSV_WORD_OTHER)))
         return API_CSV_RATE;
     if (word & (API_CSV_WORD_SPEED | API_CSV_WORD_OTHER | API_CSV_WORD_FRAME)) return API_CSV_NONE;
+    if (word & API_CSV_WORD_JOINT) return API_CSV_JOINT;
     if (word & API_CSV_WORD_ANGLE) return API_CSV_THETA;
     if (word & API_CSV_WORD_PHI) return API_CSV_PHI;
     if (word & API_CSV_WORD_X) return API_CSV_X;
@@ -135,10 +153,10 @@ static int from_zero(const struct guess *guess) {
 static int arm_of(struct guess *guess, int i, enum api_csv_role role, int seen[]) {
     static const struct api_csv_cell none = {"", 0};
     const struct api_csv_column *column = &guess->csv->column[i];
-    int number = guess->words[i].number, arm;
+    int number = guess->words[i].number, arm, most = most_arms(guess);
     if (number >= 0) {
         arm = number + from_zero(guess);
-    } else if (column->group.bytes) {
+    } else if (column->group.bytes && !guess->given[i]) {
         arm = api_csv_words_of(&column->group, &none).number;
         if (arm < 1) arm = group_of(guess, i);
     } else {
@@ -146,16 +164,17 @@ static int arm_of(struct guess *guess, int i, enum api_csv_role role, int seen[]
         int place = role == API_CSV_X || role == API_CSV_Y;
         seen[role] = arm;
         return place && arm <= guess->hints->count ? guess->hints->listed[arm - 1]
-               : arm <= guess->hints->arms         ? arm
+               : arm <= most                       ? arm
                                                    : 0;
     }
     seen[role] = arm > seen[role] ? arm : seen[role];
-    return arm >= 1 && arm <= guess->hints->arms ? arm : 0;
+    return arm >= 1 && arm <= most ? arm : 0;
 }
 
 static int is_taken(const struct guess *guess, int i, enum api_csv_role role, int arm) {
-    for (int j = 0; j < i; j++)
-        if (guess->roles->column[j].role == role && guess->roles->column[j].arm == arm) return 1;
+    for (int j = 0; j < guess->csv->columns; j++)
+        if (j != i && guess->roles->column[j].role == role && guess->roles->column[j].arm == arm)
+            return 1;
     return 0;
 }
 
@@ -164,30 +183,74 @@ static const char *column_unfit(const struct guess *guess, int i, enum api_csv_r
     const struct api_csv_words *words = &guess->words[i];
     if (!guess->csv->column[i].numbers) return "has no number";
     if (words->words & API_CSV_WORD_MODEL) return "is called a model's, not measured";
-    if (is_angle(role) && (words->pixels || words->m || words->s))
+    if (api_csv_is_angle(role) && (words->pixels || words->m || words->s))
         return "has a unit that no angle has";
     if (!arm) return "names no arm of this pendulum";
-    return is_taken(guess, i, role, arm) ? "a column before it is the same of this arm" : NULL;
+    return is_taken(guess, i, role, arm) ? "another column is the same of this arm" : NULL;
+}
+
+/* what is not certain of a column that was taken */
+static void column_doubt(const struct guess *guess, int i) {
+    struct api_csv_taken *taken = &guess->roles->column[i];
+    int numbered = guess->words[i].number >= 0 || guess->csv->column[i].group.bytes;
+    if (taken->role == API_CSV_PHI)
+        taken->why = "phi counts from the positive real axis; from hanging it is theta";
+    if (guess->hints->arms > 1 && !numbered && !guess->hints->count)
+        taken->sure = 0, taken->why = "no number names its arm: arms are taken in order";
+    if (guess->generic) taken->why = "taken for the angle from hanging: nothing names it";
 }
 
 static void column_take(struct guess *guess, int i, int seen[]) {
     struct api_csv_taken *taken = &guess->roles->column[i];
     int words = guess->words[i].words;
     enum api_csv_role role = role_of(&guess->words[i]);
+    if (taken->why || taken->role != API_CSV_NONE) return;
     // standard errors come later, when what they are of is known
     if (words & (API_CSV_WORD_ERROR | API_CSV_WORD_PRIME) || role == API_CSV_NONE) return;
-    if (guess->generic) role = API_CSV_THETA;
+    if (guess->generic && !guess->given[i]) role = API_CSV_THETA;
     int arm = words & API_CSV_WORD_MODEL ? 0 : arm_of(guess, i, role, seen);
     taken->why = column_unfit(guess, i, role, arm);
     if (taken->why) return;
-    *taken = (struct api_csv_taken){role, arm, -1, 0, !guess->generic, NULL};
-    if (role == API_CSV_PHI)
-        taken->why = "phi counts from the positive real axis; from hanging it is theta";
-    if (guess->hints->arms > 1 && guess->words[i].number < 0 &&
-        !guess->csv->column[i].group.bytes && !guess->hints->count)
-        taken->sure = 0, taken->why = "no number names its arm: arms are taken in order";
-    if (guess->generic) taken->why = "taken for the angle from hanging: nothing names it";
     guess->roles->measured++;
+    *taken = (struct api_csv_taken){role, arm, -1, 0, !guess->generic || guess->given[i], NULL};
+    if (!guess->given[i]) column_doubt(guess, i);
+}
+
+/* the axes of a gyroscope: the one that turns most is that of the swing */
+static void axes_take(struct guess *guess) {
+    static const int axes = API_CSV_WORD_X | API_CSV_WORD_Y | API_CSV_WORD_OTHER;
+    int best = -1, count = 0;
+    double most = 0;
+    for (int i = 0; i < guess->behind; i++) {
+        const struct api_csv_column *column = &guess->csv->column[i];
+        const struct api_csv_words *words = &guess->words[i];
+        int axis = !guess->given[i] && role_of(words) == API_CSV_RATE && words->number < 0 &&
+                   (words->words & axes) && column->numbers;
+        if (!axis) continue;
+        leave(&guess->roles->column[i], "another axis of the gyroscope turns more");
+        if (count++ && column->high - column->low <= most) continue;
+        best = i, most = column->high - column->low;
+    }
+    if (best < 0) return;
+    guess->roles->column[best].why = NULL;
+}
+
+/* programs compute rates from the angles beside them: these say nothing more */
+static void rates_drop(struct guess *guess) {
+    for (int i = 0; i < guess->csv->columns; i++) {
+        struct api_csv_taken *taken = &guess->roles->column[i];
+        int beside = 0;
+        if (taken->role != API_CSV_RATE || guess->given[i]) continue;
+        for (int j = 0; j < guess->csv->columns; j++) {
+            const struct api_csv_taken *other = &guess->roles->column[j];
+            beside |= other->arm == taken->arm && other->role >= API_CSV_THETA &&
+                      other->role <= API_CSV_Y;
+        }
+        if (!beside) continue;
+        leave(taken, "its angle is measured too, of which programs compute rates: name it in "
+                     "\"columns\" if it was measured apart");
+        taken->arm = 0, taken->sure = 1, guess->roles->measured--;
+    }
 }
 
 /* columns without names: as many angles as arms, or places of the tips */
@@ -195,10 +258,11 @@ static void unnamed_take(struct guess *guess) {
     const struct api_csv *csv = guess->csv;
     int column[API_CSV_COLUMNS], count = 0;
     for (int i = 0; i < guess->behind; i++)
-        if (i != guess->roles->time && !csv->column[i].name.bytes && csv->column[i].numbers)
+        if (i != guess->roles->time && !csv->column[i].name.bytes && csv->column[i].numbers &&
+            !guess->roles->column[i].why)
             column[count++] = i;
-    int places = count == 2 * guess->hints->arms,
-        angles = count >= 1 && count <= guess->hints->arms;
+    int arms = guess->hints->arms ? guess->hints->arms : 1;
+    int places = count == 2 * arms, angles = count >= 1 && count <= arms;
     for (int k = 0; k < count && (places || angles); k++) {
         enum api_csv_role role = !places ? API_CSV_THETA : k % 2 ? API_CSV_Y : API_CSV_X;
         guess->roles->column[column[k]] = (struct api_csv_taken){
@@ -219,7 +283,7 @@ static void unnamed_take(struct guess *guess) {
 static int error_of(const struct guess *guess, int i) {
     enum api_csv_role role = role_of(&guess->words[i]);
     int number = guess->words[i].number, before = -1;
-    for (int j = 0; j < guess->behind; j++) {
+    for (int j = 0; j < guess->csv->columns; j++) {
         const struct api_csv_taken *other = &guess->roles->column[j];
         if (other->role == API_CSV_NONE || other->role == API_CSV_SIGMA) continue;
         if (guess->generic || role == API_CSV_NONE) {
@@ -235,11 +299,12 @@ static int error_of(const struct guess *guess, int i) {
 }
 
 static void errors_take(struct guess *guess) {
-    for (int i = 0; i < guess->behind; i++) {
+    for (int i = 0; i < guess->csv->columns; i++) {
         struct api_csv_taken *taken = &guess->roles->column[i];
         const struct api_csv_column *column = &guess->csv->column[i];
         if (!(guess->words[i].words & (API_CSV_WORD_ERROR | API_CSV_WORD_PRIME))) continue;
         if (taken->role != API_CSV_NONE || taken->why || !column->numbers) continue;
+        if (!of_table(guess, i)) continue;
         int of = error_of(guess, i);
         if (of < 0 || guess->roles->column[of].role == API_CSV_TIME)
             leave(taken, "an error of what is not measured here");
@@ -257,8 +322,8 @@ static void errors_take(struct guess *guess) {
 static double angle_unit(const struct guess *guess, int *sure) {
     double named = 0;
     int wide = 0;
-    for (int i = 0; i < guess->behind; i++) {
-        if (!is_angle(guess->roles->column[i].role)) continue;
+    for (int i = 0; i < guess->csv->columns; i++) {
+        if (!api_csv_is_angle(guess->roles->column[i].role)) continue;
         if (guess->words[i].rad) named = guess->words[i].rad;
         const struct api_csv_column *column = &guess->csv->column[i];
         // what swings does not swing by more than a turn, but it may turn over in one direction
@@ -282,45 +347,71 @@ static void angle_take(struct api_csv_taken *taken, double own, double angle, in
 static void units_take(struct guess *guess) {
     int sure;
     double angle = angle_unit(guess, &sure), metre = 0;
-    for (int i = 0; i < guess->behind; i++)
-        if (guess->words[i].m) metre = guess->words[i].m;
-    for (int i = 0; i < guess->behind; i++) {
-        struct api_csv_taken *taken = &guess->roles->column[i];
-        const struct api_csv_words *words = &guess->words[i];
-        if (is_angle(taken->role)) angle_take(taken, words->rad, angle, sure);
-        if (taken->role == API_CSV_RATE) taken->unit = words->rad_s ? words->rad_s : angle;
-        if (taken->role == API_CSV_X || taken->role == API_CSV_Y)
-            taken->unit = words->pixels ? 0 : words->m ? words->m : metre;
-    }
-    for (int i = 0; i < guess->behind; i++) {
+    for (int i = 0; i < guess->csv->columns; i++)
+        if (of_table(guess, i) && guess->words[i].m) metre = guess->words[i].m;
+    for (int i = 0; i < guess->csv->columns; i++) {
         struct api_csv_taken *taken = &guess->roles->column[i];
         const struct api_csv_words *words = &guess->words[i];
         double own = words->rad + words->rad_s + words->m; // at most one is there
+        if (api_csv_is_angle(taken->role)) angle_take(taken, words->rad, angle, sure);
+        if (taken->role == API_CSV_RATE) taken->unit = own ? own : angle;
+        if (taken->role == API_CSV_X || taken->role == API_CSV_Y)
+            taken->unit = words->pixels ? 0 : own ? own : metre;
+    }
+    for (int i = 0; i < guess->csv->columns; i++) {
+        struct api_csv_taken *taken = &guess->roles->column[i];
+        const struct api_csv_words *words = &guess->words[i];
+        double own = words->rad + words->rad_s + words->m;
         if (taken->role == API_CSV_SIGMA)
             taken->unit = own ? own : guess->roles->column[taken->of].unit;
     }
+}
+
+/* the words of a column's name, or of what the request calls it, whose unit may be the name's */
+static void words_take(struct guess *guess, int i) {
+    static const struct api_csv_cell none = {"", 0};
+    const struct api_csv_column *column = &guess->csv->column[i];
+    const struct api_csv_cell *given = i < guess->hints->gives ? &guess->hints->given[i] : &none;
+    struct api_csv_words own = api_csv_words_of(&column->name, &column->unit);
+    guess->roles->column[i].of = -1, guess->words[i] = own;
+    if (i >= guess->hints->gives || !given->at) return;
+    guess->given[i] = 1;
+    struct api_csv_words *words = &guess->words[i];
+    *words = api_csv_words_of(given, &none);
+    if (!given->bytes) leave(&guess->roles->column[i], "left out by the request");
+    if (words->s || words->rad || words->m || words->rad_s || words->pixels) return;
+    words->s = own.s, words->rad = own.rad, words->m = own.m, words->rad_s = own.rad_s;
+    words->pixels = own.pixels;
+}
+
+/* a second table begins with another column of instants */
+static void second_find(struct guess *guess, int time) {
+    int columns = guess->csv->columns;
+    for (int i = time + 1; i < columns && time >= 0; i++)
+        if (!guess->given[i] && is_time(guess, i) && i < guess->behind) guess->behind = i;
+    guess->roles->second = guess->behind < columns;
+    for (int i = guess->behind; i < columns; i++)
+        if (!guess->given[i])
+            leave(&guess->roles->column[i], "is of a second table beside the first");
 }
 
 void api_csv_guess(struct api_csv_roles *roles, const struct api_csv *csv,
                    const struct api_csv_hints *hints) {
     struct guess guess = {.roles = roles, .csv = csv, .hints = hints};
     int seen[API_CSV_SIGMA + 1] = {0};
-    assert(roles && csv && hints->arms >= 1);
+    assert(roles && csv && hints->arms >= 0);
     *roles = (struct api_csv_roles){.time = -1};
     guess.behind = csv->columns;
-    for (int i = 0; i < csv->columns; i++) {
-        roles->column[i].of = -1;
-        guess.words[i] = api_csv_words_of(&csv->column[i].name, &csv->column[i].unit);
-    }
+    for (int i = 0; i < csv->columns; i++) words_take(&guess, i);
     int time = time_find(&guess);
     if (time >= 0) time_take(&guess, time);
-    for (int i = time + 1; i < csv->columns && time >= 0; i++)
-        if (is_time(&guess, i) && i < guess.behind) guess.behind = i;
-    for (int i = guess.behind; i < csv->columns; i++)
-        roles->column[i].why = "is of a second table beside the first";
-    for (int i = 0; i < guess.behind; i++)
-        if (i != time) column_take(&guess, i, seen);
+    second_find(&guess, time);
+    axes_take(&guess);
+    for (int given = 1; given >= 0; given--)
+        for (int i = 0; i < csv->columns; i++)
+            if (guess.given[i] == given && i != time) column_take(&guess, i, seen);
     if (!roles->measured) unnamed_take(&guess);
+    rates_drop(&guess);
     errors_take(&guess);
     units_take(&guess);
 }

@@ -21,6 +21,7 @@ static const struct {
     {API_CSV_WORD_ANGLE, " theta θ th thetas angle winkel auslenkung angulo ángulo hoek açı aci "
                          "angolo ângulo kąt kat vinkel "
                          "угол 角度 alpha α beta β deflection orientation encoder "},
+    {API_CSV_WORD_JOINT, " joint relative elbow gelenk "},
     {API_CSV_WORD_PHI, " phi φ ϕ "},
     {API_CSV_WORD_X, " x xpos posx abscisse "},
     {API_CSV_WORD_Y, " y ypos posy ordonnee ordonnée "},
@@ -41,7 +42,7 @@ static const struct {
     {API_CSV_WORD_FRAME, " frame frames image img step index nr no number bild "},
     {API_CSV_WORD_OTHER, " r radius likelihood confidence score energy energie énergie mass masse "
                          "acceleration accel ax ay az a "
-                         "beschleunigung ivme force kraft z length "},
+                         "beschleunigung ivme force kraft z length absolute "},
 };
 
 /* the letter that a capital of two bytes of UTF-8 has, in place: Latin, Greek, Cyrillic */
@@ -74,46 +75,49 @@ static int text_of(const struct api_csv_cell *cell, char text[NAME_BYTES]) {
 
 /* --- units --- */
 
+static const struct unit {
+    const char *list;
+    double s, rad, m, rad_s;
+    int pixels;
+} units[] = {{" s sec secs second seconds sekunden ", 1, 0, 0, 0, 0},
+             {" ms ", 1e-3, 0, 0, 0, 0},
+             {" us \302\265s \316\274s ", 1e-6, 0, 0, 0, 0},
+             {" min ", 60, 0, 0, 0, 0},
+             {" rad radians ", 0, 1, 0, 0, 0},
+             {" deg degree degrees grad \302\260 ", 0, DEGREE, 0, 0, 0},
+             {" m ", 0, 0, 1, 0, 0},
+             {" cm ", 0, 0, 0.01, 0, 0},
+             {" mm ", 0, 0, 0.001, 0, 0},
+             {" rad/s 1/s ", 0, 0, 0, 1, 0},
+             {" deg/s \302\260/s dps ", 0, 0, 0, DEGREE, 0},
+             {" px pixel pixels ", 0, 0, 0, 0, 1},
+             {" hz m/s m/s^2 m/s\302\262 n nm kg j ", 0, 0, 0, 0, 0}}; // nothing that is fitted
+
+static const struct unit *unit_of(const char *text, int bytes) {
+    char word[NAME_BYTES + 3] = " ";
+    if (bytes < 1) return NULL;
+    memcpy(word + 1, text, (size_t)bytes);
+    word[bytes + 1] = ' ', word[bytes + 2] = 0;
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+        if (strstr(units[i].list, word)) return &units[i];
+    return NULL;
+}
+
 static void unit_put(struct api_csv_words *found, const char *text, int bytes) {
-    static const struct {
-        const char *unit;
-        double s, rad, m, rad_s;
-    } units[] = {{"s", 1, 0, 0, 0},
-                 {"sec", 1, 0, 0, 0},
-                 {"secs", 1, 0, 0, 0},
-                 {"second", 1, 0, 0, 0},
-                 {"seconds", 1, 0, 0, 0},
-                 {"sekunden", 1, 0, 0, 0},
-                 {"ms", 1e-3, 0, 0, 0},
-                 {"us", 1e-6, 0, 0, 0},
-                 {"\302\265s", 1e-6, 0, 0, 0},
-                 {"\316\274s", 1e-6, 0, 0, 0},
-                 {"min", 60, 0, 0, 0},
-                 {"rad", 0, 1, 0, 0},
-                 {"radians", 0, 1, 0, 0},
-                 {"deg", 0, DEGREE, 0, 0},
-                 {"degree", 0, DEGREE, 0, 0},
-                 {"degrees", 0, DEGREE, 0, 0},
-                 {"grad", 0, DEGREE, 0, 0},
-                 {"\302\260", 0, DEGREE, 0, 0},
-                 {"m", 0, 0, 1, 0},
-                 {"cm", 0, 0, 0.01, 0},
-                 {"mm", 0, 0, 0.001, 0},
-                 {"rad/s", 0, 0, 0, 1},
-                 {"1/s", 0, 0, 0, 1},
-                 {"deg/s", 0, 0, 0, DEGREE},
-                 {"\302\260/s", 0, 0, 0, DEGREE},
-                 {"dps", 0, 0, 0, DEGREE}};
-    for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
-        if (bytes != (int)strlen(units[i].unit) || memcmp(text, units[i].unit, (size_t)bytes) != 0)
-            continue;
-        found->s = units[i].s, found->rad = units[i].rad, found->m = units[i].m;
-        found->rad_s = units[i].rad_s;
-        return;
+    const struct unit *unit = unit_of(text, bytes);
+    if (unit) {
+        found->s = unit->s, found->rad = unit->rad, found->m = unit->m;
+        found->rad_s = unit->rad_s, found->pixels |= unit->pixels;
     }
-    if ((bytes == 2 && !memcmp(text, "px", 2)) || (bytes >= 5 && !memcmp(text, "pixel", 5)))
-        found->pixels = 1;
-    if (bytes > 2 && !memcmp(text + bytes - 2, "/s", 2)) found->words |= API_CSV_WORD_OTHER;
+    if (bytes > 2 && (!unit || !unit->rad_s) && memmem(text, (size_t)bytes, "/s", 2))
+        found->words |= API_CSV_WORD_OTHER;
+}
+
+int api_csv_is_unit(const struct api_csv_cell *cell) {
+    char text[NAME_BYTES];
+    text_of(cell, text);
+    const char *bare = text + strspn(text, "([");
+    return unit_of(bare, (int)strcspn(bare, ")]")) != NULL;
 }
 
 /* cuts "(deg)", "[s]", "/s", ", m" or " in s" off a name, and keeps what it says */
@@ -139,7 +143,7 @@ static void unit_cut(struct api_csv_words *found, char *text) {
 static int is_letter(char c) { return (c >= 'a' && c <= 'z') || (unsigned char)c >= 0x80; }
 
 static void word_put(struct api_csv_words *found, const char *at, int bytes, int last) {
-    char word[NAME_BYTES + 2] = " ";
+    char word[NAME_BYTES + 3] = " ";
     memcpy(word + 1, at, (size_t)bytes);
     word[bytes + 1] = ' ', word[bytes + 2] = 0;
     int before = found->words;

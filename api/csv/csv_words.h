@@ -19,7 +19,8 @@ enum api_csv_word {
     API_CSV_WORD_MODEL = 1 << 8,  /* simulated, fitted */
     API_CSV_WORD_FRAME = 1 << 9,  /* number of a picture */
     API_CSV_WORD_OTHER = 1 << 10, /* radius, likelihood, energy: nothing that is fitted */
-    API_CSV_WORD_PRIME = 1 << 11  /* X' */
+    API_CSV_WORD_PRIME = 1 << 11, /* X' */
+    API_CSV_WORD_JOINT = 1 << 12  /* an angle between two arms */
 };
 
 /* A name taken apart. */
@@ -33,5 +34,8 @@ struct api_csv_words {
 /** Takes a name and a unit apart; either may be empty. O(bytes). */
 struct api_csv_words api_csv_words_of(const struct api_csv_cell *name,
                                       const struct api_csv_cell *unit);
+
+/** Whether a cell holds nothing but a unit, such as "deg" or "(s)". O(bytes). */
+int api_csv_is_unit(const struct api_csv_cell *cell);
 
 #endif

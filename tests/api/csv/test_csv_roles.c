@@ -70,10 +70,19 @@ static const struct {
      "t, theta 1, theta 2"},
     {"phyphox gyroscope", "\"Time (s)\",\"Gyroscope z (rad/s)\"\n0.01,0.5\n0.02,0.4\n", 1, 2,
      "t, thetad 1"},
+    {"phyphox, all axes",
+     "\"Time (s)\",\"Gyroscope x (rad/s)\",\"Gyroscope y (rad/s)\",\"Gyroscope z "
+     "(rad/s)\",\"Absolute (rad/s)\"\n0.01,0.1,0.5,0.0,0.5\n0.02,0.1,-2.5,0.1,2.5\n",
+     2, 2, "t, -, thetad 1?, -, -"},
+    {"an angle between arms", "t,theta_1 (deg),joint_2 (deg)\n0,1,2\n1,2,3\n", 2, 2,
+     "t, theta 1 deg, joint 2 deg"},
+    {"units above names in another spelling", "t;x_1;y_1\n(s);(mm);(mm)\n0;1;2\n1;2;3\n", 1, 2,
+     "t, x 1 mm, y 1 mm"},
+    {"accelerations", "t (s),theta_1 (rad),a_1 (m/s^2)\n0,0.1,2\n1,0.2,3\n", 1, 2, "t, theta 1, -"},
     {"PASCO Capstone", "\"Time (s) Run #1\",\"Angle (rad) Run #1\"\n0,0.2\n0.05,0.1\n", 1, 2,
      "t, theta 1"},
     {"Vernier", "Time (s)\tAngle (\302\260)\tVelocity (\302\260/s)\n0\t10\t0\n0.1\t9\t-20\n", 1, 2,
-     "t, theta 1 deg, thetad 1 deg"},
+     "t, theta 1 deg, -"},
     {"DeepLabCut with a time",
      "scorer,,a,a,a\nbodyparts,,tip,tip,tip\ntime,coords,x,y,likelihood\n0,0,1,2,0.9\n0.1,1,2,3,0."
      "9\n",
@@ -112,7 +121,7 @@ static const struct {
     {"Spanish", "tiempo (s);\303\241ngulo (\302\260)\n0,0;10\n0,1;9\n", 1, 2, "t, theta 1 deg"},
     {"Turkish", "zaman,a\303\247\304\261 (rad)\n0,1\n1,0.5\n", 1, 2, "t, theta 1"},
     {"Dutch", "tijd [s];hoek [rad];hoeksnelheid [rad/s]\n0,1;1,2;0,1\n0,2;1,1;0,2\n", 1, 2,
-     "t, theta 1, thetad 1"},
+     "t, theta 1, -"},
     {"Russian",
      "\320\222\321\200\320\265\320\274\321\217;\320\243\320\263\320\276\320\273 "
      "(rad)\n0;1\n1;0,5\n",
@@ -131,9 +140,57 @@ TEST(tables_as_people_save_them_are_read) {
         char is[1024];
         if (!CHECK_SAYING(api_csv_look(&csv, tables[i].text), "%s is not read", tables[i].name))
             continue;
-        api_csv_guess(&roles, &csv, &(struct api_csv_hints){tables[i].arms, -1, 0, NULL});
+        api_csv_guess(&roles, &csv, &(struct api_csv_hints){.arms = tables[i].arms, .degrees = -1});
         roles_text(&csv, &roles, is, sizeof is);
         CHECK_SAYING(!strcmp(is, tables[i].is), "%s: %s, not %s", tables[i].name, is, tables[i].is);
         CHECK_SAYING(csv.rows == tables[i].rows, "%s: %ld rows", tables[i].name, csv.rows);
     }
+}
+
+/* what a request says of columns goes before what is guessed */
+TEST(given_names_of_columns_go_before_the_table_s) {
+    static const char text[] = "a,b (deg),t,theta_1\n0,1,5,7\n1,2,6,8\n2,1,7,9\n";
+    static const struct {
+        const char *given[4];
+        const char *is;
+    } tried[] = {
+        {{NULL, NULL, NULL, NULL}, "-, theta 1 deg, t, -"},
+        {{"t", NULL, "", NULL}, "t, theta 1 deg, -, -"},
+        {{"t (ms)", "sigma_theta_1", "", "theta 1"}, "t ms, sigma of 3, -, theta 1?"},
+        {{NULL, "", NULL, NULL}, "-, -, t, theta 1?"},
+        {{NULL, "thetad 1", NULL, NULL}, "-, thetad 1 deg, t, theta 1?"},
+        {{"x_1 (cm)", "y_1 (cm)", NULL, ""}, "x 1 cm, y 1 cm, t, -"},
+        {{NULL, "theta 3", NULL, NULL}, "-, -, t, theta 1?"},
+    };
+    for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
+        struct api_csv csv;
+        struct api_csv_roles roles;
+        struct api_csv_cell given[4];
+        char is[1024];
+        for (int k = 0; k < 4; k++) {
+            const char *name = tried[i].given[k];
+            given[k] = (struct api_csv_cell){name, name ? (int)strlen(name) : 0};
+        }
+        CHECK(api_csv_look(&csv, text));
+        api_csv_guess(
+            &roles, &csv,
+            &(struct api_csv_hints){.arms = 1, .degrees = -1, .gives = 4, .given = given});
+        roles_text(&csv, &roles, is, sizeof is);
+        CHECK_SAYING(!strcmp(is, tried[i].is), "%zu: %s, not %s", i, is, tried[i].is);
+    }
+}
+
+/* 12 swings of 0.3 about 0.2, with noise */
+TEST(a_column_swings_about_the_mean_of_its_swings) {
+    char text[8000], *at = text + sprintf(text, "t,theta_1\n");
+    unsigned long long seed = 5;
+    struct api_csv csv;
+    double center, error, reach;
+    for (int i = 0; i < 200; i++)
+        at += sprintf(at, "%g,%.6f\n", 0.05 * i,
+                      0.2 + 0.3 * exp(-0.01 * i) * cos(0.4 * i) + 0.004 * test_random(&seed));
+    CHECK(api_csv_look(&csv, text));
+    CHECK(api_csv_center(&csv.column[1], &center, &error, &reach));
+    CHECK_SAYING(fabs(center - 0.202) < 4 * error && error < 0.01, "%g +- %g", center, error);
+    CHECK(fabs(reach - 0.2) < 0.1);
 }
