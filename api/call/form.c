@@ -165,6 +165,8 @@ static int form_cut(struct form *form) {
         if (!form_take(form, name, part)) return 0;
         at = stop + form->length;
     }
+    if (!form->problem->status && !form->request.at && form->tables)
+        form->request = (struct span){"{}", 2};
     if (!form->problem->status && !form->request.at)
         api_problem_set(form->problem, 422,
                         "the form has no part request, the JSON of the request");
@@ -174,14 +176,14 @@ static int form_cut(struct form *form) {
 /* ---- writing */
 
 /* whether a table is text; tells what is not */
-static int table_plain(const struct form *form, int i, const struct span *table) {
+static int table_plain(const struct span *table, int number, struct api_problem *problem) {
     for (size_t at = 0; at < table->bytes; at++) {
         unsigned char c = (unsigned char)table->at[at];
         if ((c >= ' ' && c != 127) || (c && strchr("\t\r\n", c))) continue;
-        api_problem_set(form->problem, 422,
-                        "byte %zu of part csv number %d is a control character: a table is text in "
-                        "UTF-8, not UTF-16 or a spreadsheet's own file",
-                        at + 1, i + 1);
+        api_problem_set(problem, 422,
+                        "byte %zu of part csv number %d is a control character: a table is text. "
+                        "Save a spreadsheet, a phyphox archive or a .mat file as CSV",
+                        at + 1, number);
         return 0;
     }
     return 1;
@@ -224,9 +226,9 @@ static enum pend_status table_utf16(const struct span *table, struct api_buffer 
     return PEND_OK;
 }
 
-/* appends a table as a JSON string */
-static enum pend_status form_table(const struct form *form, int i, struct api_buffer *out) {
-    struct span table = form->table[i];
+enum pend_status api_form_text(const char *text, size_t bytes, int number, struct api_buffer *out,
+                               struct api_problem *problem) {
+    struct span table = {text, bytes};
     int utf8 = 1;
     if (is_utf16(&table)) {
         PEND_TRY(api_buffer_text(out, "\""));
@@ -234,7 +236,7 @@ static enum pend_status form_table(const struct form *form, int i, struct api_bu
         return api_buffer_text(out, "\"");
     }
     if (table.bytes >= 3 && !memcmp(table.at, "\xef\xbb\xbf", 3)) table.at += 3, table.bytes -= 3;
-    if (!table_plain(form, i, &table)) return PEND_INVALID;
+    if (!table_plain(&table, number, problem)) return PEND_INVALID;
     for (size_t at = 0; at < table.bytes && utf8;) {
         int length = api_text_utf8(table.at + at, table.bytes - at);
         utf8 = length > 0, at += (size_t)length;
@@ -260,7 +262,7 @@ static enum pend_status form_with(const struct form *form, const struct api_valu
         PEND_TRY(api_canonical_write(&member, out));
     }
     PEND_TRY(api_out_key(out, "csv"));
-    PEND_TRY(form_table(form, i, out));
+    PEND_TRY(api_form_text(form->table[i].at, form->table[i].bytes, i + 1, out, form->problem));
     return api_buffer_text(out, "}");
 }
 

@@ -20,13 +20,25 @@ enum { API_FORM_BOUNDARY = 70, API_FORM_TABLES = 64 };
  * out           empty; grows to at most twice the limit of a body, enough for tables without
  * control characters.
  *
- * A table that is not UTF-8 is read as ISO 8859-1, and a byte order mark is passed over.
+ * Without a part `request` it is {}. Tables are read as api_form_text reads them.
  *
  * PEND_INVALID    problem says why: 400 if the form is malformed, 422 for unexpected parts.
  * PEND_NO_MEMORY  O(bytes).
  */
 PEND_MUST_CHECK enum pend_status api_form_json(const char *content_type, const char *body,
                                                size_t bytes, const struct api_limits *limits,
+                                               struct api_buffer *out, struct api_problem *problem);
+
+/**
+ * Appends a table as a string of JSON: UTF-8 or UTF-16, with or without a byte order mark; what is
+ * neither is read as ISO 8859-1.
+ *
+ * number  of the table, from 1, for the message.
+ *
+ * PEND_INVALID    problem has a 422: the bytes are no text.
+ * PEND_NO_MEMORY  O(bytes).
+ */
+PEND_MUST_CHECK enum pend_status api_form_text(const char *text, size_t bytes, int number,
                                                struct api_buffer *out, struct api_problem *problem);
 
 #endif

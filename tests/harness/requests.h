@@ -163,6 +163,17 @@ static const struct test_request {
      "\"arm\":1},"
      "{\"vary\":\"length\",\"arm\":2,\"low\":0.3,\"high\":0.45}]}",
      NULL},
+    {API_OP_FITS,
+     "{" TEST_TREE
+     ",\"data\":{\"csv\":\"a,b,c\\n0,1,2\\n1,0.5,2\\n2,0,1\\n3,-1,0\\n\",\"columns\":["
+     "\"t\",\"thetad_1\",\"joint_2\"]},\"unknowns\":[{\"vary\":\"zero\",\"arm\":2},{\"vary\":"
+     "\"bias\","
+     "\"arm\":1}],\"fixed\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},{"
+     "\"vary\":"
+     "\"thetad\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":2}],\"iterations\":5}",
+     NULL},
+    {API_OP_TABLES, "{" TEST_TREE ",\"data\":{\"csv\":\"t,theta_1,x_2\\n0,1,2\\n1,2,3\\n\"}}",
+     NULL},
     {API_OP_ORBITS, "{" TEST_TREE ",\"mode\":1,\"amplitude\":0.2,\"branch\":true,\"points\":4}",
      NULL},
     {API_OP_ORBITS,

@@ -47,6 +47,8 @@ static const struct {
      ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0."
      "58,0.3,0]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]}",
      "application/json", "\"follows_until\""},
+    {"POST", "/v1/tables", "{\"data\":{\"csv\":\"t,theta_1\\n0,1\\n\"}}", "application/json",
+     "\"is\":\"theta 1\""},
     {"POST", "/v1/orbits", "{\"pendulum\":" ASK_DOUBLE ",\"mode\":2,\"amplitude\":0.5}",
      "application/json", "\"multipliers\""},
     {"POST", "/v1/orbits",
@@ -222,6 +224,7 @@ static const struct {
      ",\"data\":{\"t\":[0,{}],\"series\":[{\"theta\":1,\"values\":[0,1]}"
      "]},\"unknowns\":[{\"vary\":\"gravity\"}]}",
      422, "/data/t"},
+    {"POST", "/v1/tables", "", "{\"data\":{\"csv\":\"words\"}}", 422, "/data/csv"},
     {"POST", "/v1/orbits", "", "{\"pendulum\":" ASK_DOUBLE ",\"mode\":3,\"amplitude\":1}", 422,
      "/mode"},
     {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},

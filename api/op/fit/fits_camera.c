@@ -3,8 +3,19 @@
 #include <math.h>
 #include <stdio.h>
 
-static const char *const camera_fields[] = {"scale", "rotation", "origin",
-                                            "shift", "unknown",  NULL};
+static const char *const camera_fields[] = {"scale", "rotation", "origin", "shift",
+                                            "down",  "unknown",  NULL};
+
+int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int arm, int joint) {
+    for (int c = 0; c < fit->columns - fit->modes; c++) {
+        const struct pend_fit_column *column = &fit->column[c];
+        int turns = column->kind == PEND_FIT_PHI || column->kind == PEND_FIT_RATE;
+        if (turns && column->kind == kind && column->arm == arm &&
+            (joint < 0 || column->joint == joint))
+            return c;
+    }
+    return -1;
+}
 
 static void camera_unknown(struct api_fit *fit, enum pend_fit_camera what, const char *label) {
     if (fit->unknowns == API_FIT_UNKNOWNS) return;
@@ -33,7 +44,25 @@ static void camera_shift(struct api_fit *fit, const struct api_value *item,
                                           "instant, wherever that is");
         return;
     }
+    for (int c = 0; c < fit->columns; c++)
+        if (fit->column[c].kind == PEND_FIT_RATE) {
+            api_value_fault(item, problem,
+                            API_CODE_CONFLICT "is not found from angular velocities yet: leave it "
+                                              "out");
+            return;
+        }
     if (fit->t) camera_unknown(fit, PEND_FIT_SHIFT, "shift of the camera");
+}
+
+/* y that counts downwards, as in images */
+static void camera_down(struct api_fit *fit, const struct api_value *camera,
+                        struct api_problem *problem) {
+    struct api_value down = api_value_member(camera, "down");
+    int downwards = 0;
+    (void)api_field_truth(&down, &downwards, problem);
+    for (int c = 0; c < fit->columns && downwards; c++)
+        for (long i = 0; i < fit->rows && fit->column[c].kind == PEND_FIT_Y; i++)
+            fit->data[c * fit->rows + i] *= -1;
 }
 
 /* what is sought and not given is taken from the data: the scale, or the origin */
@@ -53,6 +82,7 @@ void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
     fit->camera[PEND_FIT_SCALE] = 1;
     if (api_value_kind(camera) == API_MISSING || !api_field_object(camera, problem)) return;
     (void)api_value_only(camera, camera_fields, problem);
+    camera_down(fit, camera, problem);
     (void)api_value_read_number(&scale, 1e-9, 1e9, "", &fit->camera[PEND_FIT_SCALE], problem);
     (void)api_value_read_number(&rotation, -10, 10, "rad", &fit->camera[PEND_FIT_ROTATION],
                                 problem);

@@ -4,6 +4,7 @@
 #ifndef API_FITS_CAMERA_H
 #define API_FITS_CAMERA_H
 
+#include "api/op/measured_json.h"
 #include "api/op/op.h"
 #include "api/read/state_json.h"
 #include "core/fit/fit.h"
@@ -40,6 +41,7 @@ struct api_fit {
     int *of;                    /* of each row its run */
     long *row;                  /* and its number there, as it was given, from 0 */
     double camera[PEND_FIT_CAMERA];
+    double offset[API_FIT_SERIES]; /* what instruments add: the zeros of core/fit */
     long rows;
     double *t, *data; /* rows; series x rows */
     double *each;     /* series x rows: standard deviations of those series that list them */
@@ -54,8 +56,13 @@ struct api_fit {
     double knee[API_FIT_SERIES + API_FIT_MODES];
     double rtol;
     long iterations, step_cap;
-    struct api_buffer tables; /* JSON: what the columns of each table were taken for */
+    char advice[API_MEASURED_ADVICE]; /* what is probably wrong with the numbers of a table */
+    struct api_buffer tables;         /* JSON: what the columns of each table were taken for */
 };
+
+/** Returns the number, from 0, of what measures an angle or a rate of an arm, in all runs one
+ * instrument; joint: whether it counts from another arm, -1 = either. -1 = none. */
+int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int arm, int joint);
 
 /**
  * Reads where the camera is, and what of it is to be found; every fault is added.

@@ -7,7 +7,7 @@
 #include "api/op/fit/fits_part.h"
 
 /**
- * Reads `csv`, `sigma`, `unit` and `arms` of `data`.
+ * Reads `csv`, `sigma`, `unit`, `arms` and `columns` of `data`.
  *
  * part  out: every series of the table that a fit can use; a row that is there twice in a row
  *       counts once; the errors that the table lists, where `sigma` says none.

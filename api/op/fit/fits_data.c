@@ -10,18 +10,19 @@
 
 static const double pi = 3.14159265358979323846;
 
-static const char *const data_fields[] = {"t",    "series", "csv",   "arms", "sigma",
-                                          "unit", "runs",   "modes", NULL};
-static const char *const run_fields[] = {"t",    "series",  "csv",   "arms", "sigma",
-                                         "unit", "initial", "start", NULL};
-static const char *const series_fields[] = {"phi",    "theta", "x",    "y",
-                                            "values", "sigma", "unit", NULL};
+static const char *const data_fields[] = {"t",    "series", "csv",   "arms",    "sigma",
+                                          "unit", "runs",   "modes", "columns", NULL};
+static const char *const run_fields[] = {"t",    "series",  "csv",   "arms",    "sigma",
+                                         "unit", "initial", "start", "columns", NULL};
+static const char *const series_fields[] = {"phi",    "theta",  "joint", "x",    "y", "phid",
+                                            "thetad", "values", "sigma", "unit", NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
 /* what is empty of each run; they count their bytes together */
-static struct api_fit_part *parts_new(int runs, double *taken, struct api_buffer *tables) {
+static struct api_fit_part *parts_new(int runs, double *taken, struct api_fit *fit) {
     struct api_fit_part *part = calloc((size_t)runs, sizeof *part);
-    for (int r = 0; part && r < runs; r++) part[r].taken = taken, part[r].tables = tables;
+    for (int r = 0; part && r < runs; r++)
+        part[r].taken = taken, part[r].tables = &fit->tables, part[r].advice = fit->advice;
     return part;
 }
 
@@ -95,10 +96,10 @@ static void read_series(struct api_fit_part *run, const struct api_tree *tree,
     static const struct {
         const char *name;
         enum pend_fit_kind kind;
-        int theta;
-    } kinds[] = {{"phi", PEND_FIT_PHI, 0},
-                 {"theta", PEND_FIT_PHI, 1},
-                 {"x", PEND_FIT_X, 0},
+        int theta; /* counts from hanging; 2 = from the arm that it hangs on */
+    } kinds[] = {{"phi", PEND_FIT_PHI, 0},     {"theta", PEND_FIT_PHI, 1},
+                 {"joint", PEND_FIT_PHI, 2},   {"phid", PEND_FIT_RATE, 0},
+                 {"thetad", PEND_FIT_RATE, 0}, {"x", PEND_FIT_X, 0},
                  {"y", PEND_FIT_Y, 0}};
     struct pend_fit_column *column = &run->column[item->index];
     struct api_value values = api_value_member(item, "values"),
@@ -112,16 +113,19 @@ static void read_series(struct api_fit_part *run, const struct api_tree *tree,
         if (found++) api_value_fault(&arm, problem, API_CODE_CONFLICT "is a second quantity");
         int at = api_tree_read_arm(tree, &arm, problem);
         column->kind = kinds[i].kind, column->arm = at < 0 ? 0 : at, theta = kinds[i].theta;
+        if (theta == 2 && at >= 0) column->joint = api_tree_parent(tree, at) >= 0;
     }
     if (!found)
         api_value_fault(item, problem,
-                        API_CODE_MISSING "needs one of phi, theta, x and y: the arm's number");
-    if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && column->kind != PEND_FIT_PHI)
+                        API_CODE_MISSING
+                        "needs one of phi, theta, joint, x, y, phid and thetad: the arm's number");
+    if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && column->kind != PEND_FIT_PHI &&
+        column->kind != PEND_FIT_RATE)
         api_value_fault(&unit, problem, API_CODE_NOT_APPLICABLE "is for angles: leave it out");
-    double scale = degrees ? pi / 180 : 1;
-    run->zero[item->index] = theta ? -pi / 2 : 0;
+    double scale = degrees ? pi / 180 : 1, shift = theta && !column->joint ? -pi / 2 : 0;
+    run->zero[item->index] = shift;
     read_sigma(run, item->index, &sigma, scale, problem);
-    read_values(run, item->index, &values, scale, theta ? -pi / 2 : 0, problem);
+    read_values(run, item->index, &values, scale, shift, problem);
 }
 
 /* instants and series */
@@ -177,13 +181,15 @@ static int data_column(struct api_fit *fit, const struct pend_fit_column *column
         int taken = 0, known = fit->column[c].sigma > 0;
         for (int i = 0; i < own->series; i++) taken |= own->column[i] == c;
         if (!taken && fit->column[c].kind == column->kind && fit->column[c].arm == column->arm &&
-            known == pend_fit_known(column))
+            fit->column[c].joint == column->joint && known == pend_fit_known(column))
             break;
     }
     if (c == API_FIT_SERIES) return -1;
     if (c == fit->columns)
-        fit->column[fit->columns++] = (struct pend_fit_column){
-            .kind = column->kind, .arm = column->arm, .sigma = pend_fit_known(column)};
+        fit->column[fit->columns++] = (struct pend_fit_column){.kind = column->kind,
+                                                               .arm = column->arm,
+                                                               .joint = column->joint,
+                                                               .sigma = pend_fit_known(column)};
     return own->column[own->series++] = c;
 }
 
@@ -256,6 +262,7 @@ static enum pend_status data_merge(struct api_fit *fit, const struct api_fit_par
     }
     for (int c = 0; c < fit->columns; c++) {
         struct pend_fit_column *column = &fit->column[c];
+        column->zero = api_fit_instrument(fit, column->kind, column->arm, column->joint) + 1;
         column->data = fit->data + (size_t)c * rows;
         if (column->sigma > 0) column->each = fit->each + (size_t)c * rows;
     }
@@ -299,7 +306,8 @@ static void fault_beside(const struct api_value *at, const char *const names[],
 /* the runs of a request; 0 after a fault */
 static int count_runs(const struct api_value *root, const struct api_value *data,
                       const struct api_value *runs, struct api_problem *problem) {
-    static const char *const of_data[] = {"t", "series", "csv", "arms", "sigma", "unit", NULL},
+    static const char *const of_data[] = {"t",     "series", "csv",     "arms",
+                                          "sigma", "unit",   "columns", NULL},
                              *const of_root[] = {"initial", "start", NULL};
     int count = api_value_count(runs);
     if (api_value_kind(runs) == API_MISSING) return 1;
@@ -360,7 +368,7 @@ enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
     if (!fit->runs) return PEND_INVALID;
     if (fit->tree.tree) PEND_TRY(api_states_new(&fit->start, fit->runs, fit->tree.tree->n));
     api_buffer_init(&fit->tables, API_FIT_TABLES_BYTES);
-    struct api_fit_part *part = parts_new(fit->runs, &taken, &fit->tables);
+    struct api_fit_part *part = parts_new(fit->runs, &taken, fit);
     if (!part) return PEND_NO_MEMORY;
     enum pend_status status = read_runs(fit, part, &data, count, reading);
     if (status == PEND_OK && problem->status) status = PEND_INVALID;

@@ -39,7 +39,7 @@ struct api_hints {
     double about, unit, side[3]; /* of a number that is tried on three sides, what each leaves */
     int next;
     long motions, most;
-    char what[160], text[HINT_TEXT];
+    char what[200], text[HINT_TEXT];
 };
 
 static int hint_angle(const struct api_fit *fit, int c) {
@@ -74,6 +74,8 @@ static int hint_unit(struct api_hints *h) {
 static int hint_zero(struct api_hints *h, double beside) {
     struct api_fit *fit = &h->tried;
     double most = 0;
+    for (int j = 0; j < fit->unknowns; j++)
+        if (fit->unknown[j].camera >= PEND_FIT_CAMERA) return 0;
     for (int c = 0; c < fit->columns; c++) {
         double re = 0, im = 0, *x = h->data + c * fit->rows;
         for (long i = 0; i < fit->rows && hint_angle(fit, c); i++)
@@ -83,9 +85,10 @@ static int hint_zero(struct api_hints *h, double beside) {
         if (fabs(mean) > fabs(most)) most = mean;
     }
     h->about = most, h->unit = 180 / pi;
-    snprintf(h->what, sizeof h->what,
-             "is the zero of the angles elsewhere, or theta taken for phi? They swing about %%.4g "
-             "degrees from hanging: less that");
+    snprintf(
+        h->what, sizeof h->what,
+        "is the zero of the angles elsewhere (an unknown \"zero\"), or theta taken for phi? They "
+        "swing about %%.4g degrees from hanging: less that");
     return fabs(most) > 0.005;
 }
 

@@ -152,6 +152,10 @@ enum pend_status api_fit_put(struct api_fit *fit, const double value[]) {
     const int *order = fit->tree.tree->order;
     for (int j = 0; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *u = &fit->unknown[j];
+        if (u->camera >= PEND_FIT_CAMERA) {
+            fit->offset[u->camera - PEND_FIT_CAMERA] = value[j];
+            continue;
+        }
         if (u->camera >= 0) {
             fit->camera[u->camera] = value[j];
             continue;

@@ -12,6 +12,7 @@ struct api_fit_part {
     int columns;
     double *t, *data, *each;
     double *taken;             /* bytes of all runs together */
+    char *advice;              /* of all runs: what is probably wrong with a table, or "" */
     struct api_buffer *tables; /* JSON of all runs: what the columns of their tables are */
     struct pend_fit_column column[API_FIT_SERIES];
     double zero[API_FIT_SERIES]; /* rad, of an angle that was given as 0 */

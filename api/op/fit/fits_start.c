@@ -26,6 +26,8 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
                                        .rate = fit->start->rate,
                                        .runs = fit->runs,
                                        .start = fit->begin,
+                                       .zeros = API_FIT_SERIES,
+                                       .zero = fit->offset,
                                        .rows = fit->rows,
                                        .t = fit->t,
                                        .run = fit->runs > 1 ? fit->of : NULL,
@@ -57,6 +59,12 @@ static int start_sought(const struct api_fit *fit, enum pend_parameter_kind kind
 static void start_guess(struct api_fit *fit, unsigned char seen[]) {
     struct pend_fit_problem problem = api_fit_problem(fit);
     const struct pend_tree *tree = fit->tree.tree;
+    for (int j = 0; j < fit->unknowns; j++) {
+        int zero = fit->unknown[j].camera - PEND_FIT_CAMERA;
+        double start = fit->unknown[j].start;
+        if (zero < 0) continue;
+        fit->offset[zero] = isnan(start) ? pend_fit_start_zero(&problem, zero) : start;
+    }
     (void)pend_fit_start_camera(&problem, fit->camera);
     for (int i = 0; i < PEND_FIT_CAMERA; i++)
         if (isnan(fit->camera[i])) fit->camera[i] = i == PEND_FIT_SCALE;
@@ -77,8 +85,9 @@ static void start_unknowns(struct api_fit *fit) {
         if (!isnan(u->start)) continue;
         int angle = u->by.kind == PEND_PARAMETER_PHI;
         long at = (long)u->run * fit->start->n + u->by.at;
-        u->start = u->camera >= 0 ? fit->camera[u->camera]
-                                  : (angle ? fit->start->phi : fit->start->rate)[at];
+        u->start = u->camera >= PEND_FIT_CAMERA ? fit->offset[u->camera - PEND_FIT_CAMERA]
+                   : u->camera >= 0             ? fit->camera[u->camera]
+                                                : (angle ? fit->start->phi : fit->start->rate)[at];
         // beyond its bounds it begins inside, near the next of them
         if (!(u->start > u->low)) u->start = fmin(u->low + 1e-3, 0.5 * (u->low + u->high));
         if (!(u->start < u->high)) u->start = fmax(u->high - 1e-3, 0.5 * (u->low + u->high));

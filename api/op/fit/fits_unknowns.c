@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "api/op/varied.h"
 
@@ -99,8 +100,9 @@ static void unknown_add(struct api_fit *fit, const struct api_value *item,
     }
     for (int j = 0; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *other = &fit->unknown[j];
-        if (other->camera >= 0 || other->by.kind != u->by.kind || other->by.at != u->by.at ||
-            other->run != u->run)
+        if (other->camera >= 0 && other->camera != u->camera) continue;
+        if (other->camera != u->camera || other->by.kind != u->by.kind ||
+            other->by.at != u->by.at || other->run != u->run)
             continue;
         api_value_fault(item, problem, API_CODE_DUPLICATE "is %s, which is there already",
                         fit->label[j]);
@@ -129,6 +131,36 @@ static int unknown_runs(const struct api_fit *fit, const struct api_value *item,
 static int target_found(const struct api_target *target) {
     if (target->quantity == API_VARY_TERM) return target->place >= 0;
     return target->arm >= 0 || target->quantity == API_VARY_GRAVITY;
+}
+
+/* the zero of an angle, or the bias of an angular velocity: what the instrument adds; 0 where the
+ * item is none of these */
+static int read_instrument(struct api_fit *fit, const struct api_value *item,
+                           struct api_problem *problem) {
+    static const char *const names[] = {"zero", "bias", NULL};
+    struct api_value unit = api_value_member(item, "unit"), vary = api_value_member(item, "vary"),
+                     arm = api_value_member(item, "arm");
+    const char *name = api_value_text(&vary);
+    int bias = name && !strcmp(name, names[1]), degrees = 0;
+    if (!name || (!bias && strcmp(name, names[0]) != 0)) return 0;
+    (void)api_value_only(item, unknown_fields, problem);
+    int at = api_tree_read_arm(&fit->tree, &arm, problem);
+    (void)api_field_word(&unit, angle_units, &degrees, problem);
+    if (problem->status || at < 0) return 1;
+    int zero = api_fit_instrument(fit, bias ? PEND_FIT_RATE : PEND_FIT_PHI, at, -1);
+    if (zero < 0) {
+        api_value_fault(&vary, problem,
+                        API_CODE_NOT_APPLICABLE "is of measured %s, and none of this arm is there",
+                        bias ? "angular velocities" : "angles");
+        return 1;
+    }
+    struct pend_fit_unknown u = {
+        .camera = PEND_FIT_CAMERA + zero, .low = -INFINITY, .high = INFINITY};
+    read_bounds(item, degrees ? pi / 180 : 1, 0, 1, &u, problem);
+    unknown_label(fit, &vary, fit->tree.tree->place[at], -1, fit->label[fit->unknowns]);
+    fit->shift[fit->unknowns] = 0;
+    unknown_add(fit, item, &u, problem);
+    return 1;
 }
 
 static void read_unknown(struct api_fit *fit, const struct api_value *item,
@@ -172,5 +204,5 @@ void api_fit_read_unknowns(struct api_fit *fit, const struct api_value *list,
     }
     struct api_value item = api_value_item(list, 0);
     for (; fit->start && api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        read_unknown(fit, &item, problem);
+        if (!read_instrument(fit, &item, problem)) read_unknown(fit, &item, problem);
 }

@@ -309,6 +309,10 @@ static enum pend_status fits_step(struct fits *fits, const struct api_turn *turn
                                   struct pend_error *error) {
     do {
         enum pend_status status = pend_fit_step(fits->fit, over, error);
+        // what the table shows is a likelier reason than what the search came to
+        if (status != PEND_OK && status != PEND_NO_MEMORY && error && *fits->asked.advice)
+            snprintf(error->text, sizeof error->text, "no motion follows these data: %s",
+                     fits->asked.advice);
         if (status != PEND_OK && status != PEND_NO_MEMORY && !fits->begun && turn->problem && error)
             api_problem_fault(turn->problem, fits->asked.runs > 1 ? "/data/runs" : "/initial",
                               API_CODE_OUT_OF_RANGE "%s", error->text);

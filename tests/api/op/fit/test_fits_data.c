@@ -217,7 +217,7 @@ TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
     CHECK_INT((int)test_reply_number(&reply, "/tables/0/passed_over"), 1);
     CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/0/is"), "t");
     CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/1/is"), "theta 1");
-    CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/2/is"), "sigma of column 2");
+    CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/2/is"), "sigma theta 1");
     CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/3/is"), "");
     // with errors of half a degree chi-squared is known
     CHECK(test_reply_number(&reply, "/chi_squared") < 10);
@@ -230,7 +230,104 @@ TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
                       ",\"initial\":{\"theta\":[0.1,0.1]},\"data\":{\"csv\":\"t;theta_1;theta_2\\n"
                       "0;1,234;\\n0;;1,234\\n1;-1,234;\\n1;;1,234\\n\"}}");
     CHECK_INT((int)test_reply_number(&reply, "/tables/0/rows"), 4);
-    const char *why = test_reply_text(&reply, "/tables/0/why");
+    const char *why = test_reply_text(&reply, "/tables/0/suggestions/0");
     CHECK(why && strstr(why, "decimal mark"));
     test_reply_free(&reply);
+}
+
+/* what instruments without an own zero say of both arms: an angle from elsewhere, a gyroscope with
+ * a bias, an angle between the arms */
+static void instruments(char *body, const struct test_reply *from, const char *data, int gyro,
+                        int joint, const char *unknowns) {
+    unsigned long long seed = 9;
+    char *at = body + sprintf(body,
+                              "{\"pendulum\":{\"arms\":[" ARMS "]},\"unknowns\":[{\"vary\":"
+                              "\"length\",\"arm\":1}%s],\"data\":{\"sigma\":0.01,\"csv\":\"%s",
+                              "0.37", ",\"damping\":0.004", unknowns, data);
+    for (int i = 0; i < ROWS; i++) {
+        double one = number(from, gyro ? "phid" : "theta", i, 0), two = number(from, "theta", i, 1);
+        at += sprintf(at, "\\n%.12g,%.9g,%.9g", number(from, "t", i, -1),
+                      one + (gyro ? -0.2 : 1.3) + 0.01 * noise(&seed),
+                      two - (joint ? number(from, "theta", i, 0) : 0) + 0.01 * noise(&seed));
+    }
+    sprintf(at, "\\n\"}}");
+}
+
+TEST(fits_find_zeros_and_biases_from_angles_rates_and_angles_between_arms) {
+    static char body[BODY];
+    static const struct {
+        const char *data, *unknowns, *name;
+        int gyro, joint;
+        double truth;
+    } tried[] = {
+        {"t,theta_1,theta_2", ",{\"vary\":\"zero\",\"arm\":1}", "zero of arm 1", 0, 0, 1.3},
+        {"t,gyro_1 (rad/s),theta_2", ",{\"vary\":\"bias\",\"arm\":1}", "bias of arm 1", 1, 0, -0.2},
+        {"t,theta_1,joint_2", ",{\"vary\":\"zero\",\"arm\":1}", "zero of arm 1", 0, 1, 1.3},
+    };
+    struct test_reply from =
+        test_post(API_OP_TRAJECTORIES,
+                  "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":0.35,\"mass\":0.3,"
+                  "\"damping\":0.004},{\"parent\":\"a\",\"length\":0.28,\"mass\":0.2}]},"
+                  "\"initial\":{\"theta\":[0.6,0.3]},\"times\":{\"start\":0,\"stop\":3,"
+                  "\"count\":60},\"output\":[\"theta\",\"phid\"]}");
+    CHECK_INT(from.status, 200);
+    for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
+        instruments(body, &from, tried[i].data, tried[i].gyro, tried[i].joint, tried[i].unknowns);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+        CHECK_TEXT(test_reply_text(&reply, "/model"), "accepted");
+        CHECK_TEXT(test_reply_text(&reply, "/unknowns/1/name"), tried[i].name);
+        CHECK_SAYING(off(&reply, 0, 0.35) < 4 && off(&reply, 1, tried[i].truth) < 4,
+                     "%zu: %g and %g errors off", i, off(&reply, 0, 0.35),
+                     off(&reply, 1, tried[i].truth));
+        CHECK(test_reply_number(&reply, "/unknowns/1/error") < 0.02);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&from);
+    CHECK_REFUSED(API_OP_FITS,
+                  ONE "\"unknowns\":[{\"vary\":\"bias\",\"arm\":1}],\"data\":{\"t\":[0,1],"
+                      "\"series\":[{\"theta\":1,\"values\":[1,2]}]}}",
+                  "/unknowns/0/vary", "angular velocities");
+}
+
+/* pixels below a pivot at 300, 200, whose y counts downwards; a gyroscope alone */
+TEST(fits_turn_y_over_and_begin_with_rates_alone) {
+    static char body[BODY];
+    struct test_reply from =
+        test_post(API_OP_TRAJECTORIES,
+                  "{\"pendulum\":{\"length\":[0.5],\"mass\":[1],\"parent\":[0],\"damping\":[0.02]},"
+                  "\"initial\":{\"theta\":[0.8]},\"times\":{\"start\":0,\"stop\":6,\"count\":90},"
+                  "\"output\":[\"z\",\"phid\"]}");
+    CHECK_INT(from.status, 200);
+    for (int gyro = 0; gyro < 2; gyro++) {
+        unsigned long long seed = 2;
+        char *at = body + sprintf(body,
+                                  "{\"pendulum\":{\"length\":[0.4],\"mass\":[1],\"parent\":[0],"
+                                  "\"damping\":[0.01]},%s\"unknowns\":[{\"vary\":\"length\","
+                                  "\"arm\":1},{\"vary\":\"damping\",\"arm\":1}],\"data\":{%s"
+                                  "\"csv\":\"%s",
+                                  gyro ? ""
+                                       : "\"camera\":{\"scale\":900,\"down\":true,\"unknown\":["
+                                         "\"origin\"]},",
+                                  gyro ? "" : "\"sigma\":1,", gyro ? "t,Gyro z (rad/s)" : "t,x,y");
+        for (int i = 0; i < 90; i++) {
+            at += sprintf(at, "\\n%.12g", number(&from, "t", i, -1));
+            if (gyro)
+                at += sprintf(at, ",%.9g", number(&from, "phid", i, 0) + 0.02 * noise(&seed));
+            else
+                at += sprintf(at, ",%.4f,%.4f",
+                              300 + 900 * number(&from, "z/re", i, 0) + noise(&seed),
+                              200 - 900 * number(&from, "z/im", i, 0) + noise(&seed));
+        }
+        sprintf(at, "\\n\"}}");
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+        CHECK_SAYING(off(&reply, 0, 0.5) < 4 && off(&reply, 1, 0.02) < 4, "%d: %g, %g", gyro,
+                     off(&reply, 0, 0.5), off(&reply, 1, 0.02));
+        CHECK(test_reply_number(&reply, "/unknowns/0/error") < 0.01);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&from);
 }
