@@ -37,27 +37,23 @@ static const char *measured_names(const struct api_measured *table, char out[NAM
     return out;
 }
 
-/* `columns` of the request: names to be read instead of the table's */
+/* `columns` of the request: names to be read instead of the table's; returns how many */
 static int read_given(const struct api_value *columns, struct api_csv_cell given[],
                       struct api_problem *problem) {
+    struct api_value item = api_value_item(columns, 0);
     int count = api_value_count(columns);
-    if (api_value_kind(columns) == API_MISSING) return 0;
-    if (api_value_kind(columns) != API_ARRAY || count > API_CSV_COLUMNS) {
+    if (api_value_kind(columns) != API_MISSING &&
+        (api_value_kind(columns) != API_ARRAY || count > API_CSV_COLUMNS)) {
         api_value_fault(columns, problem,
                         API_CODE_WRONG_COUNT "must be an array of at most %d names, one a column",
                         API_CSV_COLUMNS);
         return 0;
     }
-    struct api_value item = api_value_item(columns, 0);
     for (int i = 0; api_value_kind(&item) != API_MISSING; item = api_value_next(&item), i++) {
         const char *name = api_value_text(&item);
         given[i] = (struct api_csv_cell){name, name ? (int)strlen(name) : 0};
-        if (!name && api_value_kind(&item) != API_NULL)
-            api_value_fault(&item, problem,
-                            API_CODE_WRONG_TYPE "must be a name such as \"theta_1 (deg)\", \"\" "
-                                                "for a column that is not used, or null");
     }
-    return count;
+    return api_value_kind(columns) == API_MISSING ? 0 : count;
 }
 
 /* faults what was given and names nothing of this pendulum */
@@ -65,14 +61,15 @@ static void check_given(const struct api_measured *table, const struct api_value
                         struct api_problem *problem) {
     struct api_value item = api_value_item(columns, 0);
     for (int i = 0; api_value_kind(&item) != API_MISSING; item = api_value_next(&item), i++) {
-        const char *name = api_value_text(&item);
-        int there = i < table->csv.columns;
-        if (!name || !*name || (there && table->roles.column[i].role != API_CSV_NONE)) continue;
-        const char *why = there ? table->roles.column[i].why : "is beyond the table's last column";
+        const char *name = api_value_text(&item), *why = "is beyond the table's last column";
+        if (i < table->csv.columns) why = table->roles.column[i].why;
+        int taken = i < table->csv.columns && table->roles.column[i].role != API_CSV_NONE;
+        if (name ? !*name || taken : api_value_kind(&item) == API_NULL) continue;
         api_value_fault(&item, problem,
-                        API_CODE_OUT_OF_RANGE "%s: write t, theta_1, phi_1, x_1, y_1, thetad_1 or "
-                                              "sigma_theta_1, with a unit such as (deg) behind it",
-                        why ? why : "names no quantity of a pendulum");
+                        API_CODE_OUT_OF_RANGE
+                        "%s: write t, theta_1, phi_1, x_1, y_1, thetad_1 or sigma_theta_1, with a "
+                        "unit such as (deg) behind it, \"\" to leave the column out, or null",
+                        name && why ? why : "names no quantity of a pendulum");
     }
 }
 

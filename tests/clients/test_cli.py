@@ -68,6 +68,11 @@ def test_answers(run, work, server):
         fit = {"pendulum": {"length": [1], "mass": [1], "parent": [0]}, "unknowns": [{"vary": "length", "arm": 1}],
                "data": {"csv": "t,theta\n0,0.1\n0.2,0.081\n0.4,0.0313\n0.6,-0.0303\n0.8,-0.0803\n1,-0.1"}}
         check(f"cli: fits {place}", '"length"' in run("ask", "fits", "-", *place, input=json.dumps(fit)))
+        (work / "track.csv").write_bytes("Zeit;Winkel (\xb0)\n0,0;5,7\n0,2;4,6\n0,4;1,8\n0,6;-1,7\n0,8;-4,6\n1,0;-5,7\n".encode("latin-1"))
+        seen = json.loads(run("ask", "tables", "double.json", "-f", "track.csv", *place))["tables"][0]
+        check(f"cli: tables {place}", [column["is"] for column in seen["columns"]] == ["t", "theta 1"] and seen["decimal"] == ",", seen)
+        del fit["data"]
+        check(f"cli: fits of a file {place}", '"length' in run("ask", "fits", "-", "--csv", "track.csv", *place, input=json.dumps(fit)))
         check(f"cli: a table where the route has one {place}", run("ask", "modes", "double.json", *place).startswith("mode,omega"))
         for form in ("bin", "csv", "npz"):
             done = subprocess.run(["pendulum", "run", "double.json", "--t", "0:20:0.1", "--theta", "2,2", "-o", f"warned.{form}", *place], cwd=work, capture_output=True, text=True)

@@ -12,6 +12,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
@@ -56,6 +57,13 @@ def test_results(client):
     if optional("xarray"):
         grid = Pendulum(client, **DOUBLE).ensemble(states=[{"theta": [2, 2]}, {"theta": [1, 0]}], duration=5, observables=["first_flip", "flips"])
         check("an ensemble in xarray", grid.to_xarray().sizes == {"member": 2, "arm": 2}, grid.to_xarray())
+    with tempfile.TemporaryDirectory() as home:
+        track = pathlib.Path(home) / "track.csv"
+        track.write_text("Zeit;Winkel (\xb0)\n" + "".join(f"{i / 10};{np.cos(i / 3):.4f}\n" for i in range(30)), encoding="utf-16")
+        one = Pendulum(client, length=[1], mass=[1], parent=[0])
+        length = [{"vary": "length", "arm": 1}]
+        check("tables from a file", [column["is"] for column in one.tables(track)["tables"][0]["columns"]] == ["t", "theta 1"])
+        check("fits of files", one.fits(track, unknowns=length)["status"] == "converged" and len(one.fits([track, track], unknowns=length)["runs"]) == 2)
     blocks = list(four.stream("0:5:0.01", rows=200, output=["phi", "lambda", "z", "energy"]))
     check("blocks are the same rows", [len(block.t) for block in blocks] == [200, 200, 101]
           and np.array_equal(np.concatenate([block.z for block in blocks]), motion.z))

@@ -29,6 +29,7 @@ static const char usage[] =
     "      --theta A,B     start; also --phi, --thetad, --phid, --unit deg\n"
     "      --method NAME   taylor (default), ode23, ...\n"
     "      --duration S    of a map; --of OBSERVABLE (first_flip)\n"
+    "  -f, --csv FILE      of fits and tables: the measurements, a table as it was saved\n"
     "  -s, --set NAME=JSON any field, as -s rtol=1e-9 or -s pendulum.gravity=1.62\n"
     "      --job           as a job; waits for it, and `get ID` finds it again\n"
     "      --detach        as a job; prints its ID and ends\n"
@@ -62,6 +63,7 @@ static const struct option options[] = {{"out", 1, 0, 'o'},
                                         {"as", 1, 0, AS},
                                         {"t", 1, 0, T},
                                         {"set", 1, 0, 's'},
+                                        {"csv", 1, 0, 'f'},
                                         {"theta", 1, 0, FIELD},
                                         {"phi", 1, 0, FIELD},
                                         {"thetad", 1, 0, FIELD},
@@ -133,7 +135,7 @@ static void start(struct cli_fields *fields, const char *name, const char *value
 
 static void read_options(struct line *line, int argc, char *argv[]) {
     int letter, which = 0;
-    while ((letter = getopt_long(argc, argv, "o:s:hV", options, &which)) != -1) {
+    while ((letter = getopt_long(argc, argv, "o:s:f:hV", options, &which)) != -1) {
         switch (letter) {
         case 0:
             break; /* it has set its variable */
@@ -142,6 +144,9 @@ static void read_options(struct line *line, int argc, char *argv[]) {
             break;
         case 's':
             cli_assign(&line->fields, optarg);
+            break;
+        case 'f':
+            cli_table(&line->fields, optarg);
             break;
         case T:
             cli_times(&line->fields, optarg);

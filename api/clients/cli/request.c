@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "api/call/canonical.h"
+#include "api/call/form.h"
 
 enum { MOST_BYTES = 1 << 30, DEPTH = 64 };
 
@@ -200,6 +201,21 @@ static void slurp(struct api_buffer *text, const char *path) {
     } while (got > 0);
     if (ferror(file)) cli_die("%s: %s", path, strerror(errno));
     if (file != stdin) fclose(file);
+}
+
+void cli_table(struct cli_fields *fields, const char *path) {
+    struct api_buffer text, json;
+    struct api_problem problem;
+    api_buffer_init(&text, MOST_BYTES);
+    api_buffer_init(&json, MOST_BYTES);
+    api_problem_init(&problem);
+    slurp(&text, path);
+    enum pend_status status = api_form_text(text.data, text.bytes, 1, &json, &problem);
+    if (status == PEND_INVALID) cli_die("%s: %s", path, problem.detail);
+    cli_need(status == PEND_OK && api_buffer_add(&json, "", 1) == PEND_OK);
+    cli_field(fields, "data.csv", json.data);
+    api_buffer_clear(&text);
+    api_buffer_clear(&json);
 }
 
 void cli_body(struct api_buffer *out, const char *path, const struct cli_fields *fields) {

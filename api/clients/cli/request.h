@@ -47,6 +47,9 @@ void cli_list(struct cli_fields *fields, const char *name, const char *numbers);
 /** Adds `times`: "0:5:0.01" is start, stop, step; "0:5/501" start, stop, count; else a list. */
 void cli_times(struct cli_fields *fields, const char *text);
 
+/** Adds the table in a file as `data.csv`; "-" is standard input. Dies where it is no text. */
+void cli_table(struct cli_fields *fields, const char *path);
+
 /** Returns the axis "theta1:-3:3:512" as JSON, to be freed; dies where it is none. */
 char *cli_axis(const char *text);
 

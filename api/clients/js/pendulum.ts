@@ -45,6 +45,7 @@ export interface Routes {
   sections: { request: Without<Schemas["SectionRequest"]>; answer: Schemas["Section"] };
   response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["Response"] };
   controllers: { request: Without<Schemas["ControllerRequest"]>; answer: Schemas["Controller"] };
+  tables: { request: Without<Schemas["TableRequest"]>; answer: Schemas["Tables"] };
   fits: { request: Without<Schemas["FitRequest"]>; answer: Schemas["Fit"] };
   orbits: { request: Without<Schemas["OrbitRequest"]>; answer: Schemas["Orbits"] };
   equations: { request: Without<Schemas["EquationsRequest"]>; answer: Schemas["Equations"] };

@@ -63,7 +63,7 @@ TEST(what_is_missing_is_suggested_and_may_be_named) {
         {"[\"t\",\"colour\"]", "/data/columns/1", "names no quantity"},
         {"[\"t\",\"theta 1\",\"x 1\"]", "/data/columns/2", "beyond the table's last"},
         {"[\"theta 1\",\"theta 1\"]", "/data/columns/1", "the same of this arm"},
-        {"[\"t\",4]", "/data/columns/1", "must be a name"},
+        {"[\"t\",4]", "/data/columns/1", "names no quantity"},
         {"\"t\"", "/data/columns", "an array"},
     };
     for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {

@@ -71,6 +71,27 @@ def _times(times):
     return {"start": float(found[1]), "stop": float(found[2])} | last
 
 
+def _measured(csv, fields):
+    """The fields of a request with tables from files, in UTF-8, UTF-16 or Latin 1, as `data.csv` or a run each."""
+    def text(path):
+        with open(path, "rb") as file:
+            raw = file.read()
+        for encoding in ("utf-16",) if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "latin-1"):
+            with contextlib.suppress(UnicodeDecodeError):
+                return raw.decode(encoding)
+    if csv is None:
+        return fields
+    data = fields.get("data") or {}
+    if isinstance(csv, (list, tuple)):
+        runs = data.get("runs") or [{}] * len(csv)
+        if len(runs) != len(csv):
+            raise ValueError(f"{len(csv)} files for {len(runs)} runs")
+        data = data | {"runs": [run | {"csv": text(path)} for run, path in zip(runs, csv)]}
+    else:
+        data = data | {"csv": text(csv)}
+    return fields | {"data": data}
+
+
 def _plain(value):
     """What json cannot write: arrays and their numbers, ranges, pendulums. A set has no order: it is no list of numbers."""
     if isinstance(value, (set, frozenset, complex)):
@@ -474,6 +495,14 @@ class Pendulum:
             return self.client.submit(route, body, None if job is True else job)
         return self.client.call(route, body)
 
+    def fits(self, csv=None, **fields):
+        """A fit; csv="track.csv" is a table as it was saved, a list of files a run each: `tables` of the answer shows what was read."""
+        return self.ask("fits", **_measured(csv, fields))
+
+    def tables(self, csv=None, **fields):
+        """What the columns of tables are taken for, before a fit; `data={"columns": [...]}` corrects it, here and there."""
+        return self.ask("tables", **_measured(csv, fields))
+
     def run(self, times, **fields):
         """The motion at `times`: "start:stop:step", "start:stop/count", an array, or a dict of the interface."""
         return self.ask("trajectories", times=_times(times), **fields)
@@ -489,7 +518,7 @@ class Pendulum:
     tree, modes = functools.partialmethod(ask, "trees"), functools.partialmethod(ask, "modes")
     ensemble, lyapunov = functools.partialmethod(ask, "ensembles"), functools.partialmethod(ask, "lyapunov")
     response, controller = functools.partialmethod(ask, "response"), functools.partialmethod(ask, "controllers")
-    fits, orbits = functools.partialmethod(ask, "fits"), functools.partialmethod(ask, "orbits")
+    orbits = functools.partialmethod(ask, "orbits")
     section, equations = functools.partialmethod(ask, "sections"), functools.partialmethod(ask, "equations")
 
 
