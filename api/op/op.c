@@ -55,11 +55,12 @@ enum pend_status api_reading_tree(const struct api_reading *reading, struct api_
         return PEND_INVALID;
     }
     if (tree->rules && !reading->op->pieces) {
-        api_value_fault(&pendulum, reading->problem,
-                        API_CODE_UNSUPPORTED
-                        "has inputs by tables, dry friction or stops, which \"%s\" does not take: "
-                        "leave them out, or give dry friction a \"speed\"",
-                        reading->op->name);
+        api_value_fault(
+            &pendulum, reading->problem,
+            API_CODE_UNSUPPORTED
+            "has controllers, inputs by tables, dry friction or stops, which \"%s\" does not take: "
+            "leave them out, or give dry friction a \"speed\"",
+            reading->op->name);
         return PEND_INVALID;
     }
     if (!tree->terms || reading->op->terms) return PEND_OK;

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/tree/rules.h"
+
 /* the sources of the numbers of a column */
 enum source {
     PHI,
@@ -19,6 +21,7 @@ enum source {
     JOINT_ALONG,
     JOINT_ACROSS,
     TIP_ACROSS,
+    CONTROL,
     KINETIC,
     POTENTIAL,
     TOTAL,
@@ -51,12 +54,16 @@ static const struct {
     {"tip_force", 2, {"along", "across"}, {FORCE, TIP_ACROSS}},
     {"exchange", 2, {"work", "heat"}, {WORK, HEAT}},
     {"cart", 3, {"x", "v", "reaction"}, {CART_PLACE, CART_SPEED, CART_REACTION}},
+    {"control", 1, {NULL}, {CONTROL}},
 };
 
 static const char *const output_start[] = {"phi", "phid", "lambda", NULL};
 
-/* numbers a row: one for each arm, or one in all */
-static int source_width(enum source source, int n) { return source >= KINETIC ? 0 : n; }
+/* numbers a row: one for each arm or controller, or one in all */
+static int source_width(const struct api_outputs *outputs, enum source source, int n) {
+    if (source == CONTROL) return outputs->controllers;
+    return source >= KINETIC ? 0 : n;
+}
 
 /* reading */
 
@@ -112,6 +119,16 @@ int api_outputs_cart(const struct api_outputs *outputs) {
     return 0;
 }
 
+void api_outputs_control(struct api_outputs *outputs, const struct api_tree *tree,
+                         const struct api_value *value, struct api_problem *problem) {
+    outputs->controllers = tree->rules ? tree->rules->controllers : 0;
+    for (int i = 0; i < outputs->count && tree->tree && !outputs->controllers; i++)
+        if (output_table[outputs->output[i]].source[0] == CONTROL)
+            api_value_fault(value, problem,
+                            API_CODE_NOT_APPLICABLE
+                            "has \"control\", and the pendulum has no controller");
+}
+
 /* columns */
 
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table) {
@@ -122,7 +139,7 @@ void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_ta
         int output = outputs->output[i];
         for (int p = 0; p < output_table[output].parts; p++)
             api_table_add(table, output_table[output].name, output_table[output].part[p],
-                          source_width(output_table[output].source[p], n));
+                          source_width(outputs, output_table[output].source[p], n));
     }
 }
 
@@ -154,6 +171,10 @@ void api_outputs_derived(const struct api_outputs *outputs, const struct api_val
                                       [CART_PLACE] = PEND_DERIVED_CART_PLACE,
                                       [CART_SPEED] = PEND_DERIVED_CART_SPEED,
                                       [CART_REACTION] = PEND_DERIVED_CART_REACTION};
+    if (outputs->controllers)
+        api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED
+                        "do not pass through controllers: leave out one of the two");
     if (outputs_exchange(outputs))
         api_value_fault(value, problem,
                         API_CODE_UNSUPPORTED
@@ -176,11 +197,11 @@ static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURC
 
 /* gives each wanted source its array in a block that begins at `base`, after t; returns how many
  * numbers they take */
-static size_t samples_place(const char wanted[SOURCES], int n, long cap, double *base,
-                            double *array[SOURCES]) {
+static size_t samples_place(const struct api_outputs *outputs, const char wanted[SOURCES], int n,
+                            long cap, double *base, double *array[SOURCES]) {
     size_t used = (size_t)cap;
     for (int source = 0; source < SOURCES; source++) {
-        int width = source_width((enum source)source, n);
+        int width = source_width(outputs, (enum source)source, n);
         array[source] = wanted[source] && base ? base + used : NULL;
         if (wanted[source]) used += (size_t)cap * (size_t)(width ? width : 1);
     }
@@ -201,13 +222,13 @@ enum pend_status api_samples_new(struct api_samples **samples, const struct api_
     char wanted[SOURCES];
     double *array[SOURCES];
     outputs_sources(outputs, wanted);
-    long cap = samples_cap(samples_place(wanted, n, 1, NULL, array), rows);
+    long cap = samples_cap(samples_place(outputs, wanted, n, 1, NULL, array), rows);
     *samples = NULL;
     struct api_samples *made =
-        malloc(sizeof *made + samples_place(wanted, n, cap, NULL, array) * sizeof(double));
+        malloc(sizeof *made + samples_place(outputs, wanted, n, cap, NULL, array) * sizeof(double));
     if (!made) return PEND_NO_MEMORY;
     double *base = (double *)(made + 1);
-    samples_place(wanted, n, cap, base, array);
+    samples_place(outputs, wanted, n, cap, base, array);
     *made = (struct api_samples){.n = n, .total = array[TOTAL]};
     made->samples = (struct pend_samples){.cap = cap,
                                           .t = base,
@@ -225,6 +246,7 @@ enum pend_status api_samples_new(struct api_samples **samples, const struct api_
                                           .across = array[TIP_ACROSS],
                                           .work = array[WORK],
                                           .heat = array[HEAT],
+                                          .control = array[CONTROL],
                                           .cart_place = array[CART_PLACE],
                                           .cart_speed = array[CART_SPEED],
                                           .cart_reaction = array[CART_REACTION],

@@ -9,12 +9,13 @@
 #include "api/read/field.h"
 #include "core/integrate/run/run.h"
 
-enum { API_OUTPUTS = 13 };
+enum { API_OUTPUTS = 14 };
 
 /* The outputs of a request, in its order, as indices into the table of outputs. */
 struct api_outputs {
     int count;
     int output[API_OUTPUTS];
+    int controllers; /* of the pendulum */
 };
 
 /**
@@ -27,6 +28,10 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
 
 /** Non-zero if the place of a cart is among the outputs. O(1). */
 int api_outputs_cart(const struct api_outputs *outputs);
+
+/** Faults the output `control` of a pendulum without controllers, and notes how many it has. */
+void api_outputs_control(struct api_outputs *outputs, const struct api_tree *tree,
+                         const struct api_value *value, struct api_problem *problem);
 
 /** Sets the columns of the outputs for n arms, t first; the rest of the table is unchanged. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);

@@ -203,5 +203,7 @@ enum pend_status api_terms_write_whole(const struct pend_tree *tree, const struc
 
 double api_terms_write_bytes(const struct pend_loads *loads) {
     enum { NAMED_NUMBER = 48 }; /* a number, its name, and its share of braces */
-    return loads->terms ? 256 + NAMED_NUMBER * (double)loads->terms->count : 0;
+    const struct pend_rules *rules = loads->terms ? loads->terms->rules : NULL;
+    double more = rules ? (double)rules->numbers : 0;
+    return loads->terms ? 256 + NAMED_NUMBER * (loads->terms->count + more) : 0;
 }

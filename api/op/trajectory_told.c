@@ -86,6 +86,12 @@ void api_trajectory_tell(struct api_trajectory_told *told,
     if (!linear) tell_energy(told, method->method, run->energy_drift, stats);
     tell_horizon(told, motion, run, stats);
     if (linear) tell_linear(told, motion, stats);
+    if (run->saturated > 0) {
+        snprintf(told->control, sizeof told->control,
+                 "controller %d is at a limit in %.3g %% of its samples", run->controller + 1,
+                 100 * run->saturated);
+        api_stats_warning(stats, "warning_control", told->control);
+    }
     if (method->method != pend_method_taylor.extended ||
         !(method->rtol > loose || method->atol > loose))
         return;

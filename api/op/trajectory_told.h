@@ -12,7 +12,7 @@
 /* The texts, which must outlive the stats. */
 struct api_trajectory_told {
     char horizon[API_WARNING_TEXT], linear[API_WARNING_TEXT], energy[API_WARNING_TEXT],
-        loose[API_WARNING_TEXT];
+        loose[API_WARNING_TEXT], control[API_WARNING_TEXT];
 };
 
 struct api_trajectory_motion {

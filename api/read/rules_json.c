@@ -12,6 +12,9 @@ void api_rules_clear(struct api_rules *rules) {
     for (int i = 0; i < rules->tables; i++) free((void *)rules->table[i].t);
     free(rules->table);
     free(rules->joint);
+    free(rules->controller);
+    free(rules->law);
+    free(rules->number);
     *rules = (struct api_rules){0};
 }
 
@@ -145,35 +148,49 @@ enum pend_status api_rules_read_stop(struct api_rules *rules, int n, int arm,
     return PEND_OK;
 }
 
+/* copies `bytes` to *at, which moves on by a multiple of 8 */
+static void *rules_put(char **at, const void *from, size_t bytes) {
+    char *to = *at;
+    if (bytes) memcpy(to, from, bytes);
+    *at = to + (bytes + 7) / 8 * 8;
+    return to;
+}
+
 /* a row of numbers of joints in stored order */
 static const double *rules_row(const struct api_rules *rules, const struct pend_tree *tree,
-                               enum api_joint_row row, double **at) {
-    double *to = *at;
+                               enum api_joint_row row, char **at) {
+    double *to = (double *)(void *)*at;
     for (int k = 0; k < tree->n; k++)
         to[tree->place[k]] = *rules_number(rules, row, k < rules->n ? k : rules->n);
-    *at += tree->n;
+    *at += (size_t)tree->n * sizeof *to;
     return to;
 }
 
 enum pend_status api_rules_make(const struct api_rules *rules, const struct pend_tree *tree,
                                 struct pend_rules **made) {
-    size_t numbers = API_JOINT_ROWS * (size_t)tree->n,
-           tables = (size_t)rules->tables * sizeof *rules->table;
+    size_t tables = (size_t)rules->tables * sizeof *rules->table;
+    size_t controllers = (size_t)rules->controllers * sizeof *rules->controller;
+    size_t laws = (size_t)rules->laws * sizeof *rules->law;
+    size_t numbers = rules->numbers + API_JOINT_ROWS * (size_t)tree->n;
     *made = NULL;
-    if (!rules->tables && !rules->rubs && !rules->stops) return PEND_OK;
+    if (!rules->tables && !rules->controllers && !rules->rubs && !rules->stops) return PEND_OK;
     for (int i = 0; i < rules->tables; i++) numbers += 2 * (size_t)rules->table[i].count;
-    *made = malloc(sizeof **made + tables + numbers * sizeof(double));
+    *made = malloc(sizeof **made + tables + controllers + laws + numbers * sizeof(double) + 32);
     if (!*made) return PEND_NO_MEMORY;
-    struct pend_table *table = (struct pend_table *)(*made + 1);
-    double *at = (double *)(table + rules->tables);
-    **made = (struct pend_rules){.tables = rules->tables, .table = table};
+    char *at = (char *)(*made + 1);
+    struct pend_table *table = rules_put(&at, rules->table, tables);
+    **made = (struct pend_rules){.tables = rules->tables,
+                                 .controllers = rules->controllers,
+                                 .table = table,
+                                 .numbers = numbers};
+    (*made)->controller = rules_put(&at, rules->controller, controllers);
+    (*made)->law = rules_put(&at, rules->law, laws);
+    (*made)->number = rules_put(&at, rules->number, rules->numbers * sizeof(double));
     for (int i = 0; i < rules->tables; i++) {
         size_t count = (size_t)rules->table[i].count;
-        table[i] = rules->table[i];
         table[i].drives = tree->place[table[i].drives];
-        table[i].t = memcpy(at, rules->table[i].t, 2 * count * sizeof(double));
-        table[i].value = at + count;
-        at += 2 * count;
+        table[i].t = rules_put(&at, rules->table[i].t, 2 * count * sizeof(double));
+        table[i].value = table[i].t + count;
     }
     if (rules->rubs) {
         (*made)->sliding = rules_row(rules, tree, API_JOINT_SLIDING, &at);

@@ -15,7 +15,12 @@ struct api_rules {
     /* rows of n + 1 numbers: what slides, what holds, the lower and the upper stop, restitution;
      * NULL = no joint has dry friction or stops */
     double *joint;
-    int n, rubs, stops; /* some joint has dry friction; a stop */
+    int n, rubs, stops;                 /* some joint has dry friction; a stop */
+    struct pend_controller *controller; /* in stored order, as laws and numbers are */
+    struct pend_law *law;
+    double *number;
+    int controllers, laws;
+    size_t numbers;
 };
 
 enum api_joint_row {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/read/arm_names.h"
+#include "api/read/control_json.h"
 #include "api/read/terms_json.h"
 
 enum form { FORM_ARMS, FORM_LISTS, FORM_PAPER, FORM_COUNT };
@@ -36,8 +37,8 @@ static const struct {
 static const double usual_gravity = 9.81; /* m/s^2 */
 
 static const char *const tree_fields[] = {
-    "arms", "length",  "mass",           "parent",          "L", "m",
-    "S",    "gravity", API_TERMS_OF_ALL, API_TERMS_OF_ARMS, NULL};
+    "arms",    "length",  "mass",           "parent",          "L", "m", "S",
+    "gravity", "control", API_TERMS_OF_ALL, API_TERMS_OF_ARMS, NULL};
 static const char *const arm_fields[] = {"name", "parent",          "length",
                                          "mass", API_TERMS_OF_ARMS, NULL};
 
@@ -356,6 +357,9 @@ static enum pend_status read_whole(struct tree_reading *reading, struct api_tree
     if (tree->cart) hang_on_cart(reading);
     PEND_TRY(pend_tree_new_bare(&tree->tree, api_tree_stored(tree), reading->length, reading->mass,
                                 reading->bare, reading->parent, &sink));
+    struct api_controlled of = {tree->tree, tree->cart, api_tree_read_arm, tree};
+    PEND_TRY(api_control_read(&reading->terms.rules, &of, API_MEMBER(reading->pendulum, "control"),
+                              reading->problem));
     PEND_TRY(api_terms_make(&reading->terms, tree->tree, &tree->terms, &tree->value, &tree->rules,
                             term_fault, reading));
     tree->loads.terms = tree->terms;
@@ -386,7 +390,6 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
                         API_CODE_LIMIT "has %d arms, more than the limit max-arms of %.0f",
                         reading.n, limits->arms);
     if (!reading.n || reading.n > limits->arms) return PEND_INVALID;
-
     api_terms_init(&reading.terms, reading.n, problem);
     enum pend_status status = read_whole(&reading, tree);
     api_terms_clear(&reading.terms);
@@ -403,9 +406,10 @@ PEND_VALIDATOR tree_read_valid(const struct api_tree *tree) {
 
 double api_tree_bytes(const struct api_tree *tree) {
     assert(tree_read_valid(tree));
-    double bytes = 1024 + 128.0 * tree->n;
+    double bytes = 1024 + 128.0 * tree->n, rules = tree->rules ? tree->rules->numbers + 512.0 : 0;
     if (!tree->terms) return bytes;
-    return bytes + sizeof *tree->terms + tree->n + sizeof(double) * (double)tree->terms->count +
+    return bytes + sizeof(double) * rules + sizeof *tree->terms + tree->n +
+           sizeof(double) * (double)tree->terms->count +
            (double)sizeof *tree->terms->harmonic * tree->terms->harmonics;
 }
 

@@ -65,6 +65,11 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
 
 enum pend_status pend_rules_check(const struct pend_rules *rules, const int order[], double first,
                                   double last, struct pend_error *error) {
+    if (rules->controllers && last < first)
+        return pend_fail(error, PEND_INVALID, -1, last,
+                         "controllers sample forward in time, and the instants go backward from "
+                         "%.15g s to %.15g s",
+                         first, last);
     for (int i = 0; i < rules->tables; i++) {
         const struct pend_table *table = &rules->table[i];
         double from = table->t[0], to = table->t[table->count - 1];

@@ -21,10 +21,51 @@ struct pend_table {
     const double *t, *value; /* s, ascending, in the time of the drives; not owned */
 };
 
+/* Rows of numbers over time, linear between instants and constant outside; without instants one
+ * row for all times. The numbers are in the rules' list, from t on and from value on. */
+struct pend_schedule {
+    int count, width; /* instants, 0 = one row; numbers a row */
+    size_t t, value;
+};
+
+enum pend_law_kind { PEND_LAW_FEEDBACK, PEND_LAW_PID, PEND_LAW_SWING_UP };
+
+/* How a controller computes its output from the state x: all angles theta, then all rates, stored
+ * order; a cart's are its place, m, and speed, m/s. */
+struct pend_law {
+    enum pend_law_kind kind;
+    /* feedback: u = -gains (x - reference); behind 2 n gains there may be those of the outputs of
+     * all controllers that are computed and do not act yet, newest first.
+     * pid: u = p e + i (sum of e period) + d e', e = reference - the joint's angle, or the cart's
+     * place; gains p, i, d; the sum stands still while the output is at a limit.
+     * swing_up: u = g (E* - E) r - p x - d v, gains g, p, d. E is the energy, r the joint's rate.
+     * On a cart E is that of the arms as the cart sees them, r less their momentum along the rail,
+     * x and v the cart's place and speed; p and d are 0 in a joint. */
+    struct pend_schedule gains, reference;
+    double energy; /* J, E*; NAN = the potential energy where the next law takes over */
+    /* swing_up: the law `next` takes over at the first sample at which each angle is within a bound
+     * of its reference, whole turns apart, and each rate; rad, rad/s */
+    double within[2];
+    int next;
+};
+
+/* A controller that samples: at start + k period it computes its output, which acts from `delay`
+ * samples later on for a period. */
+struct pend_controller {
+    int drives, law, delay;
+    double period;    /* s */
+    double low, high; /* N m or N: limits of the output */
+    double quantum;   /* of which the output is a multiple; 0 = any */
+};
+
 /* Arrays of n values in stored order, not owned. */
 struct pend_rules {
-    int tables;
+    int tables, controllers;
     const struct pend_table *table;
+    const struct pend_controller *controller;
+    const struct pend_law *law;
+    const double *number;
+    size_t numbers; /* of `number` and of all tables */
     /* Coulomb friction of joints, N m, 0 = none: of a joint that slides, and the most of one that
      * holds, no less; both NULL = no joint has any. */
     const double *sliding, *holding;
@@ -61,7 +102,8 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
                         size_t stride);
 
 /**
- * Checks that the tables cover the times of a motion.
+ * Checks that the tables cover the times of a motion, and that it goes forward where controllers
+ * sample.
  *
  * PEND_INVALID  the motion leaves a table without outside values; error->arm is the caller's arm
  *               number by `order`.

@@ -181,6 +181,14 @@ static const struct test_request {
      "\"torque\":[{\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}]},\"periods\":1}",
      "application/x-npz"},
     {API_OP_RESPONSE, "{" TEST_REAL_TREE ",\"output\":[\"z\",\"lambda\"]}", "application/x-npz"},
+    {API_OP_TRAJECTORIES,
+     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"pivot\":{\"cart\":{\"mass\":1}},"
+     "\"control\":[{\"cart\":true,\"law\":{\"swing_up\":{\"gain\":9,\"within\":{\"theta\":0.3,"
+     "\"thetad\":2},\"then\":{\"feedback\":{\"gains\":[1,2,3,4],\"reference\":{\"t\":[0,1],"
+     "\"value\":[[3,0,0,0],[3.1,0,0,0]]}}}}},\"period\":0.02,\"limit\":[-5,5]},{\"joint\":1,"
+     "\"law\":{\"pid\":{\"p\":1,\"reference\":0.3}},\"period\":0.1,\"delay\":2}]},"
+     "\"initial\":{\"theta\":[3]},\"times\":[0,0.1,0.3],\"output\":[\"theta\",\"control\"]}",
+     NULL},
     {API_OP_CONTROLLERS,
      "{" TEST_CART_TREE ",\"equilibrium\":{\"theta\":[3.1,3.1,3.2],\"cart\":{\"x\":0.3}},"
      "\"actuators\":{\"joints\":[2],\"cart\":true},\"sensors\":{\"arms\":[1]},\"period\":0.02,"

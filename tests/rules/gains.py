@@ -1,4 +1,4 @@
-"""Gains of /v1/controllers against SciPy's solution of the discrete Riccati equation: 200 random pendulums of 1 to 6 arms.
+"""Gains of /v1/controllers against SciPy's solution of the discrete Riccati equation: 200 random pendulums of 1 to 6 arms; an acrobot.
 
 A and B of the answer are compared with the exponential of what /v1/modes answers as M, C, K and B; the gains with those of
 solve_discrete_are for A, B, Q and R. SciPy's own error is larger than ours where one motor holds many arms, so that the gains are
@@ -75,6 +75,48 @@ def system(server, chance, number):
     return plant, off(mine, plain), off(other, plain)
 
 
+# torques, N m, of an elbow that swings two equal arms up in 4 s, each for 0.05 s
+SWING = [5.993, 5.443, 4.371, 2.924, 1.398, -0.01, -1.274, -2.453, -3.636, -4.939, -6.512, -8.334, -9.135, -7.698, -5.856, -4.501, -3.516,
+         -2.75, -2.111, -1.548, -1.03, -0.541, -0.075, 0.367, 0.78, 1.161, 1.51, 1.826, 2.11, 2.362, 2.582, 2.776, 2.956, 3.149, 3.392,
+         3.74, 4.283, 5.203, 6.906, 9.067, 7.825, 5.687, 4.363, 3.347, 2.373, 1.375, 0.408, -0.464, -1.238, -1.941, -2.579, -3.124, -3.54,
+         -3.816, -3.969, -4.031, -4.033, -3.996, -3.933, -3.85, -3.749, -3.634, -3.511, -3.385, -3.263, -3.152, -3.055, -2.976, -2.914,
+         -2.864, -2.818, -2.763, -2.681, -2.544, -2.31, -1.923, -1.302, -0.338, 1.105, 3.198]
+
+
+def acrobot(server):
+    """An acrobot follows its swing-up by gains and a reference as tables, from a start that is off by 0.05 rad, and stays upright."""
+    tree, h, count = {"length": [1, 1], "mass": [1, 1], "parent": [0, 1]}, 0.05, len(SWING)
+    t = [k * h for k in range(count + 1)]
+    moved = tree | {"torque": [None, {"table": {"t": t, "value": [*SWING, 0], "hold": "zero", "outside": "zero"}}]}
+    run = lambda body: ask(server, "/v1/trajectories", {"output": ["theta", "thetad"]} | body)
+    state = lambda answer: numpy.hstack([answer["theta"], answer["thetad"]])
+    way = state(run({"pendulum": moved, "initial": {"theta": [0, 0]}, "times": t}))
+    design = ask(server, "/v1/controllers", {"pendulum": tree, "equilibrium": {"theta": [180, 180], "unit": "deg"}, "period": h,
+                                             "actuators": {"joints": [2]}, "Q": [10, 10, 1, 1], "R": [0.1]})
+    q, r = numpy.diag(design["Q"]), numpy.diag(design["R"])
+    rows = [design["control"][0]["law"]["feedback"]["gains"]]
+    cost = linalg.solve_discrete_are(numpy.array(design["A"]), numpy.array(design["B"]), q, r)
+    vary = [{"vary": name, "arm": arm} for name in ("theta", "thetad") for arm in (1, 2)] + [{"vary": "torque", "arm": 2}]
+    for k in reversed(range(count)):
+        slopes = run({"pendulum": tree | {"torque": [None, SWING[k]]}, "times": [0, h], "derivatives": vary,
+                      "initial": {"theta": list(way[k, :2]), "thetad": list(way[k, 2:])}})["derivatives"]
+        both = numpy.vstack([slopes["theta"][1], slopes["thetad"][1]])
+        a, b = both[:, :4], both[:, 4:]
+        gain = numpy.linalg.solve(r + b.T @ cost @ b, b.T @ cost @ a)
+        cost = q + a.T @ cost @ (a - b @ gain)
+        rows.insert(0, list(gain[0]))
+    target = numpy.vstack([way[:-1], [numpy.pi, numpy.pi, 0, 0]])
+    law = {"feedback": {"gains": {"t": t, "value": rows}, "reference": {"t": t, "value": target.tolist()}}}
+    control = [{"joint": 2, "law": law, "period": h, "limit": [-20, 20]}]
+    start = {"initial": {"theta": [0.05, -0.05]}, "times": {"stop": 10, "count": 201}}
+    open_way, held = (state(run(start | {"pendulum": made})) for made in (moved, moved | {"control": control}))
+    off_open, off_held = (numpy.abs(x[count, :2] - way[count, :2]).max() for x in (open_way, held))
+    check("an acrobot without feedback misses", off_open > 1, f"{off_open:.2g} rad")
+    check("an acrobot along its tables arrives", off_held < 1e-3, f"off by {off_held:.2g} rad")
+    print(f"an acrobot after its swing-up: {off_open:.1e} rad off without feedback, {off_held:.1e} rad with it")
+    check("and stays upright", numpy.abs(held[-1] - [numpy.pi, numpy.pi, 0, 0]).max() < 1e-4, f"{held[-1]}")
+
+
 def main(build):
     if not (numpy and linalg):
         skip("gains: numpy or scipy is not installed")
@@ -82,6 +124,7 @@ def main(build):
     chance, rows = random.Random(3), []
     with daemon(build) as server:
         rows = [system(server, chance, number) for number in range(SYSTEMS)]
+        acrobot(server)
     plant, gain = max(row[0] for row in rows), [row[1] for row in rows if row[2] < TOLERANCE / 10]
     check("A and B are the exponential", plant < TOLERANCE, f"off by {plant:.1e}")
     check("gains are SciPy's", max(gain) < TOLERANCE, f"off by {max(gain):.1e}")

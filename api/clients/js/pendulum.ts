@@ -44,7 +44,7 @@ export interface Routes {
   lyapunov: { request: Without<Schemas["LyapunovRequest"]>; answer: Schemas["Lyapunov"] };
   sections: { request: Without<Schemas["SectionRequest"]>; answer: Schemas["Section"] };
   response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["Response"] };
-  controllers: { request: Without<Schemas["ControllerRequest"]>; answer: Schemas["Controller"] };
+  controllers: { request: Without<Schemas["ControllerRequest"]>; answer: Schemas["ControllerDesign"] };
   tables: { request: Without<Schemas["TableRequest"]>; answer: Schemas["Tables"] };
   fits: { request: Without<Schemas["FitRequest"]>; answer: Schemas["Fit"] };
   orbits: { request: Without<Schemas["OrbitRequest"]>; answer: Schemas["Orbits"] };

@@ -14,6 +14,7 @@
 #include "api/encode/encode.h"
 #include "api/encode/stats_text.h"
 #include "api/json/json_out.h"
+#include "api/read/control_json.h"
 #include "api/read/state_json.h"
 #include "core/control/loop.h"
 #include "core/modes/rest.h"
@@ -49,12 +50,8 @@ static void controllers_clear(void *state) {
 
 static int stored(const struct controllers *c) { return api_tree_stored(&c->tree); }
 
-/* the stored place of number i of a state in the caller's order */
 static int place_of(const struct controllers *c, int i) {
-    int n = c->tree.n, all = stored(c);
-    if (i >= 2 * all) return i;
-    if (i >= 2 * n) return i == 2 * n ? 0 : all;
-    return c->tree.tree->place[i % n] + (i >= n ? all : 0);
+    return api_control_place(&(struct api_controlled){c->tree.tree, c->tree.cart, NULL, NULL}, i);
 }
 
 /* reads {"joints": [1], "cart": true}; returns how many there are */

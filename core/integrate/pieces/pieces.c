@@ -17,7 +17,7 @@ static double tables_next(const struct pend_piece *piece, const void *own) {
 static const struct pend_rule rule_tables = {.has = tables_has, .next = tables_next};
 
 /* in the order in which they change a state, and add to its inputs */
-static const struct pend_rule *const rules[PIECES_RULES] = {&rule_tables};
+static const struct pend_rule *const rules[PIECES_RULES] = {&pend_rule_control, &rule_tables};
 
 PEND_VALIDATOR pieces_valid(const struct pieces *p) {
     return p->inner && p->piece.value == p->problem.loads.value &&
@@ -383,6 +383,9 @@ const struct pend_method *pend_pieces_method(const struct pend_method *method,
 
 enum pend_status pend_pieces_check_smooth(const struct pend_terms *terms, const char *what,
                                           struct pend_error *error) {
+    if (terms && terms->rules && terms->rules->controllers)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "%s do not pass through controllers: leave \"control\" out", what);
     if (pend_pieces_smooth(terms)) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
                      "%s do not pass through joints that stick or hit: give dry friction a "
@@ -394,4 +397,11 @@ struct pend_loads pend_pieces_loads(const struct pend_method *method, const void
                                     const struct pend_loads *loads) {
     const struct pieces *p = stepper;
     return method->step == pieces_step ? p->problem.loads : *loads;
+}
+
+const double *pend_pieces_control(const struct pend_method *method, const void *stepper) {
+    const struct pieces *p = stepper;
+    for (int i = 0; method->step == pieces_step && i < PIECES_RULES; i++)
+        if (rules[i] == &pend_rule_control) return p->own[i];
+    return NULL;
 }

@@ -22,8 +22,14 @@ static inline int pend_pieces_smooth(const struct pend_terms *terms) {
     return !terms || !terms->rules || !pend_rules_joints(terms->rules);
 }
 
-/** PEND_INVALID  the pendulum is not pend_pieces_smooth, which `what` needs; error says so. O(1).
- */
+/** Non-zero if errors grow as the linearized equations say: of a pendulum that is
+ * pend_pieces_smooth and has no controllers, whose outputs follow the errors. O(1). */
+static inline int pend_pieces_estimated(const struct pend_terms *terms) {
+    return pend_pieces_smooth(terms) && !(terms && terms->rules && terms->rules->controllers);
+}
+
+/** PEND_INVALID  the pendulum is not pend_pieces_smooth or has controllers, and `what` takes
+ *                neither; error says so. O(1). */
 PEND_MUST_CHECK enum pend_status pend_pieces_check_smooth(const struct pend_terms *terms,
                                                           const char *what,
                                                           struct pend_error *error);
@@ -32,5 +38,9 @@ PEND_MUST_CHECK enum pend_status pend_pieces_check_smooth(const struct pend_term
  * own of another stepper. They live as long as the stepper. O(1). */
 struct pend_loads pend_pieces_loads(const struct pend_method *method, const void *stepper,
                                     const struct pend_loads *loads);
+
+/** Returns what the controllers of a motion keep (control.h); NULL without controllers. It lives as
+ * long as the stepper. O(1). */
+const double *pend_pieces_control(const struct pend_method *method, const void *stepper);
 
 #endif

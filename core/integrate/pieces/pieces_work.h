@@ -9,7 +9,7 @@
 #include "core/tree/turns.h"
 
 /* kinds of rules */
-enum { PIECES_RULES = 1 };
+enum { PIECES_RULES = 2 };
 /* rows of instants that a stuck pendulum's states are spread by at a time */
 enum { PIECES_ROWS = 16 };
 /* pieces without a length that may follow each other */

@@ -40,4 +40,6 @@ struct pend_rule {
     void (*carry)(const struct pend_piece *piece, void *own, struct pend_checkpoint *checkpoint);
 };
 
+extern const struct pend_rule pend_rule_control;
+
 #endif

@@ -9,6 +9,7 @@
 
 #include "core/dynamics/dynamics.h"
 #include "core/dynamics/kinematics_at.h"
+#include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/run_check.h"
 #include "core/integrate/run/run_samples.h"
@@ -163,7 +164,7 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
     if (status == PEND_OK)
         made->problem.loads = pend_pieces_loads(method, made->stepper, &made->problem.loads);
-    if (status == PEND_OK && problem->accuracy > 0 && pend_pieces_smooth(problem->loads.terms) &&
+    if (status == PEND_OK && problem->accuracy > 0 && pend_pieces_estimated(problem->loads.terms) &&
         !(method->flags & PEND_METHOD_LINEAR)) {
         status = pend_horizon_new(&made->horizon, method, &made->problem, error);
         if (status != PEND_OK) method->close(&made->stepper);
@@ -377,7 +378,14 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
     struct pend_stepper_counts counts = run->method->counts(run->stepper);
     double held = run->horizon ? pend_horizon_held(run->horizon, run->reached) : NAN;
     int weighed = run->problem.no_drift || (isfinite(run->energy_start) && isfinite(run->scale));
+    const double *own = pend_pieces_control(run->method, run->stepper);
+    int controller = 0;
+    double saturated = own ? pend_control_saturated(run->problem.loads.terms->rules,
+                                                    run->problem.tree->n, own, &controller)
+                           : 0;
     return (struct pend_run_stats){.method = run->method->name,
+                                   .saturated = saturated,
+                                   .controller = controller,
                                    .steps = counts.steps,
                                    .rejected = counts.rejected,
                                    .evaluations = counts.evaluations,

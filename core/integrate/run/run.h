@@ -17,6 +17,8 @@ struct pend_run_stats {
                             problem has no accuracy, and for linear methods */
     double held;         /* s, the same, not rounded to an instant */
     double progress;     /* 0 .. 1 */
+    double saturated;    /* pend_control_saturated, of this controller */
+    int controller;
 };
 
 struct pend_run;

@@ -7,6 +7,7 @@
 #include "core/bodies/bodies.h"
 #include "core/dynamics/dynamics.h"
 #include "core/dynamics/kinematics_at.h"
+#include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
 #include "core/integrate/pieces/pieces_rows.h"
 #include "core/integrate/run/run_check.h"
@@ -208,6 +209,16 @@ static void run_exchange(const struct pend_run *run, int due, struct pend_sample
     }
 }
 
+/* what controllers hold at the instants due */
+static void run_control(const struct pend_run *run, int due, struct pend_samples *samples) {
+    const struct pend_problem *problem = &run->problem;
+    const double *own = pend_pieces_control(run->method, run->stepper);
+    int count = own ? problem->loads.terms->rules->controllers : 0;
+    for (int j = 0; j < due * count; j++)
+        samples->control[samples->count * count + j] =
+            pend_control_output(problem->loads.terms->rules, problem->tree->n, j % count, own);
+}
+
 struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend_samples *samples) {
     int n = run_arms(run), cart = pend_terms_cart(run->problem.loads.terms);
     const struct {
@@ -266,6 +277,7 @@ static void run_all_derive(struct pend_run *run, const struct pend_points *point
     if (samples->across || samples->joint_along || samples->joint_across || samples->cart_reaction)
         run_joints(run, points, due, samples);
     if (samples->work || samples->heat) run_exchange(run, due, samples);
+    if (samples->control) run_control(run, due, samples);
 }
 
 void pend_run_sample(struct pend_run *run, struct pend_samples *samples, int due) {

@@ -20,6 +20,7 @@ struct pend_samples {
      * the force of the rail across it, N; the arrays of the arms have no column for the cart. Of a
      * pendulum without a cart they stay as they are. */
     double *cart_place, *cart_speed, *cart_reaction;
+    double *control; /* an output a controller and sample, N m or N, that acts up to this instant */
     double *kinetic, *potential; /* one value a sample, J */
     double *work, *heat; /* one value a sample, J: what drives gave and friction took since the
                             first instant */

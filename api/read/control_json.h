@@ -1,0 +1,35 @@
+/* Reading the controllers of a pendulum: `control`.
+ * Leaves to others: what their laws compute (core/integrate/pieces/control).
+ * Invariant: every fault is added; numbers are in stored order. */
+#ifndef API_CONTROL_JSON_H
+#define API_CONTROL_JSON_H
+
+#include "api/read/rules_json.h"
+
+struct api_tree;
+
+/* The pendulum that is controlled. */
+struct api_controlled {
+    const struct pend_tree *tree;
+    int cart; /* non-zero: stored arm 0 is a cart */
+    /* reads an arm by its number or name; the caller's number from 0, or -1 and a fault */
+    int (*arm)(const struct api_tree *whole, const struct api_value *value,
+               struct api_problem *problem);
+    const struct api_tree *whole;
+};
+
+/** Returns the place in stored order of number i of a state in the caller's order: all theta, all
+ * thetad, the cart's place and speed; i itself beyond. O(1). */
+int api_control_place(const struct api_controlled *of, int i);
+
+/**
+ * Reads controllers; a missing value is none.
+ *
+ * PEND_NO_MEMORY  faults are added to the problem. O(numbers).
+ */
+PEND_MUST_CHECK enum pend_status api_control_read(struct api_rules *rules,
+                                                  const struct api_controlled *of,
+                                                  const struct api_value *value,
+                                                  struct api_problem *problem);
+
+#endif
