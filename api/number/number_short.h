@@ -1,7 +1,6 @@
 /* Short numbers: at most eight digits, 1e-5 <= |x| < 1e7. Each step runs for sixteen numbers before
  * the next step, because the steps of one number depend on each other and would not overlap.
- * Leaves to others: all other numbers, the characters between them (number_write), AVX-512
- * (number_lanes).
+ * Leaves to others: all other numbers, the characters between them (number_write).
  * Invariant: the text equals that of api_number_write_digits, byte for byte. C++17. */
 #ifndef API_NUMBER_SHORT_H
 #define API_NUMBER_SHORT_H
@@ -95,10 +94,10 @@ struct short_layouts {
 constexpr short_layouts short_layouts_at{};
 
 /*
- * This class and the one of number_lanes have these members:
+ * Converts several short numbers at once.
  *
  * COUNT            how many numbers are converted at a time;
- * short_X(digits)  constructs a converter to 1 to SHORT_DIGITS digits;
+ * short_batch(digits)  constructs a converter to 1 to SHORT_DIGITS digits;
  * take(x)          converts x[0] .. x[COUNT - 1]; returns false if one of them has another size
  *                  (zero included), or rounding it needs more precision than a double has;
  * write(out, x, i) writes the text of x[i] after take(x) and returns its end; API_NUMBER_BYTES

@@ -10,13 +10,8 @@
 #include <dragonbox/dragonbox.h>
 
 #include "api/number/number_digits.h"
-#include "api/number/number_lanes.h"
 #include "api/number/number_powers.h"
 #include "api/number/number_short.h"
-
-extern "C" {
-#include "core/base/isa.h"
-}
 
 using namespace api;
 
@@ -330,12 +325,10 @@ __attribute__((noinline)) char *rows_shortest(char *out, const struct api_number
     return out;
 }
 
-template <class short_numbers>
-inline __attribute__((always_inline)) char *rows_rounded_by(char *out,
-                                                            const struct api_number_rows &rows) {
+__attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_rows &rows) {
     const double *x = rows.value, *end = x + rows.rows * rows.width;
     row_writer writer(rows);
-    short_numbers numbers(rows.digits < SHORT_DIGITS ? rows.digits : SHORT_DIGITS);
+    short_batch numbers(rows.digits < SHORT_DIGITS ? rows.digits : SHORT_DIGITS);
     for (long count; x < end; x += count) {
         count = end - x < numbers.COUNT ? end - x : numbers.COUNT;
         bool brief = rows.digits <= SHORT_DIGITS && count == numbers.COUNT && numbers.take(x);
@@ -347,25 +340,10 @@ inline __attribute__((always_inline)) char *rows_rounded_by(char *out,
     return out;
 }
 
-__attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_rows &rows) {
-    return rows_rounded_by<short_batch>(out, rows);
-}
-
-#ifdef __x86_64__
-API_LANES __attribute__((noinline)) char *rows_in_lanes(char *out,
-                                                        const struct api_number_rows &rows) {
-    return rows_rounded_by<short_lanes>(out, rows);
-}
-#else
-constexpr auto rows_in_lanes = rows_rounded;
-#endif
-
 } // namespace
 
 extern "C" char *api_number_write_rows(char *out, const struct api_number_rows *rows) {
-    if (!rows->digits) return rows_shortest(out, *rows);
-    return pend_isa_best() == PEND_ISA_AVX512 ? rows_in_lanes(out, *rows)
-                                              : rows_rounded(out, *rows);
+    return rows->digits ? rows_rounded(out, *rows) : rows_shortest(out, *rows);
 }
 
 extern "C" char *api_number_write_int(char *out, long long i) {

@@ -1,10 +1,8 @@
 extern "C" {
-#include "core/base/isa.h"
 #include "tests/harness/test.h"
 }
 
 #include "api/number/number.h"
-#include "api/number/number_lanes.h"
 #include "api/number/number_short.h"
 
 #include <math.h>
@@ -22,18 +20,18 @@ static double number(unsigned long long *seed, int everyday) {
 }
 
 /* faults against numbers written one by one, and how many of the batches were taken */
-template <class short_numbers> static int faults_of(int everyday, int *taken, int batches) {
+static int faults_of(int everyday, int *taken, int batches) {
     unsigned long long seed = 5;
     int faults = 0;
     *taken = 0;
     for (int batch = 0; batch < batches; batch++) {
         int digits = 1 + batch % api::SHORT_DIGITS;
-        double x[short_numbers::COUNT];
+        double x[api::short_batch::COUNT];
         for (double &value : x) value = number(&seed, everyday);
-        short_numbers numbers(digits);
+        api::short_batch numbers(digits);
         if (!numbers.take(x)) continue;
         ++*taken;
-        for (int i = 0; i < short_numbers::COUNT; i++) {
+        for (int i = 0; i < api::short_batch::COUNT; i++) {
             char got[API_NUMBER_BYTES] = {}, want[API_NUMBER_BYTES] = {};
             long bytes = numbers.write(got, x, i) - got;
             faults += bytes != api_number_write_digits(want, x[i], digits) - want ||
@@ -43,21 +41,10 @@ template <class short_numbers> static int faults_of(int everyday, int *taken, in
     return faults;
 }
 
-template <class short_numbers> static void agrees() {
+TEST(number_short_is_that_written_alone) {
     int taken, batches = 60000;
-    CHECK_INT(faults_of<short_numbers>(0, &taken, batches), 0);
+    CHECK_INT(faults_of(0, &taken, batches), 0);
     CHECK(taken > 300);
-    CHECK_INT(faults_of<short_numbers>(1, &taken, batches), 0);
+    CHECK_INT(faults_of(1, &taken, batches), 0);
     CHECK(taken > batches / 3);
 }
-
-TEST(number_short_is_that_written_alone) { agrees<api::short_batch>(); }
-
-#ifdef __x86_64__
-TEST(number_short_in_lanes_is_that_written_alone) {
-    if (pend_isa_best() == PEND_ISA_AVX512)
-        agrees<api::short_lanes>();
-    else
-        test_skip("this processor has no AVX-512");
-}
-#endif
