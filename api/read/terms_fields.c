@@ -46,7 +46,7 @@ static const struct api_terms_row fields[API_TERMS_FIELDS] = {
          {{"linear", PEND_TERM_DRAG, 0, 0, 0, "N s/m", {"drag"}},
           {"quadratic", PEND_TERM_DRAG_QUADRATIC, 0, 0, 0, "N s^2/m^2", {"drag_quadratic"}},
           {"speed", PEND_TERM_DRAG_SPEED, 0, 0, MORE_THAN_0, "m/s", {"drag_speed"}}}},
-    [API_TERMS_STOP] = {"stop", API_TERMS_STOPS, {{NULL}}},
+    [API_TERMS_STOP] = {"stop", API_TERMS_STOPS, {{.name = NULL}}},
 };
 
 const struct api_terms_row *api_terms_row(enum api_terms_field field) {

@@ -102,7 +102,7 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     dup2(log, 2);
     setenv("PENDULUMD_ALLOW_ROOT", "on", 0);
     /* another program under which it runs makes calls of its own */
-    if (prefix) setenv("PENDULUMD_WALLS", "off", 0);
+    if (prefix) setenv("PENDULUMD_SANDBOX", "off", 0);
     execvp(word[0], word);
     _exit(127);
 }

@@ -228,6 +228,7 @@ static const struct {
     {"POST", "/v1/orbits", "", "{\"pendulum\":" ASK_DOUBLE ",\"mode\":3,\"amplitude\":1}", 422,
      "/mode"},
     {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},
+    {"POST", "/v1/controllers", "", "{\"pendulum\":" ASK_DOUBLE ",\"period\":-1}", 422, "/period"},
     {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422,
      "/normalize"},
     {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,2,1]}", 422,

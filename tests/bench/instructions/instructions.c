@@ -34,7 +34,7 @@ struct subject {
     void *work;
 };
 
-static void subject_init(struct subject *s, int n, int chain) {
+static void subject_init(struct subject *s, int n) {
     enum { LANES = PEND_DYNAMICS_VEC };
     unsigned long long seed = 7;
     size_t count = (size_t)n, bytes = LANES * count * sizeof(double),
@@ -44,7 +44,7 @@ static void subject_init(struct subject *s, int n, int chain) {
     for (int i = 0; i < n; i++) {
         length[i] = pow(10, 0.6 * random_number(&seed) - 0.3);
         mass[i] = pow(10, 0.6 * random_number(&seed) - 0.3);
-        parent[i] = i == 0 ? -1 : chain ? i - 1 : (int)(random_number(&seed) * i);
+        parent[i] = i == 0 ? -1 : (int)(random_number(&seed) * i);
     }
     if (pend_tree_new(&s->tree, n, length, mass, parent, NULL)) exit(1);
     s->phi = room(bytes), s->rate = room(bytes), s->acc = room(bytes), s->force = room(bytes);
@@ -69,11 +69,6 @@ static void subject_clear(struct subject *s) {
 
 COUNTED count_one(struct subject *s);
 COUNTED count_one(struct subject *s) {
-    pend_dynamics_for(PEND_ISA_AVX2, s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
-}
-
-COUNTED count_chain(struct subject *s);
-COUNTED count_chain(struct subject *s) {
     pend_dynamics_for(PEND_ISA_AVX2, s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
@@ -106,11 +101,13 @@ COUNTED count_taylor_large(struct subject *s) { steps(s, 10); }
 
 int main(void) {
     static const struct {
-        int n, chain;
+        int n;
         void (*run)(struct subject *);
     } lines[] = {
-        {1024, 0, count_one},       {1024, 1, count_chain},       {128, 0, count_lanes},
-        {2, 0, count_taylor_small}, {200, 0, count_taylor_large},
+        {1024, count_one},
+        {128, count_lanes},
+        {2, count_taylor_small},
+        {200, count_taylor_large},
     };
     if (pend_isa_best() < PEND_ISA_AVX2) {
         printf("no avx2\n");
@@ -118,7 +115,7 @@ int main(void) {
     }
     for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
         struct subject s;
-        subject_init(&s, lines[i].n, lines[i].chain);
+        subject_init(&s, lines[i].n);
         lines[i].run(&s);
         subject_clear(&s);
     }

@@ -163,7 +163,7 @@ static char *film_angles(char *at, const char *start, int rows, int lost,
     for (int k = 0; k < 2; k++) {
         at += sprintf(at, "%s{\"theta\":%d,\"values\":[", k ? "," : "", k + 1);
         for (int i = 0; i < rows; i += i == 2 ? lost + 1 : 1) {
-            char pointer[30];
+            char pointer[40];
             snprintf(pointer, sizeof pointer, "/theta/%d/%d", i, k);
             double theta = test_reply_number(&film, pointer) + 0.004 * noise(seed);
             at += sprintf(at, "%s%.6f", i ? "," : "", theta);
