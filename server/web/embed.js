@@ -98,7 +98,7 @@ export default function beginEmbed(app) {
   const { store, text, clock } = app;
   const attributes = { class: "embed-link", target: "_blank", rel: "noopener" };
   const link = h("a", attributes, text("embed.open"));
-  document.getElementById("stage")?.append(link);
+  document.getElementById("stage")?.append(h("h1", { class: "unseen" }, text("name")), link);
   const tell = () => window.parent.postMessage(stateOf(app), "*");
   let timer = 0;
   let playing = clock.playing;

@@ -53,7 +53,7 @@ export async function axe_finds_nothing_in_the_embed_view(rig) {
   for (const path of ["/?embed=1&length=1&theta=60", "/?embed=1&sheet=period"]) {
     const page = await rig.open({ path, width: 900, height: 600 });
     await page.evaluate(() => pendulumd.clock.pause());
-    if (path.includes("sheet")) await page.waitForSelector("#embed-sheet h2, #embed-sheet h3");
+    if (path.includes("sheet")) await page.waitForSelector("#embed-sheet :is(h2, h3):visible");
     await drawn(page);
     assert.deepEqual(await violations(page), [], path);
     await close(page);

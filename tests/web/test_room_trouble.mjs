@@ -25,17 +25,17 @@ export async function who_waits_for_a_server_that_is_away_is_told_so(rig) {
   let back = away(rig);
   await pupil.fill("[data-class=nickname]", "Ada");
   await pupil.press("[data-class=nickname]", "Enter");
-  await waits(pupil, ".class-body");
+  await waits(pupil);
   await rig.shot(pupil, "room-away-join");
   back();
-  await pupil.click(".class-body .away button");
+  await pupil.click(".away:not([hidden]) button");
   await says(pupil, /your own pendulum/);
   back = away(rig);
   await pupil.reload();
-  await waits(pupil, ".class-body");
+  await waits(pupil);
   assert.match(await pupil.innerText(".class-body"), /Going into the room/);
   back();
-  await pupil.click(".class-body .away button");
+  await pupil.click(".away:not([hidden]) button");
   await says(pupil, /your own pendulum/);
 
   await teacher.selectOption("[data-class=ours]", "period");
@@ -95,7 +95,7 @@ export async function two_tabs_of_one_teacher_show_the_same_and_act_one_after_th
   await Promise.all([tab.click("[data-class=push]"), teacher.click("[data-class=own]")]);
   const stage = async (page) => page.textContent(".show-part .class-now");
   const rest = async () => new Set([await stage(teacher), await stage(tab)]).size === 1;
-  for (let i = 0; i < 100 && !(await rest()); i++) await teacher.waitForTimeout(50);
+  for (let i = 0; i < 400 && !(await rest()); i++) await teacher.waitForTimeout(50);
   assert.ok(await rest(), `${await stage(teacher)} ${await stage(tab)}`);
   await says(pupil, /^All work/.test(await stage(teacher)) ? /your own pendulum/ : /Everybody has the same|frozen/);
   // a room that one tab forgets stays in the other; one that it ends is over in both
