@@ -42,7 +42,7 @@ const ink = (colour) => (colour.startsWith("--") ? `var(${colour})` : colour);
 
 /**
  * Round numbers between two, about `many` of them.
- * @param {number} low @param {number} high @param {number} many
+ * @param {number} low @param {number} high @param {number} many @returns {number[]}
  */
 function ticks(low, high, many) {
   const raw = (high - low) / many;
@@ -51,7 +51,8 @@ function ticks(low, high, many) {
   const list = [];
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; i++)
     list.push(i * step);
-  return list;
+  // one number alone tells no scale
+  return list.length < 2 && many < 20 ? ticks(low, high, many + 1) : list;
 }
 
 /**
