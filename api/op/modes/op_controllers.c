@@ -135,14 +135,16 @@ static void read_weights(struct controllers *c, const struct api_value *root,
         for (int i = 0; i < rows; i++) {
             struct api_value item = api_value_item(&q, i);
             if (!(given[i] >= 0 && given[i] <= 1e300))
-                api_value_fault(&item, problem, API_CODE_OUT_OF_RANGE "must be 0 or more");
+                api_value_fault(&item, problem,
+                                API_CODE_OUT_OF_RANGE "must be a number from 0 to 1e300");
             c->q[place_of(c, i)] = given[i];
         }
     if (api_field_numbers(&r, c->inputs, "actuator", given, problem) > 0)
         for (int i = 0; i < c->inputs; i++) {
             struct api_value item = api_value_item(&r, i);
             if (!(given[i] > 0 && given[i] <= 1e300))
-                api_value_fault(&item, problem, API_CODE_OUT_OF_RANGE "must be greater than 0");
+                api_value_fault(&item, problem,
+                                API_CODE_OUT_OF_RANGE "must be greater than 0, 1e300 at most");
             c->r[i] = given[i];
         }
 }
