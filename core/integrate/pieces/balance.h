@@ -1,6 +1,6 @@
-/* Forces and torques that a known motion needs: inverse dynamics of a real pendulum, leaves to
+/* Inverse dynamics of a real pendulum: the forces and torques of a known motion, from leaves to
  * root. Leaves to others: accelerations (core/bodies). Invariant: no matrix and no division, so
- * that joints that hold are as any other. */
+ * joints that hold need no special case. */
 #ifndef PEND_BALANCE_H
 #define PEND_BALANCE_H
 
@@ -9,7 +9,7 @@
 #include "core/bodies/bodies.h"
 #include "core/tree/loads.h"
 
-/** Returns where arm k hangs on its parent, in the parent's frame, m; not of a cart. O(1). */
+/** Returns the position of arm k's joint in its parent's frame, m; k is not on a cart. O(1). */
 double complex pend_balance_hangs(const struct pend_tree *tree, const struct pend_loads *loads,
                                   int k);
 
@@ -18,24 +18,24 @@ double complex pend_balance_hangs(const struct pend_tree *tree, const struct pen
 double pend_balance_masses(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                            double complex *moment, double *inertia);
 
-/* A moving state; arrays of n values, stored order. */
+/* A state with accelerations; arrays of n values in stored order. */
 struct pend_moving {
     double time; /* s, in the time of the drives */
     const double *phi, *rate, *acc;
 };
 
-/** Bytes of memory that pend_balance needs. */
+/** Returns the bytes of memory that pend_balance needs. */
 size_t pend_balance_bytes(const struct pend_tree *tree);
 
 /**
- * Forces and torques of a motion whose accelerations are given.
+ * Computes the forces and torques of a motion with known accelerations.
  *
  * loads   with terms.
  * memory  pend_balance_bytes bytes, aligned to 16.
- * torque  out, n values: the whole torque of the joint on its arm, N m (of a cart the force along
- *         the rail, N) less all that springs, friction in terms, drives and inputs give there. It
- * is what a joint that holds, or slides by Coulomb's law, exerts. NULL = not wanted. forces  out,
- * as of pend_bodies_at; NULL = not wanted.
+ * torque  out, n values: the torque of the joint on its arm, N m (for a cart the force along the
+ * rail, N), without springs, friction in terms, drives and inputs. This is the torque of a joint
+ * that holds, or slides by Coulomb's law. NULL = not needed. forces  out, as for pend_bodies_at;
+ * NULL = not needed.
  *
  * Newton and Euler for each arm in its own joint: F = M a + h U + sum F_c - f, and the torque is
  * J (phi'' + 2 gamma phi') + Im(conj(u) [conj(h) a + sum conj(p_c) F_c - l f]) and those of its
