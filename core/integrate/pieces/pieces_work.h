@@ -10,11 +10,11 @@
 
 /* kinds of rules */
 enum { PIECES_RULES = 2 };
-/* rows of instants that a stuck pendulum's states are spread by at a time */
+/* instants per block when the states of a contracted pendulum are expanded to all arms */
 enum { PIECES_ROWS = 16 };
-/* pieces without a length that may follow each other */
+/* most consecutive pieces of zero length */
 enum { PIECES_STALLED = 1000 };
-/* how a piece has ended: at an instant known beforehand, or at an event */
+/* how a piece ended: at an instant known in advance, or at an event */
 enum { PIECES_KNOWN = 1, PIECES_EVENT };
 
 struct pieces {
@@ -22,20 +22,20 @@ struct pieces {
     struct pend_problem problem; /* with the piece's numbers */
     struct pend_piece piece;
     void *stepper;   /* of the whole pendulum, or of `stuck` */
-    double begun;    /* s, relative: when the piece began */
-    double next;     /* s, in the time of the drives: its end as known beforehand */
+    double begun;    /* start of the piece, s after the first instant */
+    double next;     /* end of the piece if no event comes before, s, in the time of the drives */
     double reached;  /* s, relative */
-    double *low[2];  /* what the doubles of angles and rates leave out where it began */
-    int ended;       /* how the last step has ended the piece; 0 = it has not */
-    int fresh;       /* no step of the piece was taken */
-    int stalled;     /* pieces without a length, the last ones */
-    double way_most; /* s, of a step while joints hold: drives of these are not in its series */
-    void *own[PIECES_RULES];         /* what rules keep; NULL = the pendulum has no such rule */
+    double *low[2];  /* low-order parts of angles and rates at the start of the piece */
+    int ended;       /* how the last step ended the piece; 0 = it did not */
+    int fresh;       /* non-zero: no step of the piece was taken */
+    int stalled;     /* number of the last pieces of zero length */
+    double way_most; /* longest step while joints hold, s: the series lacks their drives */
+    void *own[PIECES_RULES];         /* states of the rules; NULL = the pendulum has no such rule */
     struct pend_joints *joints;      /* NULL = no joint has dry friction or stops */
     struct pend_stuck *stuck;        /* while joints hold */
     double *room;                    /* of pend_joint_events and of rows */
-    struct pend_sum work, heat;      /* J, by steppers that were closed */
-    struct pend_stepper_counts done; /* by them */
+    struct pend_sum work, heat;      /* of closed steppers, J */
+    struct pend_stepper_counts done; /* counts of closed steppers */
 };
 
 #endif

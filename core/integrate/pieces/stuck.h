@@ -1,8 +1,7 @@
-/* The pendulum that is left while joints hold: child and parent are one rigid body, so that a
- * pendulum with joints that hold is another one with fewer arms.
- * Leaves to others: which joints hold (joints), the motion (core/bodies).
- * Invariant: a stuck pendulum has its own tree, terms and numbers; angles of arms that it has lost
- * follow from those that it has. */
+/* The contracted pendulum: a child whose joint holds forms one rigid body with its parent, so that
+ * a pendulum with holding joints is another one with fewer arms. Leaves to others: which joints
+ * hold (joints), the motion (core/bodies). Invariant: a contracted pendulum has its own tree, terms
+ * and numbers; the angles of contracted arms follow from those of the arms of its tree. */
 #ifndef PEND_STUCK_H
 #define PEND_STUCK_H
 
@@ -16,10 +15,10 @@ struct pend_stuck {
     struct pend_loads loads;
     void *work;           /* of pend_bodies_at */
     int n;                /* arms of the whole pendulum; arrays in its stored order */
-    int *rep;             /* the stored arm of `tree` with which each turns */
-    int *of;              /* the whole pendulum's arm that each stored arm of `tree` is */
-    unsigned char *still; /* the arm does not turn at all */
-    double *offset, *low; /* rad, by which its angle is larger than that arm's: a sum of two */
+    int *rep;             /* for each arm the arm of `tree` that it turns with */
+    int *of;              /* for each arm of `tree` its arm in the whole pendulum */
+    unsigned char *still; /* non-zero: the arm does not turn */
+    double *offset, *low; /* its angle minus that arm's, rad, as a sum of two doubles */
 };
 
 /**
@@ -39,7 +38,7 @@ PEND_MUST_CHECK enum pend_status pend_stuck_new(struct pend_stuck **stuck,
                                                 const unsigned char holds[], const double phi[],
                                                 const double phi_low[]);
 
-/** Frees it and clears the pointer; NULL is accepted. */
+/** Frees a contracted pendulum and clears the pointer; NULL is accepted. */
 void pend_stuck_free(struct pend_stuck **stuck);
 
 /** Copies numbers that change between pieces, inputs and sliding torques, from a list of the whole
@@ -50,7 +49,7 @@ void pend_stuck_inputs(struct pend_stuck *stuck, const struct pend_terms *terms,
 /** Copies rates or accelerations of the stuck pendulum to all arms; returns `to`. O(n). */
 double *pend_stuck_spread(const struct pend_stuck *stuck, const double from[], double to[]);
 
-/** The same of angles, as sums of two; low parts may be NULL. */
+/** The same for angles, as sums of two doubles; low parts may be NULL. */
 void pend_stuck_turn(const struct pend_stuck *stuck, const double from[], const double from_low[],
                      double to[], double to_low[]);
 
