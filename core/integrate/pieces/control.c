@@ -180,7 +180,8 @@ static double control_compute(const struct control_view *v, const struct pend_co
                               double own[]) {
     double *turns = own + WAITS + c->delay;
     const struct pend_law *law = v->rules->law + c->law;
-    for (int i = 0; i < (int)own[LAW]; i++) law = v->rules->law + law->next;
+    for (int i = 0; i < own[LAW] && law->kind == PEND_LAW_SWING_UP; i++)
+        law = v->rules->law + law->next;
     if (law->kind == PEND_LAW_SWING_UP) {
         double before = own[LAW];
         law_hand_over(v, law, own, turns);
