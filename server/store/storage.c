@@ -304,7 +304,6 @@ static void storage_wake(struct srv_storage *storage) {
 
 void srv_storage_free(struct srv_storage **storage) {
     struct srv_storage *gone = *storage;
-    *storage = NULL;
     if (!gone) return;
     pthread_mutex_lock(&gone->lock);
     gone->over = 1;
@@ -315,6 +314,8 @@ void srv_storage_free(struct srv_storage **storage) {
         if (gone->desk[i].runs) pthread_join(gone->desk[i].thread, NULL);
         srv_store_close(&gone->desk[i].store);
     }
+    // the threads that have ended read the pointer in their callbacks
+    *storage = NULL;
     for (int kind = 0; kind < SRV_ASK_KINDS; kind++) {
         assert(srv_list_empty(&gone->line[kind].turns.roads));
         pthread_cond_destroy(&gone->line[kind].some);
