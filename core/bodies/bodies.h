@@ -1,6 +1,6 @@
 /* Accelerations and forces of a real pendulum at one state, in O(n).
  * Leaves to others: ideal pendulums, for which there are faster forms (dynamics), series of any
- * order (jets), the matrix form (reference).
+ * order (jets).
  * Invariant: no allocation; arms in the tree's stored order. */
 #ifndef PEND_BODIES_H
 #define PEND_BODIES_H

@@ -1,5 +1,5 @@
 /* Angular accelerations and arm forces of a moving tree in O(n), without a matrix.
- * Leaves to others: the paper's matrix form (reference), positions and energies (kinematics).
+ * Leaves to others: positions and energies (kinematics).
  * Invariant: no allocation; arms in the tree's stored order. */
 #ifndef PEND_DYNAMICS_H
 #define PEND_DYNAMICS_H

@@ -1,7 +1,6 @@
 /* Rows of the paper's matrices about an equilibrium: A of the linearization, the mass matrix M,
  * S, B, and the matrices of damping C and stiffness K.
- * Leaves to others: whole matrices of any motion (reference), of the tree alone (tree), of a real
- * pendulum (damped).
+ * Leaves to others: whole matrices of the tree alone (tree), of a real pendulum (damped).
  * Invariant: no entry is a small difference of large numbers; arms are in the caller's order. */
 #ifndef PEND_MATRIX_H
 #define PEND_MATRIX_H

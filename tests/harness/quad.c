@@ -72,8 +72,7 @@ static void quad_inertia(const struct pend_tree *tree, const double phi[], const
         }
 }
 
-void test_quad_solve(int n, test_quad a[], test_quad b[]) {
-    size_t w = (size_t)n;
+static void quad_factor(size_t w, test_quad a[]) {
     for (size_t j = 0; j < w; j++) {
         for (size_t k = 0; k < j; k++) a[j * w + j] -= a[j * w + k] * a[j * w + k];
         a[j * w + j] = test_quad_sqrt(a[j * w + j]);
@@ -82,6 +81,9 @@ void test_quad_solve(int n, test_quad a[], test_quad b[]) {
             a[i * w + j] /= a[j * w + j];
         }
     }
+}
+
+static void quad_substitute(size_t w, const test_quad a[], test_quad b[]) {
     for (size_t i = 0; i < w; i++) {
         for (size_t k = 0; k < i; k++) b[i] -= a[i * w + k] * b[k];
         b[i] /= a[i * w + i];
@@ -90,6 +92,52 @@ void test_quad_solve(int n, test_quad a[], test_quad b[]) {
         for (size_t k = i + 1; k < w; k++) b[i] -= a[k * w + i] * b[k];
         b[i] /= a[i * w + i];
     }
+}
+
+void test_quad_solve(int n, test_quad a[], test_quad b[]) {
+    quad_factor((size_t)n, a);
+    quad_substitute((size_t)n, a, b);
+}
+
+/* S^T diag(m) S, Re M and Im M, one after another; the caller frees them */
+static test_quad *quad_matrices(const struct pend_tree *tree, const double phi[]) {
+    size_t n = (size_t)tree->n;
+    test_quad *gram = malloc((3 * n * n + 2 * n) * sizeof *gram);
+    if (!gram) abort();
+    quad_gram(tree, gram);
+    quad_inertia(tree, phi, gram, gram + n * n, gram + 2 * n * n, gram + 3 * n * n);
+    return gram;
+}
+
+void test_quad_inertia(const struct pend_tree *tree, const double phi[], double re[], double im[]) {
+    size_t square = (size_t)tree->n * (size_t)tree->n;
+    test_quad *m = quad_matrices(tree, phi);
+    for (size_t i = 0; i < square; i++) {
+        re[i] = (double)m[square + i];
+        im[i] = (double)m[2 * square + i];
+    }
+    free(m);
+}
+
+void test_quad_linearization(const struct pend_tree *tree, double gravity, double a[],
+                             double a_inverse[]) {
+    size_t n = (size_t)tree->n;
+    double *hanging = calloc(n, sizeof *hanging);
+    test_quad *column = malloc(n * sizeof *column);
+    if (!hanging || !column) abort();
+    test_quad *gram = quad_matrices(tree, hanging), *re = gram + n * n;
+    for (size_t i = 0; a_inverse && i < n * n; i++)
+        a_inverse[i] = (double)(re[i] / (gravity * tree->len[i / n] * gram[i / n * (n + 1)]));
+    quad_factor(n, re);
+    for (size_t j = 0; a && j < n; j++) {
+        for (size_t i = 0; i < n; i++) column[i] = 0;
+        column[j] = gravity * tree->len[j] * gram[j * (n + 1)];
+        quad_substitute(n, re, column);
+        for (size_t i = 0; i < n; i++) a[i * n + j] = (double)column[i];
+    }
+    free(gram);
+    free(column);
+    free(hanging);
 }
 
 void test_quad_dynamics(const struct pend_tree *tree, const struct pend_loads *loads,

@@ -36,6 +36,14 @@ void test_quad_dynamics(const struct pend_tree *tree, const struct pend_loads *l
                         const double phi[], const double rate[], test_quad acc[],
                         test_quad force[]);
 
+/** M(phi) = Re + i Im of (aaa), kg m^2, n x n row-major, rounded to doubles. O(n^2). */
+void test_quad_inertia(const struct pend_tree *tree, const double phi[], double re[], double im[]);
+
+/** (lin): A = g Re(0)^-1 diag(l (S^T m)), 1/s^2, and its inverse, s^2, for gravity != 0; n x n
+ * row-major, rounded to doubles; either may be NULL. O(n^3). */
+void test_quad_linearization(const struct pend_tree *tree, double gravity, double a[],
+                             double a_inverse[]);
+
 /** Solves a x = b, a symmetric and positive definite, n x n, by Cholesky in place of its lower
  * triangle; b becomes x. O(n^3). */
 void test_quad_solve(int n, test_quad a[], test_quad b[]);

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/dynamics/reference.h"
 #include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
@@ -124,23 +123,38 @@ TEST(law_fast_form_is_the_matrix_form_for_small_trees_with_masses_16_decades_apa
     WORST_CHECK(&worst, 5e-11, 1e-10, "masses of 10^+-8, up to 6 arms");
 }
 
-TEST(law_fast_form_agrees_with_gsl) {
-    struct worst worst = {0};
-    unsigned long long seed = 8;
-    for (int i = 0; i < 10 * TEST_TREE_KINDS; i++) {
-        struct test_tree t;
-        double acc[MOST], force[MOST], matrix_acc[MOST], matrix_force[MOST];
-        unsigned long long begin = seed;
-        int n = 1 + test_random_int(&seed, i < TEST_TREE_KINDS ? MOST : 50);
-        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.3, &seed);
-        test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
-        REQUIRE(pend_reference_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, matrix_acc,
-                                        matrix_force) == PEND_OK);
-        worst_note(&worst, test_gap(n, acc, matrix_acc), test_gap(n, force, matrix_force), n,
-                   begin);
-        test_tree_clear(&t);
+/* largest entry of A v - square v of a linearization of n arms */
+static double eigen_miss(int n, const double a[], const double v[], double square) {
+    double worst = 0;
+    for (int i = 0; i < n; i++) {
+        double product = 0;
+        for (int j = 0; j < n; j++) product += a[n * i + j] * v[j];
+        worst = fmax(worst, fabs(product - square * v[i]));
     }
-    WORST_CHECK(&worst, 5e-11, 5e-11, "fast form against GSL's Cholesky");
+    return worst;
+}
+
+TEST(law_of_the_matrix_form_knows_the_papers_pendulums) {
+    static const double one[] = {1, 1, 1};
+    struct pend_tree *tree;
+    double a[9], inverse[9], worst = 0, r = sqrt(1.5);
+    // the double, in units of g / l
+    REQUIRE(pend_tree_new(&tree, 2, one, one, (const int[]){-1, 0}, NULL) == PEND_OK);
+    test_quad_linearization(tree, 1, a, NULL);
+    for (int s = -1; s <= 1; s += 2)
+        worst = fmax(worst, eigen_miss(2, a, (double[]){1, -s * sqrt(2)}, 2 + s * sqrt(2)));
+    pend_tree_free(&tree);
+    // two arms at one joint
+    const double vector[3][3] = {{1, r, r}, {0, 1, -1}, {1, -r, -r}};
+    const double square[3] = {3 - sqrt(6), 1, 3 + sqrt(6)};
+    REQUIRE(pend_tree_new(&tree, 3, one, one, (const int[]){-1, 0, 0}, NULL) == PEND_OK);
+    test_quad_linearization(tree, 1, a, inverse);
+    for (int mode = 0; mode < 3; mode++) {
+        worst = fmax(worst, eigen_miss(3, a, vector[mode], square[mode]));
+        worst = fmax(worst, eigen_miss(3, inverse, vector[mode], 1 / square[mode]));
+    }
+    pend_tree_free(&tree);
+    CHECK_RESIDUAL(worst, 1e-14, "A v = omega^2 v of the paper's double and non-standard triple");
 }
 
 TEST(law_of_the_matrix_form_notices_wrong_variants) {

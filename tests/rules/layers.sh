@@ -14,7 +14,7 @@ declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^c
 pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|[ei]mmintrin|arm_neon)[.]h$|^(cassert|cmath|cstddef|cstdint|cstdio|cstdlib|cstring|limits|system_error)$'
 # an outside library's headers, and the files that are its door
 doors=(
-    '^gsl/|^gsl_ ^core/(integrate/methods/method_gsl|fit/fit|fit/fit_pieces|fit/fit_told|fit/fit_verdict|orbits/orbit_algebra|modes/damped|dynamics/reference)[.]c$'
+    '^gsl/|^gsl_ ^core/(integrate/methods/method_gsl|fit/fit|fit/fit_pieces|fit/fit_told|fit/fit_verdict|orbits/orbit_algebra|modes/damped)[.]c$'
     '^sys/mman[.]h$ ^(core/modes/hugepage|server/sandbox/sandbox_seccomp)[.]c$' # advice about huge pages; rights of memory
     '^cjson/ ^api/(json/json_(scan|in)|clients/browser/missing)[.]c$'
     '^curl/ ^api/clients/cli/remote[.]c$'

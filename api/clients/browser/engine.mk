@@ -8,7 +8,7 @@ CLANGXX ?= clang++
 # asked of a server: what computes long (ensembles, exponents, sections, fits, responses, 32 digits) or needs GSL's matrices, and
 # files that a page saves
 ELSEWHERE := core/extended/% core/ensemble/% core/derivatives/derivatives.c core/derivatives/ideal%.c core/derivatives/kernel_ideal.c core/fit/% core/control/% core/modes/damped.c \
-  core/modes/response.c core/modes/kernel_response.c core/dynamics/reference%.c core/integrate/methods/method_gsl.c core/integrate/events/section.c core/base/checkpoint.c \
+  core/modes/response.c core/modes/kernel_response.c core/integrate/methods/method_gsl.c core/integrate/events/section.c core/base/checkpoint.c \
   api/op/op_lyapunov.c api/op/op_sections.c api/op/varied.c api/op/ensemble/% api/op/fit/% \
   $(addprefix api/op/modes/,damped_json.c op_controllers.c op_response.c response_json.c) \
   $(addprefix api/encode/,colormap.c encode_arrays.c encode_hdf5.c encode_mat.c encode_npz.c encode_parquet.c encode_png.c \
