@@ -9,190 +9,86 @@ enum { NAME_BYTES = 64, NEAR_EDITS = 2 };
 /* Other names of fields, methods, outputs and units, from other programs and papers. Of several
  * rows with the same word the first allowed one counts. */
 static const struct {
-    const char *word, *meant;
+    const char *meant, *words;
 } other_words[] = {
     /* parts of a request */
-    {"tree", "pendulum"},
-    {"system", "pendulum"},
-    {"model", "pendulum"},
+    {"pendulum", "tree system model"},
+    {"initial", "state initial_state initial_conditions y0 x0 ic init"},
+    {"duration", "time times t_end tmax stop"},
+    {"times", "t time tspan t_span t_eval"},
+    {"method", "solver integrator algorithm"},
+    {"rtol", "tol tolerance reltol"},
+    {"atol", "abstol"},
+    {"step", "h dt by interval"},
     {"state", "initial"},
-    {"initial_state", "initial"},
-    {"initial_conditions", "initial"},
-    {"y0", "initial"},
-    {"x0", "initial"},
-    {"t", "times"},
-    {"time", "duration"},
-    {"time", "times"},
-    {"tspan", "times"},
-    {"t_span", "times"},
-    {"t_eval", "times"},
-    {"solver", "method"},
-    {"integrator", "method"},
-    {"algorithm", "method"},
-    {"tol", "rtol"},
-    {"tolerance", "rtol"},
-    {"reltol", "rtol"},
-    {"abstol", "atol"},
-    {"h", "step"},
-    {"ic", "initial"},
-    {"init", "initial"},
-    {"initial", "state"},
-    {"times", "duration"},
-    {"t_end", "duration"},
-    {"tmax", "duration"},
-    {"stop", "duration"},
-    {"dtype", "number"},
-    {"language", "form"},
-    {"lang", "form"},
+    {"number", "dtype"},
+    {"form", "language lang"},
     /* members */
-    {"parameter", "vary"},
-    {"param", "vary"},
-    {"variable", "vary"},
-    {"quantity", "vary"},
-    {"min", "low"},
-    {"max", "high"},
-    {"std", "deviation"},
-    {"stddev", "deviation"},
-    {"sigma", "deviation"},
-    {"mu", "mean"},
-    {"gaussian", "normal"},
-    {"gauss", "normal"},
-    {"max_lambda", "lambda_max"},
-    {"min_lambda", "lambda_min"},
+    {"vary", "parameter param variable quantity"},
+    {"low", "min"},
+    {"high", "max"},
+    {"deviation", "std stddev sigma"},
+    {"mean", "mu"},
+    {"normal", "gaussian gauss"},
+    {"lambda_max", "max_lambda"},
+    {"lambda_min", "min_lambda"},
     /* a pendulum */
-    {"l", "L"},
-    {"l", "length"},
-    {"lengths", "length"},
-    {"radius", "length"},
-    {"m", "mass"},
-    {"masses", "mass"},
-    {"weight", "mass"},
-    {"g", "gravity"},
-    {"grav", "gravity"},
-    {"parents", "parent"},
-    {"id", "name"},
-    {"label", "name"},
-    {"links", "arms"},
-    {"bars", "arms"},
-    {"path", "S"},
-    {"b", "damping"},
-    {"c", "damping"},
-    {"k", "stiffness"},
-    {"spring", "stiffness"},
-    {"springs", "stiffness"},
-    {"mass_matrix", "M"},
+    {"L", "l"},
+    {"length", "l lengths radius"},
+    {"mass", "m masses weight"},
+    {"gravity", "g grav"},
+    {"parent", "parents"},
+    {"name", "id label"},
+    {"arms", "links bars"},
+    {"S", "path"},
+    {"damping", "b c"},
+    {"stiffness", "k spring springs"},
+    {"M", "mass_matrix"},
     /* instants */
-    {"dt", "step"},
-    {"by", "step"},
-    {"interval", "step"},
-    {"step", "count"},
-    {"steps", "count"},
-    {"n", "count"},
-    {"num", "count"},
-    {"points", "count"},
-    {"samples", "count"},
-    {"from", "start"},
-    {"min", "start"},
-    {"max", "stop"},
-    {"t0", "start"},
-    {"to", "stop"},
-    {"end", "stop"},
-    {"t1", "stop"},
-    {"tmax", "stop"},
-    {"t_max", "stop"},
-    {"duration", "stop"},
+    {"count", "step steps n num points samples"},
+    {"start", "from min t0"},
+    {"stop", "max to end t1 tmax t_max duration"},
     /* states and outputs: of a tip first, where both are there */
-    {"position", "z"},
-    {"positions", "z"},
-    {"x", "z"},
-    {"y", "z"},
-    {"xy", "z"},
-    {"velocity", "zd"},
-    {"velocities", "zd"},
-    {"velocity", "thetad"},
-    {"velocities", "thetad"},
-    {"angle", "theta"},
-    {"angles", "theta"},
-    {"theta0", "theta"},
-    {"omega", "thetad"},
-    {"theta_dot", "thetad"},
-    {"thetadot", "thetad"},
-    {"dtheta", "thetad"},
-    {"phi_dot", "phid"},
-    {"phidot", "phid"},
-    {"dphi", "phid"},
-    {"acceleration", "phidd"},
-    {"accelerations", "phidd"},
-    {"tension", "lambda"},
-    {"force", "lambda"},
-    {"forces", "lambda"},
-    {"energies", "energy"},
-    {"E", "energy"},
-    {"degree", "deg"},
-    {"degrees", "deg"},
-    {"radian", "rad"},
-    {"radians", "rad"},
+    {"z", "position positions x y xy"},
+    {"zd", "velocity velocities"},
+    {"thetad", "velocity velocities omega theta_dot thetadot dtheta"},
+    {"theta", "angle angles theta0"},
+    {"phid", "phi_dot phidot dphi"},
+    {"phidd", "acceleration accelerations"},
+    {"lambda", "tension force forces"},
+    {"energy", "energies E"},
+    {"deg", "degree degrees"},
+    {"rad", "radian radians"},
     /* methods and precisions */
-    {"ode45", "rkf45"},
-    {"rk45", "rkf45"},
-    {"rk4", "rkf45"},
-    {"dopri5", "rkf45"},
-    {"dop853", "rk8pd"},
-    {"ode89", "rk8pd"},
-    {"ode113", "msadams"},
-    {"lsoda", "msadams"},
-    {"odeint", "msadams"},
-    {"adams", "msadams"},
-    {"rk23", "ode23"},
-    {"verlet", "symplectic"},
-    {"leapfrog", "symplectic"},
-    {"radau5", "radau"},
-    {"ode15s", "radau"},
-    {"float", "double"},
-    {"float64", "double"},
-    {"float128", "extended"},
+    {"rkf45", "ode45 rk45 rk4 dopri5"},
+    {"rk8pd", "dop853 ode89"},
+    {"msadams", "ode113 lsoda odeint adams"},
+    {"ode23", "rk23"},
+    {"symplectic", "verlet leapfrog"},
+    {"radau", "radau5 ode15s"},
+    {"double", "float float64"},
+    {"extended", "float128"},
     /* routes */
-    {"/v1/trajectory", "/v1/trajectories"},
-    {"/v1/simulate", "/v1/trajectories"},
-    {"/v1/simulation", "/v1/trajectories"},
-    {"/v1/simulations", "/v1/trajectories"},
-    {"/v1/integrate", "/v1/trajectories"},
-    {"/v1/solve", "/v1/trajectories"},
-    {"/v1/run", "/v1/trajectories"},
-    {"/v1/motion", "/v1/trajectories"},
-    {"/v1/frequencies", "/v1/modes"},
-    {"/v1/eigenmodes", "/v1/modes"},
-    {"/v1/eigenvalues", "/v1/modes"},
-    {"/v1/energy", "/v1/forces"},
-    {"/v1/accelerations", "/v1/forces"},
-    {"/v1/poincare", "/v1/sections"},
-    {"/v1/exponents", "/v1/lyapunov"},
-    {"/v1/map", "/v1/ensembles"},
-    {"/v1/sweep", "/v1/ensembles"},
-    {"/v1/batch", "/v1/ensembles"},
-    {"/v1/pendulum", "/v1/trees"},
-    {"/v1/pendulums", "/v1/trees"},
-    {"/v1/tasks", "/v1/jobs"},
-    {"/v1/openapi.json", "/openapi.json"},
-    {"/v1/swagger.json", "/openapi.json"},
+    {"/v1/trajectories", "/v1/trajectory /v1/simulate /v1/simulation /v1/simulations /v1/integrate "
+                         "/v1/solve /v1/run /v1/motion"},
+    {"/v1/modes", "/v1/frequencies /v1/eigenmodes /v1/eigenvalues"},
+    {"/v1/forces", "/v1/energy /v1/accelerations"},
+    {"/v1/sections", "/v1/poincare"},
+    {"/v1/lyapunov", "/v1/exponents"},
+    {"/v1/ensembles", "/v1/map /v1/sweep /v1/batch"},
+    {"/v1/trees", "/v1/pendulum /v1/pendulums"},
+    {"/v1/jobs", "/v1/tasks"},
+    {"/openapi.json", "/v1/openapi.json /v1/swagger.json"},
 };
 
-/* fields and the object that contains them */
+/* objects and fields that they contain, at most API_NAME_PLACES in all */
 static const struct {
-    const char *name, *place;
+    const char *place, *names;
 } places[] = {
-    {"arms", "pendulum"},      {"length", "pendulum"},   {"mass", "pendulum"},
-    {"parent", "pendulum"},    {"L", "pendulum"},        {"m", "pendulum"},
-    {"S", "pendulum"},         {"gravity", "pendulum"},  {"g", "pendulum"},
-    {"damping", "pendulum"},   {"pivot", "pendulum"},    {"friction", "pendulum"},
-    {"stiffness", "pendulum"}, {"drag", "pendulum"},     {"phi", "initial"},
-    {"phid", "initial"},       {"theta", "initial"},     {"thetad", "initial"},
-    {"phi0", "initial"},       {"phid0", "initial"},     {"theta0", "initial"},
-    {"omega0", "initial"},     {"amplitude", "initial"}, {"unit", "initial"},
-    {"start", "times"},        {"stop", "times"},        {"count", "times"},
-    {"dt", "times"},           {"t0", "times"},          {"t1", "times"},
-    {"tmax", "times"},         {"t_end", "times"},       {"duration", "times"},
-    {"seed", "random"},        {"draw", "random"},
+    {"pendulum", "arms length mass parent L m S gravity g damping pivot friction stiffness drag"},
+    {"initial", "phi phid theta thetad phi0 phid0 theta0 omega0 amplitude unit"},
+    {"times", "start stop count dt t0 t1 tmax t_end duration"},
+    {"random", "seed draw"},
 };
 
 /* words for what belongs in a header field */
@@ -205,8 +101,6 @@ static const struct {
              {"wait", "Prefer: respond-async, wait=30"},
              {"title", "Job-Title: ..."},
              {"token", "Authorization: Bearer ..."}};
-
-static_assert(sizeof places / sizeof *places <= API_NAME_PLACES, "all of them fit a list");
 
 static int name_lower(char c) { return c >= 'A' && c <= 'Z' ? c + 32 : (unsigned char)c; }
 
@@ -259,11 +153,23 @@ static const char *name_among(const char *name, const char *const allowed[]) {
     return NULL;
 }
 
+/* true if `name` is the `same` as one of the words of a list */
+static int name_listed(const char *name, const char *list,
+                       int (*same)(const char *, const char *, size_t)) {
+    size_t bytes = strlen(name);
+    for (; *list; list += strspn(list, " ")) {
+        size_t word = strcspn(list, " ");
+        if (word == bytes && !same(list, name, bytes)) return 1;
+        list += word;
+    }
+    return 0;
+}
+
 const char *api_did_you_mean(const char *name, const char *const allowed[]) {
     for (int i = 0; allowed[i]; i++)
         if (!strcasecmp(name, allowed[i])) return allowed[i];
     for (size_t i = 0; i < sizeof other_words / sizeof *other_words; i++) {
-        if (strcasecmp(name, other_words[i].word)) continue;
+        if (!name_listed(name, other_words[i].words, strncasecmp)) continue;
         const char *meant = name_among(other_words[i].meant, allowed);
         if (meant) return meant;
     }
@@ -272,7 +178,8 @@ const char *api_did_you_mean(const char *name, const char *const allowed[]) {
 
 const char *api_name_place(const char *name, const char *const allowed[]) {
     for (size_t i = 0; i < sizeof places / sizeof *places; i++)
-        if (!strcmp(name, places[i].name)) return name_among(places[i].place, allowed);
+        if (name_listed(name, places[i].names, strncmp))
+            return name_among(places[i].place, allowed);
     return NULL;
 }
 

@@ -1,5 +1,5 @@
 /* Trees to test with: every small parent list, random big ones of several kinds, and random states.
- * Leaves to others: presets (core/tree/presets), exact answers (harness/quad).
+ * Leaves to others: exact answers (harness/quad).
  * Invariant: the same seed gives the same tree on every machine. */
 #ifndef TREES_H
 #define TREES_H

@@ -1,10 +1,9 @@
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/op/presets_real.h"
-#include "core/tree/presets.h"
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
@@ -13,66 +12,118 @@ static struct test_reply get(enum api_op_id op, const char *name) {
     return test_send(&request, NULL);
 }
 
-static int real_count(void) {
-    int count = 0;
-    while (api_preset_real(count)) count++;
-    return count;
+/* a number of preset i of the list, or one of its list at `place` */
+static double number(const struct test_reply *reply, int i, const char *place) {
+    char pointer[80];
+    snprintf(pointer, sizeof pointer, "/presets/%d/%s", i, place);
+    return test_reply_number(reply, pointer);
 }
 
-/* preset i of the list: its name, title and arms */
-static struct pend_preset told(int i) {
-    struct pend_preset preset = {.name = NULL};
-    int ideal = pend_preset_count();
-    if (i < ideal) {
-        pend_preset_get(i, &preset);
-        return preset;
-    }
-    const struct api_preset_real *real = api_preset_real(i - ideal);
-    preset.name = real->name;
-    preset.title = real->title;
-    preset.n = real->n;
-    preset.phi[0] = NAN;
-    return preset;
+static const char *text(const struct test_reply *reply, int i, const char *place) {
+    char pointer[80];
+    snprintf(pointer, sizeof pointer, "/presets/%d/%s", i, place);
+    return test_reply_text(reply, pointer);
+}
+
+/* lower-case words joined by hyphens, fit for a URL */
+static int is_slug(const char *name) {
+    return *name && strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789-") == strlen(name);
 }
 
 TEST(the_list_has_every_preset_whole) {
     struct test_reply reply = get(API_OP_PRESETS, NULL);
     CHECK_INT(reply.status, 200);
-    CHECK_INT(test_reply_count(&reply, "/presets"), pend_preset_count() + real_count());
-    for (int i = 0; i < pend_preset_count() + real_count(); i++) {
-        struct pend_preset preset = told(i);
-        char pointer[60];
-        snprintf(pointer, sizeof pointer, "/presets/%d/name", i);
-        CHECK_TEXT(test_reply_text(&reply, pointer), preset.name);
-        snprintf(pointer, sizeof pointer, "/presets/%d/n", i);
-        CHECK(test_reply_number(&reply, pointer) == preset.n);
-        struct test_reply alone = get(API_OP_PRESET, preset.name);
+    int count = test_reply_count(&reply, "/presets");
+    CHECK(count >= 20);
+    for (int i = 0; i < count; i++) {
+        const char *name = text(&reply, i, "name");
+        double samples = number(&reply, i, "times/stop") / number(&reply, i, "times/step");
+        CHECK_SAYING(is_slug(name), "%s is not fit for a URL", name);
+        CHECK_SAYING(strlen(text(&reply, i, "title")) > 3 &&
+                         strlen(text(&reply, i, "description")) > 40,
+                     "%s says too little", name);
+        CHECK_SAYING(samples >= 100 && samples <= 5000 && fabs(samples - round(samples)) < 1e-9,
+                     "%s has %g samples", name, samples);
+        struct test_reply alone = get(API_OP_PRESET, name);
         CHECK_INT(alone.status, 200);
-        CHECK_SAYING(strstr(reply.out.data, alone.out.data) != NULL, "%s is not in the list",
-                     preset.name);
+        CHECK_SAYING(strstr(reply.out.data, alone.out.data) != NULL, "%s is not in the list", name);
         test_reply_free(&alone);
     }
     test_reply_free(&reply);
 }
 
-TEST(every_preset_is_a_request_for_its_trajectory) {
-    for (int i = 0; i < pend_preset_count() + real_count(); i++) {
-        struct pend_preset preset = told(i);
-        struct test_reply reply = get(API_OP_PRESET, preset.name);
+TEST(presets_of_the_contract_have_the_shapes_of_their_names) {
+    static const struct {
+        const char *name, *piece;
+    } wanted[] = {{"paper-four-arms",
+                   "\"n\":4,\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],"
+                   "\"parent\":[0,1,2,2],\"gravity\":9.81},\"initial\":{\"phi\":[0,0,0,0],"
+                   "\"phid\":[0,0,0,0]},\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}"},
+                  {"single", "\"parent\":[0]"},
+                  {"double", "\"parent\":[0,1]"},
+                  {"triple", "\"parent\":[0,1,2]"},
+                  {"non-standard-triple", "\"parent\":[0,1,1]"},
+                  {"chain-10", "\"parent\":[0,1,2,3,4,5,6,7,8,9]"},
+                  {"star", "\"parent\":[0,1,1,1,1,1,1,1,1]"},
+                  {"binary-4", "\"parent\":[0,1,1,2,2,3,3,4,4,5,5,6,6,7,7]"}};
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        struct test_reply reply = get(API_OP_PRESET, wanted[i].name);
         CHECK_INT(reply.status, 200);
-        CHECK_TEXT(test_reply_text(&reply, "/title"), preset.title);
-        char *pendulum = strstr(reply.out.data, "\"pendulum\":"),
-             *times = strstr(reply.out.data, "\"times\":");
-        REQUIRE(pendulum && times);
-        char *body = malloc(reply.out.bytes + 100);
-        sprintf(body, "{%.*s\"times\":[0,0.01],\"output\":[\"phi\"]}", (int)(times - pendulum),
-                pendulum);
+        CHECK_SAYING(strstr(reply.out.data, wanted[i].piece) != NULL, "%s: %s", wanted[i].name,
+                     reply.out.data);
+        test_reply_free(&reply);
+    }
+}
+
+/* the part of a preset that is a request, without its times */
+static char *request_of(const struct test_reply *preset, const char *more) {
+    char *pendulum = strstr(preset->out.data, "\"pendulum\":"),
+         *times = strstr(preset->out.data, ",\"times\":"), *body = malloc(preset->out.bytes + 200);
+    assert(pendulum && times && body);
+    sprintf(body, "{%.*s%s}", (int)(times - pendulum), pendulum, more);
+    return body;
+}
+
+TEST(preset_two_to_one_has_frequencies_in_that_ratio) {
+    struct test_reply preset = get(API_OP_PRESET, "two-to-one");
+    char *body = request_of(&preset, ""), *initial = strstr(body, ",\"initial\":");
+    strcpy(initial, "}");
+    struct test_reply modes = test_post(API_OP_MODES, body);
+    double slow = test_reply_number(&modes, "/omega/0"),
+           fast = test_reply_number(&modes, "/omega/1");
+    CHECK_RESIDUAL(fabs(fast / slow - 2), 1e-15, "frequencies as 2 to 1");
+    test_reply_free(&modes);
+    test_reply_free(&preset);
+    free(body);
+}
+
+/* the largest rate and acceleration of any arm at the first instant */
+static double liveliest(const struct test_reply *run, int arms) {
+    double most = 0;
+    for (int k = 0; k < arms; k++) {
+        char rate[40], acc[40];
+        snprintf(rate, sizeof rate, "/phid/0/%d", k);
+        snprintf(acc, sizeof acc, "/phidd/0/%d", k);
+        most = fmax(most, fabs(test_reply_number(run, rate)) + fabs(test_reply_number(run, acc)));
+    }
+    return most;
+}
+
+TEST(every_preset_is_a_request_for_its_trajectory_and_moves) {
+    struct test_reply list = get(API_OP_PRESETS, NULL);
+    for (int i = 0; i < test_reply_count(&list, "/presets"); i++) {
+        const char *name = text(&list, i, "name");
+        struct test_reply reply = get(API_OP_PRESET, name);
+        char *body =
+            request_of(&reply, ",\"times\":[0,0.01],\"output\":[\"phi\",\"phid\",\"phidd\"]");
         struct test_reply run = test_post(API_OP_TRAJECTORIES, body);
-        CHECK_SAYING(run.status == 200, "%s: %.300s", preset.name, run.out.data);
-        CHECK(test_reply_number(&run, "/phi/0/0") ==
-              (isnan(preset.phi[0]) ? test_reply_number(&reply, "/initial/phi/0") : preset.phi[0]));
+        CHECK_SAYING(run.status == 200, "%s: %.300s", name, run.out.data);
+        CHECK(test_reply_number(&run, "/phi/0/0") == number(&list, i, "initial/phi/0"));
+        CHECK_INT(test_reply_count(&run, "/phi/0"), (int)number(&list, i, "n"));
+        CHECK_SAYING(liveliest(&run, (int)number(&list, i, "n")) > 0.1, "%s stays where it is",
+                     name);
         test_reply_free(&run);
-        sprintf(body, "{%s", pendulum);
+        sprintf(body, "{%s", strstr(reply.out.data, "\"pendulum\":"));
         struct api_limits limits;
         api_limits_init(&limits);
         limits.answer_bytes = 1; /* read and checked whole, but not computed */
@@ -83,6 +134,7 @@ TEST(every_preset_is_a_request_for_its_trajectory) {
         free(body);
         test_reply_free(&reply);
     }
+    test_reply_free(&list);
 }
 
 TEST(an_unknown_preset_is_not_found_and_a_near_name_is_offered) {

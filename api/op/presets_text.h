@@ -1,0 +1,18 @@
+/* The ready-made pendulums, each a request for its trajectory with a name, a title and a sentence.
+ * Leaves to others: finding one and serving them (op_presets).
+ * Invariant: JSON with parents before children; line ends inside a preset are no part of it, and an
+ * empty line follows each but the last. */
+#ifndef API_PRESETS_TEXT_H
+#define API_PRESETS_TEXT_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+extern const char api_presets_text[];
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
