@@ -299,20 +299,23 @@ static int error_of(const struct guess *guess, int i) {
 }
 
 static void errors_take(struct guess *guess) {
+    struct api_csv_taken *roles = guess->roles->column;
     for (int i = 0; i < guess->csv->columns; i++) {
-        struct api_csv_taken *taken = &guess->roles->column[i];
+        struct api_csv_taken *taken = &roles[i];
         const struct api_csv_column *column = &guess->csv->column[i];
         if (!(guess->words[i].words & (API_CSV_WORD_ERROR | API_CSV_WORD_PRIME))) continue;
         if (taken->role != API_CSV_NONE || taken->why || !column->numbers) continue;
         if (!of_table(guess, i)) continue;
         int of = error_of(guess, i);
-        if (of < 0 || guess->roles->column[of].role == API_CSV_TIME)
+        if (of < 0 || roles[of].role == API_CSV_TIME)
             leave(taken, "an error of what is not measured here");
         else if (column->low < 0)
             leave(taken, "is called an error, but has values below 0");
         else
             *taken =
-                (struct api_csv_taken){API_CSV_SIGMA, guess->roles->column[of].arm, of, 0, 1, NULL};
+                (struct api_csv_taken){
+                    .role = API_CSV_SIGMA, .arm = roles[of].arm, .of = of, .sure = 1},
+            roles[of].of = i;
     }
 }
 

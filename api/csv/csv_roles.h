@@ -22,7 +22,7 @@ enum api_csv_role {
 struct api_csv_taken {
     enum api_csv_role role;
     int arm;         /* from 1; 0 of what has none */
-    int of;          /* of a standard error, else -1 */
+    int of;          /* of a standard error its column, of a column that of its errors; or -1 */
     double unit;     /* s, rad, rad/s or m that one of the table's is; 0 = unknown (pixels) */
     int sure;        /* named, or not to be taken for anything else */
     const char *why; /* a sentence without its end, static; NULL where there is nothing to say */

@@ -3,12 +3,13 @@
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "api/base/text.h"
 #include "api/json/json_out.h"
 
-enum { NAMES_BYTES = 400, LISTED = 64, MANY_ROWS = 8 };
+enum { NAMES_BYTES = 400, GAP_BYTES = 100, LISTED = 64, MANY_ROWS = 8 };
 
 static const double pi = 3.14159265358979323846;
 
@@ -73,8 +74,9 @@ static void check_given(const struct api_measured *table, const struct api_value
     }
 }
 
-int api_measured_repeats(const struct api_measured *table, const double row[],
-                         const double before[]) {
+/* whether a row says in all columns that are used what the row before it says */
+static int measured_repeats(const struct api_measured *table, const double row[],
+                            const double before[]) {
     for (int i = 0; i < table->csv.columns; i++) {
         if (table->roles.column[i].role == API_CSV_NONE) continue;
         if (row[i] != before[i] && !(isnan(row[i]) && isnan(before[i]))) return 0;
@@ -88,7 +90,7 @@ static void measured_rows(struct api_measured *table) {
     const struct api_csv *csv = &table->csv;
     double row[2][API_CSV_COLUMNS], n = 0, v = 0, uu = 0, uuv = 0, uuuu = 0;
     const char *at = csv->begin;
-    int line = 0, last = 0, of[2] = {0, 0}; // x and y
+    int line = csv->first - 1, last = 0, of[2] = {0, 0}; // x and y
     for (int i = csv->columns - 1; i > 0; i--) {
         const struct api_csv_taken *taken = &table->roles.column[i];
         if (taken->arm == 1 && is_place(taken->role)) of[taken->role == API_CSV_Y] = i;
@@ -96,7 +98,9 @@ static void measured_rows(struct api_measured *table) {
     const struct api_csv_column *x = &csv->column[of[0]], *y = &csv->column[of[1]];
     for (long count = 0; api_csv_row(csv, &at, &line, row[!last]); count++) {
         last = !last;
-        table->repeated += count && api_measured_repeats(table, row[last], row[!last]);
+        table->repeated += count && measured_repeats(table, row[last], row[!last]);
+        if (table->roles.time >= 0 && isnan(row[last][table->roles.time]) && !table->untimed)
+            table->untimed = line;
         double across = pow(row[last][of[0]] - (x->low + x->high) / 2, 2);
         double along = row[last][of[1]] - y->first;
         if (isnan(across) || isnan(along)) continue;
@@ -163,9 +167,24 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
     return !problem->status;
 }
 
+/* what is missing or a word where a number is needed; returns 0 where nothing is */
+static int measured_gap(const struct api_measured *table, char out[GAP_BYTES]) {
+    *out = 0;
+    for (int i = 0; i < table->csv.columns && !*out; i++) {
+        const struct api_csv_column *column = &table->csv.column[i];
+        if (table->roles.column[i].role == API_CSV_NONE || !column->words) continue;
+        snprintf(out, GAP_BYTES,
+                 "line %d: field %d must be a number, or empty where nothing was measured",
+                 column->word_line, i + 1);
+    }
+    if (!*out && table->untimed)
+        snprintf(out, GAP_BYTES, "line %d: t must be a number", table->untimed);
+    return *out != 0;
+}
+
 int api_measured_check(const struct api_measured *table, const struct api_value *text,
                        struct api_problem *problem) {
-    char names[NAMES_BYTES];
+    char names[NAMES_BYTES], gap[GAP_BYTES];
     if (table->roles.time < 0)
         api_value_fault(text, problem,
                         API_CODE_MISSING
@@ -176,15 +195,29 @@ int api_measured_check(const struct api_measured *table, const struct api_value 
                         API_CODE_MISSING "has no column of angles or places: theta_1, phi_1, x_1, "
                                          "y_1; its columns are %s",
                         measured_names(table, names));
-    for (int i = 0; i < table->csv.columns && !problem->status; i++) {
-        const struct api_csv_column *column = &table->csv.column[i];
-        if (table->roles.column[i].role == API_CSV_NONE || !column->words) continue;
-        api_value_fault(text, problem,
-                        API_CODE_WRONG_TYPE "line %d: field %d must be a number, or empty where "
-                                            "nothing was measured",
-                        column->word_line, i + 1);
-    }
+    else if (measured_gap(table, gap))
+        api_value_fault(text, problem, API_CODE_WRONG_TYPE "%s", gap);
     return !problem->status;
+}
+
+double *api_measured_rows(const struct api_measured *table) {
+    const int width = table->csv.columns;
+    const char *at = table->csv.begin;
+    long count = 0;
+    // one row more: the last one may be there twice
+    double *row = malloc((size_t)(table->csv.rows + 1) * (size_t)width * sizeof *row), *now = row;
+    for (int line = 0; row && api_csv_row(&table->csv, &at, &line, now); now = row + count * width)
+        count += !count || !measured_repeats(table, now, now - width);
+    assert(!row || count == table->csv.rows - table->repeated);
+    return row;
+}
+
+double api_measured_value(const struct api_measured *table, int column, const double row[]) {
+    const struct api_csv_taken *roles = table->roles.column, *taken = &roles[column];
+    int sigma = taken->role == API_CSV_SIGMA, error = sigma ? column : taken->of;
+    double unit = is_place(sigma ? roles[taken->of].role : taken->role) ? 1 : taken->unit;
+    if (error >= 0 && !(row[error] > 0)) return sigma ? 1 : NAN;
+    return row[column] * unit - (taken->role == API_CSV_TIME ? table->roles.origin : 0);
 }
 
 /* ---- writing */
@@ -212,6 +245,13 @@ static enum pend_status write_column(const struct api_measured *table, int i,
     return api_buffer_text(out, "}");
 }
 
+static enum pend_status write_cell(double value, struct api_buffer *out) {
+    char text[API_OUT_NUMBER_BYTES + 8];
+    PEND_TRY(api_out_comma(out));
+    if (isnan(value)) return api_buffer_text(out, "null");
+    return api_buffer_add(out, text, (size_t)(api_out_digits(text, value, 0) - text));
+}
+
 static enum pend_status write_rows(const struct api_measured *table, int rows,
                                    struct api_buffer *out) {
     const char *at = table->csv.begin;
@@ -221,21 +261,52 @@ static enum pend_status write_rows(const struct api_measured *table, int rows,
     while (rows-- > 0 && api_csv_row(&table->csv, &at, &line, value)) {
         PEND_TRY(api_out_comma(out));
         PEND_TRY(api_buffer_text(out, "["));
-        for (int i = 0; i < table->csv.columns; i++) {
-            char text[API_OUT_NUMBER_BYTES + 8];
-            PEND_TRY(api_out_comma(out));
-            PEND_TRY(isnan(value[i])
-                         ? api_buffer_text(out, "null")
-                         : api_buffer_add(out, text,
-                                          (size_t)(api_out_digits(text, value[i], 0) - text)));
-        }
+        for (int i = 0; i < table->csv.columns; i++) PEND_TRY(write_cell(value[i], out));
         PEND_TRY(api_buffer_text(out, "]"));
     }
     return api_buffer_text(out, "]");
 }
 
+/* what column i has in the rows */
+static enum pend_status write_values(const struct api_measured *table, const char *name, int i,
+                                     const double *row, struct api_buffer *out) {
+    PEND_TRY(api_out_open(out, name, '['));
+    for (long k = table->csv.rows - table->repeated; k > 0; k--, row += table->csv.columns)
+        PEND_TRY(write_cell(api_measured_value(table, i, row), out));
+    return api_buffer_text(out, "]");
+}
+
+/* {"t": [...], "series": [{"theta": 1, "values": [...], "sigma": [...]}]} */
+static enum pend_status write_series(const struct api_measured *table, const double *row,
+                                     struct api_buffer *out) {
+    PEND_TRY(api_out_open(out, "data", '{'));
+    PEND_TRY(write_values(table, "t", table->roles.time, row, out));
+    PEND_TRY(api_out_open(out, "series", '['));
+    for (int i = 0; i < table->csv.columns; i++) {
+        const struct api_csv_taken *taken = &table->roles.column[i];
+        if (taken->role < API_CSV_THETA || taken->role > API_CSV_RATE) continue;
+        PEND_TRY(api_out_comma(out));
+        PEND_TRY(api_buffer_text(out, "{"));
+        PEND_TRY(api_out_whole(out, api_csv_role_name(taken->role), taken->arm));
+        PEND_TRY(write_values(table, "values", i, row, out));
+        if (taken->of >= 0) PEND_TRY(write_values(table, "sigma", taken->of, row, out));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
+    return api_buffer_text(out, "]}");
+}
+
+static enum pend_status write_data(const struct api_measured *table, struct api_buffer *out) {
+    char gap[GAP_BYTES];
+    if (table->roles.time < 0 || !table->roles.measured || measured_gap(table, gap)) return PEND_OK;
+    double *row = api_measured_rows(table);
+    enum pend_status status = row ? write_series(table, row, out) : PEND_NO_MEMORY;
+    free(row);
+    return status;
+}
+
 static enum pend_status write_advice(const struct api_measured *table, struct api_buffer *out) {
     int time = table->roles.time;
+    char gap[GAP_BYTES];
     const struct {
         int is;
         const char *text;
@@ -248,6 +319,7 @@ static enum pend_status write_advice(const struct api_measured *table, struct ap
         {table->csv.doubtful,
          "a comma was taken for the decimal mark: no number shows whether it marks thousands"},
         {table->downwards, "y counts downwards, as in images: give \"camera\" \"down\": true"},
+        {measured_gap(table, gap), gap},
         {*table->advice != 0, table->advice}};
     PEND_TRY(api_out_open(out, "suggestions", '['));
     for (size_t i = 0; i < sizeof advice / sizeof *advice; i++)
@@ -255,7 +327,7 @@ static enum pend_status write_advice(const struct api_measured *table, struct ap
     return api_buffer_text(out, "]");
 }
 
-enum pend_status api_measured_write(const struct api_measured *table, int rows,
+enum pend_status api_measured_write(const struct api_measured *table, int rows, int data,
                                     struct api_buffer *out) {
     const struct api_csv *csv = &table->csv;
     char separator[2] = {csv->separator, 0};
@@ -271,6 +343,7 @@ enum pend_status api_measured_write(const struct api_measured *table, int rows,
     for (int i = 0; i < csv->columns; i++) PEND_TRY(write_column(table, i, out));
     PEND_TRY(api_buffer_text(out, "]"));
     if (rows) PEND_TRY(write_rows(table, rows, out));
+    if (data) PEND_TRY(write_data(table, out));
     PEND_TRY(write_advice(table, out));
     return api_buffer_text(out, "}");
 }

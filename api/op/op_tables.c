@@ -8,14 +8,18 @@
 #include "api/json/json_out.h"
 #include "api/op/measured_json.h"
 
-enum { FIRST_ROWS = 5, MOST_TABLES = 32, ANSWER_BYTES = 1 << 20 };
+enum { FIRST_ROWS = 5, MOST_TABLES = 32, ANSWER_BYTES = 1 << 20, MOST_CELLS = 300000 };
 
 /* a request for a fit may be sent unchanged */
-static const char *const fields[] = {"pendulum", "data",  "initial", "start",      "camera", "loss",
-                                     "unknowns", "fixed", "rtol",    "iterations", NULL};
+static const char *const fields[] = {"pendulum", "data",       "initial",  "start",
+                                     "camera",   "loss",       "unknowns", "fixed",
+                                     "rtol",     "iterations", "include",  NULL};
+static const char *const included[] = {"data", NULL};
 
 struct tables {
     struct api_tree tree;
+    int data;   /* the measurements are answered too */
+    long cells; /* of all tables */
     struct api_buffer answer;
 };
 
@@ -29,7 +33,13 @@ static enum pend_status tables_one(struct tables *tables, const struct api_value
                                    struct api_problem *problem) {
     struct api_measured table;
     if (!api_measured_read(&table, &tables->tree, data, problem)) return PEND_INVALID;
-    return api_measured_write(&table, FIRST_ROWS, &tables->answer);
+    tables->cells += table.csv.rows * table.csv.columns;
+    if (tables->data && tables->cells > MOST_CELLS) {
+        api_value_fault(data, problem,
+                        API_CODE_LIMIT "has more than %d cells: leave \"include\" out", MOST_CELLS);
+        return PEND_INVALID;
+    }
+    return api_measured_write(&table, FIRST_ROWS, tables->data, &tables->answer);
 }
 
 static enum pend_status tables_all(struct tables *tables, const struct api_value *data,
@@ -53,10 +63,14 @@ static enum pend_status tables_all(struct tables *tables, const struct api_value
 static enum pend_status tables_read(void *state, const struct api_reading *reading) {
     struct tables *tables = state;
     struct api_value pendulum = api_value_member(reading->root, "pendulum"),
-                     data = api_value_member(reading->root, "data");
+                     data = api_value_member(reading->root, "data"),
+                     include = api_value_member(reading->root, "include");
     struct api_problem *problem = reading->problem;
-    api_buffer_init(&tables->answer, ANSWER_BYTES);
     (void)api_value_only(reading->root, fields, problem);
+    tables->data = api_field_words(&include, included, problem) != 0;
+    api_buffer_init(&tables->answer, tables->data
+                                         ? ANSWER_BYTES + 2L * MOST_CELLS * API_OUT_NUMBER_BYTES
+                                         : ANSWER_BYTES);
     enum pend_status status = PEND_OK;
     // without a pendulum the table names the arms
     if (api_value_kind(&pendulum) != API_MISSING) status = api_reading_tree(reading, &tables->tree);
@@ -81,7 +95,7 @@ static enum pend_status tables_run(void *state, const struct api_turn *turn, int
 
 static double tables_bytes(const void *state) {
     const struct tables *tables = state;
-    return API_OP_SMALL_BYTES + ANSWER_BYTES + api_tree_bytes(&tables->tree);
+    return API_OP_SMALL_BYTES + 2.0 * (double)tables->answer.cap + api_tree_bytes(&tables->tree);
 }
 
 const struct api_op api_op_tables = {.name = "tables",

@@ -185,6 +185,7 @@ function routes(asker) {
     forces: answer("/v1/forces"),
     modes: answer("/v1/modes"),
     trees: answer("/v1/trees"),
+    tables: answer("/v1/tables"),
     ensembles: answer("/v1/ensembles"),
     equations: answer("/v1/equations"),
     storeScene: answer("/v1/scenes"),

@@ -296,6 +296,7 @@ interface Client {
     forces(body: object, options?: AskOptions): Answer;
     modes(body: object, options?: AskOptions): Answer;
     trees(body: object, options?: AskOptions): Answer;
+    tables(body: object, options?: AskOptions): Answer;
     ensembles(body: object, options?: AskOptions): Answer;
     equations(body: object, options?: AskOptions): Answer;
     storeScene(body: object, options?: AskOptions): Answer;

@@ -1,16 +1,11 @@
 #include "api/op/fit/fits_csv.h"
 
-#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "api/op/measured_json.h"
 
 static const double pi = 3.14159265358979323846;
-
-/* what a number of the table is: places are in the camera's unit, whatever it is */
-static double series_unit(const struct pend_fit_column *column, const struct api_csv_taken *taken) {
-    return column->kind == PEND_FIT_X || column->kind == PEND_FIT_Y ? 1 : taken->unit;
-}
 
 /* the quantity of a column, and its series in the run */
 static void csv_series(struct api_fit_part *run, int c, const struct api_tree *tree,
@@ -22,54 +17,30 @@ static void csv_series(struct api_fit_part *run, int c, const struct api_tree *t
                                                  : PEND_FIT_PHI;
     column->arm = taken->arm - 1;
     column->joint = taken->role == API_CSV_JOINT && api_tree_parent(tree, column->arm) >= 0;
-    column->sigma = error * series_unit(column, taken);
+    column->sigma =
+        error * (column->kind == PEND_FIT_X || column->kind == PEND_FIT_Y ? 1 : taken->unit);
+    if (taken->of >= 0) column->each = run->each + (size_t)c * (size_t)run->rows;
     int hanging = taken->role == API_CSV_THETA || (taken->role == API_CSV_JOINT && !column->joint);
     run->zero[c] = hanging ? -pi / 2 : 0;
 }
 
-/* what has no error of its own, where the others have, was not measured */
-static void part_weigh(struct api_fit_part *run, long row, long all) {
-    for (int c = 0; c < run->columns; c++) {
-        double *each = &run->each[c * all + row];
-        if (!run->column[c].each || *each > 0) continue;
-        *each = 1, run->data[c * all + row] = NAN;
-    }
-}
-
-/* the rows of a table; a row that is there twice counts once */
-static void csv_rows(struct api_fit_part *run, const struct api_measured *table, const int series[],
-                     const struct api_value *text, struct api_problem *problem) {
-    const struct api_csv *csv = &table->csv;
-    const struct api_csv_roles *roles = &table->roles;
-    const char *at = csv->begin;
-    double both[2][API_CSV_COLUMNS];
-    long row = 0, all = run->rows;
-    int line = csv->first - 1, which = 0;
-    const struct api_csv_taken *time = &roles->column[roles->time];
-    for (; api_csv_row(csv, &at, &line, both[which]); which = !which) {
-        const double *value = both[which];
-        if (row && api_measured_repeats(table, value, both[!which])) continue;
-        if (isnan(value[roles->time])) {
-            api_value_fault(text, problem, API_CODE_WRONG_TYPE "line %d: t must be a number", line);
-            return;
+/* the rows of a table */
+static enum pend_status csv_rows(struct api_fit_part *run, const struct api_measured *table,
+                                 const int series[]) {
+    double *rows = api_measured_rows(table);
+    const double *row = rows;
+    for (long k = 0; rows && k < run->rows; k++, row += table->csv.columns) {
+        run->t[k] = api_measured_value(table, table->roles.time, row);
+        for (int i = 0; i < table->csv.columns; i++) {
+            int error = table->roles.column[i].of;
+            long at = series[i] * run->rows + k;
+            if (series[i] < 0) continue;
+            run->data[at] = api_measured_value(table, i, row) + run->zero[series[i]];
+            if (error >= 0) run->each[at] = api_measured_value(table, error, row);
         }
-        run->t[row] = value[roles->time] * time->unit - roles->origin;
-        for (int i = 0; i < csv->columns; i++) {
-            const struct api_csv_taken *taken = &roles->column[i];
-            int sigma = taken->role == API_CSV_SIGMA;
-            int c = sigma ? series[taken->of] : series[i];
-            if (c < 0) continue;
-            double unit = series_unit(&run->column[c], taken);
-            double x = value[i] * unit + (sigma ? 0 : run->zero[c]);
-            (sigma ? run->each : run->data)[c * all + row] = x;
-        }
-        part_weigh(run, row++, all);
     }
-    run->rows = row;
-    for (int c = 0; c < run->columns && row < all; c++) {
-        memmove(run->data + c * row, run->data + c * all, (size_t)row * sizeof(double));
-        memmove(run->each + c * row, run->each + c * all, (size_t)row * sizeof(double));
-    }
+    free(rows);
+    return rows ? PEND_OK : PEND_NO_MEMORY;
 }
 
 /* what of a table becomes a series: series[column], -1 for what does not; returns how many */
@@ -102,16 +73,6 @@ static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *rol
     return count;
 }
 
-/* the errors that a table lists are those of its series: kept there before the rows are read, and
- * where they lie once it is known how many there are */
-static void csv_weighted(struct api_fit_part *run, const struct api_csv *csv,
-                         const struct api_csv_roles *roles, const int series[]) {
-    for (int i = 0; i < csv->columns; i++) {
-        int c = roles->column[i].role == API_CSV_SIGMA ? series[roles->column[i].of] : -1;
-        if (c >= 0) run->column[c].each = run->each + (size_t)c * (size_t)run->rows;
-    }
-}
-
 enum pend_status api_fit_csv_read(struct api_fit_part *run, const struct api_tree *tree,
                                   const struct api_value *data, const struct api_reading *reading) {
     struct api_value text = api_value_member(data, "csv"), sigma = api_value_member(data, "sigma"),
@@ -129,12 +90,14 @@ enum pend_status api_fit_csv_read(struct api_fit_part *run, const struct api_tre
     int scaled = api_value_kind(&scale) != API_MISSING;
     int count = csv_choose(csv, &table.roles, scaled, series, &text, problem);
     if (problem->status) return PEND_INVALID;
-    PEND_TRY(api_fit_part_room(run, csv->rows, count, data, reading));
-    for (int i = 0; i < csv->columns; i++)
-        if (series[i] >= 0) csv_series(run, series[i], tree, &table.roles.column[i], error);
-    if (!error) csv_weighted(run, csv, &table.roles, series);
-    csv_rows(run, &table, series, &text, problem);
-    if (!error) csv_weighted(run, csv, &table.roles, series);
+    PEND_TRY(api_fit_part_room(run, csv->rows - table.repeated, count, data, reading));
+    for (int i = 0; i < csv->columns; i++) {
+        struct api_csv_taken *taken = &table.roles.column[i];
+        if (series[i] < 0) continue;
+        if (error > 0) taken->of = -1;
+        csv_series(run, series[i], tree, taken, error);
+    }
+    PEND_TRY(csv_rows(run, &table, series));
     if (*table.advice) memcpy(run->advice, table.advice, sizeof table.advice);
-    return api_measured_write(&table, 0, run->tables);
+    return api_measured_write(&table, 0, 0, run->tables);
 }

@@ -97,3 +97,37 @@ TEST(a_zero_elsewhere_and_y_downwards_are_suggested_before_a_fit) {
         test_reply_free(&reply);
     }
 }
+
+/* what is answered as data is what a fit takes: in rad and s, repeated rows once, weighted rows */
+TEST(a_table_s_measurements_are_answered_as_a_fit_takes_them) {
+    struct test_reply reply = test_post(
+        API_OP_TABLES,
+        "{\"include\":[\"data\"],\"data\":{\"csv\":\"t (ms);theta_1 (deg);sigma_theta_1;x_1 "
+        "(cm);r\\n0;90;;2;1\\n0;90;;2;1\\n100;45;0,5;3;2\\n\"}}");
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    CHECK_INT(test_reply_count(&reply, "/tables/0/data/t"), 2);
+    CHECK(fabs(test_reply_number(&reply, "/tables/0/data/t/1") - 0.1) < 1e-15);
+    CHECK_INT(test_reply_count(&reply, "/tables/0/data/series"), 2);
+    CHECK(test_reply_number(&reply, "/tables/0/data/series/0/theta") == 1);
+    CHECK(isnan(test_reply_number(&reply, "/tables/0/data/series/0/values/0")));
+    CHECK(fabs(test_reply_number(&reply, "/tables/0/data/series/0/values/1") - 0.78539816) < 1e-8);
+    CHECK(test_reply_number(&reply, "/tables/0/data/series/0/sigma/0") == 1);
+    CHECK(fabs(test_reply_number(&reply, "/tables/0/data/series/0/sigma/1") - 0.0087266) < 1e-6);
+    CHECK(test_reply_number(&reply, "/tables/0/data/series/1/x") == 1);
+    CHECK(test_reply_number(&reply, "/tables/0/data/series/1/values/1") == 3);
+    test_reply_free(&reply);
+    static const char *const unfit[] = {"t,theta_1\\n0,1\\n1,wet\\n2,3",
+                                        "t,theta_1\\n0,1\\n,2\\n2,3"};
+    static const char *const says[] = {"line 3: field 2 must", "line 3: t must"};
+    for (int i = 0; i < 2; i++) {
+        char body[200];
+        snprintf(body, sizeof body, "{\"include\":[\"data\"],\"data\":{\"csv\":\"%s\"}}", unfit[i]);
+        reply = test_post(API_OP_TABLES, body);
+        const char *said = test_reply_text(&reply, "/tables/0/suggestions/0");
+        CHECK_SAYING(said && strstr(said, says[i]), "%s", reply.out.data);
+        CHECK_INT(test_reply_count(&reply, "/tables/0/data/t"), -1);
+        test_reply_free(&reply);
+    }
+    CHECK_REFUSED(API_OP_TABLES, "{\"include\":[\"rows\"],\"data\":{\"csv\":\"t,x\\n0,1\\n1,2\"}}",
+                  "/include/0", "data");
+}

@@ -28,7 +28,7 @@ const SENTENCES = [
  * @typedef {{
  *   body: ReturnType<typeof import("./fit_request.js").fitBody>, answer: any,
  *   found: import("./fit_request.js").Candidate[], measured:
- *   import("./fit_request.js").Measured, unit: string, angle: string,
+ *   import("./fit_request.js").Measured, unit: string,
  * }} Fitted
  */
 
@@ -228,18 +228,25 @@ async function modelOf(client, fitted, signal) {
   const { scale, rotation, origin, shift } = answer.camera;
   const stop = measured.t[measured.t.length - 1] + shift;
   const span = { start: times.start, stop: Math.max(stop, times.start + 1e-3), count: FINE };
-  const body = { pendulum, initial, times: span, output: ["phi"] };
+  const body = { pendulum, initial, times: span, output: ["phi", "phid"] };
   const { count, columns } = await fetchTable(client, "/v1/trajectories", body, { signal });
   const tree = treeOf(pendulum);
   const n = tree.length.length;
   const rows = order(tree.parent);
   const spots = createSpots(n);
   const [cos, sin] = [Math.cos(rotation) * scale, Math.sin(rotation) * scale];
+  // what the instruments add, rad and rad/s
+  const added = (/** @type {string} */ vary, /** @type {number} */ arm) =>
+    answer.unknowns[fitted.found.findIndex(({ id }) => id === `${vary} ${arm}`)]?.value ?? 0;
   const column = (/** @type {string} */ kind, /** @type {number} */ arm) =>
     Array.from({ length: count }, (_, i) => {
-      const phi = columns.phi[i * n + arm - 1];
-      if (kind === "theta") return foldedTheta(phi);
+      const place = i * n + arm - 1;
+      if (kind === "thetad") return (columns.phid[place] + added("bias", arm)) / DEGREE;
+      const phi = columns.phi[place] + added("zero", arm);
+      const carrier = tree.parent[arm - 1];
+      if (kind === "theta" || (kind === "joint" && !carrier)) return foldedTheta(phi);
       if (kind === "phi") return foldedTheta(phi + HANGING);
+      if (kind === "joint") return foldedTheta(phi - columns.phi[i * n + carrier - 1] + HANGING);
       tips(tree, rows, columns.phi, i * n, spots, columns.t[i]);
       const [x, y] = [spots.x[arm - 1], spots.y[arm - 1]];
       return kind === "x" ? origin[0] + cos * x - sin * y : origin[1] + sin * x + cos * y;
@@ -257,44 +264,47 @@ const broken = (list) =>
 /** @param {number} k of a series */
 const colourOf = (k) => `--arm-${(k % 8) + 1}`;
 
+/** What is drawn together: its unit is that of the picture. @type {{[unit: string]: RegExp}} */
+const GROUPS = { "\u00b0": /^(theta|phi|joint)$/, "\u00b0/s": /^thetad$/, "": /^[xy]$/ };
+
 /**
- * The series of one kind, angles or places: measured, of the model, and left over.
- * @param {Fitted} fitted @param {Awaited<ReturnType<typeof modelOf>>} model
- * @param {boolean} turning
+ * The series of one kind, angles, rates or places: measured, of the model, and left over.
+ * @param {Fitted} fitted @param {Awaited<ReturnType<typeof modelOf>>} model @param {RegExp} group
  */
-function curvesOf({ answer, body, measured, angle }, model, turning) {
+function curvesOf({ answer, body, measured }, model, group) {
   /** @type {import("../kit/plot.js").Curve[]} */
   const over = [];
   /** @type {import("../kit/plot.js").Curve[]} */
   const left = [];
-  const degrees = turning && angle === "rad" ? 1 / DEGREE : 1;
   measured.series.forEach(({ kind, arm, values }, k) => {
-    if ((kind === "theta" || kind === "phi") !== turning) return;
+    if (!group.test(kind)) return;
     const colour = colourOf(k);
-    const { sigma = 1 } = /** @type {{sigma?: number}} */ (body.data.series[k]);
-    const shown = values.map((value) => (value === null ? null : value * degrees));
-    const folded = shown.map((value) =>
-      value === null || !turning ? value : value - 360 * Math.ceil(value / 360 - 0.5),
-    );
+    const turning = GROUPS["\u00b0"].test(kind);
+    const factor = GROUPS[""].test(kind) ? 1 : 1 / DEGREE;
+    const shown = values.map((value) => {
+      const scaled = value === null ? null : value * factor;
+      return scaled === null || !turning ? scaled : scaled - 360 * Math.ceil(scaled / 360 - 0.5);
+    });
     const line = model.column(kind, arm);
     over.push({ xs: model.t, ys: turning ? broken(line) : line, colour });
-    over.push({ xs: measured.t, ys: folded, colour, dots: 2.2 });
-    const radians = turning ? 1 / DEGREE : 1;
-    // the server's are model less measurement, of angles in rad, over a sigma that it knows
-    const known = "sigma" in body.data.series[k];
-    const unit = known ? sigma * (turning && angle === "deg" ? 1 : radians) : radians;
-    const rest = answer.residuals.map((/** @type {(number | null)[]} */ row) =>
-      row[k] === null ? null : -Number(row[k]) * unit,
+    over.push({ xs: measured.t, ys: shown, colour, dots: 2.2 });
+    // the server's are model less measurement, over a sigma that it knows
+    const { sigma = 1 } = /** @type {{sigma?: number | number[]}} */ (body.data.series[k]);
+    const rest = answer.residuals.map(
+      (/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
+        row[k] === null
+          ? null
+          : -Number(row[k]) * factor * (Array.isArray(sigma) ? sigma[i] : sigma),
     );
     left.push({ xs: measured.t, ys: rest, colour, dots: 1.8 });
   });
   return { over, left };
 }
 
-/** What the colours are. @param {Text} text @param {Fitted} fitted @param {boolean} turning */
-function namesOf(text, { measured }, turning) {
+/** What the colours are. @param {Text} text @param {Fitted} fitted @param {RegExp} group */
+function namesOf(text, { measured }, group) {
   const names = measured.series.flatMap(({ kind, arm }, k) => {
-    if ((kind === "theta" || kind === "phi") !== turning) return [];
+    if (!group.test(kind)) return [];
     const line = h("span", { class: "stroke" });
     line.style.setProperty("--colour", `var(${colourOf(k)})`);
     return [h("span", {}, line, " ", text(`fits.role.${kind}`, { arm }))];
@@ -310,17 +320,17 @@ async function plotsOf({ client, text }, fitted, signal) {
   const model = await modelOf(client, fitted, signal);
   /** @type {(ReturnType<typeof createPlot> | HTMLElement)[]} */
   const parts = [];
-  for (const turning of [true, false]) {
-    const { over, left } = curvesOf(fitted, model, turning);
+  for (const [own, group] of Object.entries(GROUPS)) {
+    const { over, left } = curvesOf(fitted, model, group);
     if (!over.length) continue;
-    const unit = turning ? "\u00b0" : fitted.unit;
-    const x = text("fits.time");
+    const unit = own || fitted.unit;
+    const x = text("fits.t");
     const first = createPlot(text, 220);
     const second = createPlot(text, 120);
     const label = text("fits.over");
     first.set({ x, y: unit, curves: over }, label);
     second.set({ x, y: unit, curves: left, low: 0 }, text("fits.left"));
-    parts.push(h("h4", {}, label), namesOf(text, fitted, turning), first);
+    parts.push(h("h4", {}, label), namesOf(text, fitted, group), first);
     parts.push(h("h4", {}, text("fits.left")), second);
   }
   return parts;

@@ -1,18 +1,19 @@
 // What is asked of the server for a fit: the measurements in its terms, where the search begins,
 // and which numbers are to be found.
 // Leaves to others: the table (fit_table.js), the choices (fits.js), the answer (fit_answer.js).
-// Invariant: the pendulum is the document's, but for a small friction where friction is to be
-// found and it has none.
+// Invariant: the pendulum is the document's.
 
 import { DEGREE } from "../../angles.js";
-import { pendulumOf, termOf, withTerm } from "../../terms.js";
-import { scaleOf } from "../physics/physics_fields.js";
+import { pendulumOf, termOf } from "../../terms.js";
+import { columnsLike } from "./fit_table.js";
 
 /**
- * What has been chosen; places: whether the pivot's place and the turn of the camera are sought as
+ * What has been chosen; columns: what they are, where the engine took them for something else;
+ * places: whether the pivot's place and the turn of the camera are sought as
  * well; sigmas as typed, NaN for none, in the unit of the columns.
  * @typedef {{
- *   roles: string[], angle: string, place: string, down: boolean, origin: boolean, turned: boolean,
+ *   columns: import("./fit_table.js").Given, angle: string, place: string,
+ *   down: boolean, origin: boolean, turned: boolean,
  *   sigmaAngle: number, sigmaPlace: number, unknown: Set<string>,
  * }} Choices
  */
@@ -24,7 +25,6 @@ import { scaleOf } from "../physics/physics_fields.js";
 
 /** Units a metre; of "px" it is not known. @type {Record<string, number>} */
 export const PLACES = { m: 1, cm: 100, mm: 1000, px: NaN };
-const LITTLE = 0.003; // of what damps at once: a friction to begin with
 
 /** Units of what is found, and what rad are times to be shown. @type {Record<string, [string,
  * number]>} */
@@ -40,6 +40,8 @@ const UNITS = {
   gravity: ["m/s\u00b2", 1],
   theta: ["\u00b0", 1 / DEGREE],
   thetad: ["\u00b0/s", 1 / DEGREE],
+  zero: ["\u00b0", 1 / DEGREE],
+  bias: ["\u00b0/s", 1 / DEGREE],
 };
 
 /** @param {string} vary @param {number} [arm] @returns {Candidate} */
@@ -64,15 +66,25 @@ const has = (tree, k) => ({
   thetad: true,
 });
 
-/** What can be found of a pendulum, besides the camera. @param {Tree} tree */
-export function candidatesOf(tree) {
+/** What can be found of a pendulum and of its instruments, besides the camera. @param {Tree} tree
+ * @param {import("./fit_table.js").FitTable} table */
+export function candidatesOf(tree, table) {
   const arms = tree.length.flatMap((_, k) =>
     Object.entries(has(tree, k)).flatMap(([vary, there]) =>
       there ? [candidate(vary, k + 1)] : [],
     ),
   );
   const whole = tree.drag_per_mass ? ["gravity", "drag_per_mass"] : ["gravity"];
-  return [...arms, ...whole.map((vary) => candidate(vary))];
+  /** @type {[string, RegExp][]} */
+  const instruments = [
+    ["zero", /^(theta|phi|joint) /],
+    ["bias", /^thetad /],
+  ];
+  const added = instruments.flatMap(([vary, kind]) => {
+    const measured = columnsLike(table, kind).map(({ is }) => Number(is.split(" ")[1]));
+    return [...new Set(measured)].map((arm) => candidate(vary, arm));
+  });
+  return [...arms, ...whole.map((vary) => candidate(vary)), ...added];
 }
 
 /** @param {Tree} tree lengths, friction and the start, of every arm */
@@ -82,31 +94,30 @@ export const usual = (tree) =>
   );
 
 /**
- * The rows that have a time, as numbers, and the columns that are something.
+ * The instants, s, and what was measured, in rad, rad/s or the table's unit of places.
  * @param {import("./fit_table.js").FitTable} table @param {Choices} choices
  */
-export function measuredOf({ columns }, { roles, down }) {
-  const times = columns[roles.indexOf("t")]?.values ?? [];
-  const rows = [...times.keys()].filter((i) => times[i] !== null);
-  const t = rows.map((i) => Number(times[i]));
-  const series = columns.flatMap(({ values }, k) => {
-    const [kind, arm] = roles[k].split(" ");
-    if (!arm) return [];
-    const sign = kind === "y" && down ? -1 : 1;
-    const list = rows.map((i) => (values[i] === null ? null : sign * Number(values[i])));
-    return [{ kind, arm: Number(arm), values: list }];
+export function measuredOf({ data }, { down }) {
+  const series = (data?.series ?? []).map(({ values, sigma, ...of }) => {
+    const [[kind, arm]] = Object.entries(of);
+    const up = kind === "y" && down ? -1 : 1;
+    const list = values.map((value) => (value === null ? null : up * value));
+    return { kind, arm: Number(arm), values: list, sigma };
   });
-  return { t, series };
+  return { t: data?.t ?? [], series };
 }
 
 /** @typedef {ReturnType<typeof measuredOf>} Measured */
+
+/** @param {string} kind of a series */
+export const isPlace = (kind) => kind === "x" || kind === "y";
 
 /**
  * The camera, null where no places were measured. Where it begins is taken from the data.
  * @param {Measured} measured @param {Choices} choices
  */
 function cameraOf({ series }, { place, origin, turned }) {
-  if (!series.some(({ kind }) => kind === "x" || kind === "y")) return null;
+  if (!series.some(({ kind }) => isPlace(kind))) return null;
   const scale = PLACES[place];
   const unknown = [
     ...(scale ? [] : ["scale"]),
@@ -118,33 +129,24 @@ function cameraOf({ series }, { place, origin, turned }) {
 
 /**
  * The body for POST /v1/fits.
- * @param {Doc} doc @param {Measured} measured @param {Choices} choices
+ * @param {Doc} doc @param {import("./fit_table.js").FitTable} table @param {Measured} measured
+ * @param {Choices} choices
  */
-export function fitBody(doc, measured, choices) {
+export function fitBody({ pendulum }, table, measured, choices) {
   const { angle, sigmaAngle, sigmaPlace, unknown } = choices;
-  const { torque, omega } = scaleOf(doc.pendulum);
-  const little = Number(((LITTLE * torque) / omega).toPrecision(2));
-  const tree = withTerm(doc.pendulum, "damping", (k) => {
-    const own = termOf(doc.pendulum, "damping", k);
-    return unknown.has(`damping ${k + 1}`) ? own || little : own;
-  });
   const camera = cameraOf(measured, choices);
-  const series = measured.series.map(({ kind, arm, values }) => {
-    const turning = kind === "theta" || kind === "phi";
-    const sigma = turning ? sigmaAngle : sigmaPlace;
-    return {
-      [kind]: arm,
-      values,
-      ...(turning && { unit: angle }),
-      ...(sigma > 0 && { sigma }),
-    };
+  const turn = angle === "deg" ? DEGREE : 1;
+  const series = measured.series.map(({ kind, arm, values, sigma: listed }) => {
+    const typed = isPlace(kind) ? sigmaPlace : sigmaAngle * turn;
+    const sigma = typed > 0 ? typed : listed;
+    return { [kind]: arm, values, ...(sigma && { sigma }) };
   });
-  const all = candidatesOf(doc.pendulum);
+  const all = candidatesOf(pendulum, table);
   const named = all.map(({ vary, arm }) => (arm ? { vary, arm } : { vary }));
   // starts are taken from the data, and sought unless they are fixed
   const start = (/** @type {number} */ k) => all[k].vary.startsWith("theta");
   return {
-    pendulum: pendulumOf(tree),
+    pendulum: pendulumOf(pendulum),
     ...(camera && { camera }),
     data: { t: measured.t, series },
     unknowns: named.filter((_, k) => unknown.has(all[k].id)),

@@ -1,168 +1,168 @@
-// A table of measurements as people have it, a file of Tracker's or of a spreadsheet: columns of
-// numbers with their names, and what each of them is likely to be.
-// Leaves to others: choosing (fits.js), the request (fit_request.js).
-// Invariant: a fault names the line of the text, from 1; an empty cell was not measured.
+// A table of measurements as people have it: what the engine takes its columns for, shown, with a
+// choice for each; files in the encodings that programs save.
+// Leaves to others: reading the table (the engine, POST /v1/tables), the request (fit_request.js).
+// Invariant: what the engine is not sure of is shown with its reason.
 
-const FAULTS = 5; // so many are told
-const LINES = 50; // within so many lines the numbers begin
-const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
-const SEPARATORS = ["\t", ";", ",", " "];
-const TIME = /^\s*(t|time|zeit|temps|tiempo|tijd|zaman)(?![\p{L}\d])/iu;
-const ANGLE = /(θ|theta|winkel|angle|hoek|ángulo|angulo|açı)[ _]*θ?_?(\d*)/iu;
-const PHI = /^\s*(φ|phi)_?(\d*)(?![\p{L}\d])/iu;
-const PLACE = /^\s*([xy])_?(\d*)(?![\p{L}\d])/iu;
-const RADIANS = 7; // angles that are larger are degrees
+import { h } from "../../dom.js";
+import { pendulumOf } from "../../terms.js";
+import { choice, figure } from "../kit/kit.js";
 
-/** @typedef {{line: number, cell: string}} TableFault */
+const SHOWN = 4; // rows of the table
+const KINDS = ["theta", "x", "y", "phi", "joint", "thetad"];
+const DEGREE = Math.PI / 180;
 
-/** @typedef {{name: string, values: (number | null)[]}} FitColumn */
+/** A column: `is` "t", "theta 1", "x 2", "sigma theta 1" or "".
+ * @typedef {{name: string, is: string, unit?: number, sure: boolean, why?: string}} FitColumn */
 
-/** lines: of each row. @typedef {{columns: FitColumn[], lines: number[], faults: TableFault[]}}
- * FitTable */
+/** One of the things measured, as requests have it: {theta: 1, values, sigma}.
+ * @typedef {{values: (number | null)[], sigma?: number[]} & Record<string, any>} FitSeries */
 
 /**
- * The cells of a line; in quotes a separator is a letter like any other.
- * @param {string} line @param {string} separator
+ * What the engine found; data: absent where no fit is possible yet.
+ * @typedef {{
+ *   columns: FitColumn[], first: (number | null)[][], rows: number, suggestions: string[],
+ *   data?: {t: number[], series: FitSeries[]},
+ * }} FitTable
  */
-function cellsOf(line, separator) {
-  if (separator === " ") return line.trim().split(/\s+/);
-  /** @type {string[]} */
-  const cells = [];
-  let [cell, quoted] = ["", false];
-  for (const letter of line) {
-    if (letter === '"') quoted = !quoted;
-    else if (letter === separator && !quoted) {
-      cells.push(cell.trim());
-      cell = "";
-    } else cell += letter;
+
+/** What was chosen for each column: the name sent instead of its own, "" for one that is not used,
+ * null for one that the engine decides on. @typedef {(string | null)[]} Given */
+
+/**
+ * Asks the engine for its reading; throws what the client throws.
+ * @param {Client} client @param {Tree} tree @param {string} csv @param {Given} columns
+ * @param {AbortSignal} signal @returns {Promise<FitTable>}
+ */
+export async function tableOf(client, tree, csv, columns, signal) {
+  const data = { csv, ...(columns.length && { columns }) };
+  const body = { pendulum: pendulumOf(tree), data, include: ["data"] };
+  return (await client.tables(body, { signal })).tables[0];
+}
+
+/** A file's text, in UTF-8, UTF-16 or, if it is neither, Windows-1252. @param {File} file */
+export async function wordsOf(file) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const wide = { "255,254": "utf-16le", "254,255": "utf-16be" }[bytes.slice(0, 2).join()];
+  try {
+    return new TextDecoder(wide ?? "utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
   }
-  return [...cells, cell.trim()];
 }
 
-/** A number with a point or a comma; NaN if it is none. @param {string} cell */
-function numberOf(cell) {
-  const plain = cell.replace("\u2212", "-").replace(",", ".");
-  return NUMBER.test(plain) ? Number(plain) : NaN;
-}
+/** Columns of a kind: "theta", "x". @param {FitTable} table @param {RegExp} kind */
+export const columnsLike = ({ columns }, kind) => columns.filter(({ is }) => kind.test(is));
 
-/**
- * Whether a line is a row of at least two numbers.
- * @param {string} line @param {string} separator
- */
-function isRow(line, separator) {
-  const filled = cellsOf(line, separator).filter(Boolean);
-  return filled.length > 1 && filled.every((cell) => !Number.isNaN(numberOf(cell)));
-}
-
-/** @param {string} line */
-const bare = (line) => line.trim() === "" || line.trim().startsWith("#");
-
-/**
- * What separates cells, and where the rows begin; null where there are no rows.
- * @param {string[]} lines
- */
-function layoutOf(lines) {
-  let found = null;
-  for (const separator of SEPARATORS) {
-    const first = lines.slice(0, LINES).findIndex((line) => !bare(line) && isRow(line, separator));
-    if (first >= 0 && (!found || first < found.first)) found = { separator, first };
-  }
-  return found;
+/** "deg" or "rad", whichever the angles and angular velocities are in. @param {FitTable} table */
+export function angleOf(table) {
+  const [one] = columnsLike(table, /^(theta|phi|joint)/);
+  return (one?.unit ?? DEGREE) < 1 ? "deg" : "rad";
 }
 
 /**
- * Reads a table; null where there are no two columns of numbers.
- * @param {string} words @returns {FitTable | null}
+ * The unit of places, "m", "cm", "mm", or "px" for an unknown one: the table's, or by how far the
+ * places go, in parts of how far the pendulum reaches.
+ * @param {FitTable} table @param {number} reach m
  */
-export function readTable(words) {
-  const all = words.replace(/^\ufeff/, "").split(/\r\n|\r|\n/);
-  const layout = layoutOf(all);
-  if (!layout) return null;
-  const { separator, first } = layout;
-  const above = all.slice(0, first).findLast((line) => !bare(line));
-  const names = above === undefined ? [] : cellsOf(above.replace(/^#/, ""), separator);
-  const wide = Math.max(cellsOf(all[first], separator).length, names.length);
-  /** @type {FitTable} */
-  const table = { columns: [], lines: [], faults: [] };
-  for (let i = 0; i < wide; i++) table.columns.push({ name: names[i] ?? "", values: [] });
-  all.slice(first).forEach((line, i) => {
-    if (!bare(line)) addRow(table, cellsOf(line, separator), first + i + 1);
-  });
-  table.columns = table.columns.filter(({ name, values }) => name || values.some(Number.isFinite));
-  return table;
-}
-
-/** @param {FitTable} table @param {string[]} cells @param {number} line */
-function addRow({ columns, lines, faults }, cells, line) {
-  lines.push(line);
-  columns.forEach(({ values }, k) => {
-    const cell = cells[k] ?? "";
-    const value = cell === "" ? null : numberOf(cell);
-    if (Number.isNaN(value) && faults.length < FAULTS) faults.push({ line, cell });
-    values.push(value);
-  });
-}
-
-/** What columns can be: "t", "theta 1", "phi 1", "x 1", "y 1"; "" is nothing.
- * @typedef {string} Role */
-
-/**
- * What an angle or a place is by its name; the i-th of a kind is of arm i, where none is named.
- * @param {string} name @param {number} n @param {Record<string, number>} seen @returns {Role}
- */
-function roleOf(name, n, seen) {
-  if (/rad\/s|ω|omega|°\/s|m\/s/i.test(name)) return "";
-  const place = PLACE.exec(name);
-  const phi = PHI.exec(name);
-  const angle = ANGLE.exec(name);
-  const kind = place ? place[1].toLowerCase() : phi ? "phi" : angle ? "theta" : "";
-  if (!kind) return "";
-  const arm = Number((place ?? phi ?? angle)?.[2]) || (seen[kind] ?? 0) + 1;
-  seen[kind] = Math.max(seen[kind] ?? 0, arm);
-  return arm <= n ? `${kind} ${arm}` : "";
-}
-
-/** @param {(number | null)[]} values */
-const rises = (values) =>
-  values.length > 1 && values.every((one, i) => one !== null && (!i || one > (values[i - 1] ?? 0)));
-
-/**
- * What the columns are likely to be, of a pendulum of n arms.
- * @param {FitTable} table @param {number} n @returns {Role[]}
- */
-export function guessRoles({ columns }, n) {
-  const named = columns.findIndex(({ name }) => TIME.test(name));
-  const time = named >= 0 ? named : columns.findIndex(({ values }) => rises(values));
-  /** @type {Record<string, number>} */
-  const seen = {};
-  const roles = columns.map(({ name }, k) => (k === time ? "t" : roleOf(name, n, seen)));
-  const bareOnes = roles.every((role) => role === "" || role === "t");
-  // one column beside the time and no word of what it is: an angle
-  if (!bareOnes || columns.length !== 2 || time < 0) return roles;
-  return columns.map((_, k) => (k === time ? "t" : "theta 1"));
-}
-
-/** "deg" or "rad", by the names of the columns of angles, or by how large they are.
- * @param {FitTable} table @param {Role[]} roles */
-export function guessAngle({ columns }, roles) {
-  const angles = columns.filter((_, k) => /^(theta|phi)/.test(roles[k]));
-  if (angles.some(({ name }) => /°|deg|grad\b/i.test(name))) return "deg";
-  if (angles.some(({ name }) => /\brad/i.test(name))) return "rad";
-  const large = angles.some(({ values }) => values.some((one) => Math.abs(one ?? 0) > RADIANS));
-  return large ? "deg" : "rad";
-}
-
-/**
- * The unit of places by the names of their columns, or by how far they go, in parts of how far the
- * pendulum reaches: "m", "cm", "mm", or "px" for an unknown one.
- * @param {FitTable} table @param {Role[]} roles @param {number} reach m
- */
-export function guessPlace({ columns }, roles, reach) {
-  const places = columns.filter((_, k) => /^[xy]/.test(roles[k]));
-  for (const unit of ["mm", "cm", "px", "m"])
-    if (places.some(({ name }) => new RegExp(`\\b${unit}\\b`).test(name))) return unit;
-  const sizes = places.flatMap(({ values }) => values.map((one) => Math.abs(one ?? 0)));
+export function placeOf(table, reach) {
+  const places = columnsLike(table, /^[xy]/);
+  const named = places.find(({ unit }) => unit)?.unit;
+  if (named) return { 1: "m", 0.01: "cm", 0.001: "mm" }[named] ?? "px";
+  const lists = (table.data?.series ?? []).filter((one) => "x" in one || "y" in one);
+  const sizes = lists.flatMap(({ values }) => values.map((one) => Math.abs(one ?? 0)));
   const far = sizes.reduce((most, one) => Math.max(most, one), 0) / reach;
   if (far > 0.2 && far < 2) return "m";
-  return far > 20 && far < 130 ? "cm" : "px";
+  const pixels = places.some(({ name }) => /px|pixel/i.test(name));
+  return far > 20 && far < 130 && !pixels ? "cm" : "px";
+}
+
+/** The instants' unit is part of their name. @param {FitColumn} column */
+const chosenOf = ({ is, unit }) =>
+  is === "t" && unit !== 1 ? `t (${unit === 60 ? "min" : "ms"})` : is;
+
+/**
+ * The names to send after a choice for a column.
+ * @param {FitTable} table @param {Given} given @param {number} k @param {string} value
+ * @returns {Given}
+ */
+export const givenWith = ({ columns }, given, k, value) =>
+  columns.map((_, i) => (i === k ? (value === "t" ? "t (s)" : value) : (given[i] ?? null)));
+
+/** The names to send where angles are in another unit. @param {FitTable} table
+ * @param {Given} given @param {string} unit @returns {Given} */
+export const givenIn = ({ columns }, given, unit) =>
+  columns.map(({ is }, i) => {
+    const rate = /thetad/.test(is);
+    if (!/theta|phi|joint/.test(is)) return given[i] ?? null;
+    return `${is} (${unit}${rate ? "/s" : ""})`;
+  });
+
+/** What a column may be. @param {Text} text @param {number} arms @param {FitTable} table */
+function optionsOf(text, arms, table) {
+  const name = (/** @type {string} */ kind, /** @type {number} */ arm) => ({
+    value: `${kind} ${arm}`,
+    words: text(`fits.role.${kind}`, { arm }),
+  });
+  const all = Array.from({ length: arms }, (_, k) => KINDS.map((kind) => name(kind, k + 1))).flat();
+  const errors = all
+    .filter(({ value }) => table.columns.some(({ is }) => is === value))
+    .map(({ value, words }) => ({
+      value: `sigma ${value}`,
+      words: text("fits.role.sigma", { what: words }),
+    }));
+  const times = [
+    { value: "t", words: text("fits.t") },
+    { value: "t (ms)", words: text("fits.ms") },
+    { value: "t (min)", words: text("fits.min") },
+  ];
+  return [{ value: "", words: text("fits.role.none") }, ...times, ...all, ...errors];
+}
+
+/**
+ * The table's first rows under what each column is.
+ * @param {Text} text @param {FitTable} table @param {number} arms of the pendulum
+ * @param {(k: number, value: string) => unknown} change
+ */
+export function columnsShown(text, table, arms, change) {
+  const options = optionsOf(text, arms, table);
+  const heads = table.columns.map((column, k) => {
+    const label = `${column.name || k + 1}${column.sure ? "" : " ?"}`;
+    const pick = choice(label, options, chosenOf(column), (value) => change(k, value));
+    pick.select.dataset.column = String(k);
+    pick.select.dataset.sure = String(column.sure);
+    return h("th", { scope: "col" }, pick.element);
+  });
+  const rows = table.first.slice(0, SHOWN).map((row) => {
+    const cells = row.map((value) => h("td", {}, value === null ? "" : figure(text, value, 5)));
+    return h("tr", {}, ...cells);
+  });
+  return [h("tr", {}, ...heads), ...rows];
+}
+
+/**
+ * What the engine was not sure of, why it leaves columns out, and what it suggests; null if
+ * nothing. zero: lets the zero of an arm's angle be found.
+ * @param {Text} text @param {FitTable} table @param {(arm: number) => unknown} zero
+ */
+export function doubtsShown(text, { columns, suggestions }, zero) {
+  const whys = columns.flatMap(({ name, why }, k) =>
+    why ? [h("li", {}, `${name || k + 1}: ${why}`)] : [],
+  );
+  const advice = suggestions.map((words) => {
+    const arm = Number(/"zero" of arm (\d+)/.exec(words)?.[1]);
+    const click = () => zero(arm);
+    const key = h("button", { type: "button", class: "link", "data-fit": "zero", on: { click } });
+    key.append(text("fits.findZero"));
+    return h("li", { "data-fit": "suggestion" }, words, ...(arm ? [" ", key] : []));
+  });
+  const list = [...advice, ...whys];
+  if (!list.length) return null;
+  const sure = columns.every((column) => column.sure);
+  const head = h("p", { class: "quiet" }, text(sure ? "fits.words" : "fits.check"));
+  return h(
+    "div",
+    { "data-fit": "doubts" },
+    head,
+    h("ul", { class: "fit-said", lang: "en" }, ...list),
+  );
 }

@@ -1,9 +1,8 @@
 // Fits: a table of measurements, what its columns are, which numbers of the pendulum they are to
 // tell; the fit, and the fitted pendulum on the stage.
-// Leaves to others: reading the table (fit_table.js), the request (fit_request.js), the answer
+// Leaves to others: the table (fit_table.js), the request (fit_request.js), the answer
 // (fit_answer.js), a long computation (job.js).
-// Invariant: the numbers of the request are those of the table; what a column is taken for is seen
-// and can be changed.
+// Invariant: the numbers of the request are those that the engine read.
 
 import { said } from "../../client.js";
 import { h } from "../../dom.js";
@@ -11,11 +10,11 @@ import { fromRequest } from "../../state.js";
 import { reach } from "../../tree.js";
 import { motionOf, nameOf, scrolled, showFit } from "./fit_answer.js";
 import { candidatesOf, fitBody, foundOf, measuredOf, usual } from "./fit_request.js";
-import { guessAngle, guessPlace, guessRoles, readTable } from "./fit_table.js";
+import * as tables from "./fit_table.js";
 import { computed } from "../kit/job.js";
-import { aborted, button, choice, figure, tick } from "../kit/kit.js";
+import { aborted, button, choice, settled, tick } from "../kit/kit.js";
 
-const SHOWN = 4; // rows of the table
+const BINARY = /[\0-\x08\x0e-\x1f]/; // no text holds these
 const STEP = 0.01; // s between the samples of the fitted motion
 
 /** @typedef {import("./fit_request.js").Choices} Choices */
@@ -24,7 +23,8 @@ const STEP = 0.01; // s between the samples of the fitted motion
  * The part while it is there; tree: of which `choices.unknown` are numbers.
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, table: import("./fit_table.js").FitTable | null, choices: Choices, tree: Tree,
- *   stop: AbortController | null, endPlots: () => void, run: HTMLButtonElement,
+ *   looking: AbortController | null, stop: AbortController | null, endPlots: () => void,
+ *   run: HTMLButtonElement,
  *   fitted: import("./fit_answer.js").Fitted | null,
  * }} View
  */
@@ -45,7 +45,7 @@ function partsOf(text) {
 
 /** @param {Tree} tree @returns {Choices} */
 const firstChoices = (tree) => ({
-  roles: [],
+  columns: [],
   angle: "deg",
   place: "m",
   down: false,
@@ -62,62 +62,70 @@ function say({ status }, words, bad = false) {
   status.classList.toggle("fault", bad);
 }
 
-/** Reads what stands in the field. @param {View} view */
-function read(view) {
-  const { app, field, choices } = view;
-  const { text, store } = app;
-  const { pendulum } = store.get();
-  view.table = readTable(field.value);
-  const { table } = view;
-  if (table) {
-    choices.roles = guessRoles(table, pendulum.length.length);
-    choices.angle = guessAngle(table, choices.roles);
-    choices.place = guessPlace(table, choices.roles, reach(pendulum));
-    choices.origin = choices.place === "px";
-    choices.unknown = new Set(usual(pendulum));
-  }
-  view.tree = pendulum;
-  view.fitted = null;
-  build(view);
-  if (!table) say(view, field.value.trim() ? text("fits.noTable") : "", true);
-  else if (table.faults.length) {
-    const faults = table.faults.map((fault) => text("fits.fault", fault));
-    say(view, faults.join(" "), true);
-  } else say(view, text("fits.rows", { count: table.lines.length }));
+/** What follows from a table that is new. @param {View} view */
+function chooseFirst({ choices, table }, /** @type {Tree} */ tree) {
+  if (!table) return;
+  choices.place = tables.placeOf(table, reach(tree));
+  choices.origin = choices.place === "px";
+  choices.down = table.suggestions.some((words) => words.includes('"down": true'));
+  choices.unknown = new Set(usual(tree));
 }
 
-/** The table's first rows, each column with what it is. @param {View} view */
-function columnsOf({ app, table, choices, options, unknowns, answer }) {
+/** What the engine says of a text that is no table. @param {any} error @param {Text} text */
+function faultOf(error, text) {
+  const fault = error.problem?.errors?.find(
+    (/** @type {any} */ one) => one.pointer === "/data/csv",
+  );
+  if (!fault) return said(error, text);
+  return [text("fits.noTable"), text("fits.words"), fault.detail].join(" ");
+}
+
+/**
+ * Lets the engine read what stands in the field; answers whether it could.
+ * @param {View} view @param {import("./fit_table.js").Given} given for the columns; [] = a new
+ * table
+ */
+async function read(view, given = []) {
+  const { app, field, choices } = view;
+  const { client, store, text } = app;
+  const { pendulum } = store.get();
+  const words = field.value;
+  view.looking?.abort();
+  const looking = new AbortController();
+  Object.assign(view, { looking, fitted: null, tree: pendulum });
+  if (!given.length) view.table = null;
+  let fault = "";
+  try {
+    if (words.trim())
+      view.table = await tables.tableOf(client, pendulum, words, given, looking.signal);
+    choices.columns = given;
+  } catch (error) {
+    if (aborted(error)) return false;
+    fault = faultOf(error, text);
+  }
+  if (!given.length) chooseFirst(view, pendulum);
+  if (view.table) choices.angle = tables.angleOf(view.table);
+  build(view);
+  say(view, fault || (view.table ? text("fits.rows", { count: view.table.rows }) : ""), !!fault);
+  return !fault;
+}
+
+/** @param {View} view */
+function columnsOf(view) {
+  const { app, table, choices, unknowns, answer } = view;
   const { text, store } = app;
   if (!table) return [];
-  const arms = store.get().pendulum.length.map((_, k) => k + 1);
-  const kinds = ["theta", "x", "y", "phi"];
-  const roles = arms.flatMap((arm) =>
-    kinds.map((kind) => ({ value: `${kind} ${arm}`, words: text(`fits.role.${kind}`, { arm }) })),
+  const arms = store.get().pendulum.length.length;
+  const rows = tables.columnsShown(text, table, arms, (k, value) =>
+    read(view, tables.givenWith(table, choices.columns, k, value)),
   );
-  const none = { value: "", words: text("fits.role.none") };
-  const list = [none, { value: "t", words: text("fits.time") }, ...roles];
-  const heads = table.columns.map(({ name }, k) => {
-    const pick = choice(name || String(k + 1), list, choices.roles[k], (value) => {
-      choices.roles[k] = value;
-      showOptions(app, choices, options);
-    });
-    pick.select.dataset.column = String(k);
-    return h("th", { scope: "col" }, pick.element);
+  const doubts = tables.doubtsShown(text, table, (arm) => {
+    choices.unknown.add(`zero ${arm}`);
+    build(view);
   });
-  const rows = table.lines.slice(0, SHOWN).map((_, i) =>
-    h(
-      "tr",
-      {},
-      ...table.columns.map(({ values }) => {
-        const value = values[i];
-        return h("td", {}, value === null ? "" : figure(text, value, 5));
-      }),
-    ),
-  );
   answer.replaceChildren();
   unknowns.hidden = false;
-  return [scrolled(text("fits.columns"), h("tr", {}, ...heads), ...rows)];
+  return [scrolled(text("fits.columns"), ...rows), ...(doubts ? [doubts] : [])];
 }
 
 /** A number that may be left out. @param {Text} text @param {string} label @param {string} unit
@@ -134,19 +142,20 @@ function numberField(text, label, unit, change, id) {
   return h("label", { class: "choice" }, h("span", {}, label), field);
 }
 
-/** Units, the camera and errors, as far as the columns need them. @param {App} app
- * @param {Choices} choices @param {HTMLElement} place */
-function showOptions(app, choices, place) {
+/** Units, the camera and errors, as far as the columns need them. @param {View} view */
+function showOptions(view) {
+  const { app, choices, options, table } = view;
   const { text } = app;
-  const turning = choices.roles.some((role) => /^(theta|phi)/.test(role));
-  const places = choices.roles.some((role) => /^[xy]/.test(role));
-  const again = () => showOptions(app, choices, place);
-  const units = (/** @type {"angle" | "place"} */ name, /** @type {string[]} */ list) => {
+  if (!table) return options.replaceChildren();
+  const turning = tables.columnsLike(table, /^(theta|phi|joint)/).length > 0;
+  const places = tables.columnsLike(table, /^[xy]/).length > 0;
+  const units = (
+    /** @type {"angle" | "place"} */ name,
+    /** @type {string[]} */ list,
+    /** @type {(value: string) => unknown} */ change,
+  ) => {
     const all = list.map((value) => ({ value, words: text(`fits.in.${value}`) }));
-    const pick = choice(text(`fits.${name}`), all, choices[name], (value) => {
-      choices[name] = value;
-      again();
-    });
+    const pick = choice(text(`fits.${name}`), all, choices[name], change);
     pick.select.dataset.fit = name;
     return pick.element;
   };
@@ -159,20 +168,26 @@ function showOptions(app, choices, place) {
   };
   const sigma = (/** @type {"sigmaAngle" | "sigmaPlace"} */ name, /** @type {string} */ unit) =>
     numberField(text, text(`fits.${name}`), unit, (value) => (choices[name] = value), name);
-  const angle = choices.angle === "deg" ? "\u00b0" : "rad";
-  place.replaceChildren(
-    ...(turning ? [units("angle", ["deg", "rad"]), sigma("sigmaAngle", angle)] : []),
-    ...(places ? [units("place", ["m", "cm", "mm", "px"])] : []),
-    ...(places ? [box("down"), box("origin"), box("turned")] : []),
+  const angle = () =>
+    units("angle", ["deg", "rad"], (value) =>
+      read(view, tables.givenIn(table, choices.columns, value)),
+    );
+  const place = () =>
+    units("place", ["m", "cm", "mm", "px"], (value) => {
+      choices.place = value;
+      showOptions(view);
+    });
+  options.replaceChildren(
+    ...(turning ? [angle(), sigma("sigmaAngle", choices.angle === "deg" ? "\u00b0" : "rad")] : []),
+    ...(places ? [place(), box("down"), box("origin"), box("turned")] : []),
     ...(places ? [sigma("sigmaPlace", choices.place)] : []),
   );
 }
 
 /** Which numbers are to be found: a row each, a column an arm. @param {View} view */
-function unknownsOf({ app, choices }) {
-  const { text, store } = app;
-  const { pendulum } = store.get();
-  const boxes = candidatesOf(pendulum).map((one) => {
+function unknownsOf({ app, choices, table, tree }) {
+  const { text } = app;
+  const boxes = (table ? candidatesOf(tree, table) : []).map((one) => {
     const part = tick(nameOf(text, one), choices.unknown.has(one.id), (on) => {
       if (on) choices.unknown.add(one.id);
       else choices.unknown.delete(one.id);
@@ -191,29 +206,21 @@ function unknownsOf({ app, choices }) {
 
 /** @param {View} view */
 function build(view) {
-  const { app, table, choices, columns, options, unknowns, run } = view;
+  const { table, columns, unknowns, run } = view;
   columns.replaceChildren(...columnsOf(view));
-  if (table) showOptions(app, choices, options);
+  showOptions(view);
   unknowns.replaceChildren(...(table ? [unknownsOf(view)] : []));
-  if (!table) options.replaceChildren();
   run.hidden = !table;
 }
 
 /** What keeps the fit from being asked for, in words; "" if nothing does. @param {View} view */
-function missing({ app, table, choices }) {
+function missing({ app, table }) {
   const { text } = app;
   if (!table) return text("fits.noTable");
-  if (table.faults.length) return text("fits.fault", table.faults[0]);
-  if (!choices.roles.includes("t")) return text("fits.noTime");
-  const used = choices.roles.filter(Boolean);
-  const twice = used.some((role, i) => used.indexOf(role) !== i);
-  if (twice) return text("fits.twice");
-  if (used.length < 2) return text("fits.nothing");
-  const times = table.columns[choices.roles.indexOf("t")].values;
-  const back = times.findIndex(
-    (time, i) => i > 0 && time !== null && time <= (times[i - 1] ?? -Infinity),
-  );
-  return back < 0 ? "" : text("fits.unsorted", { line: table.lines[back] });
+  if (table.data) return "";
+  if (!tables.columnsLike(table, /^t$/).length) return text("fits.noTime");
+  const measured = tables.columnsLike(table, /^(theta|phi|joint|x|y)/);
+  return measured.length ? table.suggestions.join(" ") : text("fits.nothing");
 }
 
 /** Puts the fitted pendulum on the stage. @param {View} view
@@ -251,15 +258,12 @@ async function show(view, fitted, signal) {
 }
 
 /** Where the page was in another language. @param {View} view @param {Fitting} left */
-function resume(view, { words, choices, fitted }) {
+async function resume(view, { words, choices, fitted }) {
   const { app, field } = view;
-  const arms = app.store.get().pendulum.length.length;
   app.fitting = null;
   field.value = words;
-  read(view);
-  if (!view.table || choices.roles.length !== view.table.columns.length) return;
-  if (choices.roles.some((role) => Number(role.split(" ")[1]) > arms)) return;
-  const known = new Set(candidatesOf(app.store.get().pendulum).map(({ id }) => id));
+  if (!(await read(view, choices.columns)) || !view.table) return;
+  const known = new Set(candidatesOf(view.tree, view.table).map(({ id }) => id));
   Object.assign(view.choices, choices, {
     unknown: new Set([...choices.unknown].filter((id) => known.has(id))),
   });
@@ -281,7 +285,7 @@ async function fit(view) {
   const stop = new AbortController();
   const doc = store.get();
   const measured = measuredOf(table, choices);
-  const body = fitBody(doc, measured, choices);
+  const body = fitBody(doc, table, measured, choices);
   const unit = choices.place;
   const found = foundOf(body, unit);
   view.stop = stop;
@@ -293,15 +297,7 @@ async function fit(view) {
     const told = await computed(client, "/v1/fits", body, stop.signal, (share) => {
       bar.value = share;
     });
-    const fitted = {
-      body,
-      answer: told,
-      found,
-      measured,
-      unit,
-      angle: choices.angle,
-    };
-    await show(view, fitted, stop.signal);
+    await show(view, { body, answer: told, found, measured, unit }, stop.signal);
   } catch (error) {
     say(view, aborted(error) ? text("fits.stopped") : said(error, text), !aborted(error));
   } finally {
@@ -314,7 +310,9 @@ async function fit(view) {
 /** A file that is chosen or dropped. @param {View} view @param {File | undefined} file */
 async function take(view, file) {
   if (!file) return;
-  view.field.value = await file.text();
+  const words = await tables.wordsOf(file);
+  if (BINARY.test(words)) return say(view, view.app.text("fits.binary"), true);
+  view.field.value = words;
   read(view);
 }
 
@@ -337,6 +335,15 @@ function dropping(view, element) {
   });
 }
 
+/** The button that opens a file, and its unseen input. @param {View} view */
+function openerOf(view) {
+  const accept = ".csv,.txt,.tsv,text/csv,text/plain";
+  const unseen = { class: "unseen", tabindex: -1, "aria-hidden": "true" };
+  const input = h("input", { type: "file", accept, ...unseen });
+  input.addEventListener("change", () => take(view, input.files?.[0]));
+  return [button(view.app.text("fits.open"), () => input.click()), input];
+}
+
 /**
  * The part, and what reads a table that another part of the page hands over.
  * @param {App} app
@@ -352,23 +359,20 @@ export default async function mountFits(app) {
     table: null,
     choices: firstChoices(pendulum),
     tree: pendulum,
+    looking: null,
     stop: null,
     endPlots: () => {},
     fitted: null,
     run: button(text("fits.run"), () => fit(view), { class: "button main", hidden: true }),
   };
   view.run.dataset.fit = "run";
-  view.field.addEventListener("input", () => read(view));
-  const accept = ".csv,.txt,.tsv,text/csv,text/plain";
-  const input = h("input", {
-    type: "file",
-    accept,
-    class: "unseen",
-    tabindex: -1,
-    "aria-hidden": "true",
+  const soon = settled(() => read(view));
+  view.field.addEventListener("input", () => {
+    say(view, "");
+    view.run.hidden = true;
+    soon();
   });
-  input.addEventListener("change", () => take(view, input.files?.[0]));
-  const open = button(text("fits.open"), () => input.click());
+  const [open, input] = openerOf(view);
   const element = h("div", { class: "fit" });
   const intro = h("p", { class: "quiet" }, text("fits.intro"));
   const keys = h("div", { class: "row" }, open, input);
@@ -391,6 +395,8 @@ export default async function mountFits(app) {
       const { field, choices, fitted } = view;
       app.fitting = field.value ? { words: field.value, choices, fitted } : null;
       end();
+      soon.end();
+      view.looking?.abort();
       view.stop?.abort();
       view.endPlots();
     },
