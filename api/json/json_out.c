@@ -45,10 +45,14 @@ enum pend_status api_out_number(struct api_buffer *out, const char *name, double
                                 int digits) {
     assert(digits >= 0 && digits <= 17);
     if (!isfinite(value)) return PEND_NOT_FINITE;
-    PEND_TRY(api_out_key(out, name));
+    PEND_TRY(name ? api_out_key(out, name) : api_out_comma(out));
     PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
     out->bytes = (size_t)(api_out_digits(out->data + out->bytes, value, digits) - out->data);
     return PEND_OK;
+}
+
+enum pend_status api_out_maybe(struct api_buffer *out, const char *name, double value) {
+    return isfinite(value) ? api_out_number(out, name, value, 0) : api_out_text(out, name, NULL);
 }
 
 enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n,

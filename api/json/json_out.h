@@ -43,12 +43,16 @@ PEND_MUST_CHECK enum pend_status api_out_whole(struct api_buffer *out, const cha
                                                long value);
 
 /**
- * Appends a member whose value is a number.
+ * Appends a member (an item of an array if name is NULL) that is a number.
  *
  * PEND_NOT_FINITE  value is NaN or infinite; nothing was appended.
  */
 PEND_MUST_CHECK enum pend_status api_out_number(struct api_buffer *out, const char *name,
                                                 double value, int digits);
+
+/** The same with all digits; a value that is not finite gives null. */
+PEND_MUST_CHECK enum pend_status api_out_maybe(struct api_buffer *out, const char *name,
+                                               double value);
 
 /**
  * Appends an array of numbers; api_out_comma decides about a comma before it.

@@ -245,13 +245,6 @@ static enum pend_status write_column(const struct api_measured *table, int i,
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status write_cell(double value, struct api_buffer *out) {
-    char text[API_OUT_NUMBER_BYTES + 8];
-    PEND_TRY(api_out_comma(out));
-    if (isnan(value)) return api_buffer_text(out, "null");
-    return api_buffer_add(out, text, (size_t)(api_out_digits(text, value, 0) - text));
-}
-
 static enum pend_status write_rows(const struct api_measured *table, int rows,
                                    struct api_buffer *out) {
     const char *at = table->csv.begin;
@@ -261,7 +254,7 @@ static enum pend_status write_rows(const struct api_measured *table, int rows,
     while (rows-- > 0 && api_csv_row(&table->csv, &at, &line, value)) {
         PEND_TRY(api_out_comma(out));
         PEND_TRY(api_buffer_text(out, "["));
-        for (int i = 0; i < table->csv.columns; i++) PEND_TRY(write_cell(value[i], out));
+        for (int i = 0; i < table->csv.columns; i++) PEND_TRY(api_out_maybe(out, NULL, value[i]));
         PEND_TRY(api_buffer_text(out, "]"));
     }
     return api_buffer_text(out, "]");
@@ -272,7 +265,7 @@ static enum pend_status write_values(const struct api_measured *table, const cha
                                      const double *row, struct api_buffer *out) {
     PEND_TRY(api_out_open(out, name, '['));
     for (long k = table->csv.rows - table->repeated; k > 0; k--, row += table->csv.columns)
-        PEND_TRY(write_cell(api_measured_value(table, i, row), out));
+        PEND_TRY(api_out_maybe(out, NULL, api_measured_value(table, i, row)));
     return api_buffer_text(out, "]");
 }
 

@@ -56,19 +56,6 @@ static enum pend_status fits_read(void *state, const struct api_reading *reading
 
 /* ---- writing */
 
-/* a number, or null where there is none */
-static enum pend_status write_maybe(struct api_buffer *out, const char *name, double x) {
-    return isfinite(x) ? api_out_number(out, name, x, 0) : api_out_text(out, name, NULL);
-}
-
-/* the same as an item of an array */
-static enum pend_status write_item(struct api_buffer *out, double x) {
-    char text[API_OUT_NUMBER_BYTES + 8];
-    PEND_TRY(api_out_comma(out));
-    if (!isfinite(x)) return api_buffer_text(out, "null");
-    return api_buffer_add(out, text, (size_t)(api_out_digits(text, x, 0) - text));
-}
-
 static enum pend_status write_unknowns(const struct fits *fits, const struct pend_fit_result *r,
                                        struct api_buffer *out) {
     assert(r->value && r->error && r->bounded);
@@ -78,7 +65,7 @@ static enum pend_status write_unknowns(const struct fits *fits, const struct pen
         PEND_TRY(api_buffer_text(out, "{"));
         PEND_TRY(api_out_text(out, "name", fits->asked.label[j]));
         PEND_TRY(api_out_number(out, "value", r->value[j] + fits->asked.shift[j], 0));
-        PEND_TRY(write_maybe(out, "error", r->error[j]));
+        PEND_TRY(api_out_maybe(out, "error", r->error[j]));
         PEND_TRY(api_out_key(out, "at_bound"));
         PEND_TRY(api_buffer_text(out, r->bounded[j] ? "true}" : "false}"));
     }
@@ -91,9 +78,9 @@ static enum pend_status write_row(const struct api_fit *asked, int run, const do
     const struct api_fit_run *own = &asked->run[run];
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_text(out, "["));
-    for (int s = 0; s < own->series; s++) PEND_TRY(write_item(out, row[own->column[s]]));
+    for (int s = 0; s < own->series; s++) PEND_TRY(api_out_maybe(out, NULL, row[own->column[s]]));
     for (int c = asked->columns - asked->modes; c < asked->columns && asked->runs == 1; c++)
-        PEND_TRY(write_item(out, row[c]));
+        PEND_TRY(api_out_maybe(out, NULL, row[c]));
     return api_buffer_text(out, "]");
 }
 
@@ -121,7 +108,7 @@ static enum pend_status write_modes(const struct fits *fits, const struct pend_f
     if (!asked->modes) return PEND_OK;
     PEND_TRY(api_out_open(out, "mode_residuals", '['));
     for (int c = asked->columns - asked->modes; c < asked->columns; c++)
-        PEND_TRY(write_item(out, r->residual[c]));
+        PEND_TRY(api_out_maybe(out, NULL, r->residual[c]));
     return api_buffer_text(out, "]");
 }
 
@@ -169,7 +156,7 @@ static enum pend_status write_request(const struct fits *fits, int run, struct a
 /* what a run has of its own */
 static enum pend_status write_run(const struct fits *fits, const struct pend_fit_result *r, int run,
                                   struct api_buffer *out) {
-    PEND_TRY(write_maybe(out, "follows_until", r->follows[run]));
+    PEND_TRY(api_out_maybe(out, "follows_until", r->follows[run]));
     PEND_TRY(write_residuals(fits, r, run, out));
     return write_request(fits, run, out);
 }
@@ -217,11 +204,11 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     double freedom = r->freedom > 0 ? (double)r->freedom : NAN;
     PEND_TRY(api_out_number(out, "chi_squared", r->chi_squared, 0));
     PEND_TRY(api_out_whole(out, "degrees_of_freedom", r->freedom));
-    PEND_TRY(write_maybe(out, "chi_squared_per_degree", r->chi_squared / freedom));
-    PEND_TRY(write_maybe(out, "p_value", r->p_value));
-    PEND_TRY(write_maybe(out, "durbin_watson", r->watson));
-    PEND_TRY(write_maybe(out, "errors_widened", r->widened));
-    PEND_TRY(write_maybe(out, "effective_measurements", r->effective));
+    PEND_TRY(api_out_maybe(out, "chi_squared_per_degree", r->chi_squared / freedom));
+    PEND_TRY(api_out_maybe(out, "p_value", r->p_value));
+    PEND_TRY(api_out_maybe(out, "durbin_watson", r->watson));
+    PEND_TRY(api_out_maybe(out, "errors_widened", r->widened));
+    PEND_TRY(api_out_maybe(out, "effective_measurements", r->effective));
     PEND_TRY(api_out_number(out, "explained", r->explained, 0));
     PEND_TRY(api_hints_write(fits->hints, out));
     if (fits->asked.tables.bytes) {
