@@ -1,5 +1,5 @@
 /* Reading a fit from JSON: measurements, the camera, what is to be found.
- * Leaves to others: the fit (core/fit), its answer (op_fits), tables of text (fits_csv).
+ * Leaves to others: the fit (core/fit), its answer (op_fits).
  * Invariant: what was read holds no pointer into the document. */
 #ifndef API_FITS_JSON_H
 #define API_FITS_JSON_H
