@@ -72,7 +72,7 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
 static void call_keep_stats(struct api_call *call) {
     if (!call->answer.has_stat_fields) return;
     api_stats_fields(&call->stat_fields, call->source.fetch ? api_results_stats(call->results)
-                                                            : call->op->stats(call->state));
+                                                            : api_op_stats(call->op, call->state));
     call->answer.stat_fields = &call->stat_fields;
 }
 
@@ -169,7 +169,7 @@ static void call_head(struct api_call *call, long long length) {
                                        .media_type = type,
                                        .etag = call->digest,
                                        .length = length,
-                                       .has_stat_fields = op->stats != NULL};
+                                       .has_stat_fields = op->stats != 0};
     if (call->columns[0]) call->answer.columns = call->columns;
     if (!op->table || !format->extension) return;
     snprintf(call->file_name, sizeof call->file_name, "%s.%s", op->name, format->extension);
@@ -180,7 +180,7 @@ static void call_head(struct api_call *call, long long length) {
  */
 static int call_foresee(struct api_call *call) {
     const struct api_op *op = call->op;
-    const struct api_table *table = op->table ? op->table(call->state) : NULL;
+    const struct api_table *table = op->table ? api_op_table(op, call->state) : NULL;
     if (op->cost) call->cost = op->cost(call->state);
     if (table && call->format->bare) api_table_columns(table, call->columns);
     int exact = table && call->format->exact && !table->rows_later;
@@ -221,7 +221,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     if (progress != API_MORE) return progress;
     call->source = *source;
     api_results_head(source, &call->answer);
-    call->cost = api_op_at(request->op)->table(call->state)->rows * fetch_row_seconds;
+    call->cost = api_op_table(api_op_at(request->op), call->state)->rows * fetch_row_seconds;
     return API_MORE;
 }
 
@@ -269,7 +269,7 @@ enum api_progress api_call_range(struct api_call *call, struct api_range range,
 /* appends the next piece of an answer whose parts are stored */
 static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done,
                                    struct pend_error *error) {
-    const struct api_table *table = call->op->table(call->state);
+    const struct api_table *table = api_op_table(call->op, call->state);
     if (!call->results)
         PEND_TRY(api_results_new(&call->results, call->format, table, call->op->json != NULL,
                                  table->rows_later, &call->source, out, error));
@@ -380,7 +380,7 @@ int api_call_foresees(const struct api_call *call) {
 double api_call_answer_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
     if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;
-    return call->format->bytes(call->op->table(call->state));
+    return call->format->bytes(api_op_table(call->op, call->state));
 }
 
 double api_call_bytes(const struct api_call *call) {
@@ -390,7 +390,7 @@ double api_call_bytes(const struct api_call *call) {
     /* the rows of a job are read, not computed: the operation holds only its request */
     if (call->source.fetch)
         return all + 8 * call->letters + results_bytes +
-               api_results_bytes(&call->source, call->format, call->op->table(call->state));
+               api_results_bytes(&call->source, call->format, api_op_table(call->op, call->state));
     return all + (call->op->bytes ? call->op->bytes(call->state) : API_OP_SMALL_BYTES);
 }
 

@@ -15,7 +15,7 @@ enum { PLAN_PART_BYTES = 1 << 24 };
 
 /* bytes of all results; 0 = unknown */
 static double plan_rows(const struct api_op *op, const void *state) {
-    const struct api_table *table = op->table(state);
+    const struct api_table *table = api_op_table(op, state);
     if (table->rows_later) return 0;
     return (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
 }

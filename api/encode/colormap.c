@@ -16,7 +16,7 @@ void api_colormap_shade(int shade, unsigned char rgb[3]) {
     assert(shade >= 0 && shade < API_COLORMAP_SHADES);
     double part = (double)shade / (API_COLORMAP_SHADES - 1),
            light = light_from + (light_to - light_from) * part;
-    double hue = (hue_from + (hue_to - hue_from) * part) * 3.14159265358979323846 / 180;
+    double hue = (hue_from + (hue_to - hue_from) * part) * M_PI / 180;
     double a = chroma * cos(hue), b = chroma * sin(hue);
     // OKLab to the cone responses, and these to linear sRGB
     double l = pow(light + 0.3963377774 * a + 0.2158037573 * b, 3);

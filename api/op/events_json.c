@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "api/encode/encode_raw.h"
 #include "api/json/json_out.h"
 #include "core/tree/turns.h"
 
@@ -35,7 +34,7 @@ static const enum pend_quantity meanings[] = {
  * relative to that of an arm in a step */
 static const double followed_most = 20000, followed_times = 6;
 
-static const double value_most = 1e15, pi = 3.14159265358979323846;
+static const double value_most = 1e15;
 
 static int present(const struct api_value *value) { return api_value_kind(value) != API_MISSING; }
 
@@ -89,16 +88,14 @@ static void read_level(struct pend_event *event, const struct api_value *conditi
                         API_CODE_OUT_OF_RANGE
                         "must be greater than 0: a size leaves 0 at the instant at which it comes "
                         "there. Ask for \"value\": 0, which is passed up or down");
-    if (degrees && angle) event->level *= pi / 180;
+    if (degrees && angle) event->level *= M_PI / 180;
 }
 
 static void read_condition(struct api_events *events, const struct api_value *value,
                            const struct api_limits *limits, struct api_problem *problem) {
     static const char *const words[] = {"both", "up", "down", NULL};
     static const unsigned ways[] = {PEND_WAY_UP | PEND_WAY_DOWN, PEND_WAY_UP, PEND_WAY_DOWN};
-    struct api_value of = api_value_member(value, "of"), count = api_value_member(value, "count");
-    struct api_value stop = api_value_member(value, "stop");
-    struct api_value direction = api_value_member(value, "direction");
+    struct api_value of = api_value_member(value, "of");
     struct pend_event *event = &events->event[events->count++];
     int quantity = 0, word = 0;
     *event = (struct pend_event){.most = events->usual};
@@ -109,10 +106,12 @@ static void read_condition(struct api_events *events, const struct api_value *va
     event->quantity = meanings[quantity];
     read_arms(events, event, value, problem);
     read_level(event, value, problem);
-    (void)api_field_word(&direction, words, &word, problem);
+    (void)api_field_word(API_MEMBER(value, "direction"), words, &word, problem);
     event->ways = ways[word];
-    (void)api_field_whole(&count, 1, (long)limits->samples, &event->most, problem);
-    (void)api_field_whole(&stop, 1, (long)limits->samples, &event->stop, problem);
+    (void)api_field_whole(API_MEMBER(value, "count"), 1, (long)limits->samples, &event->most,
+                          problem);
+    (void)api_field_whole(API_MEMBER(value, "stop"), 1, (long)limits->samples, &event->stop,
+                          problem);
     if (event->stop > event->most) event->most = event->stop;
     events->stops |= event->stop > 0;
 }
@@ -123,7 +122,6 @@ static void check_others(const struct api_events *events, const struct api_value
                          const struct api_method *method, int spans) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
-    struct api_value times = api_value_member(root, "times");
     struct api_value initial = api_value_member(root, "initial");
     if (method->method && method->method != &pend_method_taylor)
         api_value_fault(field, problem,
@@ -131,7 +129,7 @@ static void check_others(const struct api_events *events, const struct api_value
                         "are found by the method taylor in doubles: leave \"method\" and "
                         "\"precision\" out");
     if (!problem->status && !spans)
-        api_value_fault(&times, problem,
+        api_value_fault(API_MEMBER(root, "times"), problem,
                         API_CODE_OUT_OF_RANGE "must span some time for events to be looked for in");
     for (int k = events->tree->cart; start && k < start->n; k++)
         if (fabs(start->phi[k]) > PEND_TURNS_FROM) {

@@ -39,6 +39,16 @@ enum pend_status api_op_read(void **state, const struct api_reading *reading) {
     return status;
 }
 
+const struct api_table *api_op_table(const struct api_op *op, const void *state) {
+    assert(op->table);
+    return (const struct api_table *)((const char *)state + op->table);
+}
+
+const struct api_stats *api_op_stats(const struct api_op *op, const void *state) {
+    assert(op->stats);
+    return (const struct api_stats *)((const char *)state + op->stats);
+}
+
 void api_op_free(const struct api_op *op, void **state) {
     if (*state && op->clear) op->clear(*state);
     free(*state);

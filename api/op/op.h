@@ -110,8 +110,8 @@ struct api_op {
      * if that is unknown. NULL: it is always unknown. O(1).
      */
     void (*progress)(const void *state, double *steps, double *work);
-    /** Returns the table of the answer; NULL for an operation without samples. */
-    const struct api_table *(*table)(const void *state);
+    size_t table; /* where the state has the answer's table; 0 for an operation without samples */
+    size_t stats; /* where it has the figures about the computation, once it is complete; 0: none */
     /** Estimates the computation, s; NULL if it is short. */
     double (*cost)(const void *state);
     /** By what factor the estimate may be too long: what exceeds the limit by more is refused
@@ -138,8 +138,6 @@ struct api_op {
      */
     enum pend_status (*carry)(void *state, struct pend_checkpoint *checkpoint,
                               struct pend_error *error);
-    /** Returns the figures about the computation, once it is complete; NULL: there are none. */
-    const struct api_stats *(*stats)(const void *state);
     /** True if a representation without a place for the figures must be sent after them, since the
      * client needs them in the header. */
     int (*stats_first)(const void *state);
@@ -164,6 +162,10 @@ extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api
  * Fails as the operation's `read` does.
  */
 PEND_MUST_CHECK enum pend_status api_op_read(void **state, const struct api_reading *reading);
+
+/** Returns the table of the answer, or the figures, in the state of an operation that has them. */
+const struct api_table *api_op_table(const struct api_op *op, const void *state);
+const struct api_stats *api_op_stats(const struct api_op *op, const void *state);
 
 /** Frees the state of an operation; nothing happens if it is NULL. */
 void api_op_free(const struct api_op *op, void **state);

@@ -7,6 +7,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -172,8 +173,7 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
 static enum pend_status forces_read_states(struct forces *forces,
                                            const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value one = api_value_member(reading->root, "state"),
-                     many = api_value_member(reading->root, "states");
+    struct api_value many = api_value_member(reading->root, "states");
     forces->table.rows = forces_count(forces, reading);
     if (!forces->table.rows) return PEND_INVALID;
     if (forces->tree.tree) forces_check_size(forces, reading);
@@ -181,7 +181,8 @@ static enum pend_status forces_read_states(struct forces *forces,
         PEND_TRY(
             api_states_new(&forces->states, forces->table.rows, api_tree_stored(&forces->tree)));
     if (forces->table.single)
-        api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
+        api_states_read(forces->states, 0, API_MEMBER(reading->root, "state"), &forces->tree,
+                        reading->limits, problem);
     struct api_value state = api_value_item(&many, 0);
     for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
         api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits,
@@ -191,18 +192,17 @@ static enum pend_status forces_read_states(struct forces *forces,
 
 static enum pend_status forces_read_parts(struct forces *forces,
                                           const struct api_reading *reading) {
-    struct api_value digits = api_value_member(reading->root, "digits");
     struct api_value time = api_value_member(reading->root, "time");
     long rounded = 0;
     (void)api_value_only(reading->root, fields, reading->problem);
     (void)api_value_read_number(&time, -1e9, 1e9, "s", &forces->time, reading->problem);
     api_value_usual_number(&time, 0);
-    (void)api_field_whole(&digits, 1, 17, &rounded, reading->problem);
+    (void)api_field_whole(API_MEMBER(reading->root, "digits"), 1, 17, &rounded, reading->problem);
     forces->table.digits = (int)rounded;
     enum pend_status status = api_reading_tree(reading, &forces->tree);
     if (status == PEND_NO_MEMORY) return status;
-    struct api_value derivatives = api_value_member(reading->root, "derivatives");
-    status = api_derived_read(&forces->derived, &derivatives, &forces->tree, reading->problem);
+    status = api_derived_read(&forces->derived, API_MEMBER(reading->root, "derivatives"),
+                              &forces->tree, reading->problem);
     if (status == PEND_NO_MEMORY) return status;
     return forces_read_states(forces, reading);
 }
@@ -399,10 +399,6 @@ static double forces_bytes(const void *state) {
            api_writer_bytes(forces->format, &forces->table);
 }
 
-static const struct api_table *forces_table(const void *state) {
-    return &((const struct forces *)state)->table;
-}
-
 const struct api_op api_op_forces = {.name = "forces",
                                      .size = sizeof(struct forces),
                                      .body = 1,
@@ -411,7 +407,7 @@ const struct api_op api_op_forces = {.name = "forces",
                                      .samples = 1,
                                      .read = forces_read,
                                      .run = forces_run,
-                                     .table = forces_table,
+                                     .table = offsetof(struct forces, table),
                                      .cost = forces_cost,
                                      .bytes = forces_bytes,
                                      .clear = forces_clear};

@@ -5,6 +5,7 @@
 #include "api/op/op.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,30 +90,28 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value initial = api_value_member(root, "initial");
     struct api_value duration = api_value_member(root, "duration"),
-                     transient = api_value_member(root, "transient"),
                      start = api_value_member(root, "start");
-    struct api_value samples = api_value_member(root, "samples"),
-                     count = api_value_member(root, "count");
-    struct api_value digits = api_value_member(root, "digits");
     long rounded = 0, rows = SAMPLES_USUAL;
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &lyapunov->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK)
         PEND_TRY(api_states_new(&lyapunov->start, 1, api_tree_stored(&lyapunov->tree)));
-    api_states_read(lyapunov->start, 0, &initial, &lyapunov->tree, reading->limits, problem);
+    api_states_read(lyapunov->start, 0, API_MEMBER(root, "initial"), &lyapunov->tree,
+                    reading->limits, problem);
     (void)api_value_read_number(&start, -duration_most, duration_most, "s", &lyapunov->origin,
                                 problem);
     api_value_usual_number(&start, 0);
     if (api_field_needed(&duration, problem))
         (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &lyapunov->duration,
                                     problem);
-    (void)api_value_read_number(&transient, 0, duration_most, "s", &lyapunov->transient, problem);
-    (void)api_field_whole(&samples, 1, (long)reading->limits->samples, &rows, problem);
-    lyapunov_read_count(lyapunov, &count, problem);
-    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    (void)api_value_read_number(API_MEMBER(root, "transient"), 0, duration_most, "s",
+                                &lyapunov->transient, problem);
+    (void)api_field_whole(API_MEMBER(root, "samples"), 1, (long)reading->limits->samples, &rows,
+                          problem);
+    lyapunov_read_count(lyapunov, API_MEMBER(root, "count"), problem);
+    (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
     lyapunov->table.digits = (int)rounded;
     lyapunov->table.rows = rows;
     return problem->status ? PEND_INVALID : PEND_OK;
@@ -121,13 +120,12 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
 /* sets the columns, and adds a fault if the answer would be too large */
 static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
-    struct api_value count = api_value_member(reading->root, "count");
     double bytes = 8.0 * 6 * api_tree_stored(&lyapunov->tree) * (lyapunov->count + 1);
     api_table_add(&lyapunov->table, "t", NULL, 0);
     api_table_add(&lyapunov->table, "exponents", NULL, lyapunov->count);
     api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
     if (bytes > reading->limits->answer_bytes)
-        api_value_fault(&count, reading->problem,
+        api_value_fault(API_MEMBER(reading->root, "count"), reading->problem,
                         API_CODE_LIMIT
                         "asks for %d directions in %d dimensions, %.0f bytes, more than the limit "
                         "max-answer-bytes of "
@@ -339,14 +337,6 @@ static double lyapunov_bytes(const void *state) {
            api_writer_bytes(lyapunov->format, &lyapunov->table);
 }
 
-static const struct api_table *lyapunov_table(const void *state) {
-    return &((const struct lyapunov *)state)->table;
-}
-
-static const struct api_stats *lyapunov_stats(const void *state) {
-    return &((const struct lyapunov *)state)->stats;
-}
-
 const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .size = sizeof(struct lyapunov),
                                        .body = 1,
@@ -357,9 +347,9 @@ const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .run = lyapunov_run,
                                        .steps = lyapunov_steps,
                                        .progress = lyapunov_progress,
-                                       .table = lyapunov_table,
+                                       .table = offsetof(struct lyapunov, table),
                                        .cost = lyapunov_cost,
                                        .doubt = 5,
-                                       .stats = lyapunov_stats,
+                                       .stats = offsetof(struct lyapunov, stats),
                                        .bytes = lyapunov_bytes,
                                        .clear = lyapunov_clear};

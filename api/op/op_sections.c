@@ -7,6 +7,7 @@
 #include "api/op/op.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +27,7 @@ static const char *const section_fields[] = {"arm",       "theta",  "phi",   "un
 
 enum { T, PHI, PHID, COLUMNS = 6, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 50000 };
 
-static const double duration_most = 1e9, angle_most = 1e6, pi = 3.14159265358979323846;
+static const double duration_most = 1e9, angle_most = 1e6;
 
 /* s, of a stroboscopic section; the largest number of periods in the searched time, which must be
  * exact as a double */
@@ -79,10 +80,9 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     static const char *const units[] = {"rad", "deg", NULL};
     struct api_value theta = api_value_member(section, "theta"),
                      phi = api_value_member(section, "phi");
-    struct api_value unit = api_value_member(section, "unit");
     int degrees = 0, from_theta = api_value_kind(&theta) != API_MISSING;
     double angle = 0;
-    (void)api_field_word(&unit, units, &degrees, problem);
+    (void)api_field_word(API_MEMBER(section, "unit"), units, &degrees, problem);
     if (from_theta && api_value_kind(&phi) != API_MISSING)
         api_value_fault(&phi, problem,
                         API_CODE_CONFLICT
@@ -92,7 +92,7 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
                         API_CODE_MISSING "needs the angle that is passed: \"theta\" or \"phi\"");
     (void)api_value_read_number(&theta, -angle_most, angle_most, "", &angle, problem);
     (void)api_value_read_number(&phi, -angle_most, angle_most, "", &angle, problem);
-    angle *= degrees ? pi / 180 : 1;
+    angle *= degrees ? M_PI / 180 : 1;
     struct pend_sum hanging = pend_turns_hanging(angle);
     sections->angle = from_theta ? hanging.high : angle;
     sections->angle_low = from_theta ? hanging.low : 0;
@@ -116,7 +116,7 @@ static void sections_drive_period(struct sections *sections, const struct api_va
                         "give the period as a number of seconds",
                         omega, other);
     else if (omega > 0)
-        sections->period = 2 * pi / omega;
+        sections->period = 2 * M_PI / omega;
     else
         api_value_fault(period, problem,
                         API_CODE_NOT_APPLICABLE
@@ -160,28 +160,23 @@ static void sections_read_section(struct sections *sections, const struct api_va
     int word = 0;
     if (!api_field_object(section, problem)) return;
     (void)api_value_only(section, section_fields, problem);
-    struct api_value period = api_value_member(section, "period"),
-                     first = api_value_member(section, "first");
-    if (api_value_kind(&period) != API_MISSING || api_value_kind(&first) != API_MISSING) {
+    if (api_value_kind(API_MEMBER(section, "period")) != API_MISSING ||
+        api_value_kind(API_MEMBER(section, "first")) != API_MISSING) {
         sections_read_period(sections, section, problem);
         return;
     }
-    struct api_value arm = api_value_member(section, "arm"),
-                     direction = api_value_member(section, "direction");
-    int caller = api_tree_read_arm(&sections->tree, &arm, problem);
+    int caller = api_tree_read_arm(&sections->tree, API_MEMBER(section, "arm"), problem);
     if (caller >= 0) sections->arm = sections->tree.tree->place[caller];
     sections_read_angle(sections, section, problem);
-    (void)api_field_word(&direction, words, &word, problem);
+    (void)api_field_word(API_MEMBER(section, "direction"), words, &word, problem);
     sections->ways = ways[word];
 }
 
 /* the start and the duration of the motion */
 static void sections_read_time(struct sections *sections, const struct api_value *root,
                                struct api_problem *problem) {
-    struct api_value section = api_value_member(root, "section"),
-                     duration = api_value_member(root, "duration"),
+    struct api_value duration = api_value_member(root, "duration"),
                      start = api_value_member(root, "start");
-    struct api_value period = api_value_member(&section, "period");
     (void)api_value_read_number(&start, -duration_most, duration_most, "s", &sections->origin,
                                 problem);
     api_value_usual_number(&start, 0);
@@ -190,7 +185,7 @@ static void sections_read_time(struct sections *sections, const struct api_value
                                     problem);
     double span = sections->duration + fabs(sections->first - sections->origin);
     if (span > periods_most * sections->period && sections->period > 0)
-        api_value_fault(&period, problem,
+        api_value_fault(API_MEMBER(API_MEMBER(root, "section"), "period"), problem,
                         API_CODE_LIMIT "is too short for %.6g s: at most %.0e periods are counted",
                         span, periods_most);
 }
@@ -199,10 +194,6 @@ static enum pend_status sections_read_parts(struct sections *sections,
                                             const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value initial = api_value_member(root, "initial");
-    struct api_value section = api_value_member(root, "section");
-    struct api_value count = api_value_member(root, "count"), rtol = api_value_member(root, "rtol");
-    struct api_value digits = api_value_member(root, "digits");
     double most = reading->limits->samples;
     long rounded = 0, rows = most < COUNT_USUAL ? (long)most : COUNT_USUAL;
     (void)api_value_only(root, fields, problem);
@@ -210,13 +201,14 @@ static enum pend_status sections_read_parts(struct sections *sections,
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK)
         PEND_TRY(api_states_new(&sections->start, 1, api_tree_stored(&sections->tree)));
-    api_states_read(sections->start, 0, &initial, &sections->tree, reading->limits, problem);
-    sections_read_section(sections, &section, problem);
+    api_states_read(sections->start, 0, API_MEMBER(root, "initial"), &sections->tree,
+                    reading->limits, problem);
+    sections_read_section(sections, API_MEMBER(root, "section"), problem);
     sections_read_time(sections, root, problem);
-    (void)api_field_whole(&count, 1, (long)most, &rows, problem);
-    (void)api_value_read_number(&rtol, 1e-16, 0.1, "", &sections->rtol, problem);
+    (void)api_field_whole(API_MEMBER(root, "count"), 1, (long)most, &rows, problem);
+    (void)api_value_read_number(API_MEMBER(root, "rtol"), 1e-16, 0.1, "", &sections->rtol, problem);
     sections->accuracy = api_accuracy_read(root, problem);
-    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
     sections->table.digits = (int)rounded;
     sections->table.rows = rows;
     sections->table.rows_later = 1;
@@ -227,7 +219,6 @@ static enum pend_status sections_read_parts(struct sections *sections,
 static enum pend_status sections_check_size(struct sections *sections,
                                             const struct api_reading *reading) {
     struct api_table *table = &sections->table;
-    struct api_value count = api_value_member(reading->root, "count");
     int n = sections->tree.n;
     api_table_add(table, "t", NULL, 0);
     api_table_add(table, "phi", NULL, n);
@@ -241,7 +232,8 @@ static enum pend_status sections_check_size(struct sections *sections,
         api_table_add(table, "cart", "x", 0);
         api_table_add(table, "cart", "v", 0);
     }
-    api_reading_check_kept(reading, table, &count, n, "passages", "fewer");
+    api_reading_check_kept(reading, table, API_MEMBER(reading->root, "count"), n, "passages",
+                           "fewer");
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -416,14 +408,6 @@ static double sections_bytes(const void *state) {
            api_tree_bytes(&sections->tree) + api_states_bytes(sections->start) + API_PIECE_BYTES;
 }
 
-static const struct api_table *sections_table(const void *state) {
-    return &((const struct sections *)state)->table;
-}
-
-static const struct api_stats *sections_stats(const void *state) {
-    return &((const struct sections *)state)->stats;
-}
-
 const struct api_op api_op_sections = {.name = "sections",
                                        .size = sizeof(struct sections),
                                        .body = 1,
@@ -435,9 +419,9 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .run = sections_run,
                                        .steps = sections_steps,
                                        .progress = sections_progress,
-                                       .table = sections_table,
+                                       .table = offsetof(struct sections, table),
                                        .cost = sections_cost,
                                        .doubt = 5,
                                        .bytes = sections_bytes,
-                                       .stats = sections_stats,
+                                       .stats = offsetof(struct sections, stats),
                                        .clear = sections_clear};

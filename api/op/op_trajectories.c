@@ -5,6 +5,7 @@
 #include "api/op/op.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,8 +112,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value initial = api_value_member(root, "initial");
-    struct api_value times = api_value_member(root, "times"),
-                     output = api_value_member(root, "output");
+    struct api_value output = api_value_member(root, "output");
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &trajectory->tree);
     if (status == PEND_NO_MEMORY) return status;
@@ -120,7 +120,8 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
         PEND_TRY(api_states_new(&trajectory->start, 1, api_tree_stored(&trajectory->tree)));
     api_states_read(trajectory->start, 0, &initial, &trajectory->tree, reading->limits, problem);
     api_value_usual_object(&initial);
-    status = api_times_read(&trajectory->times, &times, reading->limits, problem);
+    status =
+        api_times_read(&trajectory->times, API_MEMBER(root, "times"), reading->limits, problem);
     if (status == PEND_NO_MEMORY) return status;
     api_method_read(&trajectory->method, root, &trajectory->tree, reading->limits, problem);
     api_outputs_read(&trajectory->outputs, &output, problem);
@@ -140,15 +141,14 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
 static enum pend_status trajectory_check_size(struct trajectory *trajectory,
                                               const struct api_reading *reading) {
     struct api_table *table = &trajectory->table;
-    struct api_value times = api_value_member(reading->root, "times");
     table->rows = trajectory->times.times.count;
-    struct api_value derivatives = api_value_member(reading->root, "derivatives");
     api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
     api_events_columns(&trajectory->events, table);
     if (trajectory->derived.count)
-        api_outputs_derived(&trajectory->outputs, &derivatives, &trajectory->derived, table,
-                            reading->problem);
-    api_reading_check_size(reading, table, &times, "rows", "fewer instants or outputs");
+        api_outputs_derived(&trajectory->outputs, API_MEMBER(reading->root, "derivatives"),
+                            &trajectory->derived, table, reading->problem);
+    api_reading_check_size(reading, table, API_MEMBER(reading->root, "times"), "rows",
+                           "fewer instants or outputs");
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -424,14 +424,6 @@ static double trajectory_bytes(const void *state) {
     return api_trajectory_cost_bytes(trajectory_size(state));
 }
 
-static const struct api_table *trajectory_table(const void *state) {
-    return &((const struct trajectory *)state)->table;
-}
-
-static const struct api_stats *trajectory_stats(const void *state) {
-    return &((const struct trajectory *)state)->stats;
-}
-
 /* a client that asks for trust gets it or a refusal, in every representation */
 static int trajectory_stats_first(const void *state) {
     return ((const struct trajectory *)state)->trust_tolerance > 0;
@@ -449,7 +441,7 @@ const struct api_op api_op_trajectories = {
     .run = trajectory_run,
     .steps = trajectory_steps,
     .progress = trajectory_done,
-    .table = trajectory_table,
+    .table = offsetof(struct trajectory, table),
     .cost = trajectory_cost,
     .doubt = 3,
     .way_out = trajectory_way_out,
@@ -457,7 +449,7 @@ const struct api_op api_op_trajectories = {
     .parts = trajectory_parts,
     .part = trajectory_part,
     .carry = trajectory_carry,
-    .stats = trajectory_stats,
+    .stats = offsetof(struct trajectory, stats),
     .stats_first = trajectory_stats_first,
     .clear = trajectory_clear,
 };

@@ -96,7 +96,7 @@ static void target_term(const struct api_value *value, const struct api_value *v
 
 int api_target_read(struct api_target *target, const struct api_value *value,
                     const struct api_tree *tree, struct api_problem *problem) {
-    struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm");
+    struct api_value vary = api_value_member(value, "vary");
     const char *list[API_VARY_TERM + API_VARIED + 1];
     int chosen = 0;
     *target = (struct api_target){.arm = -1, .place = -1};
@@ -105,7 +105,7 @@ int api_target_read(struct api_target *target, const struct api_value *value,
         return 0;
     int term = chosen - API_VARY_TERM;
     target->quantity = term >= 0 ? API_VARY_TERM : (enum api_quantity)chosen;
-    target_arm(&arm, tree, list[chosen],
+    target_arm(API_MEMBER(value, "arm"), tree, list[chosen],
                term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, target, problem);
     if (tree->cart && target->arm == 0 && !api_varied_of_cart(list[chosen]))
         api_value_fault(&vary, problem,

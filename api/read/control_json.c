@@ -77,12 +77,12 @@ static void read_schedule(struct control_reading *r, const struct api_value *val
                           int wide, int state, struct pend_schedule *schedule) {
     static const char *const names[] = {"t", "value", NULL};
     int table = api_value_kind(value) == API_OBJECT, rows = 0;
-    struct api_value t = api_value_member(value, "t"), list = api_value_member(value, "value");
+    struct api_value list = api_value_member(value, "value");
     struct api_value item = api_value_item(&list, 0);
     const double *instants = NULL;
     if (table) {
         (void)api_value_only(value, names, r->problem);
-        if (!(instants = read_instants(r, &t, &schedule->count))) return;
+        if (!(instants = read_instants(r, API_MEMBER(value, "t"), &schedule->count))) return;
         if (!api_field_needed(&list, r->problem)) return;
         if (api_value_count(&list) != schedule->count) {
             api_value_fault(&list, r->problem,
@@ -147,15 +147,14 @@ static void read_swing_up(struct control_reading *r, const struct api_value *val
                           struct pend_law *law, int depth) {
     static const char *const names[] = {"gain", "p", "d", "energy", "within", "then", NULL};
     static const char *const bounds[] = {"theta", "thetad", NULL};
-    struct api_value gain = api_value_member(value, "gain"),
-                     within = api_value_member(value, "within"),
-                     then = api_value_member(value, "then"),
-                     energy = api_value_member(value, "energy");
+    struct api_value within = api_value_member(value, "within"),
+                     then = api_value_member(value, "then");
     (void)api_value_only(value, names, r->problem);
-    (void)api_field_needed(&gain, r->problem);
+    (void)api_field_needed(API_MEMBER(value, "gain"), r->problem);
     read_named(r, value, names, 3, law);
     law->energy = NAN;
-    (void)api_value_read_number(&energy, -INFINITY, INFINITY, "J", &law->energy, r->problem);
+    (void)api_value_read_number(API_MEMBER(value, "energy"), -INFINITY, INFINITY, "J", &law->energy,
+                                r->problem);
     if (api_field_object(&within, r->problem)) {
         (void)api_value_only(&within, bounds, r->problem);
         for (int i = 0; i < 2; i++) {
@@ -232,16 +231,16 @@ static void read_controller(struct control_reading *r, const struct api_value *v
     static const char *const names[] = {"joint", "cart",  "law",      "period",
                                         "delay", "limit", "quantize", NULL};
     struct api_value period = api_value_member(value, "period"),
-                     law = api_value_member(value, "law"), limit = api_value_member(value, "limit"),
-                     quantum = api_value_member(value, "quantize");
+                     law = api_value_member(value, "law");
     struct pend_controller *c = r->controller;
     (void)api_value_only(value, names, r->problem);
     read_joint(r, value);
     if (api_field_needed(&period, r->problem))
         (void)api_value_read_number(&period, control_finest, control_longest, "s", &c->period,
                                     r->problem);
-    read_limit(r, &limit);
-    (void)api_value_read_number(&quantum, 0, INFINITY, "", &c->quantum, r->problem);
+    read_limit(r, API_MEMBER(value, "limit"));
+    (void)api_value_read_number(API_MEMBER(value, "quantize"), 0, INFINITY, "", &c->quantum,
+                                r->problem);
     if (api_field_needed(&law, r->problem)) c->law = read_law(r, &law, 0);
 }
 
@@ -281,9 +280,8 @@ enum pend_status api_control_read(struct api_rules *rules, const struct api_cont
         struct pend_controller *c = r.controller = rules->controller + rules->controllers++;
         *c = (struct pend_controller){.low = -INFINITY, .high = INFINITY};
         if (!api_field_object(&item, problem)) continue;
-        struct api_value late = api_value_member(&item, "delay");
         delay = 0;
-        (void)api_field_whole(&late, 0, DELAY_MOST, &delay, problem);
+        (void)api_field_whole(API_MEMBER(&item, "delay"), 0, DELAY_MOST, &delay, problem);
         c->delay = (int)delay;
         r.outputs = count * c->delay;
         read_controller(&r, &item);

@@ -9,8 +9,6 @@
 #include "core/modes/modes.h"
 #include "core/tree/turns.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* numbers of 32 digits */
 struct exact {
     double high, low;
@@ -249,7 +247,7 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
         read_turns(states, i, &angle, &rate, degrees, state_forms[form].from_hanging, tree,
                    problem);
     else if (api_value_kind(&angle) != API_MISSING)
-        read_mode(states, i, &angle, &rate, degrees ? pi / 180 : 1, tree, limits, problem);
+        read_mode(states, i, &angle, &rate, degrees ? M_PI / 180 : 1, tree, limits, problem);
     assert(!states || api_states_valid(states));
 }
 
@@ -279,7 +277,7 @@ static enum pend_status states_settle_real(struct api_states *states, const stru
     struct pend_damped *modes;
     double *near = malloc(n * sizeof *near);
     if (!near) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a start in a mode");
-    for (size_t k = 0; k < n; k++) near[k] = -pi / 2;
+    for (size_t k = 0; k < n; k++) near[k] = -M_PI / 2;
     if (tree->cart) near[0] = 0;
     enum pend_status status = pend_damped_new(&modes, tree->tree, &tree->loads, near, error);
     free(near);

@@ -137,8 +137,8 @@ static void read_arm(struct tree_reading *reading, struct api_arm_names *names,
     reading->length[i] = reading->mass[i] = NAN;
     if (!api_field_object(arm, reading->problem)) return;
     (void)api_value_only(arm, arm_fields, reading->problem);
-    struct api_value length = api_value_member(arm, "length"), mass = api_value_member(arm, "mass");
-    reading->length[i] = arm_number(&length, reading->problem);
+    struct api_value mass = api_value_member(arm, "mass");
+    reading->length[i] = arm_number(API_MEMBER(arm, "length"), reading->problem);
     api_terms_read_arm(&reading->terms, arm);
     reading->mass[i] = mass_is_spared(reading, &mass, i) ? 0 : arm_number(&mass, reading->problem);
 }

@@ -8,7 +8,6 @@
 #include "server/jobs/download.h"
 #include "server/jobs/store_request.h"
 #include "server/jobs/job_view.h"
-#include "server/jobs/jobs.h"
 #include "server/protocol/range.h"
 
 /* Passes the exchange to a worker, which reads the response from the store.

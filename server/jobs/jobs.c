@@ -16,7 +16,6 @@
 #include "server/jobs/job_events.h"
 #include "server/work/hold.h"
 #include "server/jobs/job_view.h"
-#include "server/work/inflight.h"
 #include "server/jobs/part_runner.h"
 
 enum { JOBS_COST = 3, JOBS_SPARE = 64 };

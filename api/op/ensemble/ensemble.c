@@ -253,14 +253,14 @@ static void choose_columns(struct api_ensemble *e, const struct api_reading *rea
 
 /* members whose pieces end at instants known beforehand go side by side, within their tables */
 static void check_pieces(const struct api_ensemble *e, const struct api_reading *reading) {
-    struct api_value pendulum = api_value_member(reading->root, "pendulum");
     struct pend_error error;
     if (!e->tree.rules) return;
     if (pend_pieces_check_smooth(e->tree.terms, "ensembles", &error) == PEND_OK &&
         pend_rules_check(e->tree.rules, e->tree.tree->order, e->origin, e->origin + e->duration,
                          &error) == PEND_OK)
         return;
-    api_value_fault(&pendulum, reading->problem, API_CODE_UNSUPPORTED "%s", error.text);
+    api_value_fault(API_MEMBER(reading->root, "pendulum"), reading->problem,
+                    API_CODE_UNSUPPORTED "%s", error.text);
 }
 
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {
@@ -276,8 +276,7 @@ static enum pend_status read_parts(struct api_ensemble *e, const struct api_read
     api_form_read(&e->seen.table, root, problem);
     status = api_members_read(&e->members, root, &e->tree, reading->limits, problem);
     if (status == PEND_NO_MEMORY) return status;
-    struct api_value derivatives = api_value_member(root, "derivatives");
-    status = api_derived_read(&e->derived, &derivatives, &e->tree, problem);
+    status = api_derived_read(&e->derived, API_MEMBER(root, "derivatives"), &e->tree, problem);
     if (status == PEND_NO_MEMORY) return status;
     if (problem->status) return PEND_INVALID;
     check_cart(e, reading);

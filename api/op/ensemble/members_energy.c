@@ -12,9 +12,9 @@ static const double rounding = 1e-14;
 
 int api_energy_target(struct api_target *target, const struct api_value *value,
                       struct api_problem *problem) {
-    struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm"),
+    struct api_value arm = api_value_member(value, "arm"),
                      harmonic = api_value_member(value, "harmonic");
-    const char *text = api_value_text(&vary);
+    const char *text = api_value_text(API_MEMBER(value, "vary"));
     if (!text || strcmp(text, "energy") != 0) return 0;
     *target = (struct api_target){.quantity = API_VARY_ENERGY, .arm = -1, .place = -1};
     if (api_value_kind(&arm) != API_MISSING)

@@ -4,8 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static const double pi = 3.14159265358979323846;
-
 static const char *const axis_fields[] = {"vary",  "arm",  "harmonic", "start", "stop",
                                           "scale", "unit", "count",    "with",  NULL};
 static const char *const tied_fields[] = {"vary", "arm",   "harmonic", "start",
@@ -48,7 +46,7 @@ static double read_target(const struct api_value *value, const struct reading *r
         out->quantity > API_VARY_THETAD)
         api_value_fault(&unit, reading->problem,
                         API_CODE_NOT_APPLICABLE "is for angles and their rates: leave it out");
-    return degrees ? pi / 180 : 1;
+    return degrees ? M_PI / 180 : 1;
 }
 
 /* reads a number that must be present; a size must be positive */
@@ -257,8 +255,7 @@ static enum pend_status read_grid(struct api_members *members, const struct api_
 static enum pend_status read_random(struct api_members *members, const struct api_value *random,
                                     const struct reading *reading) {
     if (!api_field_object(random, reading->problem)) return PEND_INVALID;
-    struct api_value count = api_value_member(random, "count"),
-                     seed = api_value_member(random, "seed");
+    struct api_value count = api_value_member(random, "count");
     struct api_value draw = api_value_member(random, "draw"),
                      first = api_value_member(random, "first");
     long number = 0,
@@ -269,7 +266,7 @@ static enum pend_status read_random(struct api_members *members, const struct ap
     if (api_field_needed(&count, reading->problem) &&
         api_field_whole(&count, 1, 1000000000, &number, reading->problem) > 0)
         check_count((double)number, &count, reading);
-    if (api_field_whole(&seed, 0, 1l << 53, &drawn, reading->problem) > 0)
+    if (api_field_whole(API_MEMBER(random, "seed"), 0, 1l << 53, &drawn, reading->problem) > 0)
         members->seed = (uint64_t)drawn;
     (void)api_field_whole(&first, 0, first_most, &members->first, reading->problem);
     api_value_usual_number(&first, 0);

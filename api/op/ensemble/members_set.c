@@ -6,8 +6,6 @@
 
 #include "api/op/ensemble/members_energy.h"
 
-static const double pi = 3.14159265358979323846;
-
 static const char *const set_fields[] = {"vary", "arm", "harmonic", "value", "unit", NULL};
 
 struct api_sets {
@@ -107,7 +105,7 @@ static enum pend_status read_set(struct api_sets *sets, const struct api_value *
     if (fault) api_value_fault(&number, problem, API_CODE_OUT_OF_RANGE "%s, got %g", fault, x);
     return sets_add(sets, target.quantity,
                     target.quantity == API_VARY_TERM ? target.place : target.arm,
-                    degrees ? pi / 180 * x : x);
+                    degrees ? M_PI / 180 * x : x);
 }
 
 /* a number with its own field */

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846;
-
 /* an observable's columns: names, parts, and whether they have one number per arm */
 struct columns {
     const char *name;
@@ -122,7 +120,7 @@ void api_observables_ask(const struct api_observables *seen,
         1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // known without integrating a member
     unsigned wanted = seen->wanted & ~given;
     problem->observe = 0;
-    if (wanted & flips) problem->bound = pi;
+    if (wanted & flips) problem->bound = M_PI;
     if (wanted & (1u << API_SEE_LAMBDA_MAX | 1u << API_SEE_LAMBDA_MIN))
         problem->observe |= PEND_OBSERVE_EXTREMES;
     if (wanted >> API_SEE_SIGN_CHANGE & 1) problem->observe |= PEND_OBSERVE_SIGNS;

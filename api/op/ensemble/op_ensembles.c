@@ -7,6 +7,7 @@
 #include "api/op/op.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 
 #include "api/encode/encode.h"
@@ -22,6 +23,7 @@ enum {
 
 struct ensembles {
     struct api_ensemble *ensemble;
+    struct api_table table;
     const struct api_format *format;
 
     /* once it runs */
@@ -47,8 +49,10 @@ static enum pend_status ensembles_read(void *state, const struct api_reading *re
     struct ensembles *op = state;
     op->format = reading->format;
     enum pend_status status = api_ensemble_new(&op->ensemble, reading);
-    if (status == PEND_OK) op->end = api_ensemble_count(op->ensemble);
-    return status;
+    if (status != PEND_OK) return status;
+    op->end = api_ensemble_count(op->ensemble);
+    op->table = *api_ensemble_table(op->ensemble);
+    return PEND_OK;
 }
 
 static long ensembles_parts(const void *state) {
@@ -76,13 +80,12 @@ static double ensembles_range(const struct ensembles *op) {
 
 static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer *out,
                                         struct pend_error *error) {
-    const struct api_ensemble *ensemble = op->ensemble;
     double numbers = ensembles_numbers(op);
     op->range_most = (long)ensembles_range(op);
     PEND_TRY(api_ensemble_prepare(op->ensemble, error));
     op->raw = malloc((size_t)op->range_most * (size_t)numbers * sizeof *op->raw);
     if (!op->raw) return PEND_NO_MEMORY;
-    return api_writer_new(&op->writer, op->format, api_ensemble_table(ensemble), out);
+    return api_writer_new(&op->writer, op->format, &op->table, out);
 }
 
 /* continues the present range, or begins the next one */
@@ -155,17 +158,9 @@ static long ensembles_steps(const void *state) {
     return op->steps + (op->range ? api_member_range_stats(op->range).steps : 0);
 }
 
-static const struct api_table *ensembles_table(const void *state) {
-    return api_ensemble_table(((const struct ensembles *)state)->ensemble);
-}
-
 static double ensembles_cost(const void *state) {
     const struct api_ensemble *ensemble = ((const struct ensembles *)state)->ensemble;
     return api_ensemble_cost(ensemble, api_ensemble_count(ensemble));
-}
-
-static const struct api_stats *ensembles_stats(const void *state) {
-    return &((const struct ensembles *)state)->stats;
 }
 
 static double ensembles_bytes(const void *state) {
@@ -174,7 +169,7 @@ static double ensembles_bytes(const void *state) {
     double raw = ensembles_range(op) * ensembles_numbers(op) + PIECE_NUMBERS +
                  (double)api_ensemble_numbers(ensemble);
     return api_ensemble_bytes(ensemble) + raw * sizeof(double) +
-           api_writer_bytes(op->format, api_ensemble_table(ensemble));
+           api_writer_bytes(op->format, &op->table);
 }
 
 const struct api_op api_op_ensembles = {
@@ -188,11 +183,11 @@ const struct api_op api_op_ensembles = {
     .read = ensembles_read,
     .run = ensembles_run,
     .steps = ensembles_steps,
-    .table = ensembles_table,
+    .table = offsetof(struct ensembles, table),
     .cost = ensembles_cost,
     .bytes = ensembles_bytes,
     .parts = ensembles_parts,
     .part = ensembles_part,
-    .stats = ensembles_stats,
+    .stats = offsetof(struct ensembles, stats),
     .clear = ensembles_clear,
 };

@@ -39,10 +39,8 @@ static int picture_of(const struct api_observables *seen, const struct api_value
 void api_picture_read(struct api_observables *seen, const struct api_members *members,
                       const struct api_tree *tree, const struct api_reading *reading) {
     static const char *const scales[] = {"linear", "log", NULL};
-    struct api_value picture = api_value_member(reading->root, "picture"),
-                     of = api_value_member(&picture, "of");
-    struct api_value arm = api_value_member(&picture, "arm"),
-                     scale = api_value_member(&picture, "scale");
+    struct api_value picture = api_value_member(reading->root, "picture");
+    struct api_value arm = api_value_member(&picture, "arm");
     struct api_problem *problem = reading->problem;
     const long *count = members->axis_count;
     long number = 1;
@@ -58,7 +56,7 @@ void api_picture_read(struct api_observables *seen, const struct api_members *me
         api_value_fault(&picture, problem,
                         API_CODE_LIMIT "a picture has at most %d members on each axis",
                         PIXELS_MOST);
-    int chosen = picture_of(seen, &of, &picture, problem);
+    int chosen = picture_of(seen, API_MEMBER(&picture, "of"), &picture, problem);
     if (chosen < 0) return;
     int column = seen->at[chosen], width = seen->table.column[column].width,
         log = logarithmic >> chosen & 1;
@@ -68,7 +66,7 @@ void api_picture_read(struct api_observables *seen, const struct api_members *me
                         api_observables_name((enum api_observable)chosen));
     else
         (void)api_field_whole(&arm, 1, tree->n, &number, problem);
-    (void)api_field_word(&scale, scales, &log, problem);
+    (void)api_field_word(API_MEMBER(&picture, "scale"), scales, &log, problem);
     if (problem->status) return;
     seen->table.picture = (struct api_table_picture){
         .across = count[0], .column = column, .arm = (int)number - 1, .logarithmic = log};

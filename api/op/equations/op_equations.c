@@ -49,13 +49,13 @@ static void equations_read_form(struct equations *equations, const struct api_re
 static enum pend_status equations_read_parts(struct equations *equations,
                                              const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value initial = api_value_member(reading->root, "initial");
     (void)api_value_only(reading->root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &equations->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK)
         PEND_TRY(api_states_new(&equations->start, 1, api_tree_stored(&equations->tree)));
-    api_states_read(equations->start, 0, &initial, &equations->tree, reading->limits, problem);
+    api_states_read(equations->start, 0, API_MEMBER(reading->root, "initial"), &equations->tree,
+                    reading->limits, problem);
     equations_read_form(equations, reading);
     return problem->status ? PEND_INVALID : PEND_OK;
 }

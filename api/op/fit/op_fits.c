@@ -6,6 +6,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -334,10 +335,6 @@ static enum pend_status fits_run(void *state, const struct api_turn *turn, int *
 
 static void fits_json(void *state) { ((struct fits *)state)->format = &api_format_json; }
 
-static const struct api_table *fits_table(const void *state) {
-    return &((const struct fits *)state)->table;
-}
-
 static void fits_progress(const void *state, double *steps, double *work) {
     const struct fits *fits = state;
     *steps = -1;
@@ -364,7 +361,7 @@ const struct api_op api_op_fits = {.name = "fits",
                                    .read = fits_read,
                                    .run = fits_run,
                                    .progress = fits_progress,
-                                   .table = fits_table,
+                                   .table = offsetof(struct fits, table),
                                    .cost = fits_cost,
                                    .bytes = fits_bytes,
                                    .json = fits_json,

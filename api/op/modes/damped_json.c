@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "api/encode/encode_raw.h"
 #include "api/encode/stats_text.h"
 #include "api/json/json_out.h"
 #include "core/modes/rest.h"
@@ -69,14 +68,19 @@ void api_damped_init(struct api_damped *damped, const struct api_tree *tree, con
                      const struct api_format *format, int digits, int vectors,
                      const char include[PEND_MATRIX_COUNT]) {
     assert(tree->loads.terms);
-    *damped = (struct api_damped){
-        .tree = tree, .phi = phi, .format = format, .vectors = vectors, .include = include};
-    damped->table.digits = digits;
-    damped->table.rows = 2 * (long)api_tree_stored(tree);
-    damped->table.rows_later = 1;
+    *damped = (struct api_damped){.tree = tree,
+                                  .phi = phi,
+                                  .format = format,
+                                  .table = damped->table,
+                                  .stats = damped->stats,
+                                  .vectors = vectors,
+                                  .include = include};
+    damped->table->digits = digits;
+    damped->table->rows = 2 * (long)api_tree_stored(tree);
+    damped->table->rows_later = 1;
     for (int c = 0; c < COLUMNS; c++)
         if (damped_tells(damped, c))
-            api_table_add(&damped->table, columns[c].name, columns[c].part,
+            api_table_add(damped->table, columns[c].name, columns[c].part,
                           c >= EQUILIBRIUM ? tree->n : 0);
 }
 
@@ -140,20 +144,20 @@ static void damped_tell(struct api_damped *damped) {
         const double *h = damped->tree->value + terms->harmonic[i].at;
         if (terms->harmonic[i].drives < 0) shaken += fabs(h[0] * h[1]);
     }
-    api_stats_whole(&damped->stats, "stable", stable);
+    api_stats_whole(damped->stats, "stable", stable);
     if (most > rub_most) {
         snprintf(damped->warning[0], API_WARNING_TEXT,
                  "a swing of 0.1 rad in mode %d moves a joint at %.3g times the speed below which "
                  "its dry friction is linear: the motion itself is another there. Integrate it.",
                  mode, most);
-        api_stats_warning(&damped->stats, "warning_friction", damped->warning[0]);
+        api_stats_warning(damped->stats, "warning_friction", damped->warning[0]);
     }
     if (!(shaken > 0)) return;
     snprintf(damped->warning[1], API_WARNING_TEXT,
              "the pivot is shaken at up to %.3g m/s and the modes leave that out: it changes "
              "frequencies and may hold other equilibria (Kapitza). Integrate the motion.",
              shaken);
-    api_stats_warning(&damped->stats, "warning_pivot", damped->warning[1]);
+    api_stats_warning(damped->stats, "warning_pivot", damped->warning[1]);
 }
 
 /* continues the search; *found once there are rows to write */
@@ -172,7 +176,7 @@ static enum pend_status damped_find(struct api_damped *damped, int *found,
         damped->column[c] = at;
         at += rows * (c >= EQUILIBRIUM ? n : 1);
     }
-    damped->table.rows = (long)rows;
+    damped->table->rows = (long)rows;
     for (int j = 0; j < damped->found->count; j++) damped_fill(damped, j);
     for (int c = 0, told = 0; c < COLUMNS; c++)
         if (damped_tells(damped, c)) damped->told[told++] = damped->column[c];
@@ -185,14 +189,14 @@ static enum pend_status damped_rows(const struct api_damped *damped, const char 
                                     const double row[], struct api_buffer *out) {
     int n = damped->tree->n;
     PEND_TRY(api_out_open(out, name, '['));
-    for (long j = 0; j < damped->table.rows; j++)
-        PEND_TRY(api_out_numbers(out, NULL, n, row + j * n, damped->table.digits));
+    for (long j = 0; j < damped->table->rows; j++)
+        PEND_TRY(api_out_numbers(out, NULL, n, row + j * n, damped->table->digits));
     return api_buffer_text(out, "]");
 }
 
 /* the cart's part of the equilibrium and of the shapes */
 static enum pend_status damped_cart(const struct api_damped *damped, struct api_buffer *out) {
-    int rows = (int)damped->table.rows, digits = damped->table.digits;
+    int rows = (int)damped->table->rows, digits = damped->table->digits;
     if (!damped->tree->cart) return PEND_OK;
     PEND_TRY(api_out_open(out, "cart", '{'));
     PEND_TRY(api_out_number(out, "equilibrium", damped->column[CART_REST][0], digits));
@@ -222,7 +226,7 @@ static enum pend_status damped_matrices(const struct api_damped *damped, struct 
                                                      (enum pend_matrix)i, matrix);
         if (status == PEND_OK)
             status =
-                api_out_matrix(out, pend_matrix_names[i], (int)n, matrix, damped->table.digits);
+                api_out_matrix(out, pend_matrix_names[i], (int)n, matrix, damped->table->digits);
         free(matrix);
         PEND_TRY(status);
     }
@@ -232,17 +236,17 @@ static enum pend_status damped_matrices(const struct api_damped *damped, struct 
 /* the equilibrium, then lists with one entry per mode, then the shapes */
 static enum pend_status damped_json(const struct api_damped *damped, struct api_buffer *out,
                                     struct pend_error *error) {
-    int digits = damped->table.digits;
+    int digits = damped->table->digits;
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(
         api_out_numbers(out, "equilibrium", damped->tree->n, damped->column[EQUILIBRIUM], digits));
     for (int c = 0; c < CART_REST; c++)
-        PEND_TRY(api_out_numbers(out, columns[c].name, (int)damped->table.rows, damped->column[c],
+        PEND_TRY(api_out_numbers(out, columns[c].name, (int)damped->table->rows, damped->column[c],
                                  c == MODE ? 0 : digits));
     PEND_TRY(damped_cart(damped, out));
     PEND_TRY(damped_vectors(damped, out));
     PEND_TRY(damped_matrices(damped, out, error));
-    PEND_TRY(api_stats_json(&damped->stats, out));
+    PEND_TRY(api_stats_json(damped->stats, out));
     return api_buffer_text(out, "}");
 }
 
@@ -255,9 +259,9 @@ enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *ou
         *done = 1;
         return damped_json(damped, out, error);
     }
-    if (damped->writer) return api_writer_finish(damped->writer, &damped->stats, out, done);
-    PEND_TRY(api_writer_new(&damped->writer, damped->format, &damped->table, out));
-    return api_writer_block(damped->writer, damped->table.rows, damped->told, out, error);
+    if (damped->writer) return api_writer_finish(damped->writer, damped->stats, out, done);
+    PEND_TRY(api_writer_new(&damped->writer, damped->format, damped->table, out));
+    return api_writer_block(damped->writer, damped->table->rows, damped->told, out, error);
 }
 
 double api_damped_cost(const struct api_damped *damped) {
@@ -272,5 +276,5 @@ double api_damped_bytes(const struct api_damped *damped) {
         text += damped->include[i] ? n * n * API_OUT_NUMBER_BYTES : 0;
     return sizeof(double) * n * ((damped_loses(damped) ? 32 : 12) * n + 64) + text +
            (damped->format == &api_format_json ? 0
-                                               : api_writer_bytes(damped->format, &damped->table));
+                                               : api_writer_bytes(damped->format, damped->table));
 }

@@ -24,14 +24,14 @@ struct api_damped {
     const struct api_tree *tree; /* with terms; not owned */
     const double *phi; /* n: start of the search for the equilibrium, stored order; not owned */
     const struct api_format *format;
-    struct api_table table; /* one row per mode */
-    int vectors;            /* the answer includes the shapes */
-    const char *include;    /* PEND_MATRIX_COUNT flags: the requested matrices; not owned */
+    struct api_table *table; /* one row per mode; not owned */
+    int vectors;             /* the answer includes the shapes */
+    const char *include;     /* PEND_MATRIX_COUNT flags: the requested matrices; not owned */
     struct pend_damped *found;
     double *column[API_COLUMNS];     /* one block */
     const double *told[API_COLUMNS]; /* those in the answer */
     struct api_writer *writer;
-    struct api_stats stats;
+    struct api_stats *stats; /* not owned */
     char warning[2][API_WARNING_TEXT];
     int row; /* the next row of the table, or part of the JSON */
 };
@@ -39,7 +39,7 @@ struct api_damped {
 /**
  * Prepares an answer.
  *
- * damped  out; must be cleared by api_damped_clear.
+ * damped  out, but for table and stats; must be cleared by api_damped_clear.
  * table   its rows are the largest possible number, two per arm.
  */
 void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],

@@ -83,11 +83,11 @@ static void read_select(struct api_modes *modes, const struct api_value *value,
         if (api_field_word(value, words, &chosen, problem) > 0) api_value_usual(value);
         return;
     }
-    struct api_value from = api_value_member(value, "from"), to = api_value_member(value, "to");
     (void)api_value_only(value, allowed, problem);
     int ways = read_extreme(modes, value, "slowest", PEND_SELECT_SLOWEST, problem);
     ways += read_extreme(modes, value, "fastest", PEND_SELECT_FASTEST, problem);
-    if (api_value_kind(&from) != API_MISSING || api_value_kind(&to) != API_MISSING) {
+    if (api_value_kind(API_MEMBER(value, "from")) != API_MISSING ||
+        api_value_kind(API_MEMBER(value, "to")) != API_MISSING) {
         read_range(modes, value, problem);
         ways++;
     }
@@ -161,9 +161,8 @@ static void check_real(const struct api_modes *modes, const struct api_reading *
         if (api_value_kind(&field) != API_MISSING)
             api_value_fault(&field, reading->problem, API_CODE_NOT_APPLICABLE "%s", way[i]);
     }
-    struct api_value about = api_value_member(reading->root, "about");
     if (modes->up && modes->start)
-        api_value_fault(&about, reading->problem,
+        api_value_fault(API_MEMBER(reading->root, "about"), reading->problem,
                         API_CODE_CONFLICT
                         "and \"initial\" both say where the equilibrium is: leave one out");
     const struct pend_loads *loads = &modes->tree.loads;
@@ -181,28 +180,23 @@ static void check_real(const struct api_modes *modes, const struct api_reading *
 enum pend_status api_modes_read(struct api_modes *modes, const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"),
-                     select = api_value_member(root, "select");
-    struct api_value include = api_value_member(root, "include"),
-                     initial = api_value_member(root, "initial");
-    struct api_value digits = api_value_member(root, "digits"),
-                     about = api_value_member(root, "about");
+    struct api_value initial = api_value_member(root, "initial");
     long rounded = 0;
     *modes = (struct api_modes){.vectors = 1};
     (void)api_value_only(root, modes_fields, problem);
     enum pend_status status = api_reading_tree(reading, &modes->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (modes->tree.n && !modes->tree.loads.terms)
-        api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits,
-                               problem);
+        api_tree_modes_allowed(&modes->tree, API_MEMBER(root, "pendulum"), 0, "finding the modes",
+                               reading->limits, problem);
     if (api_value_kind(&initial) != API_MISSING && status == PEND_OK)
         PEND_TRY(api_states_new(&modes->start, 1, api_tree_stored(&modes->tree)));
     api_states_read(modes->start, 0, &initial, &modes->tree, reading->limits, problem);
-    PEND_TRY(read_about(modes, &about, problem));
-    read_select(modes, &select, problem);
+    PEND_TRY(read_about(modes, API_MEMBER(root, "about"), problem));
+    read_select(modes, API_MEMBER(root, "select"), problem);
     read_style(modes, root, problem);
-    read_include(modes, &include, reading);
-    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    read_include(modes, API_MEMBER(root, "include"), reading);
+    (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
     modes->digits = (int)rounded;
     if (modes->tree.loads.terms) check_real(modes, reading);
     return PEND_OK;

@@ -184,13 +184,11 @@ static enum pend_status read_gains(struct controllers *c, const struct api_value
 static enum pend_status read_loop(struct controllers *c, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
-    struct api_value pendulum = api_value_member(root, "pendulum");
     struct api_value rest = api_value_member(root, "equilibrium");
-    struct api_value actuators = api_value_member(root, "actuators");
     struct api_value sensors = api_value_member(root, "sensors");
     int n = stored(c);
     if (c->tree.n > ARMS_MOST) {
-        api_value_fault(&pendulum, problem,
+        api_value_fault(API_MEMBER(root, "pendulum"), problem,
                         API_CODE_LIMIT "has %d arms; controllers are designed for at most %d",
                         c->tree.n, ARMS_MOST);
         return PEND_OK;
@@ -201,7 +199,7 @@ static enum pend_status read_loop(struct controllers *c, const struct api_readin
         api_value_fault(&rest, problem, API_CODE_NOT_APPLICABLE "must have angles, not a mode");
     if (!(c->input = calloc(2 * (size_t)n, sizeof *c->input))) return PEND_NO_MEMORY;
     c->sensor = c->input + n;
-    c->inputs = read_places(c, &actuators, "joints", c->input, problem);
+    c->inputs = read_places(c, API_MEMBER(root, "actuators"), "joints", c->input, problem);
     for (; c->sensors < n; c->sensors++) c->sensor[c->sensors] = c->sensors;
     if (api_value_kind(&sensors) != API_MISSING)
         c->sensors = read_places(c, &sensors, "arms", c->sensor, problem);
@@ -225,14 +223,13 @@ static enum pend_status controllers_read(void *state, const struct api_reading *
     struct api_problem *problem = reading->problem;
     struct api_value period = api_value_member(reading->root, "period");
     struct api_value delay = api_value_member(reading->root, "delay");
-    struct api_value digits = api_value_member(reading->root, "digits");
     (void)api_value_only(reading->root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &c->tree);
     if (status == PEND_NO_MEMORY) return status;
     if (api_field_needed(&period, problem))
         (void)api_value_read_number(&period, finest, longest, "s", &c->period, problem);
     (void)api_field_whole(&delay, 0, DELAY_MOST, &c->delay, problem);
-    (void)api_field_whole(&digits, 1, 17, &c->digits, problem);
+    (void)api_field_whole(API_MEMBER(reading->root, "digits"), 1, 17, &c->digits, problem);
     if (!c->delay) api_value_usual(&delay);
     if (status == PEND_OK) PEND_TRY(read_loop(c, reading));
     return problem->status ? PEND_INVALID : PEND_OK;

@@ -9,6 +9,7 @@
 #include <assert.h>
 #include <math.h>
 #include <stdint.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,8 +20,6 @@
 #include "api/op/modes/modes_json.h"
 #include "core/modes/matrix.h"
 #include "core/modes/modes.h"
-
-static const double pi = 3.14159265358979323846;
 
 /* the arrays with one number per mode */
 enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, FALLING, SCALARS };
@@ -128,9 +127,9 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
     if (status) return status;
     modes->table.rows = pend_modes_search_count(modes->search);
     modes_columns(modes);
-    struct api_value pendulum = api_value_member(reading->root, "pendulum");
-    api_tree_modes_allowed(&modes->asked.tree, &pendulum, (int)modes->table.rows,
-                           "finding the modes", reading->limits, reading->problem);
+    api_tree_modes_allowed(&modes->asked.tree, API_MEMBER(reading->root, "pendulum"),
+                           (int)modes->table.rows, "finding the modes", reading->limits,
+                           reading->problem);
     modes_check_size(modes, reading);
     return PEND_OK;
 }
@@ -141,11 +140,12 @@ static enum pend_status modes_begin_real(struct modes *modes, const struct api_r
     modes->near = malloc(n * sizeof *modes->near);
     if (!modes->near) return PEND_NO_MEMORY;
     for (size_t k = 0; k < n; k++)
-        modes->near[k] = modes->asked.up && modes->asked.up[k] ? pi / 2 : -pi / 2;
+        modes->near[k] = modes->asked.up && modes->asked.up[k] ? M_PI / 2 : -M_PI / 2;
     if (modes->asked.tree.cart) modes->near[0] = 0;
+    modes->damped = (struct api_damped){.table = &modes->table, .stats = &modes->stats};
     api_damped_init(&modes->damped, &modes->asked.tree, modes->near, reading->format,
                     modes->asked.digits, modes->asked.vectors, modes->asked.include);
-    api_reading_check_size(reading, &modes->damped.table, reading->root, "modes",
+    api_reading_check_size(reading, &modes->table, reading->root, "modes",
                            "no shapes, by \"vectors\": false");
     return PEND_OK;
 }
@@ -187,7 +187,7 @@ static enum pend_status modes_settle_start(struct modes *modes, struct pend_erro
     for (int k = 0; k < modes->asked.tree.n; k++)
         modes->asked.start->phi[k] =
             modes->asked.up && modes->asked.up[k]
-                ? pend_modes_theta(modes->asked.start->phi[k] - pi, 0)
+                ? pend_modes_theta(modes->asked.start->phi[k] - M_PI, 0)
                 : pend_modes_theta(modes->asked.start->phi[k], modes->asked.start->phi_low[k]);
     return PEND_OK;
 }
@@ -198,8 +198,8 @@ static void modes_fill(const struct modes *modes) {
         double omega = modes->found->omega[k], swings = omega > 0 ? omega : 0;
         modes->scalar[MODE][k] = modes->found->first + k + 1;
         modes->scalar[OMEGA][k] = swings;
-        modes->scalar[FREQUENCY][k] = swings / (2 * pi);
-        modes->scalar[PERIOD][k] = swings > 0 ? 2 * pi / swings : 0;
+        modes->scalar[FREQUENCY][k] = swings / (2 * M_PI);
+        modes->scalar[PERIOD][k] = swings > 0 ? 2 * M_PI / swings : 0;
         modes->scalar[GROWTH][k] = omega < 0 ? -omega : 0;
         if (!modes->asked.start) continue;
         /* modes_split has written the numbers of either kind to amplitude and phase */
@@ -394,16 +394,6 @@ static void modes_json(void *state) {
     modes->begun = modes->row = 0;
 }
 
-static const struct api_table *modes_table(const void *state) {
-    const struct modes *modes = state;
-    return modes->near ? &modes->damped.table : &modes->table;
-}
-
-static const struct api_stats *modes_stats(const void *state) {
-    const struct modes *modes = state;
-    return modes->near ? &modes->damped.stats : &modes->stats;
-}
-
 static double modes_cost(const void *state) {
     const struct modes *modes = state;
     if (modes->near) return api_damped_cost(&modes->damped);
@@ -433,9 +423,9 @@ const struct api_op api_op_modes = {.name = "modes",
                                     .samples = 1,
                                     .read = modes_read,
                                     .run = modes_run,
-                                    .table = modes_table,
+                                    .table = offsetof(struct modes, table),
                                     .cost = modes_cost,
                                     .bytes = modes_bytes,
-                                    .stats = modes_stats,
+                                    .stats = offsetof(struct modes, stats),
                                     .json = modes_json,
                                     .clear = modes_clear};

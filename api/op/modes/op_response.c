@@ -7,6 +7,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,8 +20,6 @@
 #include "core/modes/rest.h"
 
 enum { OMEGA, FREQUENCY, FIRST_PART };
-static const double pi = 3.14159265358979323846;
-
 /* s an arm and frequency; s a cube of arms, of all poles; rad, beyond which swings are not small;
  * part of the speed of dry friction or of the air, beyond which they are not in proportion to it */
 static const double sweep_seconds = 6e-7, pole_seconds = 2.5e-7, swing_most = 0.3, rub_most = 0.3;
@@ -102,9 +101,9 @@ static enum pend_status response_read(void *state, const struct api_reading *rea
         response->table.rows = response->asked.rows;
         response->table.digits = response->asked.digits;
         response_columns(response);
-        struct api_value omega = api_value_member(reading->root, "omega");
-        api_reading_check_kept(reading, &response->table, &omega, response->asked.tree.n,
-                               "frequencies", "fewer frequencies or outputs");
+        api_reading_check_kept(reading, &response->table, API_MEMBER(reading->root, "omega"),
+                               response->asked.tree.n, "frequencies",
+                               "fewer frequencies or outputs");
         if (reading->problem->status) status = PEND_INVALID;
     }
     return status;
@@ -140,7 +139,7 @@ static enum pend_status response_begin(struct response *response, struct pend_er
     PEND_TRY(response_allocate(response, error));
     if (start) PEND_TRY(api_states_settle(start, tree, error));
     for (int k = 0; k < api_tree_stored(tree); k++)
-        response->part[k] = start ? start->phi[k] : k < tree->cart ? 0 : -pi / 2;
+        response->part[k] = start ? start->phi[k] : k < tree->cart ? 0 : -M_PI / 2;
     PEND_TRY(pend_response_new(&response->found, tree->tree, &tree->loads, response->part, error));
     if (!response->asked.poles) return PEND_OK;
     return pend_damped_new(&response->poles, tree->tree, &tree->loads,
@@ -276,7 +275,7 @@ static void response_compute(struct response *response) {
     for (int i = 0; i < count; i++) {
         long row = response->computed + i;
         response->column[OMEGA][row] = omega[i];
-        response->column[FREQUENCY][row] = omega[i] / (2 * pi);
+        response->column[FREQUENCY][row] = omega[i] / (2 * M_PI);
         response->unknown += !defined[i];
         response_row(response, row, i, defined[i], &drive);
     }
@@ -404,14 +403,6 @@ static void response_progress(const void *state, double *steps, double *work) {
     *work = (double)response->computed / (double)response->table.rows;
 }
 
-static const struct api_table *response_table(const void *state) {
-    return &((const struct response *)state)->table;
-}
-
-static const struct api_stats *response_stats(const void *state) {
-    return &((const struct response *)state)->stats;
-}
-
 static double response_cost(const void *state) {
     const struct response *response = state;
     double n = api_tree_stored(&response->asked.tree);
@@ -442,10 +433,10 @@ const struct api_op api_op_response = {.name = "response",
                                        .read = response_read,
                                        .run = response_run,
                                        .progress = response_progress,
-                                       .table = response_table,
+                                       .table = offsetof(struct response, table),
                                        .cost = response_cost,
                                        .doubt = 10,
                                        .bytes = response_bytes,
-                                       .stats = response_stats,
+                                       .stats = offsetof(struct response, stats),
                                        .json = response_json,
                                        .clear = response_clear};

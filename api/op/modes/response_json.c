@@ -21,8 +21,6 @@ const char *const api_response_outputs[API_RESPONSE_OUTPUTS + 1] = {
 
 /* upper limits of frequencies and amplitudes, whose squares must not overflow */
 static const double omega_most = 1e9, amplitude_most = 1e9;
-static const double pi = 3.14159265358979323846;
-
 /* ---- drives */
 
 static int present(const struct api_value *value) { return api_value_kind(value) != API_MISSING; }
@@ -34,7 +32,6 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
     struct api_value x = api_value_member(value, "x"), y = api_value_member(value, "y");
     struct api_value amplitude = api_value_member(value, "amplitude");
     struct api_value direction = api_value_member(value, "direction");
-    struct api_value unit = api_value_member(value, "unit");
     double size = 1, angle = 0;
     int degrees = 0;
     if (!api_field_object(value, problem)) return;
@@ -45,7 +42,7 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
                                 problem);
     (void)api_value_read_number(&amplitude, 0, amplitude_most, "m", &size, problem);
     (void)api_value_read_number(&direction, -1e6, 1e6, "", &angle, problem);
-    (void)api_field_word(&unit, units, &degrees, problem);
+    (void)api_field_word(API_MEMBER(value, "unit"), units, &degrees, problem);
     int straight = present(&x) || present(&y), along = present(&direction);
     asked->given = straight || present(&amplitude);
     if (straight && (along || present(&amplitude)))
@@ -59,7 +56,7 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
                         "must say where to the pivot is shaken: \"x\" and \"y\", or a "
                         "\"direction\"");
     if (straight || !along) return;
-    if (degrees) angle *= pi / 180;
+    if (degrees) angle *= M_PI / 180;
     asked->pivot[0] = size * cos(angle);
     asked->pivot[1] = size * sin(angle);
 }
@@ -67,21 +64,18 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
 /* reads {"arm": 2, "amplitude": 0.1} */
 static void read_torque(struct api_response *asked, const struct api_value *value,
                         struct api_problem *problem) {
-    struct api_value arm = api_value_member(value, "arm");
-    struct api_value amplitude = api_value_member(value, "amplitude");
     if (!api_field_object(value, problem)) return;
     (void)api_value_only(value, torque_fields, problem);
     asked->couple = 1;
-    asked->given = api_value_read_number(&amplitude, -amplitude_most, amplitude_most, "N m",
-                                         &asked->couple, problem) > 0;
-    int caller = api_tree_read_arm(&asked->tree, &arm, problem);
+    asked->given = api_value_read_number(API_MEMBER(value, "amplitude"), -amplitude_most,
+                                         amplitude_most, "N m", &asked->couple, problem) > 0;
+    int caller = api_tree_read_arm(&asked->tree, API_MEMBER(value, "arm"), problem);
     if (caller >= 0) asked->arm = asked->tree.tree->place[caller];
 }
 
 /* reads {"amplitude": 0.1}, a force on the cart */
 static void read_cart(struct api_response *asked, const struct api_value *value,
                       struct api_problem *problem) {
-    struct api_value amplitude = api_value_member(value, "amplitude");
     if (!api_field_object(value, problem)) return;
     (void)api_value_only(value, cart_fields, problem);
     if (asked->tree.tree && !asked->tree.cart)
@@ -91,8 +85,8 @@ static void read_cart(struct api_response *asked, const struct api_value *value,
                         "or drive the pivot or a joint");
     asked->arm = 0;
     asked->couple = 1;
-    asked->given = api_value_read_number(&amplitude, -amplitude_most, amplitude_most, "N",
-                                         &asked->couple, problem) > 0;
+    asked->given = api_value_read_number(API_MEMBER(value, "amplitude"), -amplitude_most,
+                                         amplitude_most, "N", &asked->couple, problem) > 0;
 }
 
 /* the pendulum's own harmonics */
@@ -178,12 +172,10 @@ static enum pend_status read_list(struct api_response *asked, const struct api_v
 /* adds faults for the combination of ends, count and scale of a range */
 static void check_range(const struct api_response *asked, const struct api_value *value,
                         struct api_problem *problem) {
-    struct api_value start = api_value_member(value, "start");
-    struct api_value stop = api_value_member(value, "stop");
     struct api_value count = api_value_member(value, "count");
     assert(asked->from >= 0 && asked->to >= 0);
     if (asked->to < asked->from)
-        api_value_fault(&stop, problem,
+        api_value_fault(API_MEMBER(value, "stop"), problem,
                         API_CODE_ORDER "must not be below start (%.15g rad/s), got %.15g",
                         asked->from, asked->to);
     if (asked->rows == 1 && asked->from != asked->to)
@@ -192,7 +184,7 @@ static void check_range(const struct api_response *asked, const struct api_value
                         "must be at least 2 for the frequencies to begin at start and end at "
                         "stop, got 1");
     if (asked->logarithmic && !(asked->from > 0))
-        api_value_fault(&start, problem,
+        api_value_fault(API_MEMBER(value, "start"), problem,
                         API_CODE_OUT_OF_RANGE
                         "must be greater than 0 on a logarithmic scale, got %.15g",
                         asked->from);
@@ -330,11 +322,6 @@ enum pend_status api_response_read(struct api_response *asked, const struct api_
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value initial = api_value_member(root, "initial");
-    struct api_value drive = api_value_member(root, "drive");
-    struct api_value omega = api_value_member(root, "omega");
-    struct api_value output = api_value_member(root, "output");
-    struct api_value poles = api_value_member(root, "poles");
-    struct api_value digits = api_value_member(root, "digits");
     long rounded = 0;
     *asked = (struct api_response){.arm = -1};
     (void)api_value_only(root, fields, problem);
@@ -343,11 +330,11 @@ enum pend_status api_response_read(struct api_response *asked, const struct api_
     if (present(&initial) && status == PEND_OK)
         PEND_TRY(api_states_new(&asked->start, 1, api_tree_stored(&asked->tree)));
     api_states_read(asked->start, 0, &initial, &asked->tree, reading->limits, problem);
-    read_drive(asked, &drive, problem);
-    PEND_TRY(read_omega(asked, &omega, reading));
-    read_output(asked, &output, problem);
-    read_poles(asked, &poles, reading);
-    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    read_drive(asked, API_MEMBER(root, "drive"), problem);
+    PEND_TRY(read_omega(asked, API_MEMBER(root, "omega"), reading));
+    read_output(asked, API_MEMBER(root, "output"), problem);
+    read_poles(asked, API_MEMBER(root, "poles"), reading);
+    (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
     asked->digits = (int)rounded;
     return problem->status ? PEND_INVALID : PEND_OK;
 }

@@ -6,6 +6,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -109,9 +110,8 @@ static enum pend_status orbits_read(void *state, const struct api_reading *readi
         orbits->table.rows_later = 1;
         orbits->table.digits = orbits->asked.digits;
         orbits_columns(orbits);
-        struct api_value points = api_value_member(reading->root, "points");
-        api_reading_check_kept(reading, &orbits->table, &points, orbits->asked.tree.n, "orbits",
-                               "fewer points");
+        api_reading_check_kept(reading, &orbits->table, API_MEMBER(reading->root, "points"),
+                               orbits->asked.tree.n, "orbits", "fewer points");
         if (reading->problem->status) status = PEND_INVALID;
     }
     return status;
@@ -298,14 +298,6 @@ static void orbits_progress(const void *state, double *steps, double *work) {
     *work = orbits->search ? pend_orbits_progress(orbits->search) : 0;
 }
 
-static const struct api_table *orbits_table(const void *state) {
-    return &((const struct orbits *)state)->table;
-}
-
-static const struct api_stats *orbits_stats(const void *state) {
-    return &((const struct orbits *)state)->stats;
-}
-
 /* a part for each step; fewer if many rows have to be passed from one to the next */
 static long orbits_parts(const void *state) {
     const struct orbits *orbits = state;
@@ -401,12 +393,12 @@ const struct api_op api_op_orbits = {.name = "orbits",
                                      .read = orbits_read,
                                      .run = orbits_run,
                                      .progress = orbits_progress,
-                                     .table = orbits_table,
+                                     .table = offsetof(struct orbits, table),
                                      .cost = orbits_cost,
                                      .bytes = orbits_bytes,
                                      .parts = orbits_parts,
                                      .part = orbits_part,
                                      .carry = orbits_carry,
-                                     .stats = orbits_stats,
+                                     .stats = offsetof(struct orbits, stats),
                                      .json = orbits_json,
                                      .clear = orbits_clear};

@@ -39,9 +39,8 @@ static void read_amplitude(struct api_orbits *asked, const struct api_value *roo
     static const char *const units[] = {"rad", "deg", NULL};
     struct api_value amplitude = api_value_member(root, "amplitude");
     struct api_value energy = api_value_member(root, "energy");
-    struct api_value unit = api_value_member(root, "unit");
     int degrees = 0;
-    (void)api_field_word(&unit, units, &degrees, problem);
+    (void)api_field_word(API_MEMBER(root, "unit"), units, &degrees, problem);
     double turn = degrees ? 180 / pi : 1;
     if (present(&amplitude) == present(&energy)) {
         api_value_fault(present(&energy) ? &energy : &amplitude, problem,
@@ -75,8 +74,7 @@ static void read_brake(struct api_orbits *asked, const struct api_value *root,
     fault_others(root, others, "is of the orbits of driven pendulums: this one has no drive",
                  problem);
     if (loads->terms && asked->tree.tree && !pend_terms_conserve(loads->terms, loads->value)) {
-        struct api_value pendulum = api_value_member(root, "pendulum");
-        api_value_fault(&pendulum, problem,
+        api_value_fault(API_MEMBER(root, "pendulum"), problem,
                         API_CODE_NOT_APPLICABLE
                         "gains or loses energy and has no drive that repeats itself, so that none "
                         "of its swings is periodic: leave friction, drag and torques out, or "
@@ -160,8 +158,8 @@ static void check_end(const struct api_orbits *asked, const struct api_value *to
 
 static void read_branch(struct api_orbits *asked, const struct api_value *branch,
                         struct api_problem *problem) {
-    struct api_value vary = api_value_member(branch, "vary"), to = api_value_member(branch, "to");
-    const char *name = api_value_text(&vary);
+    struct api_value to = api_value_member(branch, "to");
+    const char *name = api_value_text(API_MEMBER(branch, "vary"));
     int omega = name && !strcmp(name, "omega");
     if (!present(branch) || !api_field_object(branch, problem)) return;
     (void)api_value_only(branch, branch_fields, problem);
@@ -187,7 +185,6 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     struct api_value initial = api_value_member(root, "initial");
     struct api_value periods = api_value_member(root, "periods");
     struct api_value settle = api_value_member(root, "settle");
-    struct api_value branch = api_value_member(root, "branch");
     struct api_value pendulum = api_value_member(root, "pendulum");
     const struct pend_terms *terms = asked->tree.loads.terms;
     long whole = 1, wait = 0;
@@ -218,7 +215,7 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     api_value_usual_number(&settle, 0);
     asked->problem.periods = (int)whole;
     asked->problem.settle = (int)wait;
-    read_branch(asked, &branch, problem);
+    read_branch(asked, API_MEMBER(root, "branch"), problem);
     if (asked->problem.vary != PEND_ORBIT_ALONE)
         asked->varies = asked->problem.vary == PEND_ORBIT_OMEGA ? "omega" : "value";
     return PEND_OK;
@@ -274,9 +271,7 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value pendulum = api_value_member(root, "pendulum");
-    struct api_value step = api_value_member(root, "step");
     struct api_value points = api_value_member(root, "points");
-    struct api_value digits = api_value_member(root, "digits");
     long most = POINTS_USUAL, rounded = 0;
     *asked = (struct api_orbits){.omega = 0};
     (void)api_value_only(root, fields, problem);
@@ -298,11 +293,12 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
     read_switch(asked, root, problem);
     read_rows(asked, root, problem);
     asked->problem.step = asked->problem.branch ? step_usual : step_alone;
-    (void)api_value_read_number(&step, 1e-4, step_most, "", &asked->problem.step, problem);
+    (void)api_value_read_number(API_MEMBER(root, "step"), 1e-4, step_most, "", &asked->problem.step,
+                                problem);
     (void)api_field_whole(&points, 2, API_ORBITS_POINTS, &most, problem);
     api_value_usual_number(&points, POINTS_USUAL);
     asked->problem.points = (int)most;
-    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
     asked->digits = (int)rounded;
     return problem->status ? PEND_INVALID : PEND_OK;
 }
