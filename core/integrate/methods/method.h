@@ -88,12 +88,14 @@ struct pend_jets;
 enum { PEND_SERIES_BEYOND = 2 };
 
 /* The power series about its start by which the last step was computed; valid until the next step.
- * If the problem has an accuracy, PEND_SERIES_BEYOND coefficients beyond the step's order are
+ * If the problem has an accuracy, up to PEND_SERIES_BEYOND coefficients beyond the step's order are
  * known. */
 struct pend_series {
     const struct pend_jets *jets;
     const struct jets_state *begin;
-    int order;
+    int order, beyond; /* of the step; how many higher coefficients are known */
+    int stands; /* the number of steps, this one and some before it, whose truncation errors are
+                   taken to be this one's; 0: a later step stands for it */
     double unit, time,
         reached; /* s; time and reached are the step's ends, relative to the first instant */
 };

@@ -29,8 +29,9 @@ struct taylor {
     double log_rtol, log_atol; /* binary logarithms */
     double kinetic;   /* J, of the start, which no step of several arms without gravity changes; 0 =
                          it may change */
-    int order, known; /* of the step, and the highest coefficient of the series: more, where a
-                         horizon is asked for */
+    int order, beyond; /* of the step, and how many more are known */
+    int beyond_most;   /* > 0 where a horizon is asked for */
+    int stands;        /* pend_series */
     double unit;      /* s, of the series */
     double next_unit; /* s, > 0 */
     double time,
@@ -66,9 +67,9 @@ static void taylor_view(struct taylor *taylor, double *at) {
 static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem,
                                     struct pend_error *error) {
     int n = problem->tree->n, order = taylor_order(problem);
-    int known = order + (problem->accuracy > 0 ? PEND_SERIES_BEYOND : 0);
+    int beyond = problem->accuracy > 0 ? PEND_SERIES_BEYOND : 0;
     size_t head = (sizeof(struct taylor) + 63) / 64 * 64,
-           series = pend_jets_bytes(problem->tree, problem->loads.terms, known);
+           series = pend_jets_bytes(problem->tree, problem->loads.terms, order + beyond);
     size_t answers =
         problem->accuracy > 0 ? pend_jets_answers_bytes(problem->tree, problem->loads.terms) : 0;
     size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double),
@@ -80,7 +81,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     }
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){
-        .tree = problem->tree, .loads = problem->loads, .order = order, .known = known};
+        .tree = problem->tree, .loads = problem->loads, .order = order, .beyond_most = beyond};
     // a stepper may be opened without instants
     taylor->start = problem->times.count ? pend_times_at(&problem->times, 0) : problem->times.start;
     taylor->gives =
@@ -89,7 +90,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit =
         pend_taylor_first_unit(n, &problem->loads, problem->tree->len, problem->rate);
-    pend_jets_init(&taylor->jets, problem->tree, &problem->loads, known, block + head);
+    pend_jets_init(&taylor->jets, problem->tree, &problem->loads, order + beyond, block + head);
     taylor->nodes = taylor->gives && pend_exchange_at_nodes(&taylor->jets);
     if (answers) pend_jets_answers(&taylor->jets, block + head + series + state);
     taylor_view(taylor, (double *)(block + head + series));
@@ -122,6 +123,17 @@ static int taylor_bad_arm(const struct taylor *taylor) {
     return -1;
 }
 
+/* Expands about the start of step number `step`. After the first steps only every fourth has orders
+ * beyond its own, for its truncation error, and after many steps it stands for the four. */
+static void taylor_series_of(struct taylor *taylor, long step) {
+    enum { FIRST = 24, MANY = 256, EVERY = 4 };
+    int looks = step < FIRST || step % EVERY == 0;
+    taylor->beyond = looks ? taylor->beyond_most : 0;
+    taylor->stands = step <= MANY ? 1 : looks ? EVERY : 0;
+    pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin,
+                     taylor->order + taylor->beyond);
+}
+
 /* expands about the start of the step in a unit of time near the step, which is returned in units;
  * NaN where that fails
  */
@@ -129,8 +141,7 @@ static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(limit - taylor->time);
     for (int i = 0; i < TRIES; i++) {
-        pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin,
-                         taylor->known);
+        taylor_series_of(taylor, taylor->counts.steps);
         taylor->counts.evaluations += taylor->order;
         x = pend_jets_reach(&taylor->jets, taylor->order, taylor->log_rtol, taylor->log_atol);
         // a step may pass the last instant, by no more than its own length
@@ -378,6 +389,8 @@ static void taylor_series(const void *stepper, struct pend_series *series) {
     *series = (struct pend_series){.jets = &taylor->jets,
                                    .begin = &taylor->begin,
                                    .order = taylor->order,
+                                   .beyond = taylor->beyond,
+                                   .stands = taylor->stands,
                                    .unit = taylor->unit,
                                    .time = taylor->time,
                                    .reached = taylor->reached};
@@ -400,7 +413,7 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     // the series of the last step follows from its start
     if (!pend_checkpoint_puts(checkpoint) || !taylor->counts.steps) return;
     jets_state_time(&taylor->begin, taylor->start, taylor->time);
-    pend_jets_expand(&taylor->jets, &taylor->loads, taylor->unit, &taylor->begin, taylor->known);
+    taylor_series_of(taylor, taylor->counts.steps - 1);
     if (taylor->gives) taylor_power(taylor);
 }
 

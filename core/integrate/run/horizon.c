@@ -227,20 +227,21 @@ static double horizon_pass(struct pend_horizon *horizon, const struct pend_serie
 /* |a| more of an error, on the side where it is already */
 static void horizon_more(double *error, double a) { *error += copysign(a, *error); }
 
-/* of a step of a power series: the terms that were left out, and rounding */
+/* of a step of a power series, and of those that it stands for: the terms that were left out, and
+ * rounding */
 static void horizon_series_error(struct pend_horizon *horizon, const struct pend_series *step,
                                  double x) {
     const struct pend_tree *tree = horizon->problem.tree;
     const struct pend_jets *jets = step->jets;
     double length = fabs(x * step->unit), inverse = 1 / step->unit, most = 0,
-           turn = fabs(x) * HORIZON_ROUNDING;
-    pend_jets_left(jets, step->order, PEND_SERIES_BEYOND, x, horizon->left_rate, horizon->left_phi);
+           turn = step->stands * fabs(x) * HORIZON_ROUNDING, left = step->stands * HORIZON_LEFT;
+    pend_jets_left(jets, step->order, step->beyond, x, horizon->left_rate, horizon->left_phi);
     for (int k = 0; k < tree->n; k++)
         most = pend_larger(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)]));
     most *= turn * fabs(inverse);
     for (int k = 0; k < tree->n; k++) {
-        double faster = HORIZON_LEFT * horizon->left_rate[k] * inverse,
-               turned = HORIZON_LEFT * horizon->left_phi[k] * x,
+        double faster = left * horizon->left_rate[k] * inverse,
+               turned = left * horizon->left_phi[k] * x,
                push = most * jets->system.inv_len[k],
                shift = push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn;
         // of rounding no side is known: a smaller part with a side could cancel with it only here
@@ -261,7 +262,7 @@ static void horizon_series_step(struct pend_horizon *horizon, const struct pend_
     double x = (step->reached - step->time) / step->unit;
     double part = horizon_pass(horizon, step, x, step->time);
     if (horizon->lost) return;
-    horizon_series_error(horizon, step, x);
+    if (step->stands) horizon_series_error(horizon, step, x);
     horizon->end_ratio = horizon_ratio(horizon, rate);
     horizon_note(horizon, step->reached, horizon->end_ratio * pend_larger(1, part));
 }

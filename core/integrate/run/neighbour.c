@@ -10,6 +10,7 @@ enum { NEIGHBOUR_STATES = 4 };
 static const double NEIGHBOUR_NEAR = 1e-7;    /* rad, the largest distance */
 static const double NEIGHBOUR_LINEAR = 1e-5;  /* of the speed of dry friction, the fastest one */
 static const double NEIGHBOUR_ROUNDED = 1e-8; /* over the distance: what rounding leaves of it */
+static const double NEIGHBOUR_NEARLY = 2;     /* `least`, and what a step may have over it */
 static const double NEIGHBOUR_FALLS = 0.1;    /* the last terms over the largest: a series falls */
 static const double NEIGHBOUR_LIMIT = 0.03;   /* by how much two limits of a series may differ */
 
@@ -163,7 +164,11 @@ static const double *neighbour_later(struct pend_neighbour *neighbour,
         last = term[order] + term[order - 1];
         while (enough > JETS_SPREAD && term[enough - 1] + term[enough - 2] < least) enough--;
         neighbour->order = enough;
-        if (last < least) return neighbour->sum + 2 * order * neighbour->problem->tree->n;
+        if (last < NEIGHBOUR_NEARLY * least) {
+            // a little more than that is too much only in many steps
+            if (last >= least) neighbour->order = order < step->order ? order + 1 : order;
+            return neighbour->sum + 2 * order * neighbour->problem->tree->n;
+        }
         neighbour->order = order;
         if (last > NEIGHBOUR_FALLS * largest || order == step->order) {
             const double *limit = neighbour_limit(neighbour, &differs);

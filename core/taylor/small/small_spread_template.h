@@ -94,7 +94,7 @@ VEC_INLINE void SMALL(change_add)(const struct jets_system *s, const struct SMAL
 /* the largest rate of the terms at hand */
 VEC_INLINE double SMALL(change_size)(const struct SMALL(change_sums) * sums, int n) {
     double most = 0;
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; k < (LANES == 2 ? 2 : n); k++) {
         double rate = fabs(sums->term[k / PART_WIDTH][k % PART_WIDTH]);
         most = rate > most ? rate : most;
     }
