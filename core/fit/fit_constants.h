@@ -92,6 +92,9 @@ static const double fit_circle_flat = 1e-9;
 static const double fit_noisy = 10;
 /* By how much the first rows may leave a steady pace. Unit: rad. */
 static const double fit_bent = 0.1;
+/* The first step over the longest of the next, above which the first row is an outlier. Of a
+ * parabola it is at most 5 / 3. */
+static const double fit_outlier = 5;
 /* On each side, through which a parabola goes. Unit: rows. */
 enum { FIT_BESIDE = 2 };
 /* First rows whose pace is the rate, and places that a circle needs. Unit: rows. */

@@ -109,6 +109,18 @@ void pend_fit_start_parabola(const struct pend_fit_problem *p, int arm, long row
             whole;
 }
 
+/* whether the first of the rows is an outlier: its step to the next is far longer than the others,
+ * as none of a parabola is */
+static int start_outlier(const struct pend_fit_problem *p, int arm, const long row[], int seen) {
+    double step[FIT_FIRST] = {0}, most = 0;
+    for (int i = 1; i < seen; i++) {
+        double way = start_seen(p, arm, row[i]) - start_seen(p, arm, row[i - 1]);
+        step[i] = fabs(remainder(way, 2 * M_PI));
+        if (i > 1) most = fmax(most, step[i]);
+    }
+    return seen == FIT_FIRST && step[1] > fit_outlier * most;
+}
+
 /* the first rows of a run in which an arm is seen; `since` is the instant of the first of all.
  * Returns how many they are. */
 static int start_rows(const struct pend_fit_problem *p, int run, int arm, long row[FIT_FIRST],
@@ -152,6 +164,7 @@ int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, dou
     long row[FIT_FIRST];
     int seen = start_rows(p, run, arm, row, &since);
     if (!seen) return start_rates(p, run, arm, phi, rate);
+    if (start_outlier(p, arm, row, seen)) memmove(row, row + 1, (size_t)--seen * sizeof *row);
     *phi = start_seen(p, arm, row[0]), *rate = 0;
     double last = *phi, begin = p->t[row[0]];
     for (int i = 1; i < seen; i++) {

@@ -27,6 +27,9 @@ enum hint {
     HINT_EXCHANGE = HINT_BARREL + 3, /* of arms: three pairs */
     HINT_MIRROR = HINT_EXCHANGE + 3,
     HINT_AXES,
+    HINT_CLOCKWISE,
+    HINT_JOINTS,
+    HINT_RATES,
     HINT_HELD
 };
 
@@ -151,6 +154,42 @@ static int hint_places(struct api_hints *h, int axes) {
     return axes ? seen == 3 : seen >= 2;
 }
 
+/* angles counted clockwise */
+static int hint_clockwise(struct api_hints *h) {
+    struct api_fit *fit = &h->tried;
+    int seen = 0;
+    for (int c = 0; c < fit->columns; c++) {
+        double twice = 2 * fit->zero[c], *x = h->data + c * fit->rows;
+        if (!hint_angle(fit, c)) continue;
+        for (long i = 0; i < fit->rows; i++) x[i] = twice - x[i];
+        seen = 1;
+    }
+    snprintf(h->what, sizeof h->what, "with angles counted the other way round");
+    return seen;
+}
+
+/* angles from the arm that an arm hangs on instead of from hanging, or the reverse; or angular
+ * velocities instead of angles */
+static int hint_angles(struct api_hints *h, int rates) {
+    struct api_fit *fit = &h->tried;
+    int seen = 0, joint = 0;
+    for (int c = 0; c < fit->columns; c++) {
+        struct pend_fit_column *column = &fit->column[c];
+        if (!hint_angle(fit, c) || (!rates && fit->parent[column->arm] < 0)) continue;
+        joint = column->joint;
+        for (long i = 0; i < fit->rows; i++)
+            h->data[c * fit->rows + i] -= joint && !rates ? pi / 2 : fit->zero[c];
+        column->joint = !joint && !rates;
+        if (rates) column->kind = PEND_FIT_RATE;
+        seen = 1;
+    }
+    snprintf(h->what, sizeof h->what, "with %s",
+             rates   ? "angular velocities instead of angles"
+             : joint ? "angles from hanging instead of from the arm before"
+                     : "angles from the arm before (\"joint\") instead of from hanging");
+    return seen;
+}
+
 /* whether a number is to be found already */
 static int hint_unknown(const struct api_fit *fit, const struct pend_fit_unknown *u) {
     int is = 0;
@@ -232,7 +271,9 @@ static int hints_put(struct api_hints *h) {
     else if (which < HINT_MIRROR)
         some = hint_exchange(h, which - HINT_EXCHANGE);
     else if (which < HINT_HELD)
-        some = hint_places(h, which == HINT_AXES);
+        some = which < HINT_CLOCKWISE    ? hint_places(h, which == HINT_AXES)
+               : which == HINT_CLOCKWISE ? hint_clockwise(h)
+                                         : hint_angles(h, which == HINT_RATES);
     else
         return hint_held(h, which - HINT_HELD);
     if (!some) return 0;

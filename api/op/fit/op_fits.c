@@ -25,7 +25,7 @@
 enum { FITS_SETTLED = 8 };
 
 /* what hints may take beyond as many motions as the fit had: motions, and s by their estimate */
-enum { HINT_MOTIONS = 1500, HINT_SECONDS = 5 };
+enum { HINT_MOTIONS = 1800, HINT_SECONDS = 5 };
 
 /* outliers that are listed */
 enum { FITS_OUTLIERS = 50 };

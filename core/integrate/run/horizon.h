@@ -42,9 +42,9 @@ void pend_horizon_free(struct pend_horizon **horizon);
  * reached    the end of the step, s, relative to the first instant.
  * phi, rate  the state there, n values each, stored order.
  *
- * Cost, with the two orders that the Taylor method computes for the estimate: at most three tenths
- * of a step of a small tree, a little more in runs of thousands of periods, and nothing once the
- * accuracy is lost; less for other methods.
+ * Cost, with the two orders that the Taylor method computes for the estimate in some steps: at
+ * most three tenths of a step of a small tree, a little more in runs of thousands of periods, and
+ * nothing once the accuracy is lost; less for other methods.
  */
 void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]);
