@@ -3,7 +3,13 @@
 # MODE is how the code is built: release (default), debug, asan (address and undefined sanitizers) or tsan (threads).
 # Each has its own directory, build/MODE. CC, CXX, CPPFLAGS, CFLAGS, CXXFLAGS, LDFLAGS and PKG_CONFIG
 # are obeyed; WERROR= lets warnings pass.
+# ENGINE=yes: the page has the engine for browsers, or the build fails; no: it has none; auto: it has it if the tools are installed.
+# SETS=all: kernels for every instruction set; here: for this machine's widest one only, as the first `make run` compiles them.
 MODE ?= release
+ENGINE ?= $(if $(filter install site,$(MAKECMDGOALS)),yes,auto)
+$(if $(filter yes no auto,$(ENGINE)),,$(error ENGINE is one of yes no auto, not $(ENGINE)))
+SETS ?= all
+$(if $(filter all here,$(SETS)),,$(error SETS is one of all here, not $(SETS)))
 B := build/$(MODE)
 # of what the compiler makes, which may be a cross compiler; before one is installed, this machine
 ARCH ?= $(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null || uname -m)))
@@ -20,7 +26,7 @@ ifeq ($(origin CXX),default)
 CXX := g++
 endif
 # warnings are errors with the compilers that we try: gcc and clang of Debian 12 and 13; others may see what these do not
-$(call lazy,COMPILER,$(CC) -dumpversion)
+$(call lazy,COMPILER,$(CC) -dumpversion 2>/dev/null)
 WERROR ?= $(if $(filter 12 14 14.% 19.%,$(COMPILER)),-Werror)
 PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng zlib libisal libzstd sqlite3 libpq libseccomp
 WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
@@ -33,7 +39,7 @@ FLAGS.asan := -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all -fn
 FLAGS.tsan := -O1 -g1 -fsanitize=thread $(SANITIZED)
 $(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
 PKG_CONFIG ?= pkg-config
-$(call lazy,PKG_CFLAGS,$(PKG_CONFIG) --cflags $(PKG) libcurl)
+$(call lazy,PKG_CFLAGS,$(PKG_CONFIG) --cflags $(PKG))
 $(call lazy,PKG_LIBS,$(PKG_CONFIG) --libs $(PKG))
 # What OpenSSF's guide for hardened C asks of a program that is in use. Sanitizers have checks of their own instead.
 # tests/rules/hardened.sh looks for each in the objects and in the daemon. nodlopen is for libraries; the linker drops it.
@@ -85,12 +91,13 @@ KERNEL_SPARED.asan += $(if $(findstring clang,$(CC)),,--param=asan-use-after-ret
 # set that it has, under the other's names. To compile it took a minute of the tests' twenty, even without optimization and checks.
 ISA_ASKS.avx2 := avx2 fma bmi2
 ISA_ASKS.avx512 := avx512f avx512dq avx512bw avx512vl avx512cd
-ISA_IDLE := $(if $(filter asan tsan,$(MODE)),$(strip $(foreach isa,$(filter-out base,$(ISAS)), \
+# SETS=here does the same: the program then runs on this machine and those that have its instruction set.
+ISA_IDLE := $(if $(filter asan tsan,$(MODE))$(filter here,$(SETS)),$(strip $(foreach isa,$(filter-out base,$(ISAS)), \
 	$(if $(filter-out $(shell grep -m 1 '^flags' /proc/cpuinfo),$(ISA_ASKS.$(isa))),$(isa)))))
 # Under the thread sanitizer servers alone run, which take the best of the sets that are here. Under the address sanitizer the
 # widest and the base alone are compiled: avx2 between them, the same source of another width, is what valgrind runs.
 ISA_RUNS := $(lastword $(filter-out $(ISA_IDLE),$(ISAS)))
-ISA_IDLE := $(if $(filter asan tsan,$(MODE)),$(filter-out $(if $(filter asan,$(MODE)),base) $(ISA_RUNS),$(ISAS)))
+ISA_IDLE := $(if $(filter asan tsan,$(MODE))$(filter here,$(SETS)),$(filter-out $(if $(filter asan,$(MODE)),base) $(ISA_RUNS),$(ISAS)))
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)) \
   $(filter-out api/clients/%,$(wildcard $(1)/*/*/*.c $(1)/*/*/*.cpp)))))
@@ -124,12 +131,14 @@ NEEDED = docker/install.sh build
 #@ The two commands that a newcomer needs; both install missing Debian packages
 run: ## builds and serves on http://127.0.0.1:8080 (LISTEN=address:port, ARGS="more options")
 	@$(NEEDED)
-	@$(MAKE) --no-print-directory $(PARALLEL) build
+	@$(MAKE) --no-print-directory $(PARALLEL) SETS=$(SETS_FIRST) build
 	@exec $(B)/pendulumd --listen $(LISTEN) $(ARGS)
+# what was compiled for every instruction set stays so
+SETS_FIRST = $(if $(filter file,$(origin SETS)),$(if $(wildcard $(B)/pendulumd),$(if $(shell cat $(B)/set.* 2>/dev/null),here,all),here),$(SETS))
 LISTEN ?= 127.0.0.1:8080
 
 check: ## builds and runs every test; the last line counts them
-	@$(NEEDED) test engine
+	@$(NEEDED) client test engine
 	@$(CHECK); $(COUNT)
 quick: ## while you work: the tests of core and api, and the rules that read text, within two minutes
 	@$(NEEDED) test
@@ -141,7 +150,8 @@ PARALLEL = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
 COUNT = tests/harness/job.sh --sum
 
 #@ Build (MODE=release|debug|asan|tsan, into build/MODE)
-build: $(B)/pendulumd ## the server
+build: $(B)/pendulumd ## the server (ENGINE=yes|no|auto: the engine for browsers, auto: if its tools are installed)
+	@api/clients/browser/engine.sh --state build/web/engine.wasm $(ENGINE)
 
 debug: ## the server with assertions, in build/debug
 	@$(MAKE) --no-print-directory MODE=debug build
@@ -169,7 +179,7 @@ $(B)/pendulumd.8: $(B)/pendulumd docker/manual.py
 	@docker/manual.py $< > $@
 
 deb: ## Debian packages of the server, the command line and the library, and what they are made of (SBOM), in build/deb
-	@$(NEEDED) engine deb
+	@$(NEEDED) client engine deb
 	@docker/deb.sh build/deb
 
 release: ## checks, tags vX.Y.Z and makes build/dist (KEY= as dist), where CHANGELOG.md and the tree are ready for it
@@ -344,7 +354,7 @@ $(B)/%.o: %.cpp $(B)/flags
 	$(Q)$(CXX) $(CXXFLAGS_ALL) -c $< -o $@
 
 define kernel_rule
-$(B)/%.$(1).o: %.c $(B)/flags
+$(B)/%.$(1).o: %.c $(B)/flags $(B)/set.$(1)
 	@mkdir -p $$(@D)
 	$$(call say_counted,cc,$$< for $(1))
 	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) $$(KERNEL_FLAGS.$$*) $(KERNEL_SPARED.$(MODE)) -DPEND_ISA=$(1) -c $$< -o $$@
@@ -352,7 +362,7 @@ endef
 $(foreach isa,$(filter-out $(ISA_IDLE),$(ISAS)),$(eval $(call kernel_rule,$(isa))))
 
 define kernel_idle_rule
-$(B)/%.$(1).o: $(B)/%.$(ISA_RUNS).o
+$(B)/%.$(1).o: $(B)/%.$(ISA_RUNS).o $(B)/set.$(1)
 	$$(call say,name,$$< for $(1))
 	$(Q)nm $$< | sed -nE 's/.* ([^ ]*_)$(ISA_RUNS)$$$$/\1$(ISA_RUNS) \1$(1)/p' | sort -u > $$@.names && objcopy --redefine-syms=$$@.names $$< $$@
 endef
@@ -375,7 +385,7 @@ $(B)/server/classes/nickname_table.o: $(B)/server/classes/nickname_table.c serve
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 # the digest of all sources that decide an answer's bytes
-ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/op/*/*.[ch] api/op/*.txt api/op/*/*.txt api/*/*.cpp api/op/*/*.cpp)))
+ENGINE_SOURCES := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] core/*/*/*.[ch] api/*/*.[ch] api/op/*/*.[ch] api/op/*.txt api/op/*/*.txt api/*/*.cpp api/op/*/*.cpp)))
 
 # the page: its own files and the libraries that a browser loads, in one object that every MODE shares. Builds that
 # run side by side may make it at once: each file is moved into its place whole.
@@ -385,9 +395,9 @@ build/web/bundled: $(WEB) server/http/assets_bundle.sh build/web/files
 	$(Q)server/http/assets_bundle.sh $(@D)/bundles && touch $@
 
 # the engine for browsers, where the tools for WebAssembly are here; an empty file where they are not
-build/web/engine.wasm: $(ENGINE) $(wildcard api/clients/browser/*) build/web/tools | $(B)/api/base/engine.c
+build/web/engine.wasm: $(ENGINE_SOURCES) $(wildcard api/clients/browser/*) build/web/tools | $(B)/api/base/engine.c
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web clang $@)
-	+$(Q)api/clients/browser/engine.sh $@ $(B)/api/base/engine.c
+	+$(Q)api/clients/browser/engine.sh $@ $(B)/api/base/engine.c $(ENGINE)
 
 build/web/assets.c: build/web/bundled $(wildcard api/guide/*.md) server/http/assets_embed.py build/web/engine.wasm
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
@@ -396,9 +406,9 @@ build/web/assets.c: build/web/bundled $(wildcard api/guide/*.md) server/http/ass
 build/web/assets.o: build/web/assets.c server/http/assets.h Makefile
 	$(Q)$(CC) -I. -O1 $(CFLAGS) $(HARD.$(ARCH)) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@
 
-$(B)/api/base/engine.c: $(ENGINE) $(B)/parts
+$(B)/api/base/engine.c: $(ENGINE_SOURCES) $(B)/parts
 	@mkdir -p $(@D)
-	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^(.{16})([0-9a-f]+).*/#include "api\/base\/engine.h"\nconst char api_engine[] = "\1\2", api_engine_name[] = "\1";/' > $@
+	$(Q)cat $(ENGINE_SOURCES) | sha256sum | sed -E 's/^(.{16})([0-9a-f]+).*/#include "api\/base\/engine.h"\nconst char api_engine[] = "\1\2", api_engine_name[] = "\1";/' > $@
 
 $(B)/api/base/version.c: changed
 	@mkdir -p $(@D)
@@ -445,6 +455,9 @@ $(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
+$(B)/api/clients/cli/remote.o: | curl
+curl:
+	@$(PKG_CONFIG) --exists libcurl || { echo 'The command line needs libcurl. On Debian: docker/install.sh client' >&2; exit 1; }
 $(call lazy,CLI_LIBS,$(PKG_CONFIG) --libs libcurl $(filter-out libmicrohttpd sqlite3 libpq libseccomp libisal libzstd,$(PKG)) && echo -lm)
 
 $(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
@@ -512,14 +525,20 @@ $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/fuzz.o $(B)/tests/base/isa
 build/web/files: changed
 	@$(call remember,$(sort $(WEB)))
 build/web/tools: changed
-	@$(call remember,$(wildcard /usr/bin/clang /usr/bin/wasm-ld /usr/include/wasm32-wasi /usr/lib/llvm-*/lib/clang/*/lib/wasi))
+	@$(call remember,$(filter no,$(ENGINE)) $(wildcard /usr/bin/clang /usr/bin/wasm-ld /usr/include/wasm32-wasi /usr/lib/llvm-*/lib/clang/*/lib/wasi))
+# without where the sources lie: a checkout that was moved has the same objects
 $(B)/flags: changed
-	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL) $(CORE_SPARED)$(if $(ISA_IDLE), $(ISA_IDLE)))
+	@command -v $(firstword $(CC)) >/dev/null && $(PKG_CONFIG) --exists $(PKG) || { \
+	  echo 'The compiler or a library is missing. On Debian, docker/install.sh build installs all that the build needs.' >&2; exit 1; }
+	@$(call remember,$(subst $(SAME),,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL) $(CORE_SPARED)))
+# an instruction set that is idle has the code of another
+$(ISAS:%=$(B)/set.%): $(B)/set.%: changed
+	@$(call remember,$(if $(filter $*,$(ISA_IDLE)),$(ISA_RUNS)))
 $(B)/parts: changed
 	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench/parts,$(call objects,tests/$(room)))))
-remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
+remember = mkdir -p $(@D); echo $(if $(strip $(1)),'$(strip $(1))') | cmp -s - $@ || echo $(if $(strip $(1)),'$(strip $(1))') > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ curl changed
 .DELETE_ON_ERROR:

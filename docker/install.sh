@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages of packages.txt that are missing, and says what and why.
-# usage: install.sh PURPOSE...     (build, engine, test, lint, bench, load, deb, arm64)
+# usage: install.sh PURPOSE...     (the first column of packages.txt: build, client, engine, test, ...)
 # Leaves to others: what is needed (packages.txt).
 # Invariant: does nothing, prints nothing and asks nothing when all are there.
 set -eu
@@ -29,7 +29,7 @@ if ! command -v apt-get >/dev/null; then
     printf 'This system has no apt-get. Install what it calls these Debian packages yourself: %s\n' "$names" >&2
     exit 0
 fi
-printf 'Installing the Debian packages that are missing (a minute or so):\n'
+printf 'Installing the Debian packages that are missing (two minutes or so for what builds the server, more for what tests it):\n'
 printf '%s\n' "$missing" | while IFS="$(printf '\t')" read -r package reason; do
     printf '  %-20s %s\n' "$package" "$reason"
 done

@@ -129,8 +129,9 @@ enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_
     int reason = errno;
     freeaddrinfo(list);
     if (*fd < 0)
-        return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: %s", address,
-                         strerror(reason));
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "cannot listen on %.100s: %s; another port: --listen (make run LISTEN=)",
+                         address, strerror(reason));
     listen_url(*fd, parts.host, url);
     return PEND_OK;
 }

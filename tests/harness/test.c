@@ -231,6 +231,8 @@ int main(int argc, char **argv) {
         test_lane_run(argv + 1, argc - 1);
     int passed = test_share->ended[0], failed = test_share->ended[1],
         skipped = test_share->ended[2];
+    if (!passed && !failed && argc > 1)
+        printf("no test has \"%s\" in its name or in its file's\n", argv[1]);
     printf("%d passed, %d failed", passed, failed);
     printf(skipped ? ", %d skipped\n" : "\n", skipped);
     return failed > 0 || passed + failed == 0;

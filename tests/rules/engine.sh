@@ -11,7 +11,9 @@ passed=0 failed=0
 say() { if "${@:2}"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAIL $1"; fi; }
 work=$(mktemp -d "$PWD/build/engine.XXXXXX") || exit
 trap 'rm -rf "$work"' EXIT
-CLANGXX=false api/clients/browser/engine.sh "$work/engine.wasm" "$1/api/base/engine.c" >"$work/said"
+CLANGXX=false api/clients/browser/engine.sh "$work/engine.wasm" "$1/api/base/engine.c" && api/clients/browser/engine.sh --state "$work/engine.wasm" auto >"$work/said"
+insists() { ! api/clients/browser/engine.sh --state "$work/engine.wasm" yes 2>"$work/refused" && grep -q 'docker/install.sh engine' "$work/refused"; }
+say 'ENGINE=yes fails without the engine, and names the command that helps' insists
 page() { /usr/bin/python3 -B server/http/assets_embed.py server/web build/web/bundles "$1" api/guide; }
 without() { [ -e "$work/engine.wasm" ] && [ ! -s "$work/engine.wasm" ] && page "$work/engine.wasm" >"$work/page.c" && ! grep -q 'engine\.wasm"' "$work/page.c" && ! grep -q 'html lang.*data-engine' "$work/page.c"; }
 with() { page build/web/engine.wasm >"$work/page.c" && grep -q '"engine\.wasm", "application/wasm"' "$work/page.c" && grep -q 'html lang.*data-engine' "$work/page.c"; }

@@ -23,7 +23,7 @@ if [ "$1" = --whole ]; then
     build() { make --no-print-directory deb > "$root/log" 2>&1 || { tail -n 20 "$root/log"; return 1; }; }
     say 'the packages' build
     mkdir -p "$there/build"
-    cp -R Makefile README.md LICENSE core api server docker "$there" && cp -R build/web "$there/build"
+    cp -R Makefile README.md LICENSE core api server docker debian "$there" && cp -R build/web "$there/build"
     say 'the packages elsewhere' env -C "$there" -u MAKEFLAGS TZ=Pacific/Auckland bash -c "umask 077; $(declare -f build); root='$root'; build"
     for package in build/deb/*.deb; do
         say "$(basename "$package") has other bytes in another place" cmp "$package" "$there/$package"
@@ -61,8 +61,8 @@ build=$1
 version=$("$build/pendulumd" --version | cut -d' ' -f2)
 listed() { head -n 1 debian/changelog | grep -qF "pendulumd (${version%%+*}) "; }
 say "debian/changelog begins with another version than $version" listed
-needed() { diff <(sed -nE 's/^(build|engine) +([a-z0-9.+-]+) .*/ \2,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),') <(sed -n '/^Build-Depends/,/^$/p' debian/control | grep '^ [a-z]' | grep -v debhelper); }
-say 'debian/control needs other packages than docker/packages.txt has for build and engine' needed
+needed() { diff <(sed -nE 's/^(build|client|engine) +([a-z0-9.+-]+) .*/ \2,/p' docker/packages.txt | grep -vxE ' (gcc|g\+\+|make),') <(sed -n '/^Build-Depends/,/^$/p' debian/control | grep '^ [a-z]' | grep -v debhelper); }
+say 'debian/control needs other packages than docker/packages.txt has for build, client and engine' needed
 
 page=$root/pendulumd.8
 say 'the manual page' eval 'docker/manual.py "$build/pendulumd" > "$page"'

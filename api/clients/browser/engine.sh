@@ -1,8 +1,8 @@
 #!/bin/sh
-# Makes the engine for browsers where the tools for WebAssembly are here; else an empty file, with words: the page then asks the
-# server for everything.
-# usage: engine.sh OUT ENGINE_C        makes it
-#        engine.sh --there             true where it can be made
+# Makes the engine for browsers if the tools for WebAssembly are installed, else an empty file: the page then asks the server for
+# every motion.
+# usage: engine.sh OUT ENGINE_C [yes|no|auto]        makes it; no: an empty file
+#        engine.sh --state OUT yes|no|auto           says whether it was made and what that means; fails if it must be there and is not
 # Leaves to others: how it is made (engine.mk), the packages that it takes (docker/packages.txt).
 # Invariant: two at once make it once; OUT is whole.
 set -eu
@@ -16,18 +16,24 @@ there() {
     rm -rf "$try"
     return $code
 }
-if [ "$1" = --there ]; then
-    there
+if [ "$1" = --state ]; then
+    if [ -s "$2" ]; then
+        echo 'The page has the engine: browsers compute motions themselves.'
+    elif [ "$3" = yes ]; then
+        echo 'ENGINE=yes, but the tools that compile the engine for browsers are missing. On Debian: docker/install.sh engine. Without it: ENGINE=no' >&2
+        exit 1
+    else
+        printf 'The page has no engine: browsers ask the server for every motion.'
+        [ "$3" = no ] && echo || echo ' To add it: docker/install.sh engine, then make again.'
+    fi
     exit
 fi
 mkdir -p "$(dirname "$1")"
 exec 9>"$1.lock"
 flock 9
-if there; then
+if [ "${3:-auto}" != no ] && there; then
     ${MAKE:-make} --no-print-directory -f api/clients/browser/engine.mk OUT="$1" ENGINE_C="$2"
     touch "$1"
 else
-    echo 'The page will ask the server for every motion: clang, lld and the libraries for WebAssembly, by which the engine runs in a browser, are not all here.'
-    echo 'Install them: docker/install.sh engine does on Debian.'
     : >"$1"
 fi
