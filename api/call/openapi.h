@@ -1,25 +1,29 @@
-/* The OpenAPI document, compiled in from api/call/openapi.yaml as JSON.
+/* The OpenAPI document, compiled in from api/call/openapi.yaml as JSON, whole or for some tags.
  * Leaves to others: serving it (server).
  * Invariant: the bytes are valid JSON with the same content as the YAML. */
 #ifndef API_OPENAPI_H
 #define API_OPENAPI_H
 
-#include <stddef.h>
+#include "api/base/buffer.h"
+#include "api/base/problem.h"
 
-extern const char api_openapi_json[];
-extern const size_t api_openapi_bytes;
+/* The document, and the same as OpenAPI 3.0 for older tools, more permissive where 3.0 lacks words.
+ * Its pieces are its text in order, each with the comma before it; tags: bit i if operations of
+ * api_openapi_tags[i] need it. */
+extern const struct api_openapi {
+    const char *json, *packed, *etag; /* packed: gzipped; etag: with its quotes */
+    size_t bytes, packed_bytes;
+    const unsigned (*pieces)[2]; /* bytes, tags */
+    int count;                   /* of pieces */
+} api_openapi[2];
+extern const char *const api_openapi_tags[]; /* ended by NULL */
+extern const char api_openapi_names[];       /* the same as "compute, jobs, ..." */
 
-/* The same gzipped, and its entity tag with its quotes. */
-extern const char api_openapi_packed[];
-extern const size_t api_openapi_packed_bytes;
-extern const char api_openapi_etag[];
-
-/* The same as OpenAPI 3.0, for older tools; what 3.0 cannot express is described more permissively.
- */
-extern const char api_openapi_twin_json[];
-extern const size_t api_openapi_twin_bytes;
-extern const char api_openapi_twin_packed[];
-extern const size_t api_openapi_twin_packed_bytes;
-extern const char api_openapi_twin_etag[];
+/** Writes a document with only the operations of some tags, and the components that they need. The
+ * query is "tag=jobs,scenes" or "tag=jobs&tag=scenes". PEND_INVALID with a problem for any other
+ * query, PEND_NO_MEMORY. O(bytes). */
+PEND_MUST_CHECK enum pend_status api_openapi_write(const struct api_openapi *document,
+                                                   const char *query, struct api_buffer *out,
+                                                   struct api_problem *problem);
 
 #endif

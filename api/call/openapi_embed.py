@@ -136,6 +136,74 @@ def twin(document):
     return {**made, "openapi": "3.0.3", "info": info}
 
 
+# sections of the description that only these tags need
+SECTIONS = {"Jobs": ["compute", "jobs"], "Classes": ["classes"]}
+
+
+def named(node):
+    """The components that a part of the document refers to, as KIND/NAME."""
+    if isinstance(node, list):
+        return set().union(*map(named, node)) if node else set()
+    if not isinstance(node, dict):
+        return set()
+    own = {node["$ref"].removeprefix("#/components/")} if isinstance(node.get("$ref"), str) else set()
+    keys = {f"securitySchemes/{name}" for one in node.get("security", []) if isinstance(one, dict) for name in one}
+    return own.union(keys, *map(named, node.values()))
+
+
+def tags_of(document):
+    """The tags, as bits, of each path and of each component that an operation of the path needs."""
+    bits = {tag["name"]: 1 << i for i, tag in enumerate(document["tags"])}
+    components = {f"{kind}/{name}": one for kind, names in document["components"].items() for name, one in names.items()}
+    needs = {name: named(one) for name, one in components.items()}
+    paths = {path: sum({bits[tag] for one in item.values() if isinstance(one, dict) for tag in one["tags"]}) for path, item in document["paths"].items()}
+    tags = dict.fromkeys(components, 0)
+    for path, item in document["paths"].items():
+        wait = named(item)
+        while wait:
+            name = wait.pop()
+            if tags[name] & paths[path] != paths[path]:
+                tags[name] |= paths[path]
+                wait |= needs[name]
+    return bits, paths, tags
+
+
+def pieces(document):
+    """The minified document as pieces (text, tags that need it as bits); a piece begins with the comma before it."""
+    bits, paths, tags = tags_of(document)
+    every = (1 << len(bits)) - 1
+
+    def members(items, tags_of_one):
+        for i, (key, value) in enumerate(items):
+            yield f'{"," if i else ""}{minified(key) + ":" if key else ""}{minified(value)}', tags_of_one(key or value["name"])
+
+    yield "{", every
+    for i, (key, value) in enumerate(document.items()):
+        yield f'{"," if i else ""}{minified(key)}:', every
+        if key == "info":
+            # within the text of the description
+            for part in re.split(r"(?=\\n\\n## )", minified(value)):
+                yield part, sum(bits[tag] for tag in SECTIONS.get((re.match(r"\\n\\n## (\w+)\\n", part) or [0, ""])[1], [])) or every
+        elif key == "tags":
+            yield "[", every
+            yield from members([(None, tag) for tag in value], bits.get)
+            yield "]", every
+        elif key == "paths":
+            yield "{", every
+            yield from members(value.items(), paths.get)
+            yield "}", every
+        elif key == "components":
+            yield "{", every
+            for kind, names in value.items():
+                yield f'{"," if kind != next(iter(value)) else ""}{minified(kind)}:{{', every
+                yield from members(names.items(), lambda name, kind=kind: tags[f"{kind}/{name}"])
+                yield "}", every
+            yield "}", every
+        else:
+            yield minified(value), every
+    yield "}", every
+
+
 def c_literals(data, width=100):
     """Lines of C string literals: printable ASCII as it is, all else in octal, no trigraphs."""
     safe = {34: '\\"', 92: "\\\\", 63: "\\?"}
@@ -149,10 +217,9 @@ def c_literals(data, width=100):
     yield f'"{line}"'
 
 
-def define(name, data, length):
-    print(f"\nconst char {name}[] =")
+def define(name, data):
+    print(f"\nstatic const char {name}[] =")
     print("\n".join(f"    {line}" for line in c_literals(data)) + ";")
-    print(f"\nconst size_t {length} = sizeof {name} - 1;")
 
 
 def main(arguments):
@@ -161,11 +228,20 @@ def main(arguments):
         print(minified(document if arguments[0] == "--json" else twin(document)))
         return
     print('#include "api/call/openapi.h"')
-    for name, text in (("api_openapi", minified(document)), ("api_openapi_twin", minified(twin(document)))):
-        data = text.encode()
-        define(f"{name}_json", data, f"{name}_bytes")
-        define(f"{name}_packed", gzip.compress(data, 9, mtime=0), f"{name}_packed_bytes")
-        print(f'\nconst char {name}_etag[] = "\\"{hashlib.sha256(data).hexdigest()[:32]}\\"";')
+    names = [tag["name"] for tag in document["tags"]]
+    print(f"\nconst char *const api_openapi_tags[] = {{{', '.join(minified(name) for name in names)}, NULL}};")
+    print(f"const char api_openapi_names[] = \"{', '.join(names)}\";")
+    rows = []
+    for name, one in (("latest", document), ("twin", twin(document))):
+        data = minified(one).encode()
+        cut = [(text.encode(), tags) for text, tags in pieces(one)]
+        assert b"".join(text for text, _ in cut) == data
+        packed = gzip.compress(data, 9, mtime=0)
+        define(name, data)
+        define(f"{name}_packed", packed)
+        print(f"\nstatic const unsigned {name}_pieces[][2] = {{" + ", ".join(f"{{{len(text)}, {tags}}}" for text, tags in cut) + "};")
+        rows.append(f'{{{name}, {name}_packed, "\\"{hashlib.sha256(data).hexdigest()[:32]}\\"", {len(data)}, {len(packed)}, {name}_pieces, {len(cut)}}}')
+    print("\nconst struct api_openapi api_openapi[2] = {" + ", ".join(rows) + "};")
 
 
 if __name__ == "__main__":

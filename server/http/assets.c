@@ -77,9 +77,8 @@ static void assets_document(struct srv_exchange *exchange, const char *name, con
 /* true if the query contains embed=1: the view that may be in a frame */
 static int assets_embeds(const char *query) {
     for (const char *part = query; part; part = strchr(part, '&')) {
-        if (*part == '&') part++;
-        size_t bytes = strcspn(part, "&");
-        if (bytes == 7 && !strncmp(part, "embed=1", 7)) return 1;
+        part += *part == '&';
+        if (!strncmp(part, "embed=1", 7) && strchr("&", part[7])) return 1;
     }
     return 0;
 }
@@ -116,23 +115,32 @@ void srv_assets_index(struct srv_exchange *exchange) {
         assets_document(exchange, "index.html", assets_policy(exchange, embeds ? list : NULL));
 }
 
+/* Answers with the JSON that was written, or with its problem, which is cleared. */
+static void assets_made(struct srv_exchange *exchange, enum pend_status status,
+                        struct api_problem *problem) {
+    if (status == PEND_INVALID)
+        srv_exchange_problem(exchange, problem->status, "%s", problem->detail);
+    else if (status != PEND_OK)
+        srv_exchange_busy(exchange, 1, "out of memory");
+    else
+        srv_exchange_answered(exchange, 200, "application/json");
+    api_problem_clear(problem);
+}
+
 void srv_assets_oembed(struct srv_exchange *exchange) {
     const char *list = srv_service_config(exchange->service)->frame_ancestors;
     struct api_oembed wanted;
     struct api_problem problem;
     api_problem_init(&problem);
     enum pend_status status = api_oembed_read(exchange->query, exchange->host, &wanted, &problem);
-    if (status == PEND_INVALID)
-        srv_exchange_problem(exchange, problem.status, "%s", problem.detail);
-    else if (!strcmp(list, "none"))
-        srv_exchange_problem(exchange, 404,
-                             "this server's page is shown in no other page: the option "
-                             "--frame-ancestors");
-    else if (api_oembed_write(&wanted, &exchange->answer) != PEND_OK)
-        srv_exchange_busy(exchange, 1, "out of memory");
-    else
-        srv_exchange_answered(exchange, 200, "application/json");
-    api_problem_clear(&problem);
+    if (status == PEND_OK && !strcmp(list, "none")) {
+        api_problem_set(&problem, 404,
+                        "this server's page is shown in no other page: the option "
+                        "--frame-ancestors");
+        status = PEND_INVALID;
+    }
+    if (status == PEND_OK) status = api_oembed_write(&wanted, &exchange->answer);
+    assets_made(exchange, status, &problem);
 }
 
 void srv_assets_room(struct srv_exchange *exchange) {
@@ -159,25 +167,18 @@ void srv_assets_docs(struct srv_exchange *exchange) {
 }
 
 void srv_assets_description(struct srv_exchange *exchange) {
-    const struct srv_asset description = {.path = "openapi.json",
-                                          .media_type = "application/json",
-                                          .etag = api_openapi_etag,
-                                          .plain = api_openapi_json,
-                                          .plain_bytes = api_openapi_bytes,
-                                          .packed = api_openapi_packed,
-                                          .packed_bytes = api_openapi_packed_bytes};
-    assets_give(exchange, &description, "no-cache", assets_policy(exchange, NULL));
-}
-
-void srv_assets_twin(struct srv_exchange *exchange) {
-    const struct srv_asset twin = {.path = "openapi-3.0.json",
-                                   .media_type = "application/json",
-                                   .etag = api_openapi_twin_etag,
-                                   .plain = api_openapi_twin_json,
-                                   .plain_bytes = api_openapi_twin_bytes,
-                                   .packed = api_openapi_twin_packed,
-                                   .packed_bytes = api_openapi_twin_packed_bytes};
-    assets_give(exchange, &twin, "no-cache", assets_policy(exchange, NULL));
+    const struct api_openapi *document = &api_openapi[!strcmp(exchange->path, "/openapi-3.0.json")];
+    const struct srv_asset whole = {"openapi.json",        "application/json", document->etag,
+                                    document->json,        document->bytes,    document->packed,
+                                    document->packed_bytes};
+    const char *query = exchange->query;
+    struct api_problem problem;
+    api_problem_init(&problem);
+    if (query && *query)
+        assets_made(exchange, api_openapi_write(document, query, &exchange->answer, &problem),
+                    &problem);
+    else
+        assets_give(exchange, &whole, "no-cache", assets_policy(exchange, NULL));
 }
 
 void srv_assets_file(struct srv_exchange *exchange) {

@@ -46,11 +46,9 @@ void srv_assets_docs(struct srv_exchange *exchange);
  * proxy answer 404 here. */
 void srv_assets_worker(struct srv_exchange *exchange);
 
-/** GET /openapi.json. */
+/** GET /openapi.json and /openapi-3.0.json; with ?tag=jobs,scenes only the operations of these
+ * tags. 422 for any other query. */
 void srv_assets_description(struct srv_exchange *exchange);
-
-/** GET /openapi-3.0.json. */
-void srv_assets_twin(struct srv_exchange *exchange);
 
 /** GET /page/{digest}/{file}: scripts, styles and fonts of both. 404 for another build's digest. */
 void srv_assets_file(struct srv_exchange *exchange);

@@ -95,7 +95,7 @@ static const struct srv_route router_table[] = {
     ROUTER_AT_ONCE("GET", "/sw.js", srv_assets_worker, 0),
     ROUTER_AT_ONCE("GET", "/page/{digest}/{file}", srv_assets_file, 0),
     ROUTER_AT_ONCE("GET", "/openapi.json", srv_assets_description, 0),
-    ROUTER_AT_ONCE("GET", "/openapi-3.0.json", srv_assets_twin, 0),
+    ROUTER_AT_ONCE("GET", "/openapi-3.0.json", srv_assets_description, 0),
     ROUTER_AT_ONCE("GET", "/healthz", srv_probes_health, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),
     ROUTER_AT_ONCE("GET", "/version", srv_probes_version, SRV_ROUTE_PROBE),
     ROUTER_AT_ONCE("GET", "/readyz", srv_probes_readiness, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),

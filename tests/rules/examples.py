@@ -5,7 +5,8 @@
 Each request example must be answered with success and a valid body; where the operation's answer has an example of the same name
 it must be that answer: the same fields, the same texts and whole numbers, other numbers to 1e-5 of the largest in their
 array. What a computation takes (stats) is compared by its fields alone. Then every preset is fetched, and its parts are
-posted as a trajectory. Prints "N passed, N failed".
+posted as a trajectory; and the document of each tag, and of two, must have the operations of these tags, all components that they
+refer to, and no others. Prints "N passed, N failed".
 """
 import json
 import sys
@@ -13,7 +14,7 @@ import tempfile
 import urllib.error
 import urllib.request
 
-from replies import BINARY, Document, Fault
+from replies import BINARY, Document, Fault, named
 from rule import TOP
 from servers import daemon
 
@@ -130,11 +131,34 @@ def preset(document, base, name):
     check(document, base, "post", "/v1/trajectories", body | {"rtol": 1e-6, "digits": 6}, "application/json")
 
 
+def tagged(_, base, path, *tags):
+    whole, got = (json.loads(ask(base + path + query, "get", None, "*/*")[2]) for query in ("", "?tag=" + ",".join(tags)))
+    have = {route: item for route, item in whole["paths"].items() if any(isinstance(one, dict) and set(one["tags"]) & set(tags) for one in item.values())}
+    if got["paths"] != have:
+        raise Fault(f"it has the paths {list(got['paths'])}, not {list(have)}")
+    if [tag["name"] for tag in got["tags"]] != [tag["name"] for tag in whole["tags"] if tag["name"] in tags]:
+        raise Fault(f"it has the tags {got['tags']}")
+    used, wait = set(), named(got["paths"])
+    while wait:
+        name = wait.pop()
+        kind, key = name.split("/", 1)
+        if key not in got["components"][kind]:
+            raise Fault(f"it refers to {name}, which it has not")
+        used.add(name)
+        wait |= named(got["components"][kind][key]) - used
+    more = {f"{kind}/{key}" for kind, names in got["components"].items() for key in names} - used
+    if more:
+        raise Fault(f"it has {sorted(more)}, to which nothing refers")
+
+
 def run(base):
     document, passed, failed = Document(TOP / "api/call/openapi.yaml"), 0, 0
     jobs = [(example, case) for case in cases(document)]
     listed = json.loads(ask(base + "/v1/presets", "get", None, "application/json")[2])
     jobs += [(preset, (item["name"],)) for item in listed["presets"]]
+    names = [tag["name"] for tag in document.document["tags"]]
+    jobs += [(tagged, (path, *tags)) for path in ("/openapi.json", "/openapi-3.0.json") for tags in ([name] for name in names)]
+    jobs += [(tagged, ("/openapi.json", "compute", "jobs"))]
     for job, arguments in jobs:
         try:
             job(document, base, *arguments)

@@ -24,7 +24,7 @@ import jsonschema  # noqa: E402
 sys.dont_write_bytecode = True
 TOP = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(TOP / "api/call"))
-from openapi_embed import load  # noqa: E402
+from openapi_embed import load, named  # noqa: E402, F401
 
 METHODS = ("get", "post", "put", "delete", "patch")
 LONG = 40  # items of an array that are validated when all of them look alike

@@ -16,7 +16,7 @@ static struct api_json *document_new(void) {
     struct api_problem problem;
     api_problem_init(&problem);
     enum pend_status status =
-        api_json_new(&document, api_openapi_json, api_openapi_bytes, DEPTH, &problem);
+        api_json_new(&document, api_openapi[0].json, api_openapi[0].bytes, DEPTH, &problem);
     CHECK_SAYING(status == PEND_OK, "%s", problem.detail);
     api_problem_clear(&problem);
     return document;
@@ -42,7 +42,7 @@ TEST(openapi_document_is_json_of_version_3_1) {
     struct api_json *document = document_new();
     REQUIRE(document);
     CHECK(!strncmp(text_at(document, (const char *const[]){"openapi", NULL}), "3.1.", 4));
-    CHECK_INT((long long)strlen(api_openapi_json), (long long)api_openapi_bytes);
+    CHECK_INT((long long)strlen(api_openapi[0].json), (long long)api_openapi[0].bytes);
     api_json_free(&document);
 }
 
@@ -120,4 +120,48 @@ TEST(openapi_document_tells_the_tolerances_of_every_method) {
                         method->atol_max);
     }
     api_json_free(&document);
+}
+
+TEST(openapi_document_of_some_tags_is_json_with_their_paths_and_what_these_refer_to) {
+    static const struct {
+        const char *query;
+        int compute, classes; /* whether it has their operations; -1: it is refused */
+    } cases[] = {
+        {"tag=compute", 1, 0},
+        {"tag=jobs,classes", 0, 1},
+        {"tag=scenes&tag=classes", 0, 1},
+        {"tag=jobs%2Cscenes", 0, 0},
+        {"tag=page", 0, 0},
+        {"tag=presets%2ccompute,jobs", 1, 0},
+        {"tag=fits", -1, 0},
+        {"tag=jobs,Scenes", -1, 0},
+        {"tags=jobs", -1, 0},
+        {"tag=", -1, 0},
+        {"tag=service", 0, 0},
+        {"tag=compute,classes", 1, 1},
+    };
+    struct api_buffer text;
+    api_buffer_init(&text, 4 << 20);
+    for (size_t i = 0; i < 2 * sizeof cases / sizeof *cases; i++) {
+        struct api_json *document = NULL;
+        struct api_problem problem;
+        api_problem_init(&problem);
+        text.bytes = 0;
+        int good =
+            api_openapi_write(&api_openapi[i % 2], cases[i / 2].query, &text, &problem) == PEND_OK;
+        CHECK_INT(good, cases[i / 2].compute >= 0);
+        if (!good) {
+            CHECK_INT(problem.status, 422);
+            continue;
+        }
+        CHECK_SAYING(api_json_new(&document, text.data, text.bytes, DEPTH, &problem) == PEND_OK,
+                     "%s: %s", cases[i / 2].query, problem.detail);
+        REQUIRE(api_buffer_add(&text, "", 1) == PEND_OK);
+        CHECK_INT(strstr(text.data, "\"/v1/modes\":{") != NULL, cases[i / 2].compute);
+        CHECK_INT(strstr(text.data, "\"FitRequest\":{") != NULL, cases[i / 2].compute);
+        CHECK_INT(strstr(text.data, "\"/v1/classes\":{") != NULL, cases[i / 2].classes);
+        api_json_free(&document);
+        api_problem_clear(&problem);
+    }
+    api_buffer_clear(&text);
 }
