@@ -196,6 +196,11 @@ dist: ## what a release consists of, in build/dist: sources, packages, digests; 
 clean: ## removes build/
 	rm -rf build
 
+site: build ## the page as a folder for any web host, without a server: build/site; what needs a server is greyed out
+	@rm -rf build/site && /usr/bin/python3 -B api/call/openapi_embed.py --json api/call/openapi.yaml > $(B)/openapi.json
+	@/usr/bin/python3 -B server/http/assets_embed.py server/web build/web/bundles build/web/engine.wasm api/guide build/site $(B)/openapi.json
+	@echo 'build/site is ready: copy it to a web host, or look at it by  python3 -m http.server -d build/site'
+
 #@ Test (T=part-of-a-name picks tests; TOL=0 lists every residual)
 test: $(ROOMS:%=test-%) ## the test programs of all rooms, in MODE
 test-core: ## one room; also test-laws, test-api, test-server, test-wire, test-fuzz
@@ -540,5 +545,5 @@ remember = mkdir -p $(@D); echo $(if $(strip $(1)),'$(strip $(1))') | cmp -s - $
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ curl changed
+.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall site clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ curl changed
 .DELETE_ON_ERROR:

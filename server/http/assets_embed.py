@@ -1,12 +1,15 @@
 """Turns the page's files into what is compiled in.
 
-    assets_embed.py server/web BUNDLES ENGINE GUIDES    C source that defines srv_assets_table and its count
+    assets_embed.py server/web BUNDLES ENGINE GUIDES                   C source that defines srv_assets_table and its count
+    assets_embed.py server/web BUNDLES ENGINE GUIDES SITE OPENAPI      a folder SITE that any web host serves: the page without a server
 
 The style and the first script of index.html stand in it, allowed by their digests.
 Takes the HTML documents, the worksheets (sheets/*.json) with their translations, the manifest and its icons of the first directory, and
 what assets_bundle.sh made: the bundles of scripts and styles, and the libraries under lib/. ENGINE is the engine for browsers; an empty file, as on a machine that cannot make it, is left out. GUIDES has the guides, whose texts become guides.json, in the order of its README. All of it is served under /page/DIGEST, a digest of all files, so that a
 browser may keep it for ever; @PAGE@ in an HTML document becomes that path, without the slash before it, since a proxy may stand a path before it, @ENGINE@ the attribute data-engine where there is one, @OFFLINE@ data-offline: there is a service worker, sw.js, which learns the path and, by @FILES@, the files. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
+SITE has the documents with the attribute data-static instead, and without a service worker; a policy stands in them, as a host may
+send none.
 """
 import base64
 import gzip
@@ -116,6 +119,24 @@ def write(files, digest, out):
     out.write(f"const int srv_assets_count = {len(rows)};\n")
 
 
+def site(files, digest, home, openapi):
+    """Writes the page as a folder, in which every name is found without a server that knows them."""
+    home.mkdir(parents=True, exist_ok=True)
+    inner = home / "page" / digest
+    contents = dict(files)
+    for name, data in files:
+        if name.endswith(".html"):
+            data, allowed = inlined(data, contents) if name == "index.html" else (data, ["", ""])
+            meta = f'<meta http-equiv="Content-Security-Policy" content="{policy(*allowed).removesuffix("; frame-ancestors ")}">'.encode()
+            data = data.replace(b"@PAGE@", f"page/{digest}".encode()).replace(b"@ENGINE@", b" data-engine").replace(b"@OFFLINE@", b"")
+            data = data.replace(b"<html ", b"<html data-static ").replace(b'<meta charset="utf-8">', b'<meta charset="utf-8">\n' + meta)
+            (home / name).write_bytes(data.replace(b'href="docs"', b'href="docs.html"'))
+        elif name != "sw.js":
+            (inner / name).parent.mkdir(parents=True, exist_ok=True)
+            (inner / name).write_bytes(data)
+    (home / "openapi.json").write_bytes(openapi)
+
+
 def engine_file(path):
     """The engine, if there is one."""
     data = path.read_bytes()
@@ -130,15 +151,18 @@ def guides(home):
     yield "guides.json", json.dumps(texts, ensure_ascii=False).encode()
 
 
-def main(web, bundles, engine, guide):
+def main(web, bundles, engine, guide, home=None, openapi=None):
     files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *engine_file(pathlib.Path(engine)), *guides(pathlib.Path(guide))])
     sha = hashlib.sha256()
     for name, data in files:
         sha.update(f"{name} {len(data)}\n".encode() + data)
-    write(files, sha.hexdigest()[:16], sys.stdout)
+    if home:
+        site(files, sha.hexdigest()[:16], pathlib.Path(home), pathlib.Path(openapi).read_bytes())
+    else:
+        write(files, sha.hexdigest()[:16], sys.stdout)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 5:
+    if len(sys.argv) not in (5, 7):
         sys.exit(__doc__)
     main(*sys.argv[1:])

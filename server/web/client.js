@@ -5,7 +5,7 @@
 
 import { createEngine } from "./engine.js";
 import { bearer } from "./keep.js";
-import { urlOf } from "./root.js";
+import { isStatic, urlOf } from "./root.js";
 
 const TRIES = 6;
 const LONGEST_WAIT = 20;
@@ -21,7 +21,7 @@ const LONGEST_WAIT = 20;
 
 /**
  * What went wrong: kind "refused" (a problem of the request), "busy" (429, 503), "away" (no
- * answer), "broken" (cut off).
+ * answer), "broken" (cut off), "static" (needs a server, and the page has none).
  */
 export class Failure extends Error {
   /**
@@ -131,6 +131,18 @@ async function once({ engine }, path, options) {
   }
 }
 
+/** @type {Promise<void> | null} */
+let begun = null;
+
+/** The engine's reply, where the page has no server. @param {Asker} asker @param {string} path
+ * @param {RequestInit} options */
+async function without({ engine }, path, options) {
+  await (begun ??= engine.begin());
+  const reply = await engine.answer(path, options, true);
+  if (reply?.ok) return { reply, by: "here" };
+  throw reply ? await failureOf(reply) : new Failure("static");
+}
+
 /** An answer has come. @param {Asker} asker @param {string} by whom (once) */
 function answered(asker, by) {
   if (by === "well") return report(asker, by);
@@ -140,6 +152,9 @@ function answered(asker, by) {
   report(asker, gone ? "alone" : "well");
 }
 
+/** Whether another try would end like this one. @param {Failure} failure */
+const isFinal = ({ kind }) => kind === "refused" || kind === "static";
+
 /**
  * The reply, after as many tries as it takes; throws Failure, or AbortError where `signal` gave up.
  * @param {Asker} asker @param {string} path @param {RequestInit} options @param {number} longest
@@ -148,11 +163,11 @@ function answered(asker, by) {
 async function ask(asker, path, options = {}, longest = LONGEST_WAIT) {
   for (let tried = 1; ; tried++) {
     try {
-      const { reply, by } = await once(asker, path, options);
+      const { reply, by } = await (isStatic ? without : once)(asker, path, options);
       answered(asker, by);
       return reply;
     } catch (failure) {
-      if (!(failure instanceof Failure) || failure.kind === "refused") throw failure;
+      if (!(failure instanceof Failure) || isFinal(failure)) throw failure;
       if (failure.kind === "busy" && tried >= TRIES) throw failure;
       // who waits together does not come again together
       const most = failure.status === 429 ? LONGEST_WAIT : longest;

@@ -7,7 +7,7 @@
 
 import { namesMotion } from "./address.js";
 import { bearer } from "./keep.js";
-import { urlOf } from "./root.js";
+import { isStatic, urlOf } from "./root.js";
 import { PAPER, request } from "./state.js";
 import { exchanges } from "./terms.js";
 
@@ -48,7 +48,7 @@ function eager({ body, headers }) {
 /** @returns {{body: string, reply: Promise<Response | null>} | null} */
 function ask() {
   const kept = Boolean(history.state?.["pendulumd.entry"]);
-  if (location.hash.length > 1 || kept || namesMotion(location.search)) return null;
+  if (isStatic || location.hash.length > 1 || kept || namesMotion(location.search)) return null;
   const body = JSON.stringify(motionBody(PAPER));
   const headers = {
     "Content-Type": "application/json",

@@ -4,6 +4,7 @@
 // Invariant: a button that would do nothing is disabled.
 
 import { createBag, h, icon, iconButton } from "./dom.js";
+import { DOCS } from "./root.js";
 import { LANGUAGES } from "./text/languages.js";
 
 const KEYS = ["tab", "turn", "length", "mass", "add", "delete", "trail", "enter", "space", "undo"];
@@ -28,13 +29,7 @@ function helpOf({ text, offline }) {
         h("dd", {}, text(`help.${key}`)),
       ]),
     ),
-    h(
-      "p",
-      { class: "quiet" },
-      text("help.paper"),
-      " ",
-      h("a", { href: "docs" }, text("help.docs")),
-    ),
+    h("p", { class: "quiet" }, text("help.paper"), " ", h("a", { href: DOCS }, text("help.docs"))),
     without,
   );
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
@@ -82,7 +77,7 @@ export function mountHeader(element, app) {
   const { undo, redo } = historyOf(app);
   const shade = iconButton("dark", text("theme"), () => theme.toggle(), { "data-act": "theme" });
   const title = h("p", { class: "title" });
-  const docs = h("a", { class: "docs-link", href: "docs", title: text("help.docs") }, text("docs"));
+  const docs = h("a", { class: "docs-link", href: DOCS, title: text("help.docs") }, text("docs"));
   const begin = {
     type: "button",
     class: "button",

@@ -4,6 +4,12 @@
 // Invariant: every document of the page lies directly below it (/, /docs, /CODE), so that what they
 // name is found from each of them.
 
+/** Whether the page lies in a folder of a web host, without a server that computes (make site). */
+export const isStatic = "static" in document.documentElement.dataset;
+
+/** The reference. */
+export const DOCS = isStatic ? "docs.html" : "docs";
+
 /** With its host, and a slash at the end. */
 export const ROOT = new URL("./", location.href).href;
 

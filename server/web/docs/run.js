@@ -5,7 +5,7 @@
 
 import { h } from "../dom.js";
 import { bearer } from "../keep.js";
-import { urlOf } from "../root.js";
+import { isStatic, urlOf } from "../root.js";
 import { showAnswer } from "./answer.js";
 import { choicesOf } from "./example.js";
 
@@ -156,6 +156,10 @@ export function example(one, reader) {
   copy.addEventListener("click", () => take(form));
   pick?.addEventListener("change", () => fill(form, pick.selectedIndex));
   if (bodies.length) fill(form, 0);
+  if (isStatic) {
+    run.disabled = true;
+    answer.append("Examples run on a pendulumd server. This page is a folder without one.");
+  }
   const fields = parameters.map((parameter, i) =>
     h("label", { class: "field" }, h("span", {}, parameter.name), inputs[i]),
   );

@@ -11,6 +11,8 @@ import { createSession } from "../class/session.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { codeInAddress } from "../room.js";
+import { isStatic } from "../root.js";
+import { serverless } from "./kit/kit.js";
 
 /** @typedef {import("../class/pupil.js").Follower} Follower */
 
@@ -106,6 +108,10 @@ function faceOf({ room: { session }, follower }) {
 
 /** @param {HTMLElement} element @param {App} app @returns {Promise<Drawer>} */
 async function mount(element, app) {
+  if (isStatic) {
+    element.append(h("h2", {}, app.text("drawer.class")), serverless(app.text));
+    return { show() {}, hide() {}, destroy: () => element.replaceChildren() };
+  }
   const one = lifeOf(app);
   const { room } = one;
   const bag = createBag();

@@ -100,7 +100,7 @@ const section = (text, id, ...children) =>
  * @param {App} app
  */
 function fitsOf(app) {
-  const part = lazyPart(app, "fits/fits", app.text("measure.fits"));
+  const part = lazyPart(app, "fits/fits", app.text("measure.fits"), true);
   const take = async () => {
     const words = takeMeasurements(app);
     if (words === null) return;

@@ -8,6 +8,7 @@
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { ghostColour } from "../palette.js";
+import { isStatic } from "../root.js";
 import { request, sameMotion } from "../state.js";
 import { createGroup } from "./kit/chart.js";
 import { distances, logarithmic } from "./kit/distances.js";
@@ -50,7 +51,8 @@ const paperOf = (doc) => ({ ...doc, method: "ode23", rtol: null, atol: null, pre
 function referenceOf(doc) {
   const { method, precision, rtol, pendulum, span } = doc;
   const taylor = method === "taylor";
-  if (pendulum.length.length <= FINE_ARMS && span.stop <= FINE_SECONDS) {
+  // a server alone has 32 digits
+  if (!isStatic && pendulum.length.length <= FINE_ARMS && span.stop <= FINE_SECONDS) {
     return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
   }
   const fine = taylor && (precision === "extended" || (rtol ?? 1e-12) <= 1e-12);
@@ -233,7 +235,8 @@ function show(view) {
  */
 async function fetchFacts(view, doc, signal) {
   if (factsOf(view, doc)) return;
-  const few = doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS;
+  const few =
+    !isStatic && doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS;
   const { start = 0, stop } = doc.span;
   const times = { start, stop: start + stop, count: 201 };
   const exact = few && doc.precision === "double" ? { trust: true } : {};

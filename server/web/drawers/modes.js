@@ -344,7 +344,7 @@ function mount(element, app) {
   const view = createView(app);
   lay(element, view);
   for (const name of ["branches", "resonance"]) {
-    const part = lazyPart(app, `modes/${name}`, app.text(`modes.${name}`));
+    const part = lazyPart(app, `modes/${name}`, app.text(`modes.${name}`), true);
     element.append(part.element);
     bag(part.destroy);
   }

@@ -289,7 +289,7 @@ function lay(element, view) {
     chips.append(chip);
   }
   element.append(bars.element);
-  const route = lazyPart(app, "physics/route", text("physics.route"));
+  const route = lazyPart(app, "physics/route", text("physics.route"), true);
   element.append(map.element, route.element);
   return route.destroy;
 }

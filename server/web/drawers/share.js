@@ -9,7 +9,7 @@ import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { linkOf, sceneOf } from "../link.js";
 import { numbersAsFiles } from "./kit/files_of_numbers.js";
-import { button, copyButton, save, settled } from "./kit/kit.js";
+import { button, copyButton, needsServer, save, settled } from "./kit/kit.js";
 import { showProjector } from "./share/projector.js";
 import { localOf, qrOf } from "./kit/qr.js";
 
@@ -196,7 +196,10 @@ function lay(element, view) {
     h("p", { class: "quiet" }, text("share.intro")),
     localOf(text) || "",
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),
-    section(text, "short", h("div", { class: "row" }, make), status, short.place),
+    needsServer(
+      text,
+      section(text, "short", h("div", { class: "row" }, make), status, short.place),
+    ),
     view.plainPart,
     section(text, "long", long.place),
     section(text, "projector", h("div", { class: "row" }, projector)),

@@ -7,8 +7,9 @@
 
 import { said } from "../../client.js";
 import { h } from "../../dom.js";
+import { isStatic } from "../../root.js";
 import { request } from "../../state.js";
-import { aborted, button, choice, save } from "./kit.js";
+import { aborted, button, choice, needsServer, save } from "./kit.js";
 import { MARKS, ownMarks, tableText } from "./table_file.js";
 
 const FILES = [
@@ -68,6 +69,8 @@ export function numbersAsFiles(app, status) {
     h("div", { class: "row" }, marks.element, table),
     h("h3", {}, text("table.raw")),
     h("p", { class: "quiet" }, text("angles.interface")),
-    h("div", group, ...files),
+    ...(isStatic
+      ? [files[0], needsServer(text, h("div", group, ...files.slice(1)))]
+      : [h("div", group, ...files)]),
   );
 }

@@ -4,10 +4,26 @@
 
 import { gaveUp } from "../../client.js";
 import { h } from "../../dom.js";
+import { isStatic } from "../../root.js";
 
 /** @param {string} words @param {() => unknown} click @param {Record<string, any>} attributes */
 export const button = (words, click, attributes = {}) =>
   h("button", { type: "button", class: "button", on: { click }, ...attributes }, words);
+
+/**
+ * A part that a server alone computes: where the page has none, it is greyed out, below the reason.
+ * @param {Text} text @param {HTMLElement} part
+ */
+export function needsServer(text, part) {
+  if (!isStatic) return part;
+  part.inert = true;
+  part.classList.add("greyed");
+  return h("div", {}, serverless(text), part);
+}
+
+/** The reason. @param {Text} text */
+export const serverless = (text) =>
+  h("p", { class: "quiet", "data-serverless": "" }, text("failure.static"));
 
 /** One of a choice. @typedef {{value: string | number, words: string}} Option */
 

@@ -8,7 +8,7 @@
 import { said } from "../../client.js";
 import { createBag, h } from "../../dom.js";
 import { still } from "../../screen.js";
-import { aborted, button, choice, fetchTable, later, save } from "../kit/kit.js";
+import { aborted, button, choice, fetchTable, later, needsServer, save } from "../kit/kit.js";
 import {
   OBSERVED,
   begunAt,
@@ -266,7 +266,10 @@ export default function mountMap(app, title, intro, wish) {
   const { controls, bar, status, place } = view;
   const words = [h("h3", {}, title), h("p", { class: "quiet" }, intro)];
   return {
-    element: h("section", { "aria-label": title }, ...words, controls, bar, status, place),
+    element: needsServer(
+      text,
+      h("section", { "aria-label": title }, ...words, controls, bar, status, place),
+    ),
     show: () => fit(view),
     destroy() {
       view.stop?.abort();

@@ -3,6 +3,7 @@
 // Invariant: a field shows the document's choice, also one that is not among those offered.
 
 import { h } from "../../dom.js";
+import { isStatic } from "../../root.js";
 import { choice, figure } from "../kit/kit.js";
 
 /**
@@ -21,6 +22,10 @@ const METHODS = {
   radau: { rtol: 1e-9, finest: 1e-14, divisor: 1e6 },
   linear: null,
 };
+/** What a server alone has. */
+const SERVED = ["rkf45", "rk8pd", "msadams", "extended"];
+/** @param {string} value */
+const isHere = (value) => !isStatic || !SERVED.includes(value);
 /** What taylor computes in. @type {Record<string, Partial<Tolerances>>} */
 const DIGITS = { double: {}, extended: { rtol: 1e-28 } };
 const TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12, 1e-13, 1e-14, 1e-16];
@@ -68,7 +73,9 @@ function toleranceFields(app, doc, { rtol, finest, divisor }) {
 
 /** @param {App} app @param {Doc} doc */
 function methodField({ store, text }, doc) {
-  const methods = Object.keys(METHODS).map((value) => ({ value, words: text(`method.${value}`) }));
+  const methods = Object.keys(METHODS)
+    .filter(isHere)
+    .map((value) => ({ value, words: text(`method.${value}`) }));
   const field = choice(text("drawer.method"), methods, doc.method, (method) =>
     store.set({ method, rtol: null, atol: null, precision: "double" }, { label: "method" }),
   );
@@ -78,7 +85,9 @@ function methodField({ store, text }, doc) {
 
 /** @param {App} app @param {Doc} doc */
 function precisionField({ store, text }, doc) {
-  const list = Object.keys(DIGITS).map((value) => ({ value, words: text(`method.${value}`) }));
+  const list = Object.keys(DIGITS)
+    .filter(isHere)
+    .map((value) => ({ value, words: text(`method.${value}`) }));
   const field = choice(text("method.precision"), list, doc.precision, (precision) =>
     store.set({ precision, rtol: null, atol: null }, { label: "method" }),
   );

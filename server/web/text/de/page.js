@@ -194,6 +194,8 @@ export default {
   "failure.busy": "Der Server hat gerade keinen Platz.",
   "failure.busy.retry":
     "Der Server ist beschäftigt und bittet zu warten. Neuer Versuch in {seconds} s.",
+  "failure.static":
+    "Dafür braucht es einen pendulumd-Server. Diese Seite ist eine Demonstration ohne Server.",
   "failure.broken": "Die Antwort brach vor ihrem Ende ab.",
   "failure.refused": "Der Server hat das abgelehnt ({status}).",
   "problem.arm": "{what}, Arm {arm}",

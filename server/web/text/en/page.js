@@ -194,6 +194,8 @@ export default {
   "failure.away.retry": "The server does not answer. Trying again in {seconds} s.",
   "failure.busy": "The server has no room just now.",
   "failure.busy.retry": "The server is busy and asks to wait. Trying again in {seconds} s.",
+  "failure.static":
+    "This needs a pendulumd server. The page you see is a demonstration without one.",
   "failure.broken": "The answer broke off before its end.",
   "failure.refused": "The server refused this ({status}).",
   "problem.arm": "{what}, arm {arm}",

@@ -184,6 +184,8 @@ export default {
   "failure.away.retry": "El servidor no responde. Nuevo intento en {seconds} s.",
   "failure.busy": "El servidor no tiene sitio ahora mismo.",
   "failure.busy.retry": "El servidor está ocupado y pide esperar. Nuevo intento en {seconds} s.",
+  "failure.static":
+    "Para esto hace falta un servidor pendulumd. Esta página es una demostración sin servidor.",
   "failure.broken": "La respuesta se cortó antes del final.",
   "failure.refused": "El servidor ha rechazado esto ({status}).",
   "problem.arm": "{what}, brazo {arm}",

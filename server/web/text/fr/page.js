@@ -185,6 +185,8 @@ export default {
   "failure.busy": "Le serveur n’a pas de place en ce moment.",
   "failure.busy.retry":
     "Le serveur est occupé et demande d’attendre. Nouvel essai dans {seconds} s.",
+  "failure.static":
+    "Il faut pour cela un serveur pendulumd. Cette page est une démonstration sans serveur.",
   "failure.broken": "La réponse s’est interrompue avant la fin.",
   "failure.refused": "Le serveur a refusé cela ({status}).",
   "problem.arm": "{what}, bras {arm}",

@@ -183,6 +183,8 @@ export default {
   "failure.away.retry": "De server antwoordt niet. Nieuwe poging over {seconds} s.",
   "failure.busy": "De server heeft nu geen plaats.",
   "failure.busy.retry": "De server is bezet en vraagt te wachten. Nieuwe poging over {seconds} s.",
+  "failure.static":
+    "Hiervoor is een pendulumd-server nodig. Deze pagina is een demonstratie zonder server.",
   "failure.broken": "Het antwoord brak af voor het einde.",
   "failure.refused": "De server heeft dit geweigerd ({status}).",
   "problem.arm": "{what}, arm {arm}",

@@ -183,6 +183,7 @@ export default {
   "failure.away.retry": "Sunucu yanıt vermiyor. {seconds} s sonra yeniden denenecek.",
   "failure.busy": "Sunucuda şu anda yer yok.",
   "failure.busy.retry": "Sunucu meşgul, beklemenizi istiyor. {seconds} s sonra yeniden denenecek.",
+  "failure.static": "Bunun için bir pendulumd sunucusu gerekir. Bu sayfa sunucusuz bir tanıtımdır.",
   "failure.broken": "Yanıt sonuna gelmeden kesildi.",
   "failure.refused": "Sunucu bunu geri çevirdi ({status}).",
   "problem.arm": "{what}, kol {arm}",
