@@ -3,7 +3,9 @@
 #include <assert.h>
 #include <stdint.h>
 #include <stdlib.h>
+#ifdef __linux__
 #include <sys/mman.h>
+#endif
 
 enum { ROOM_PAGE = 2 << 20, ROOM_LINE = 64 };
 

@@ -166,6 +166,15 @@ for row in "${doors[@]}"; do
     verdict "only the door to $header includes it" "$(door "$header" "$file")"
 done
 verdict 'core and api use no thread, file, socket or clock' "$(pure_headers)"
+# core compiles wherever there is a C17 compiler and the GNU Scientific Library
+linux_headers() {
+    local file
+    for file in $(files core); do
+        awk '/^ *# *ifdef __linux__/ { inside = 1 } /^ *# *endif/ { inside = 0 }
+            /^ *# *include *<(sys|linux|asm|unistd|fcntl)/ && !inside { print FILENAME " includes " $NF " on any system" }' "$file"
+    done
+}
+verdict 'core includes a header of Linux on Linux alone' "$(linux_headers)"
 verdict 'a file includes its own header first' "$(own_header_first)"
 verdict 'core has no variable of its own' "$(globals)"
 verdict 'core has no effects' "$(effects)"
@@ -184,13 +193,14 @@ noticed() {
     sed -i '1i #include "api/json/json_out.h"' "$copy/api/base/text.h"
     sed -i '1i #include "server/work/queue.h"' "$copy/core/base/rng.h"
     sed -i '1i #include <sqlite3.h>' "$copy/server/work/queue.c"
+    sed -i '1i #include <sys/mman.h>' "$copy/core/modes/hugepage.c"
     touch "$copy/server/store/unlisted.c"
     mkdir "$copy/api/unlisted"
     touch "$copy/api/unlisted/new.c" "$copy/server/web/class/new.js"
     said=$(cd "$copy" && LAYERS_SAMPLE=1 "$top/tests/rules/layers.sh" "$top/$build")
     for line in 'core/tree/tree.h includes core/integrate/run/run, which is listed below it' \
         'api/base/text.h includes api/json/json_out, which is listed below it' \
-        'core/base/rng.h may not include server/work/queue.h' 'server/work/queue.c is no door to sqlite3.h' \
+        'core/base/rng.h may not include server/work/queue.h' 'core/modes/hugepage.c includes <sys/mman.h> on any system' 'server/work/queue.c is no door to sqlite3.h' \
         'server/web/class/README.md does not list new.js' 'server/store/README.md does not list unlisted' 'api/README.md does not list api/unlisted/'; do
         grep -qF "  $line" <<<"$said" || echo "not noticed: $line"
     done
