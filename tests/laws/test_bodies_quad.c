@@ -1,7 +1,7 @@
 /* Laws: the general kernel has the accelerations and forces of the Lagrangian equations in
  * quadruple precision, on all small trees, with every term alone and all together, and on trees
  * that break lesser forms.
- * Leaves to others: the dense form in doubles (test_bodies), motions (test_real_pendulums).
+ * Leaves to others: motions (test_real_pendulums).
  * Invariant: residuals are relative to the largest value among the arms unless they say otherwise.
  */
 #include <math.h>
@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "core/bodies/bodies.h"
-#include "tests/harness/reference_bodies.h"
 #include "core/taylor/jets/jets.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/quad_bodies.h"
@@ -18,7 +17,7 @@
 
 enum { ARMS = 200 };
 
-/* the general kernel's answer, or that of the dense form in doubles */
+/* the general kernel's answer */
 struct answer {
     double acc[ARMS], force[4][ARMS];
 };
@@ -34,13 +33,9 @@ struct gaps {
 };
 
 static void answer_of(const struct test_tree *t, const struct pend_loads *loads, double time,
-                      int dense, struct answer *a) {
+                      struct answer *a) {
     struct bodies_state state = {t->phi, NULL, t->rate, time, 0};
     struct bodies_forces forces = {a->force[0], a->force[1], a->force[2], a->force[3]};
-    if (dense) {
-        CHECK(pend_reference_bodies(t->tree, loads, &state, a->acc, &forces) == PEND_OK);
-        return;
-    }
     void *work = aligned_alloc(64, (pend_bodies_bytes(t->tree, loads->terms) + 63) / 64 * 64);
     if (!work) abort();
     pend_bodies_at(t->tree, loads, &state, work, a->acc, &forces);
@@ -71,9 +66,9 @@ static double force_gap(int n, const struct answer *a, const struct truth *exact
 }
 
 static struct gaps gaps_of(const struct test_tree *t, const struct pend_loads *loads, double time,
-                           int dense, const struct truth *exact) {
+                           const struct truth *exact) {
     struct answer a;
-    answer_of(t, loads, time, dense, &a);
+    answer_of(t, loads, time, &a);
     return (struct gaps){test_quad_gap(t->n, a.acc, exact->acc), force_gap(t->n, &a, exact)};
 }
 
@@ -82,17 +77,18 @@ static void gaps_keep(struct gaps *most, struct gaps here) {
     if (!(here.force <= most->force)) most->force = here.force;
 }
 
-/* each kind of term alone, then all, a cart alone, a cart with all that goes with it */
+/* each kind of term alone, then all, a cart alone, a cart with all that goes with it, a piece */
 static unsigned terms_of(unsigned what) {
     if (what == 8) return TEST_TERMS_ALL;
+    if (what == 11) return TEST_TERMS_ALL | TEST_TERMS_PIECES;
     return what < 8 ? 1u << what : what == 9 ? TEST_TERMS_CART : TEST_TERMS_CART_ALL;
 }
 
 TEST(law_bodies_have_the_accelerations_and_forces_of_quadruple_precision_on_all_small_trees) {
     unsigned long long seed = 21;
-    struct gaps quick = {0}, dense = {0};
+    struct gaps quick = {0};
     int trees = 0;
-    for (unsigned what = 0; what <= 10; what++) {
+    for (unsigned what = 0; what <= 11; what++) {
         unsigned terms = terms_of(what);
         for (int n = 1; n <= (what == 8 ? 6 : 5); n++) {
             int parent[ARMS];
@@ -105,19 +101,16 @@ TEST(law_bodies_have_the_accelerations_and_forces_of_quadruple_precision_on_all_
                 test_tree_init(&t, n, parent, 0.5, &seed);
                 test_bodies_random(&b, t.tree, terms, &seed);
                 truth_of(&t, &b.loads, time, &exact);
-                gaps_keep(&quick, gaps_of(&t, &b.loads, time, 0, &exact));
-                gaps_keep(&dense, gaps_of(&t, &b.loads, time, 1, &exact));
+                gaps_keep(&quick, gaps_of(&t, &b.loads, time, &exact));
                 test_bodies_clear(&b);
                 test_tree_clear(&t);
                 trees++;
             } while (test_parents_next(n, parent));
         }
     }
-    CHECK_INT(trees, 10 * 34 + 154);
+    CHECK_INT(trees, 11 * 34 + 154);
     CHECK_RESIDUAL(quick.acc, 1e-13, "phi'' of the general kernel");
     CHECK_RESIDUAL(quick.force, 1e-13, "forces of the general kernel");
-    CHECK_RESIDUAL(dense.acc, 1e-12, "phi'' of the dense form in doubles");
-    CHECK_RESIDUAL(dense.force, 1e-12, "forces of the dense form in doubles");
 }
 
 /* spreads the masses of rods and bodies over 10^±decades */
@@ -144,7 +137,7 @@ static struct gaps gaps_wild(unsigned what, double decades, int least, int most,
         test_bodies_random(&b, t.tree, what, seed);
         bodies_spread(&b, decades, seed);
         truth_of(&t, &b.loads, 3, &exact);
-        gaps_keep(&worst, gaps_of(&t, &b.loads, 3, 0, &exact));
+        gaps_keep(&worst, gaps_of(&t, &b.loads, 3, &exact));
         test_bodies_clear(&b);
         test_tree_clear(&t);
     }
@@ -165,7 +158,7 @@ static struct gaps gaps_small(unsigned what, double decades, unsigned long long 
             test_bodies_random(&b, t.tree, what, seed);
             bodies_spread(&b, decades, seed);
             truth_of(&t, &b.loads, 5, &exact);
-            gaps_keep(&worst, gaps_of(&t, &b.loads, 5, 0, &exact));
+            gaps_keep(&worst, gaps_of(&t, &b.loads, 5, &exact));
             test_bodies_clear(&b);
             test_tree_clear(&t);
         } while (test_parents_next(n, parent));
@@ -231,7 +224,7 @@ TEST(law_an_ideal_tree_whose_terms_are_all_zero_moves_as_without_them) {
             test_bodies_random(&b, t.tree, TEST_TERMS_ALL | TEST_TERMS_PIECES, &seed);
             pend_terms_clear(b.terms, t.tree, b.value);
             memset(b.terms->hung, 0, (size_t)n);
-            answer_of(&t, &b.loads, 7, 0, &quick);
+            answer_of(&t, &b.loads, 7, &quick);
             test_tree_dynamics(&t, TEST_LOADS(9.81), ideal.acc, ideal.force[2]);
             test_quad_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, exact_acc, exact_tip);
             acc = fmax(acc, test_gap(n, quick.acc, ideal.acc));

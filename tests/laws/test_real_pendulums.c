@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "core/dynamics/kinematics_at.h"
-#include "tests/harness/reference_bodies.h"
+#include "tests/harness/quad_bodies.h"
 #include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/runs.h"
@@ -148,22 +148,25 @@ TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
         test_bodies_random(&b, t.tree, motion_terms(i), &seed);
         motion_run("taylor", 1, &t, &b, &m);
         for (int row = 0; row < INSTANTS; row++) {
-            double phi[N], rate[N], acc[N], force[4][N], got[5][N], want[5][N], re[N], im[N];
-            struct bodies_state state = {phi, NULL, rate, m.t[row], 0};
-            struct bodies_forces forces = {force[0], force[1], force[2], force[3]};
+            double phi[N], rate[N], got[5][N], want[5][N], re[N], im[N];
+            test_quad exact_phi[N], exact_rate[N], acc[N], force[4][N];
+            struct test_quad_state state = {exact_phi, exact_rate, m.t[row]};
+            struct test_quad_forces forces = {force[0], force[1], force[2], force[3]};
             int cart = pend_terms_cart(b.terms), columns = N - cart;
             phi[0] = m.cart_place[row], rate[0] = m.cart_speed[row];
             for (int k = cart; k < N; k++) {
                 phi[k] = m.phi[row * columns + motion_column(&t, &b, k)];
                 rate[k] = m.rate[row * columns + motion_column(&t, &b, k)];
             }
-            CHECK(pend_reference_bodies(t.tree, &b.loads, &state, acc, &forces) == PEND_OK);
+            for (int k = 0; k < N; k++) exact_phi[k] = phi[k], exact_rate[k] = rate[k];
+            test_quad_bodies(t.tree, &b.loads, &state, acc, &forces);
             pend_kinematics_position_at(t.tree, &b.loads, m.t[row], phi, re, im);
             for (int k = cart; k < N; k++) {
                 int at = row * columns + motion_column(&t, &b, k);
                 double all[5] = {m.acc[at], m.joint_along[at], m.joint_across[at], m.force[at],
                                  m.across[at]};
-                double dense[5] = {acc[k], force[0][k], force[1][k], force[2][k], force[3][k]};
+                double dense[5] = {(double)acc[k], (double)force[0][k], (double)force[1][k],
+                                   (double)force[2][k], (double)force[3][k]};
                 for (int j = 0; j < 5; j++) got[j][k] = all[j], want[j][k] = dense[j];
                 place = fmax(place, fabs(m.z_re[at] - re[k]) + fabs(m.z_im[at] - im[k]));
             }
