@@ -136,11 +136,11 @@ enum srv_stored srv_store_begin(struct srv_store *store) {
 }
 
 enum srv_stored srv_store_look(struct srv_store *store) {
-    const struct srv_sql_driver *driver = store->sql->driver;
-    if (!driver->lists || store->together || !store->settled) return srv_store_begin(store);
+    if (store->together || !store->settled) return srv_store_begin(store);
     assert(!store->looking);
     store->wrote = 0;
-    SRV_STORED_TRY(driver->post(store->sql, -1, "{look}", NULL, 0));
+    store->now = 0;
+    SRV_STORED_TRY(store->sql->driver->post(store->sql, -1, "{look}", NULL, 0));
     store->looking = 1;
     return SRV_STORED;
 }

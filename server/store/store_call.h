@@ -62,8 +62,8 @@ enum srv_stored srv_store_settle(struct srv_store *store);
 /** Begins a call, with a transaction of its own unless it is one of a batch. */
 enum srv_stored srv_store_begin(struct srv_store *store);
 
-/** Begins a call of one reading statement; without a transaction if the database makes a single
- * statement one. */
+/** Begins a call that only reads, without a transaction unless it is one of a batch: each statement
+ * sees what is committed when it runs, and no writer waits for it. */
 enum srv_stored srv_store_look(struct srv_store *store);
 
 /**

@@ -428,7 +428,7 @@ enum srv_stored srv_store_erase_classes(struct srv_store *store, const char *cli
 
 enum srv_stored srv_store_class(struct srv_store *store, const char *code, const char *who,
                                 struct srv_class *room) {
-    SRV_STORED_TRY(srv_store_begin(store));
+    SRV_STORED_TRY(srv_store_look(store));
     return srv_store_end(store, class_find(store, SQL_CLASS, code, who, room));
 }
 
@@ -475,7 +475,7 @@ enum srv_stored srv_store_class_items(struct srv_store *store, const char *code,
     assert(*since >= 0 && take);
     struct class_taker taker = {.code = code, .take = take, .context = context, .version = *since};
     *more = 0;
-    SRV_STORED_TRY(srv_store_begin(store));
+    SRV_STORED_TRY(srv_store_look(store));
     enum srv_stored stored = class_find(store, SQL_CLASS, code, who, room);
     if (stored == SRV_STORED) stored = class_items(store, since, more, room, &taker);
     return srv_store_end(store, stored);

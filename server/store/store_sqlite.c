@@ -301,7 +301,9 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
 
 static enum srv_stored sqlite_post(struct srv_sql *sql, int id, const char *text,
                                    const struct srv_value value[], int count) {
-    return sqlite_run(sql, id, text, value, count, NULL, NULL);
+    if (strcmp(text, "{look}")) return sqlite_run(sql, id, text, value, count, NULL, NULL);
+    sqlite_leave(SRV_CONTAINER_OF(sql, struct sqlite_sql, sql));
+    return SRV_STORED;
 }
 
 static int sqlite_room(struct srv_sql *sql, size_t bytes) {
@@ -331,8 +333,7 @@ static int sqlite_listen(struct srv_sql *sql, int timeout_ms, int wake) {
 }
 
 static const struct srv_sql_word sqlite_words[] = {
-    // readers too: where they overlap without end, the log of writes never starts anew, and fills
-    // the disk
+    // what began as a reader could not wait for another writer
     {"begin", "BEGIN IMMEDIATE"},
     {"now", "now_us()"},
     {"lock", ""},

@@ -234,6 +234,64 @@ TEST(a_reader_that_does_not_end_stops_nobody) {
     ground_clear(&ground);
 }
 
+/* reads without a pause, until it is to end */
+struct looker {
+    struct srv_store *store;
+    pthread_t thread;
+    atomic_int reads, over;
+};
+
+static void *looker_main(void *context) {
+    struct looker *own = context;
+    struct srv_job job;
+    while (!own->over) {
+        CHECK_INT(srv_store_job(own->store, "j0", &job), SRV_STORED);
+        own->reads++;
+    }
+    return NULL;
+}
+
+/* nor does a writer stop them; and the log is emptied although one of them always reads */
+TEST(readers_without_a_pause_stop_no_writer) {
+    enum { LOOKERS = 4 };
+    struct ground ground;
+    struct srv_lease lease;
+    struct looker looker[LOOKERS] = {0};
+    int number = 0, before;
+    REQUIRE(ground_begin(&ground, 0));
+    struct srv_store *store = ground_open(&ground);
+    struct srv_sql *writer = other_connection(&ground);
+    REQUIRE(store && writer && submit_and_claim(store, number, &lease));
+    for (int i = 0; i < LOOKERS; i++) {
+        REQUIRE((looker[i].store = ground_open(&ground)) != NULL);
+        REQUIRE(!pthread_create(&looker[i].thread, NULL, looker_main, &looker[i]));
+    }
+    CHECK_INT(srv_sql_sqlite.run(writer, -1, "BEGIN IMMEDIATE", NULL, 0, NULL, NULL), SRV_STORED);
+    for (int i = 0; i < LOOKERS; i++) {
+        before = looker[i].reads;
+        for (double until = test_clock() + TEST_PATIENCE;
+             looker[i].reads < before + 2 && test_clock() < until;)
+            test_sleep(0.001);
+        CHECK(looker[i].reads >= before + 2);
+    }
+    CHECK_INT(srv_sql_sqlite.run(writer, -1, "ROLLBACK", NULL, 0, NULL, NULL), SRV_STORED);
+    CHECK_INT(srv_store_finish(store, &lease, data, 1 << 20, NULL, 0), SRV_STORED);
+    while (++number < 24) {
+        REQUIRE(submit_and_claim(store, number, &lease));
+        CHECK_INT(srv_store_finish(store, &lease, data, 1 << 20, NULL, 0), SRV_STORED);
+    }
+    CHECK_SAYING(file_bytes(&ground, "-wal") < 3 * LOG_BYTES, "a log of %.0f bytes",
+                 file_bytes(&ground, "-wal"));
+    for (int i = 0; i < LOOKERS; i++) looker[i].over = 1;
+    for (int i = 0; i < LOOKERS; i++) {
+        pthread_join(looker[i].thread, NULL);
+        srv_store_close(&looker[i].store);
+    }
+    srv_sql_sqlite.close(writer);
+    srv_store_close(&store);
+    ground_clear(&ground);
+}
+
 /* a process that writes much and carries its log over without being the one that may write, as
  * SQLite's own shell does
  */
