@@ -163,7 +163,7 @@ static enum pend_status events_begin(struct srv_events *events, struct srv_liste
             exchange->stream_bytes = -1;
         }
         if (made->wants) events_more(events, SRV_MORE_OLD);
-        pthread_cond_signal(&events->some);
+        if (events->count == 1) pthread_cond_signal(&events->some);
         if (made->until && made->over) listener_answer(events, made);
     }
     assert(srv_events_valid(events));

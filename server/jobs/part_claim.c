@@ -8,6 +8,7 @@
 #include "server/base/clock.h"
 
 enum {
+    CLAIM_BUSY = 16, /* after a full claim the next waits 1/16 of its time for each other worker */
     CLAIM_POLL_MS = 1000,
     CLAIM_ASIDE_MS = 10000, /* a part that was set aside waits so long for an idle worker */
     CLAIM_NEWS_US = 8000, /* a claim waits a random time up to this for each other worker after a */
@@ -34,7 +35,7 @@ enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_stor
 
 /* Has the next claim wait a random time, the longer the more workers share the store: of those that
  * a notification wakes few find that the parts are claimed already. */
-static void claim_spread(struct srv_part_claim *claim, long workers, long each_us, int64_t now) {
+static void claim_spread(struct srv_part_claim *claim, long workers, int64_t each_us, int64_t now) {
     long others = workers - 1 < CLAIM_SPREAD_MOST ? workers - 1 : CLAIM_SPREAD_MOST;
     if (others <= 0 || claim->at > now) return;
     claim->random = claim->random * 6364136223846793005u + 1442695040888963407u;
@@ -42,16 +43,20 @@ static void claim_spread(struct srv_part_claim *claim, long workers, long each_u
     claim->at = now + (int64_t)((claim->random >> 32) * most >> 32);
 }
 
-/* A worker that got half of what it asked for claims again as if there were one other: a few
- * workers that claim much cost the database less than many that claim little. */
-static long claim_rivals(const struct srv_claim *asked, int count, long workers) {
-    return 2 * count >= asked->most && workers > 2 ? 2 : workers;
+/* Rests after a claim of small parts. Fewer than were asked for were all, unless their jobs have
+ * more; a worker that got half of them claims again as if there were one other: a few workers that
+ * claim much cost the database less than many that claim little. If it got all, it rests the longer
+ * the longer the database took. */
+static void claim_rest(struct srv_part_claim *claim, int count, long workers, int64_t now) {
+    int few = count < claim->asked.most, half = few && 2 * count >= claim->asked.most;
+    claim_spread(claim, half && workers > 2 ? 2 : workers,
+                 few ? CLAIM_REST_US : (now - claim->asked_at) / 1000 / CLAIM_BUSY, now);
 }
 
 int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, long workers,
                         int64_t now) {
     struct srv_claim *asked = &claim->asked;
-    int count = stored == SRV_STORED ? asked->count : 0, small = count && count < asked->most;
+    int count = stored == SRV_STORED ? asked->count : 0, small = count > 0;
     assert(asked->count <= asked->most && asked->most <= SRV_CLAIMS);
     for (int i = count; i < asked->count; i++) srv_lease_clear(&claim->lease[i]);
     for (int i = 0; i < count; i++)
@@ -62,9 +67,7 @@ int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, lo
     if (!asked->skipped) claim->aside_at = 0;
     /* if there was one part there may be more */
     claim->wanted |= count > 0 || stored == SRV_STORED_LOST || stored == SRV_STORED_AGAIN;
-    /* fewer small parts than were asked for: they were all, unless their jobs have more */
-    if (stored == SRV_STORED_LOST || small)
-        claim_spread(claim, claim_rivals(asked, count, workers), CLAIM_REST_US, now);
+    if (stored == SRV_STORED_LOST || small) claim_rest(claim, count, workers, now);
     return count;
 }
 
@@ -80,6 +83,7 @@ int srv_part_claim_due(struct srv_part_claim *claim, int room, int holds, int64_
     if (now < claim->at || (!claim->wanted && now < claim->poll_at)) return 0;
     if (!room || (late && holds)) return 0;
     claim->wanted = 0;
+    claim->asked_at = now;
     claim->poll_at = now + (int64_t)CLAIM_POLL_MS * 1000000;
     claim->asked.most = room;
     claim->asked.aside = holds ? SRV_CLAIM_BESIDE : late ? SRV_CLAIM_ASIDE : SRV_CLAIM_IDLE;

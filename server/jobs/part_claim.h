@@ -13,6 +13,7 @@ struct srv_part_claim {
     struct srv_claim asked;
     struct srv_lease lease[SRV_CLAIMS]; /* what the claim returned */
     int wanted;                         /* the store should be asked for parts */
+    int64_t asked_at;                   /* ns: when the store was asked */
     int64_t poll_at;                    /* ns: when to ask without being notified */
     int64_t at;       /* ns: no claim before this instant: other workers may be quicker */
     int64_t aside_at; /* ns: when parts that were set aside come before others; 0 = none wait */

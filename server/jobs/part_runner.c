@@ -49,11 +49,15 @@ enum {
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
 
-/* How often a lease is renewed, in ns: well within its length, and often enough to learn that
- * another process dismissed the job even if a notification was lost. */
-static int64_t runner_beat_ns(const struct srv_part_runner *runner) {
-    int64_t third = runner->lease_us * 1000 / 3;
-    return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
+static int slot_small(const struct srv_part_slot *slot) {
+    return slot->lease.parts == 1 && slot->lease.part_us <= SRV_SMALL_US;
+}
+
+/* How often a lease is renewed, in ns: well within its length, and, unless the part is small, often
+ * enough to learn that another process dismissed the job even if a notification was lost. */
+static int64_t slot_beat_ns(const struct srv_part_slot *slot) {
+    int64_t third = slot->lease_us * 1000 / 3, most = runner_ms(RUNNER_BEAT_MS);
+    return third < most || slot_small(slot) ? third : most;
 }
 
 static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
@@ -108,7 +112,7 @@ static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *leas
     slot->lease = *lease;
     slot->held_at = now;
     srv_metrics_time(&slot->service->metrics.job_wait, 1000 * lease->waited_us);
-    slot->beat_at = now + runner_beat_ns(slot->runner);
+    slot->beat_at = now + slot_beat_ns(slot);
     if (slot->runner->draining) {
         slot_end(slot);
     } else if (slot->lease.request) {
@@ -201,7 +205,7 @@ static void slot_beaten(struct srv_ask *beat) {
     slot->beating = 0;
     if (srv_part_slot_beats(slot)) {
         if (!slot->looking)
-            slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner)
+            slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? slot_beat_ns(slot)
                                                                     : runner_ms(RUNNER_AGAIN_MS));
         if (stored == SRV_STORED_LOST) atomic_store(&slot->run.stop, 1);
     }
@@ -211,10 +215,6 @@ static void slot_beaten(struct srv_ask *beat) {
 }
 
 /* --- on a worker --- */
-
-static int slot_small(const struct srv_part_slot *slot) {
-    return slot->lease.parts == 1 && slot->lease.part_us <= SRV_SMALL_US;
-}
 
 /* Stores the result of a part. Small parts that are claimed together are stored together if they
  * end together: a transaction costs more than such a part. The caller holds the lock. */

@@ -54,11 +54,6 @@ struct srv_limits srv_role_limits(enum srv_role role) {
     return role_limits[role];
 }
 
-const char *srv_limit_word(enum srv_limit limit) {
-    assert(limit < SRV_LIMIT_COUNT);
-    return limit_rows[limit].word;
-}
-
 void srv_limits_unset(struct srv_limits *limits) {
     for (int i = 0; i < SRV_LIMIT_COUNT; i++) limits->value[i] = SRV_LIMIT_UNSET;
 }

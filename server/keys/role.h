@@ -54,9 +54,6 @@ enum srv_role srv_role_of(const char *word, size_t bytes);
 /** The default limits of a role; SRV_ROLE_NONE has none. */
 struct srv_limits srv_role_limits(enum srv_role role);
 
-/** The name of a limit, such as "requests". */
-const char *srv_limit_word(enum srv_limit limit);
-
 /** Sets all limits to SRV_LIMIT_UNSET. */
 void srv_limits_unset(struct srv_limits *limits);
 

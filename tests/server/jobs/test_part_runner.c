@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/call/request.h"
+#include "server/jobs/part_claim.h"
 #include "server/store/store.h"
 #include "tests/server/ground.h"
 #include "tests/server/live.h"
@@ -113,6 +114,35 @@ TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
     if (daemon) srv_daemon_free(&daemon);
     snprintf(command, sizeof command, "rm -rf '%s'", directory);
     CHECK(!system(command));
+}
+
+/* ns: the longest of many rests after a claim of so many of 64 small parts that took so long */
+static int64_t runner_rest_after(int count, int64_t took, long workers) {
+    struct srv_part_claim claim;
+    int64_t longest = 0;
+    srv_part_claim_init(&claim, SECOND);
+    for (int i = 1; i < 1000; i++) {
+        int64_t begun = i * (int64_t)1000 * SECOND * 1000;
+        CHECK_INT(srv_part_claim_due(&claim, SRV_CLAIMS, 0, begun), 1);
+        claim.asked.count = count;
+        for (int k = 0; k < count; k++) claim.lease[k] = (struct srv_lease){.parts = 1};
+        CHECK_INT(srv_part_claim_take(&claim, SRV_STORED, workers, begun + took), count);
+        int64_t rest = claim.at - begun - took;
+        if (rest > longest) longest = rest;
+    }
+    return longest;
+}
+
+/* the busier the database, the longer; who gets half goes on nearly at once, who gets little lets
+ * others work */
+TEST(a_claim_rests_by_what_it_found_and_how_long_that_took) {
+    const int64_t ms = 1000000;
+    int64_t quick = runner_rest_after(SRV_CLAIMS, 4 * ms, 65),
+            slow = runner_rest_after(SRV_CLAIMS, 100 * ms, 65);
+    CHECK(runner_rest_after(SRV_CLAIMS, 100 * ms, 1) <= 0);
+    CHECK(quick > 15 * ms && quick <= 16 * ms && slow > 390 * ms && slow <= 400 * ms);
+    CHECK(runner_rest_after(SRV_CLAIMS / 2, 100 * ms, 65) <= 20 * ms);
+    CHECK(runner_rest_after(1, 4 * ms, 65) > 1000 * ms);
 }
 
 TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {

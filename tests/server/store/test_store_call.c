@@ -47,6 +47,31 @@ STORE_TEST(a_batch_is_one_transaction_of_independent_calls) {
     CHECK_INT(srv_store_job(store, "h2", &job), SRV_STORED);
 }
 
+struct call_extend {
+    struct srv_store_call call;
+    const struct srv_lease *lease;
+};
+
+static enum srv_stored call_extend(struct srv_store *store, struct srv_store_call *call) {
+    return srv_store_extend(store, ((struct call_extend *)call)->lease, SECOND);
+}
+
+/* a part may end in the batch in which its lease was to be extended */
+STORE_TEST(a_lease_that_is_lost_does_not_repeat_the_calls_beside_it) {
+    const struct srv_lease lost = {.job = "none", .attempt = 1};
+    struct call_submit before = {.id = "j1", .call.run = call_submit},
+                       after = {.id = "j2", .call.run = call_submit};
+    struct call_extend late = {.call.run = call_extend, .lease = &lost};
+    struct srv_store_call *all[] = {&before.call, &late.call, &after.call};
+    struct srv_job job;
+    (void)ground;
+    srv_store_together(store, all, 3);
+    CHECK_INT(late.call.stored, SRV_STORED_LOST);
+    CHECK(before.call.stored == SRV_STORED && after.call.stored == SRV_STORED);
+    CHECK(before.runs == 1 && after.runs == 1);
+    CHECK_INT(srv_store_job(store, "j2", &job), SRV_STORED);
+}
+
 /* a database that is out of reach for reads alone, and counts the ends of transactions */
 static int away_commits;
 
