@@ -66,7 +66,7 @@ static int daemon_audit(struct srv_daemon *daemon, const struct srv_config *conf
         return 1;
     }
     srv_log_message(daemon->service.log,
-                    "the log %.150s cannot be opened: %s; it goes on where it was",
+                    "the log %.150s cannot be opened: %s; logging continues to the old file",
                     config->audit_log, strerror(errno));
     return 0;
 }
@@ -124,8 +124,7 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         return status == PEND_OK ? daemon_probes(daemon, error) : status;
     }
     close(fd);
-    return pend_fail(error, status, -1, 0,
-                     "there is no memory, or there are no threads, for %d workers",
+    return pend_fail(error, status, -1, 0, "not enough memory or threads for %d workers",
                      service->workers);
 }
 
@@ -172,8 +171,8 @@ void srv_daemon_reopen(struct srv_daemon *daemon) {
     int log = srv_reload_log(config);
     if (log == -2)
         srv_log_message(daemon->service.log,
-                        "the log %.150s cannot be opened: %s; it goes on where it was", config->log,
-                        strerror(errno));
+                        "the log %.150s cannot be opened: %s; logging continues to the old file",
+                        config->log, strerror(errno));
     else
         srv_log_turn(daemon->service.log, SRV_LOG_REQUESTS, log);
     daemon_audit(daemon, config);

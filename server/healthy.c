@@ -99,7 +99,7 @@ int srv_healthy_command(int argc, char *const argv[], char *const environment[])
     const char *address = apart ? config.probe_listen : config.listen;
     int fd = strncmp(address, "unix:", 5) ? healthy_internet(address) : healthy_unix(address + 5);
     if (fd < 0) {
-        fprintf(stderr, "pendulumd healthy: nobody answers at %s: %s\n", address, strerror(errno));
+        fprintf(stderr, "pendulumd healthy: no answer from %s: %s\n", address, strerror(errno));
         return 1;
     }
     int status = healthy_ask(fd);

@@ -18,16 +18,17 @@ static const char command_usage[] =
     "pendulumd keys remove --keys FILE --name NAME\n"
     "pendulumd keys role   --keys FILE --role ROLE --quota LIST\n"
     "\n"
-    "add makes FILE where there is none, and prints the key, which is kept nowhere else.\n"
-    "NAME  who has it: A-Z a-z 0-9 . _ -; for revoke, expire and remove also the first eight\n"
+    "add creates FILE if it does not exist, and prints the key, which is stored nowhere else.\n"
+    "NAME  owner of the key: A-Z a-z 0-9 . _ -; revoke, expire and remove also take the first "
+    "eight\n"
     "      digits that list shows. Several keys of one name are one client.\n"
     "ROLE  pupil, teacher, batch or operator; for role also anonymous.\n"
-    "LIST  requests=N a second, compute=S seconds a minute, memory=BYTES, bytes=BYTES kept for\n"
+    "LIST  requests=N a second, compute=S seconds a minute, memory=BYTES, bytes=BYTES stored for\n"
     "      jobs, jobs=N open ones, priority=0 to 3 levels behind others, rooms=N of classes,\n"
-    "      with commas between; none in place of a number. What is not said is the role's.\n"
+    "      separated by commas; none = no limit. Limits that are left out are those of the role.\n"
     "WHEN  2026-01-31, 2026-01-31T09:30:00Z, 90d (s, m, h, d, w), never or now; without it a new\n"
     "      key does not expire, and expire means now.\n"
-    "FILE may stand in the environment as PENDULUMD_KEYS. A server that runs with --keys FILE\n"
+    "FILE may be set in the environment as PENDULUMD_KEYS. A server that runs with --keys FILE\n"
     "reads it again within a second.\n";
 
 /* The parsed command line. */
@@ -55,8 +56,8 @@ static enum pend_status command_when(const struct command *command, const char *
                                      int64_t *instant, struct pend_error *error) {
     if (srv_keys_instant(text, command->now, instant)) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "--expires wants 2026-01-31, 2026-01-31T09:30:00Z, a span such as 90d, never "
-                     "or now, got '%.40s'",
+                     "--expires must be 2026-01-31, 2026-01-31T09:30:00Z, a span such as 90d, "
+                     "never or now, got '%.40s'",
                      text);
 }
 
@@ -97,7 +98,7 @@ static enum pend_status command_named(const struct command *command, const struc
                                      "there is no key '%.40s'; "
                                      "pendulumd keys list shows them",
                                      command->name)
-                         : pend_fail(error, PEND_INVALID, -1, 0, "--name is wanted");
+                         : pend_fail(error, PEND_INVALID, -1, 0, "--name is missing");
 }
 
 static enum pend_status command_revoke(struct srv_keys *keys, void *context,
@@ -145,7 +146,7 @@ static enum pend_status command_role(struct srv_keys *keys, void *context,
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "--role must be anonymous, pupil, teacher, batch or operator, got '%.40s'",
                          word);
-    if (!command->quota) return pend_fail(error, PEND_INVALID, -1, 0, "--quota is wanted");
+    if (!command->quota) return pend_fail(error, PEND_INVALID, -1, 0, "--quota is missing");
     return command_limits(command, &keys->role[role], error);
 }
 
@@ -185,8 +186,7 @@ static enum pend_status command_list(const struct command *command, struct pend_
 /* --- the command line --- */
 
 static int command_wrong(const char *subject, const char *verdict) {
-    fprintf(stderr, "pendulumd keys: %.60s %s; pendulumd keys --help tells more\n", subject,
-            verdict);
+    fprintf(stderr, "pendulumd keys: %.60s %s; see pendulumd keys --help\n", subject, verdict);
     return 2;
 }
 
@@ -202,7 +202,7 @@ static int command_read(struct command *command, int argc, char *const argv[]) {
         while (i < COMMAND_OPTIONS && (strncmp(argv[a], "--", 2) || strlen(names[i]) + 2 != bytes ||
                                        memcmp(argv[a] + 2, names[i], bytes - 2)))
             i++;
-        if (i == COMMAND_OPTIONS) return command_wrong(argv[a], "is no option of it");
+        if (i == COMMAND_OPTIONS) return command_wrong(argv[a], "is not an option");
         if (!equals && a + 1 == argc) return command_wrong(argv[a], "wants a value");
         *values[i] = equals ? equals + 1 : argv[++a];
     }
@@ -249,7 +249,7 @@ int srv_keys_command(int argc, char *const argv[]) {
         return argc < 3 ? 2 : 0;
     }
     while (action < ACTIONS && strcmp(command_actions[action].word, argv[2])) action++;
-    if (action == ACTIONS) return command_wrong(argv[2], "is nothing that it does");
+    if (action == ACTIONS) return command_wrong(argv[2], "is not a command");
     int bad = command_read(&command, argc, argv);
     return bad ? bad : command_run(&command, action);
 }

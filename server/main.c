@@ -127,8 +127,7 @@ static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, 
         if (number == SIGHUP) main_reload(daemon, argc, argv);
         if (number == SIGUSR1) srv_daemon_reopen(daemon);
         if (number || idle <= 0 || srv_daemon_idle(daemon) < idle) continue;
-        srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends",
-                        idle);
+        srv_log_message(srv_daemon_log(daemon), "nothing to compute for %.15g s: exiting", idle);
         return;
     }
 }

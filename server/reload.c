@@ -88,7 +88,8 @@ static int reload_tell(struct srv_log *log, const struct srv_config *now,
             srv_log_message(log, "reload: %s has a new value", row.name);
         else
             srv_log_message(
-                log, "reload: %s has another value now, which takes a restart: it stays as it is",
+                log,
+                "reload: %s has another value now, which needs a restart: the old value is kept",
                 row.name);
     }
     return changed;

@@ -13,8 +13,8 @@
 enum pend_status srv_sandbox_root(const struct srv_config *config, struct pend_error *error) {
     if (geteuid() || config->allow_root == 1) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "this is root, and the server needs no right of root: start it as another "
-                     "user, as docker/pendulumd.service does, or with --allow-root on");
+                     "the server does not need root: start it as another user, as "
+                     "docker/pendulumd.service does, or with --allow-root on");
 }
 
 static void sandbox_variable(struct srv_sandbox_files *files, enum srv_sandbox_use use,

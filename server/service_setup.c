@@ -94,7 +94,7 @@ enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend
     if (service->config.until_idle_seconds > 0 &&
         (!slots || !strcmp(service->config.store, "none")))
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "--until-idle-seconds is for a process that computes jobs");
+                         "--until-idle-seconds needs a process that computes jobs");
     if (!strcmp(service->config.store, "none")) {
         if (srv_config_answers(&service->config) && srv_config_works(&service->config))
             return PEND_OK;
@@ -108,8 +108,7 @@ enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend
     if (status == PEND_OK) status = srv_events_add(service->events, srv_class_events_new());
     if (status == PEND_OK) PEND_TRY(setup_storage(service, error));
     if (status == PEND_OK) status = setup_threads(service);
-    return status == PEND_OK ? status
-                             : pend_fail(error, status, -1, 0, "there is no memory for jobs");
+    return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "no memory for jobs");
 }
 
 void srv_service_setup_jobs_end(struct srv_service *service) {

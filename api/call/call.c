@@ -126,7 +126,7 @@ static enum api_progress call_refuse(struct api_call *call, struct api_buffer *o
     if (api_problem_write(&call->problem, out) != PEND_OK) {
         int status = call->problem.status;
         api_problem_clear(&call->problem);
-        api_problem_set(&call->problem, status, "there was no memory to say more");
+        api_problem_set(&call->problem, status, "out of memory");
         if (api_problem_write(&call->problem, out) != PEND_OK) out->bytes = call->before;
     }
     call->answer = (struct api_answer){.status = call->problem.status, .length = -1};
@@ -147,7 +147,7 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
         api_problem_set(
             &call->problem, 422,
             API_TYPE_LIMIT
-            "the answer grew beyond the limit max-answer-bytes of %.0f: ask for fewer numbers",
+            "the answer exceeds the limit max-answer-bytes of %.0f: ask for fewer numbers",
             call->limits->answer_bytes);
     api_problem_set(&call->problem, api_problem_http(status), "%s", text);
     return call_refuse(call, out);
@@ -215,7 +215,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     if (progress == API_DONE && call->answer.status == 400) {
         api_problem_clear(&call->problem);
         api_problem_set(&call->problem, 500,
-                        "the job's request is damaged where it is kept: submit the job again");
+                        "the stored request of this job is damaged: submit the job again");
         return call_refuse(call, out);
     }
     if (progress != API_MORE) return progress;
@@ -243,7 +243,7 @@ static int call_settle_range(struct api_call *call, long long total) {
 static enum api_progress call_refuse_range(struct api_call *call, struct api_buffer *out) {
     long long total = call->answer.total;
     api_problem_set(&call->problem, 416,
-                    "the answer has %lld bytes, none of which are in the range", total);
+                    "the answer has %lld bytes: the requested range lies beyond its end", total);
     enum api_progress progress = call_refuse(call, out);
     call->answer.total = total;
     return progress;

@@ -69,7 +69,7 @@ static const char *form_behind(const struct form *form, const char *at) {
     if (end - at >= 2 && !memcmp(at, "--", 2)) {
         for (at += 2; at < end; at++)
             if (!strchr(" \t\r\n", *at) || !*at) {
-                (void)form_fault(form, at, "stands behind the last boundary");
+                (void)form_fault(form, at, "comes after the last boundary");
                 break;
             }
         return NULL;
@@ -86,13 +86,14 @@ static int form_line(const struct form *form, struct span line, struct span *nam
                       coding[] = "Content-Transfer-Encoding:";
     const char *at = line.at;
     if (!memchr(at, ':', line.bytes) || memchr(at, 0, line.bytes))
-        return form_fault(form, at, "begins a line of a part's head that is no header field");
+        return form_fault(form, at,
+                          "begins a line in the head of a part that is not a header field");
     if (line.bytes >= sizeof coding && !strncasecmp(at, coding, sizeof coding - 1)) {
         struct span base64 = {memmem(at, line.bytes, "64", 2), 2},
                     quoted = {memmem(at, line.bytes, "uoted", 5), 5};
         if (base64.at || quoted.at)
             return form_fault(form, at,
-                              "begins a Content-Transfer-Encoding: send parts as they are");
+                              "begins a Content-Transfer-Encoding: send parts without encoding");
     }
     if (line.bytes < sizeof disposition || strncasecmp(at, disposition, sizeof disposition - 1))
         return 1;
@@ -160,7 +161,7 @@ static int form_cut(struct form *form) {
         // a part without bytes may end with the empty line of its head
         const char *stop =
             memmem(from - 2, (size_t)(form->end - from) + 2, form->delimiter, form->length);
-        if (!stop) return form_fault(form, from, "begins a part that no boundary ends");
+        if (!stop) return form_fault(form, from, "begins a part without a closing boundary");
         struct span part = {from, stop > from ? (size_t)(stop - from) : 0};
         if (!form_take(form, name, part)) return 0;
         at = stop + form->length;
@@ -252,7 +253,8 @@ static enum pend_status form_with(const struct form *form, const struct api_valu
     struct api_value had = api_value_member(object, "csv");
     if (api_value_kind(&had) != API_MISSING) {
         api_value_fault(&had, form->problem,
-                        API_CODE_CONFLICT "comes as a part of the form too: leave one of them out");
+                        API_CODE_CONFLICT
+                        "is also sent as a part of the form: leave one of them out");
         return PEND_INVALID;
     }
     PEND_TRY(api_buffer_text(out, "{"));
@@ -298,8 +300,8 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
         return PEND_INVALID;
     if (!several && form->tables > 1) {
         api_value_fault(&runs, form->problem,
-                        API_CODE_MISSING "must be there where the form has several parts csv: an "
-                                         "array of %d objects, {} at least, one a run",
+                        API_CODE_MISSING "is required with several parts csv: an array of %d "
+                                         "objects, one for each run, {} at least",
                         form->tables);
         return PEND_INVALID;
     }

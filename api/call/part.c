@@ -105,7 +105,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
                               const struct api_limits *limits, long number, long parts,
                               struct pend_error *error) {
     struct api_part *made = *part = calloc(1, sizeof *made);
-    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "there was no memory to begin");
+    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->request = *request;
     made->limits = limits;
     made->op = api_op_at(request->op);
@@ -142,14 +142,14 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
     unsigned char seal[API_SEAL_BYTES];
     error->text[0] = 0;
     if (!part->resumes)
-        return pend_fail(error, PEND_INVALID, -1, 0, "this part has nothing to go on from");
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "this part has no checkpoint to continue from");
     size_t held = bytes < sizeof seal ? 0 : bytes - sizeof seal;
     if (held) api_seal(seal, part->place, part->number, carried, held);
     if (!held || memcmp(seal, (const char *)carried + held, sizeof seal))
-        return pend_fail(
-            error, PEND_INVALID, -1, 0,
-            "what the part before this one carried over is damaged, or is not this job's: "
-            "submit the job again");
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "the checkpoint of the previous part is damaged or belongs to another "
+                         "job: submit the job again");
     struct pend_checkpoint checkpoint = {
         .way = PEND_CHECKPOINT_PUT, .at = (char *)carried, .bytes = held};
     part->resumes = 0;
@@ -158,9 +158,9 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
     if (status != PEND_OK && status != PEND_INVALID)
         return error->text[0] ? status
                               : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
-    return pend_fail(error, PEND_INVALID, -1, 0,
-                     "the part before this one was computed by another version of the program: "
-                     "submit the job again");
+    return pend_fail(
+        error, PEND_INVALID, -1, 0,
+        "the previous part was computed by another version of the program: submit the job again");
 }
 
 enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried) {
@@ -231,7 +231,7 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
     assert(api_part_valid(part) && part->state);
     if (part->resumes)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "this part needs what the one before it carried over");
+                         "this part needs the checkpoint of the previous one");
     if (turn.now) turn.begun = turn.now(turn.context);
     enum pend_status status = part->op->run(part->state, &turn, &over, error);
     if (turn.now) part->seconds = api_turn_seconds(&turn);

@@ -25,8 +25,8 @@ static void request_query(const char *query, struct api_problem *problem) {
     sscanf(query, "%19[^=&]", name);
     const char *head = api_name_head(name);
     api_problem_set(problem, 422, "this route takes no query, got \"?%s\": %s%s%s", query,
-                    head ? "the request's head says it, as \"" : "put it into the body",
-                    head ? head : "", head ? "\"" : "");
+                    head ? "send the header field \"" : "put it into the body", head ? head : "",
+                    head ? "\"" : "");
 }
 
 void api_request_check(const struct api_request *request, const struct api_limits *limits,
@@ -63,8 +63,8 @@ static enum pend_status request_body(const struct api_request *request,
         api_form_json(request->content_type, text, request->body_bytes, limits, joined, problem);
     if (status == PEND_LIMIT) {
         api_problem_set(problem, 422,
-                        API_TYPE_LIMIT "the form would be %zu bytes of JSON or more: send fewer "
-                                       "numbers, or tables as they were measured",
+                        API_TYPE_LIMIT
+                        "the form's tables would take %zu bytes of JSON or more: send fewer rows",
                         joined->limit);
         return PEND_INVALID;
     }

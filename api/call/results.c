@@ -74,12 +74,12 @@ static enum pend_status results_form(const struct api_format *format, int apart,
                                      struct pend_error *error) {
     if (format->picture)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "a picture takes every member, and some are not there yet: ask for "
-                         "numbers, or wait for the job's end");
+                         "a picture needs every member, and some are not computed yet: ask for "
+                         "numbers, or wait for the end of the job");
     if (apart && format == &api_format_json)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "this job's JSON is written at its end, as it says more than rows: ask "
-                         "for them, as application/x-ndjson or text/csv, or wait for the end");
+                         "the JSON of this job is complete only at its end: ask for its rows as "
+                         "application/x-ndjson or text/csv, or wait for the end");
     return PEND_OK;
 }
 

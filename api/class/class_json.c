@@ -58,9 +58,8 @@ static void class_text(const struct api_value *value, long least, long most, int
         if (characters >= least && characters <= most) return;
         if (characters < 0)
             api_value_fault(value, problem,
-                            API_CODE_OUT_OF_RANGE
-                            "must be one line, without control characters and without those that "
-                            "change the direction of writing");
+                            API_CODE_OUT_OF_RANGE "must be one line, without control characters or "
+                                                  "characters that change the writing direction");
         else
             api_value_fault(value, problem,
                             API_CODE_WRONG_COUNT "must have %ld to %ld characters, got %ld", least,

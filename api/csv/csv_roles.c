@@ -65,8 +65,7 @@ static int time_find(struct guess *guess) {
         if (guess->given[i] || guess->roles->column[i].why) continue;
         if (!column->rises || column->low >= column->high || column->numbers < csv->rows) continue;
         if (words & API_CSV_WORD_FRAME) {
-            leave(&guess->roles->column[i], "counts pictures: the instants in s are wanted, or a "
-                                            "column of them");
+            leave(&guess->roles->column[i], "counts frames: give a column of instants in s");
             continue;
         }
         if (named) continue;
@@ -82,11 +81,11 @@ static void time_take(struct guess *guess, int i) {
     double unit = guess->words[i].s;
     int named = is_time(guess, i);
     *taken = (struct api_csv_taken){API_CSV_TIME, 0, -1, unit ? unit : 1, named, NULL};
-    if (!taken->sure) taken->why = "its numbers rise from row to row: taken for the time";
+    if (!taken->sure) taken->why = "its numbers increase from row to row: read as the time";
     guess->roles->time = i;
     if (column->clocks > column->numbers) {
         taken->unit = 1, guess->roles->origin = column->first;
-        taken->why = "a clock: counted from its first row";
+        taken->why = "a time of day: counted from the first row";
     } else if (!unit && column->low > epoch_ms) {
         taken->unit = 1e-3, guess->roles->origin = column->first * 1e-3, taken->sure = 0;
         taken->why = "milliseconds since 1970: counted from the first row";
@@ -95,7 +94,7 @@ static void time_take(struct guess *guess, int i) {
         taken->why = "seconds since 1970: counted from the first row";
     } else if (!unit && column->step >= step_ms && isfinite(column->step)) {
         taken->unit = 1e-3, taken->sure = 0;
-        taken->why = "rows are 5 or more apart: taken for milliseconds";
+        taken->why = "rows are 5 or more apart: read as milliseconds";
     }
 }
 
@@ -182,11 +181,12 @@ static int is_taken(const struct guess *guess, int i, enum api_csv_role role, in
 static const char *column_unfit(const struct guess *guess, int i, enum api_csv_role role, int arm) {
     const struct api_csv_words *words = &guess->words[i];
     if (!guess->csv->column[i].numbers) return "has no number";
-    if (words->words & API_CSV_WORD_MODEL) return "is called a model's, not measured";
+    if (words->words & API_CSV_WORD_MODEL) return "its name says model, not measurement";
     if (api_csv_is_angle(role) && (words->pixels || words->m || words->s))
-        return "has a unit that no angle has";
+        return "its unit is not a unit of angles";
     if (!arm) return "names no arm of this pendulum";
-    return is_taken(guess, i, role, arm) ? "another column is the same of this arm" : NULL;
+    return is_taken(guess, i, role, arm) ? "another column has the same quantity of this arm"
+                                         : NULL;
 }
 
 /* what is not certain of a column that was taken */
@@ -194,10 +194,10 @@ static void column_doubt(const struct guess *guess, int i) {
     struct api_csv_taken *taken = &guess->roles->column[i];
     int numbered = guess->words[i].number >= 0 || guess->csv->column[i].group.bytes;
     if (taken->role == API_CSV_PHI)
-        taken->why = "phi counts from the positive real axis; from hanging it is theta";
+        taken->why = "phi is measured from the positive real axis; angles from hanging are theta";
     if (guess->hints->arms > 1 && !numbered && !guess->hints->count)
-        taken->sure = 0, taken->why = "no number names its arm: arms are taken in order";
-    if (guess->generic) taken->why = "taken for the angle from hanging: nothing names it";
+        taken->sure = 0, taken->why = "its name has no arm number: arms are assigned in order";
+    if (guess->generic) taken->why = "read as the angle from hanging: nothing names it";
 }
 
 static void column_take(struct guess *guess, int i, int seen[]) {
@@ -227,7 +227,7 @@ static void axes_take(struct guess *guess) {
         int axis = !guess->given[i] && role_of(words) == API_CSV_RATE && words->number < 0 &&
                    (words->words & axes) && column->numbers;
         if (!axis) continue;
-        leave(&guess->roles->column[i], "another axis of the gyroscope turns more");
+        leave(&guess->roles->column[i], "another axis of the gyroscope has the larger rates");
         if (count++ && column->high - column->low <= most) continue;
         best = i, most = column->high - column->low;
     }
@@ -247,8 +247,8 @@ static void rates_drop(struct guess *guess) {
                       other->role <= API_CSV_Y;
         }
         if (!beside) continue;
-        leave(taken, "its angle is measured too, of which programs compute rates: name it in "
-                     "\"columns\" if it was measured apart");
+        leave(taken, "programs often compute this rate from the angle, which is here too: name it "
+                     "in \"columns\" if it was measured separately");
         taken->arm = 0, taken->sure = 1, guess->roles->measured--;
     }
 }
@@ -271,8 +271,8 @@ static void unnamed_take(struct guess *guess) {
             -1,
             0,
             0,
-            places ? "taken for places of the tips, x before y: the file has no names"
-                   : "taken for angles from hanging: the file has no names"};
+            places ? "read as positions of the tips, x before y: the file has no names"
+                   : "read as angles from hanging: the file has no names"};
         guess->roles->measured++;
     }
 }
@@ -308,9 +308,9 @@ static void errors_take(struct guess *guess) {
         if (!of_table(guess, i)) continue;
         int of = error_of(guess, i);
         if (of < 0 || roles[of].role == API_CSV_TIME)
-            leave(taken, "an error of what is not measured here");
+            leave(taken, "the error of a quantity that is not in this file");
         else if (column->low < 0)
-            leave(taken, "is called an error, but has values below 0");
+            leave(taken, "its name says error, but it has values below 0");
         else
             *taken =
                 (struct api_csv_taken){
@@ -343,8 +343,8 @@ static void angle_take(struct api_csv_taken *taken, double own, double angle, in
     if (own || sure) return;
     taken->sure = 0;
     if (taken->why) return;
-    taken->why = angle == 1 ? "no unit is named: taken for rad, by the size of its swings"
-                            : "no unit is named: taken for degrees, by the size of its swings";
+    taken->why = angle == 1 ? "has no unit: read as rad, by the size of its swings"
+                            : "has no unit: read as degrees, by the size of its swings";
 }
 
 static void units_take(struct guess *guess) {
@@ -395,7 +395,7 @@ static void second_find(struct guess *guess, int time) {
     guess->roles->second = guess->behind < columns;
     for (int i = guess->behind; i < columns; i++)
         if (!guess->given[i])
-            leave(&guess->roles->column[i], "is of a second table beside the first");
+            leave(&guess->roles->column[i], "belongs to a second table next to the first");
 }
 
 void api_csv_guess(struct api_csv_roles *roles, const struct api_csv *csv,

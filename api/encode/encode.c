@@ -239,9 +239,9 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
     if (timed) snprintf(when, sizeof when, " at t = %g s", time);
     if (!timed && !writer->table.single)
         snprintf(when, sizeof when, " in row %ld", writer->rows + i / width + 1);
-    return pend_fail(error, PEND_NOT_FINITE, arm, time,
-                     "%s%s%s%s%s is beyond the numbers that a double holds", column->name,
-                     column->part ? " " : "", column->part ? column->part : "", where, when);
+    return pend_fail(error, PEND_NOT_FINITE, arm, time, "%s%s%s%s%s exceeds the range of a double",
+                     column->name, column->part ? " " : "", column->part ? column->part : "", where,
+                     when);
 }
 
 /* keeps rows; missing times become NaN here unless rows_write converts them later */
@@ -329,8 +329,7 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
     enum pend_status status = api_writer_finite_block(writer, rows, data, out);
     if (status != PEND_NOT_FINITE) return status;
     return pend_fail(error, status, -1, 0,
-                     "a number is beyond those that a float32 holds: ask for \"number\": "
-                     "\"float64\"");
+                     "a number exceeds the range of a float32: ask for \"number\": \"float64\"");
 }
 
 /* writes the next rows of those that were kept until their number was known */

@@ -93,8 +93,7 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     char name[] = "Title", title[64], key[] = "Description", note[200];
     snprintf(title, sizeof title, "%s", writer->table.column[picture->column].name);
     snprintf(note, sizeof note,
-             "dark to light: %.6g to %.6g, %s; white: never, or without a place on the scale; "
-             "grey: failed",
+             "dark to light: %.6g to %.6g, %s; white: never, or not on the scale; grey: failed",
              picture->logarithmic ? exp(scale.from) : scale.from,
              picture->logarithmic ? exp(scale.to) : scale.to,
              picture->logarithmic ? "logarithmic" : "linear");

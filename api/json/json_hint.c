@@ -19,7 +19,8 @@ static const struct {
     {"none", ": JSON writes null"},
     {"nil", ": JSON writes null"},
     {"undefined", ": JSON has no undefined, leave the field out"},
-    {"object object]", ": this is an object as text, send what JSON.stringify makes of it"},
+    {"object object]",
+     ": this is the text of a JavaScript object, send the output of JSON.stringify"},
 };
 
 /* characters that begin no value */
@@ -27,14 +28,14 @@ static const struct {
     char first;
     const char *hint;
 } hint_characters[] = {
-    {'\'', ": JSON has double quotes only"},
+    {'\'', ": JSON uses double quotes only"},
     {'/', ": JSON has no comments"},
     {'#', ": JSON has no comments"},
     {'%', ": JSON has no comments"},
-    {'.', ": a number begins with a digit, as 0.5"},
+    {'.', ": a number begins with a digit, like 0.5"},
     {'+', ": a number has no plus sign"},
-    {'@', ": the name of a file came in place of what is in it"},
-    {'\x1f', ": it looks compressed, say so by Content-Encoding: gzip"},
+    {'@', ": the name of a file was sent instead of its contents"},
+    {'\x1f', ": it looks compressed, send Content-Encoding: gzip with it"},
     {'\xff', ": it looks like UTF-16, send UTF-8"},
     {'\xfe', ": it looks like UTF-16, send UTF-8"},
 };
@@ -54,7 +55,7 @@ const char *api_json_hint(const char *text, size_t bytes, size_t at) {
     if ((*p == '}' || *p == ']') && hint_before(text, at) == ',')
         return ": no comma stands before it";
     if (at >= 2 && api_digit((unsigned char)*p) && p[-1] == ',' && api_digit((unsigned char)p[-2]))
-        return ": a decimal point is a point";
+        return ": the decimal mark is a point";
     for (size_t i = 0; i < sizeof hint_words / sizeof *hint_words; i++) {
         size_t length = strlen(hint_words[i].word);
         if (left >= length && !strncasecmp(p, hint_words[i].word, length))

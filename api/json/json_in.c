@@ -296,29 +296,28 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
     if (head) {
         api_value_fault(member, problem,
                         API_CODE_UNKNOWN_FIELD
-                        "is not a field of the body: the request's head says it, as \"%s\"",
+                        "is not a field of the body: send the header field \"%s\"",
                         head);
         return;
     }
     if (!object->parent && !strcmp(member->key, "method")) {
         api_value_fault(member, problem,
                         API_CODE_UNKNOWN_FIELD
-                        "is not a field here: leave it out. POST /v1/trajectories takes a method, "
-                        "as \"radau\" for stiff pendulums");
+                        "is not a field here: leave it out: only POST /v1/trajectories takes a "
+                        "method, such as \"radau\" for stiff pendulums");
         return;
     }
     if (!strcmp(member->key, "preset")) {
         api_value_fault(member, problem,
-                        API_CODE_UNKNOWN_FIELD
-                        "is not a field here: GET /v1/presets/{name} answers with a "
-                        "\"pendulum\", which belongs into the request");
+                        API_CODE_UNKNOWN_FIELD "is not a field here: GET /v1/presets/{name} "
+                                               "returns a \"pendulum\": put that into the request");
         api_problem_meant(problem, "arms");
         return;
     }
     if (value_within(object, "pendulum") && api_name_outer(member->key)) {
         api_value_fault(member, problem,
                         API_CODE_UNKNOWN_FIELD
-                        "is not a field here: it belongs beside \"pendulum\"%s",
+                        "is not a field here: it belongs next to \"pendulum\"%s",
                         name_allowed(member->key, state_fields) ? ", in \"initial\"" : "");
         return;
     }

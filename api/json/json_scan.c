@@ -215,14 +215,14 @@ static enum pend_status scan_number_grammar(struct scan *s) {
     p += *p == '-';
     part = p;
     if ((p = scan_digits(p, end)) == part)
-        return scan_expected_digit(s, p, "a digit behind the minus sign");
+        return scan_expected_digit(s, p, "a digit after the minus sign");
     if (*part == '0' && p > part + 1)
         return scan_fail(s, 400, (size_t)(part - s->text),
                          "a number may not begin with the digit 0");
     if (p < end && *p == '.') {
         part = ++p;
         if ((p = scan_digits(p, end)) == part)
-            return scan_expected_digit(s, p, "a digit behind the decimal point");
+            return scan_expected_digit(s, p, "a digit after the decimal point");
     }
     if (p < end && (*p | 0x20) == 'e') {
         p++;
@@ -395,7 +395,7 @@ static enum pend_status scan_fail_twice(struct scan *s, struct api_key key, size
     s->plain.bytes = 0;
     PEND_TRY(api_text_quote(&s->plain, key.text, key.bytes));
     int length = (int)api_text_cut(s->plain.data, s->plain.bytes, FOUND_KEY);
-    return scan_fail(s, 400, at, "the key %.*s is there twice", length, s->plain.data);
+    return scan_fail(s, 400, at, "the key %.*s occurs twice", length, s->plain.data);
 }
 
 /* reads the key of a member and its colon */

@@ -69,8 +69,7 @@ static int oembed_parameters(const char *query, struct oembed_query *asked,
                 oembed_decode(part + name + 1, bytes - name - 1, known[i].value, known[i].cap);
             if (sound) continue;
             api_problem_set(problem, 422,
-                            "%s must be there once and encoded as RFC 3986 says: %%23 for #, "
-                            "%%26 for &",
+                            "%s must occur once, encoded as in RFC 3986: %%23 for #, %%26 for &",
                             known[i].name);
             return 0;
         }
@@ -147,7 +146,7 @@ static int oembed_link(const char *url, const char *host, struct api_oembed *out
     if (!scheme || !oembed_sound(url)) {
         api_problem_set(problem, 422,
                         "url must be a link that begins with http:// or https:// and has no "
-                        "letters that links do not have");
+                        "characters that a link cannot have");
         return 0;
     }
     size_t bytes = strcspn(url + scheme, "/?#");
@@ -156,8 +155,8 @@ static int oembed_link(const char *url, const char *host, struct api_oembed *out
     int page = *path != '/' || !path[1] || strchr("?#", path[1]);
     if (ours && page && oembed_view(url, path, out)) return 1;
     api_problem_set(problem, 404,
-                    "only links to the page of this server can be shown elsewhere: "
-                    "http://%.100s/ with what stands behind it, and no room of a class",
+                    "only links to the page of this server can be embedded: http://%.100s/ with "
+                    "what stands behind it, and no room of a class",
                     host ? host : "its.host");
     return 0;
 }
@@ -174,8 +173,8 @@ enum pend_status api_oembed_read(const char *query, const char *host, struct api
     }
     if (!*asked.url || strlen(asked.url) > API_OEMBED_URL) {
         api_problem_set(problem, 422,
-                        *asked.url ? "url must have at most %d letters"
-                                   : "url is missing: the link that is to be shown",
+                        *asked.url ? "url must have at most %d characters"
+                                   : "url is missing: the link to embed",
                         API_OEMBED_URL);
         return PEND_INVALID;
     }

@@ -64,9 +64,8 @@ void api_derived_check_method(const struct api_derived *derived, const struct ap
                               const struct api_method *method, struct api_problem *problem) {
     if (!derived->count || !method->method || method->method == &pend_method_taylor) return;
     api_value_fault(value, problem,
-                    API_CODE_UNSUPPORTED
-                    "are those of method taylor in doubles: leave out method and precision, or "
-                    "the derivatives");
+                    API_CODE_UNSUPPORTED "need method taylor in double precision: leave out method "
+                                         "and precision, or the derivatives");
 }
 
 void api_derived_end(struct api_derived *derived) {

@@ -49,10 +49,11 @@ static void read_arms(const struct api_events *events, struct pend_event *event,
     if (whole && present(&arm))
         api_value_fault(&arm, problem,
                         API_CODE_NOT_APPLICABLE
-                        "is not of an energy, which is the whole pendulum's");
+                        "has no meaning for an energy, which belongs to the whole pendulum");
     if (!both && present(&to))
         api_value_fault(&to, problem,
-                        API_CODE_NOT_APPLICABLE "is of \"distance\" only: the other arm's tip");
+                        API_CODE_NOT_APPLICABLE
+                        "is only for \"distance\": it names the other arm's tip");
     if (whole || !events->tree->tree) return;
     int first = api_tree_read_arm(events->tree, &arm, problem), second = first;
     if (both) second = api_tree_read_arm(events->tree, &to, problem);
@@ -74,20 +75,19 @@ static void read_level(struct pend_event *event, const struct api_value *conditi
     (void)api_field_word(&unit, units, &degrees, problem);
     if (present(&unit) && !angle)
         api_value_fault(&unit, problem,
-                        API_CODE_NOT_APPLICABLE "is of angles and their rates only: leave it out");
+                        API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");
     if (present(&value) == present(&bound))
         api_value_fault(condition, problem,
-                        API_CODE_CONFLICT
-                        "must have one of \"value\", which is passed, and \"bound\", which its "
-                        "size passes");
+                        API_CODE_CONFLICT "must have either \"value\", which the quantity passes, "
+                                          "or \"bound\", which its absolute value passes");
     (void)api_value_read_number(&value, least, value_most, "", &event->level, problem);
     event->bound = present(&bound);
     if (api_value_read_number(&bound, 0, value_most, "", &event->level, problem) > 0 &&
         event->level == 0)
         api_value_fault(&bound, problem,
                         API_CODE_OUT_OF_RANGE
-                        "must be greater than 0: a size leaves 0 at the instant at which it comes "
-                        "there. Ask for \"value\": 0, which is passed up or down");
+                        "must be greater than 0: an absolute value touches 0 without passing it. "
+                        "Ask for \"value\": 0, which is passed up or down");
     if (degrees && angle) event->level *= M_PI / 180;
 }
 
@@ -124,26 +124,26 @@ static void check_others(const struct api_events *events, const struct api_value
     const struct api_value *root = reading->root;
     struct api_value initial = api_value_member(root, "initial");
     if (method->method && method->method != &pend_method_taylor)
-        api_value_fault(field, problem,
-                        API_CODE_UNSUPPORTED
-                        "are found by the method taylor in doubles: leave \"method\" and "
-                        "\"precision\" out");
+        api_value_fault(
+            field, problem,
+            API_CODE_UNSUPPORTED
+            "need the method taylor in double precision: leave \"method\" and \"precision\" out");
     if (!problem->status && !spans)
         api_value_fault(API_MEMBER(root, "times"), problem,
-                        API_CODE_OUT_OF_RANGE "must span some time for events to be looked for in");
+                        API_CODE_OUT_OF_RANGE "must span some time to search for events");
     for (int k = events->tree->cart; start && k < start->n; k++)
         if (fabs(start->phi[k]) > PEND_TURNS_FROM) {
             api_value_fault(&initial, problem,
                             API_CODE_OUT_OF_RANGE
-                            "must not have angles beyond %g rad where there are events",
+                            "must not have angles beyond %g rad if there are events",
                             PEND_TURNS_FROM);
             break;
         }
     if (!events->rows && reading->format != &api_format_json)
         api_value_fault(field, problem,
                         API_CODE_UNSUPPORTED
-                        "stand beside samples in %s only, and not in that of a job: ask for them "
-                        "alone by \"rows\": \"events\"",
+                        "can be answered together with samples only in %s, and not by a job: ask "
+                        "for events alone by \"rows\": \"events\"",
                         api_format_json.media_type);
 }
 
@@ -196,8 +196,8 @@ static void count_followed(struct api_events *events, const struct api_value *fi
     if (events->followed > followed_most)
         api_value_fault(field, problem,
                         API_CODE_LIMIT
-                        "follow the places of %.0f arms in each step, on the way to the tips that "
-                        "they name, and at most %.0f are followed: ask for fewer",
+                        "need the positions of %.0f arms in each step, those between the pivot and "
+                        "the named tips, but at most %.0f are possible: ask for fewer",
                         events->followed, followed_most);
 }
 
@@ -385,9 +385,9 @@ static void events_tell_horizon(struct api_events *events, const struct pend_tim
     api_stats_whole(stats, "holding", holding);
     if (fabs(held) >= fabs(end) * (1 - 1e-12)) return;
     snprintf(events->warning, sizeof events->warning,
-             "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger "
-             "than the accuracy (estimated). Only the first %ld passages are sure to be its own. A "
-             "smaller rtol carries them further.",
+             "accuracy is lost before the end: after t = %.6g s the errors of the motion may "
+             "exceed the requested accuracy (estimated). Only the first %ld passages are certain. "
+             "A smaller rtol extends this.",
              first + held, holding);
     api_stats_warning(stats, "warning_horizon", events->warning);
 }

@@ -46,7 +46,8 @@ static int read_given(const struct api_value *columns, struct api_csv_cell given
     if (api_value_kind(columns) != API_MISSING &&
         (api_value_kind(columns) != API_ARRAY || count > API_CSV_COLUMNS)) {
         api_value_fault(columns, problem,
-                        API_CODE_WRONG_COUNT "must be an array of at most %d names, one a column",
+                        API_CODE_WRONG_COUNT
+                        "must be an array of at most %d names, one for each column",
                         API_CSV_COLUMNS);
         return 0;
     }
@@ -62,14 +63,14 @@ static void check_given(const struct api_measured *table, const struct api_value
                         struct api_problem *problem) {
     struct api_value item = api_value_item(columns, 0);
     for (int i = 0; api_value_kind(&item) != API_MISSING; item = api_value_next(&item), i++) {
-        const char *name = api_value_text(&item), *why = "is beyond the table's last column";
+        const char *name = api_value_text(&item), *why = "is after the table's last column";
         if (i < table->csv.columns) why = table->roles.column[i].why;
         int taken = i < table->csv.columns && table->roles.column[i].role != API_CSV_NONE;
         if (name ? !*name || taken : api_value_kind(&item) == API_NULL) continue;
         api_value_fault(&item, problem,
                         API_CODE_OUT_OF_RANGE
-                        "%s: write t, theta_1, phi_1, x_1, y_1, thetad_1 or sigma_theta_1, with a "
-                        "unit such as (deg) behind it, \"\" to leave the column out, or null",
+                        "%s: write t, theta_1, phi_1, x_1, y_1, thetad_1 or sigma_theta_1, "
+                        "followed by a unit such as (deg), \"\" to leave the column out, or null",
                         name && why ? why : "names no quantity of a pendulum");
     }
 }
@@ -123,8 +124,8 @@ static void measured_zero(struct api_measured *table) {
         double rest = taken->role == API_CSV_PHI ? -pi / 2 / taken->unit : 0;
         if (!(fabs(center - rest) > fmax(zero_errors * error, zero_share * reach))) continue;
         snprintf(table->advice, sizeof table->advice,
-                 "the data of column %d swing about %.4g %s: is the zero elsewhere? Then let "
-                 "\"zero\" of arm %d be unknown",
+                 "the data of column %d swing about %.4g %s: is the zero shifted? Then make "
+                 "\"zero\" of arm %d an unknown",
                  i + 1, center, taken->unit == 1 ? "rad" : "degrees", taken->arm);
     }
 }
@@ -149,13 +150,13 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
     }
     if (!api_csv_look(&table->csv, api_value_text(&text))) {
         const char *head = api_value_text(&text);
-        api_value_fault(&text, problem,
-                        head[strspn(head, " \r\n")] == '<' ? API_CODE_WRONG_TYPE
-                            "is XML, not a table: save Tracker's data by File "
-                            "> Export > Data File"
-                                                           : API_CODE_MISSING
-                            "has no rows of two or more numbers: instants in s, "
-                            "and angles or places");
+        api_value_fault(
+            &text, problem,
+            head[strspn(head, " \r\n")] == '<' ? API_CODE_WRONG_TYPE
+                "is XML, not a table: save Tracker's data by File "
+                "> Export > Data File"
+                                               : API_CODE_MISSING
+                "has no rows of two or more numbers: instants in s, and angles or positions");
         return 0;
     }
     // where no pendulum could be read, that has been said
@@ -191,10 +192,11 @@ int api_measured_check(const struct api_measured *table, const struct api_value 
                         "has no column of instants: call it t, in s; its columns are %s",
                         measured_names(table, names));
     else if (!table->roles.measured)
-        api_value_fault(text, problem,
-                        API_CODE_MISSING "has no column of angles or places: theta_1, phi_1, x_1, "
-                                         "y_1; its columns are %s",
-                        measured_names(table, names));
+        api_value_fault(
+            text, problem,
+            API_CODE_MISSING
+            "has no column of angles or positions: theta_1, phi_1, x_1, y_1; its columns are %s",
+            measured_names(table, names));
     else if (measured_gap(table, gap))
         api_value_fault(text, problem, API_CODE_WRONG_TYPE "%s", gap);
     return !problem->status;
@@ -304,14 +306,15 @@ static enum pend_status write_advice(const struct api_measured *table, struct ap
         int is;
         const char *text;
     } advice[] = {
-        {time < 0, "no column of instants was found: name it in \"columns\""},
+        {time < 0, "no column of times was found: name it in \"columns\""},
         {time >= 0 && !table->csv.column[time].rises,
          "the instants are not in order: rows are sorted"},
-        {!table->roles.measured, "no column of angles or places was found: name it in \"columns\""},
-        {table->roles.second, "the file has a second table beside the first, which is not read"},
+        {!table->roles.measured,
+         "no column of angles or positions was found: name it in \"columns\""},
+        {table->roles.second, "the file has a second table next to the first, which is not read"},
         {table->csv.doubtful,
-         "a comma was taken for the decimal mark: no number shows whether it marks thousands"},
-        {table->downwards, "y counts downwards, as in images: give \"camera\" \"down\": true"},
+         "a comma was read as the decimal mark: no number shows whether it separates thousands"},
+        {table->downwards, "y increases downwards, as in images: give \"camera\" \"down\": true"},
         {measured_gap(table, gap), gap},
         {*table->advice != 0, table->advice}};
     PEND_TRY(api_out_open(out, "suggestions", '['));

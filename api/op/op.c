@@ -60,24 +60,22 @@ enum pend_status api_reading_tree(const struct api_reading *reading, struct api_
     PEND_TRY(api_tree_read(tree, &pendulum, reading->limits, reading->problem));
     if (tree->cart && !reading->op->cart) {
         api_value_fault(&pendulum, reading->problem,
-                        API_CODE_UNSUPPORTED "has a pivot on a cart, which \"%s\" does not take",
+                        API_CODE_UNSUPPORTED "has a pivot on a cart, which \"%s\" does not support",
                         reading->op->name);
         return PEND_INVALID;
     }
     if (tree->rules && !reading->op->pieces) {
-        api_value_fault(
-            &pendulum, reading->problem,
-            API_CODE_UNSUPPORTED
-            "has controllers, inputs by tables, dry friction or stops, which \"%s\" does not take: "
-            "leave them out, or give dry friction a \"speed\"",
-            reading->op->name);
+        api_value_fault(&pendulum, reading->problem,
+                        API_CODE_UNSUPPORTED
+                        "has controllers, input tables, dry friction or stops, which \"%s\" does "
+                        "not support: leave them out, or give dry friction a \"speed\"",
+                        reading->op->name);
         return PEND_INVALID;
     }
     if (!tree->terms || reading->op->terms) return PEND_OK;
     api_value_fault(&pendulum, reading->problem,
-                    API_CODE_UNSUPPORTED
-                    "has rods, bodies, springs, friction or drives, which \"%s\" does not take "
-                    "yet: leave them out",
+                    API_CODE_UNSUPPORTED "has rods, bodies, springs, friction or drives, which "
+                                         "\"%s\" does not support yet: leave them out",
                     reading->op->name);
     return PEND_INVALID;
 }

@@ -279,9 +279,9 @@ static void lyapunov_tell(struct lyapunov *lyapunov, const struct api_turn *turn
     api_stats_number(stats, "horizon", lyapunov->origin + (held > 0 ? fmin(held, end) : end));
     if (lyapunov->balanced && held > 0) {
         snprintf(lyapunov->warning, sizeof lyapunov->warning,
-                 "the start is at rest near an equilibrium that is not stable: until it leaves it "
-                 "the exponents are those of the equilibrium and later of the motion after it. "
-                 "That motion is lost in rounding from t = %.3g s on.",
+                 "the start is at rest near an unstable equilibrium: the exponents are first those "
+                 "of the equilibrium, then those of the motion that leaves it. Rounding determines "
+                 "that motion after t = %.3g s.",
                  lyapunov->origin + held);
         api_stats_warning(stats, "warning_equilibrium", lyapunov->warning);
     }

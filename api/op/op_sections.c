@@ -89,7 +89,7 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
                         "does not go together with \"theta\": give one of the two");
     if (!from_theta && api_value_kind(&phi) == API_MISSING)
         api_value_fault(section, problem,
-                        API_CODE_MISSING "needs the angle that is passed: \"theta\" or \"phi\"");
+                        API_CODE_MISSING "needs the angle of the section: \"theta\" or \"phi\"");
     (void)api_value_read_number(&theta, -angle_most, angle_most, "", &angle, problem);
     (void)api_value_read_number(&phi, -angle_most, angle_most, "", &angle, problem);
     angle *= degrees ? M_PI / 180 : 1;
@@ -112,16 +112,15 @@ static void sections_drive_period(struct sections *sections, const struct api_va
     if (other > 0)
         api_value_fault(period, problem,
                         API_CODE_CONFLICT
-                        "is not one: drives have the angular frequencies %.17g and %.17g rad/s; "
-                        "give the period as a number of seconds",
+                        "is not a single period: drives have the angular frequencies %.17g and "
+                        "%.17g rad/s; give the period as a number of seconds",
                         omega, other);
     else if (omega > 0)
         sections->period = 2 * M_PI / omega;
     else
         api_value_fault(period, problem,
-                        API_CODE_NOT_APPLICABLE
-                        "is unknown: the pendulum has no drive that repeats itself; give the "
-                        "period as a number of seconds");
+                        API_CODE_NOT_APPLICABLE "is unknown: the pendulum has no periodic drive; "
+                                                "give the period as a number of seconds");
 }
 
 /* a stroboscopic section */
@@ -135,8 +134,8 @@ static void sections_read_period(struct sections *sections, const struct api_val
         if (api_value_kind(&field) != API_MISSING)
             api_value_fault(&field, problem,
                             API_CODE_CONFLICT
-                            "does not go together with a period: a section is of an arm that "
-                            "passes a direction, or stroboscopic");
+                            "does not go together with a period: a section is taken either when an "
+                            "arm passes a direction, or stroboscopically");
     }
     (void)api_value_read_number(&first, -duration_most, duration_most, "s", &sections->first,
                                 problem);
@@ -331,13 +330,11 @@ static void sections_tell_horizon(struct sections *sections) {
     api_stats_number(&sections->stats, "horizon", held);
     api_stats_whole(&sections->stats, "holding", holding);
     if (held >= sections->until) return;
-    snprintf(
-        sections->warning, sizeof sections->warning,
-        "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger than "
-        "%.3g (estimated). "
-        "Only the first %ld passages are sure to be its own.%s",
-        held, sections->accuracy, holding,
-        sections->rtol > 1e-16 ? " A smaller rtol carries them further." : "");
+    snprintf(sections->warning, sizeof sections->warning,
+             "accuracy is lost before the end: after t = %.6g s the errors of the motion may "
+             "exceed %.3g (estimated). Only the first %ld passages are certain.%s",
+             held, sections->accuracy, holding,
+             sections->rtol > 1e-16 ? " A smaller rtol extends this." : "");
     api_stats_warning(&sections->stats, "warning_horizon", sections->warning);
 }
 

@@ -130,7 +130,8 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     PEND_TRY(trajectory_read_derived(trajectory, root, problem));
     if (trajectory->tree.tree && !trajectory->tree.cart && api_outputs_cart(&trajectory->outputs))
         api_value_fault(&output, problem,
-                        API_CODE_NOT_APPLICABLE "has \"cart\" without one: give it in \"pivot\"");
+                        API_CODE_NOT_APPLICABLE
+                        "has \"cart\", but the pendulum has no cart: give one in \"pivot\"");
     api_outputs_control(&trajectory->outputs, &trajectory->tree, &output, problem);
     api_events_read(&trajectory->events, reading, &trajectory->tree, trajectory->start,
                     &trajectory->method, &trajectory->times.times);

@@ -107,7 +107,8 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) != API_ARRAY || !api_value_count(value))
         api_value_fault(value, problem,
-                        API_CODE_WRONG_COUNT "must be an array of at least one name, as [\"phi\"]");
+                        API_CODE_WRONG_COUNT
+                        "must be an array of at least one name, such as [\"phi\"]");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
         output_add(outputs, &item, problem);
     if (outputs_usual(outputs)) api_value_usual(value);
@@ -126,7 +127,7 @@ void api_outputs_control(struct api_outputs *outputs, const struct api_tree *tre
         if (output_table[outputs->output[i]].source[0] == CONTROL)
             api_value_fault(value, problem,
                             API_CODE_NOT_APPLICABLE
-                            "has \"control\", and the pendulum has no controller");
+                            "has \"control\", but the pendulum has no controller");
 }
 
 /* columns */
@@ -174,11 +175,11 @@ void api_outputs_derived(const struct api_outputs *outputs, const struct api_val
     if (outputs->controllers)
         api_value_fault(value, problem,
                         API_CODE_UNSUPPORTED
-                        "do not pass through controllers: leave out one of the two");
+                        "cannot be computed through controllers: leave out one of the two");
     if (outputs_exchange(outputs))
         api_value_fault(value, problem,
                         API_CODE_UNSUPPORTED
-                        "of \"exchange\" are not known: leave out one of the two");
+                        "of \"exchange\" are not supported: leave out one of the two");
     for (int i = 0; i < outputs->count; i++) {
         int output = outputs->output[i];
         for (int p = 0; p < output_table[output].parts; p++)

@@ -26,13 +26,13 @@ static void tell_horizon(struct api_trajectory_told *told,
     if (!isnan(horizon)) api_stats_number(stats, "horizon", horizon);
     if (motion->tolerance > 0 && exact != end)
         snprintf(told->horizon, sizeof told->horizon,
-                 "digits are lost before the last instant: beyond t = %.6g s angles differ by more "
-                 "than %.3g rad from those in more digits (compared). %s",
+                 "accuracy is lost before the last instant: after t = %.6g s angles differ by more "
+                 "than %.3g rad from those computed with more digits (compared). %s",
                  exact, motion->tolerance, advice);
     else if (!isnan(horizon) && horizon != end)
         snprintf(told->horizon, sizeof told->horizon,
-                 "digits are lost before the last instant: beyond t = %.6g s errors may be larger "
-                 "than %.3g (estimated). %s The field trust compares exactly.",
+                 "accuracy is lost before the last instant: after t = %.6g s errors may exceed "
+                 "%.3g (estimated). %s The field trust compares with more digits.",
                  horizon == run->horizon ? run->held : horizon, motion->method->accuracy, advice);
     if (told->horizon[0]) api_stats_warning(stats, "warning_horizon", told->horizon);
 }
@@ -50,11 +50,10 @@ static void tell_linear(struct api_trajectory_told *told,
         most = fmax(most, hypot(theta, motion->start->rate[k] * time));
     }
     if (most * most * most <= 6 * motion->method->accuracy) return;
-    snprintf(
-        told->linear, sizeof told->linear,
-        "method linear is valid for small swings: this start is %.2g rad from hanging at rest. "
-        "Its energy and its digits are not those of the pendulum; method taylor computes it.",
-        most);
+    snprintf(told->linear, sizeof told->linear,
+             "method linear is valid for small swings: this start is %.2g rad from hanging at "
+             "rest. The result differs from the pendulum's motion; use method taylor.",
+             most);
     api_stats_warning(stats, "warning_linear", told->linear);
 }
 
@@ -64,12 +63,13 @@ static void tell_energy(struct api_trajectory_told *told, const struct pend_meth
     static const double lost = 0.01;
     api_stats_number(stats, "energy_drift", isnan(drift) ? 0 : drift);
     if (isnan(drift))
-        snprintf(told->energy, sizeof told->energy,
-                 "the energy is beyond all numbers: nothing tells whether it was kept.");
+        snprintf(
+            told->energy, sizeof told->energy,
+            "the energy exceeds the range of a double, so its conservation cannot be checked.");
     if (drift > lost)
         snprintf(told->energy, sizeof told->energy,
-                 "the energy was not kept: it is off by %.2g of what the tree can hold. The motion "
-                 "told is another one. A smaller %s%s keeps it.",
+                 "the energy was not conserved: its error is %.2g of the tree's energy scale, so "
+                 "this motion is wrong. Use a smaller %s%s.",
                  drift, method->flags & PEND_METHOD_FIXED_STEP ? "step" : "rtol",
                  method == &pend_method_taylor ? "" : " or method taylor");
     if (told->energy[0]) api_stats_warning(stats, "warning_energy", told->energy);
@@ -96,8 +96,8 @@ void api_trajectory_tell(struct api_trajectory_told *told,
         !(method->rtol > loose || method->atol > loose))
         return;
     snprintf(told->loose, sizeof told->loose,
-             "precision extended was asked for with an %s of %.3g: such digits doubles have "
-             "too and in less time. Leave rtol and atol out to have 28.",
+             "precision extended has an %s of %.3g, which double precision reaches in less time. "
+             "Leave rtol and atol out for 28 digits.",
              method->rtol > loose ? "rtol" : "atol",
              method->rtol > loose ? method->rtol : method->atol);
     api_stats_warning(stats, "warning_precision", told->loose);

@@ -87,11 +87,9 @@ static void target_term(const struct api_value *value, const struct api_value *v
     if (!tree->tree || problem->status) return;
     out->place = api_varied_place(tree, term, out->arm, (int)harmonic);
     if (out->place < 0)
-        api_value_fault(
-            vary, problem,
-            API_CODE_UNKNOWN_NAME
-            "varies a number that the pendulum has not: give it one in \"pendulum\" that "
-            "is not 0");
+        api_value_fault(vary, problem,
+                        API_CODE_UNKNOWN_NAME "varies a number that is absent in this pendulum: "
+                                              "set it in \"pendulum\" to a value other than 0");
 }
 
 int api_target_read(struct api_target *target, const struct api_value *value,
@@ -108,11 +106,11 @@ int api_target_read(struct api_target *target, const struct api_value *value,
     target_arm(API_MEMBER(value, "arm"), tree, list[chosen],
                term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, target, problem);
     if (tree->cart && target->arm == 0 && !api_varied_of_cart(list[chosen]))
-        api_value_fault(&vary, problem,
-                        API_CODE_UNKNOWN_NAME
-                        "is no number of a cart, which has \"mass\", \"damping\", \"stiffness\", "
-                        "\"torque\" for the force along its rail, its place \"phi\" and its speed "
-                        "\"phid\"");
+        api_value_fault(
+            &vary, problem,
+            API_CODE_UNKNOWN_NAME
+            "is not a number of a cart, which has \"mass\", \"damping\", \"stiffness\", \"torque\" "
+            "for the force along its rail, its position \"phi\" and its velocity \"phid\"");
     if (term >= 0) target_term(value, &vary, term, tree, target, problem);
     return 1;
 }

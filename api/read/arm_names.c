@@ -40,8 +40,7 @@ void api_arm_names_take(struct api_arm_names *names, const struct api_value *arm
     names->text[i] = text && *text ? text : number;
     if (names->text[i] == text || api_value_kind(&field) == API_MISSING) return;
     api_value_found(&field, found);
-    api_value_fault(&field, problem, API_CODE_WRONG_TYPE "must be a text that is not empty, got %s",
-                    found);
+    api_value_fault(&field, problem, API_CODE_WRONG_TYPE "must be a non-empty text, got %s", found);
 }
 
 static int name_order(const void *a, const void *b, void *context) {
@@ -63,10 +62,11 @@ void api_arm_names_sort(struct api_arm_names *names, const struct api_value *arm
         if (api_problem_full(problem)) continue;
         struct api_value arm = api_value_item(arms, names->sorted[i]),
                          field = api_value_member(&arm, "name");
-        api_value_fault(&field, problem,
-                        API_CODE_DUPLICATE
-                        "arm %d has this name already; an arm without a name has its number",
-                        names->sorted[first] + 1);
+        api_value_fault(
+            &field, problem,
+            API_CODE_DUPLICATE
+            "arm %d has this name already (an arm without a name is named by its number)",
+            names->sorted[first] + 1);
     }
 }
 

@@ -169,7 +169,7 @@ static void read_swing_up(struct control_reading *r, const struct api_value *val
     if (law->next >= 0 && r->rules->law[law->next].kind != PEND_LAW_FEEDBACK)
         api_value_fault(&then, r->problem,
                         API_CODE_UNSUPPORTED
-                        "must be a \"feedback\": its reference says where it takes over");
+                        "must be a \"feedback\": its reference defines where it takes over");
 }
 
 /* returns the number of the law, -1 if it is faulty */
@@ -256,9 +256,8 @@ static void check_waiting(const struct control_reading *r, const struct api_valu
                  rules->controller[i].period == rules->controller[0].period;
     if (wide && !alike)
         api_value_fault(value, r->problem,
-                        API_CODE_CONFLICT
-                        "has gains of outputs that wait: all controllers need the same period and "
-                        "the same delay then");
+                        API_CODE_CONFLICT "has gains of delayed outputs: then all controllers need "
+                                          "the same period and the same delay");
 }
 
 enum pend_status api_control_read(struct api_rules *rules, const struct api_controlled *of,

@@ -54,8 +54,7 @@ static const struct pend_method *read_precision(const struct api_value *value,
     if (found < 0) return NULL;
     if (!chosen || !method) return method;
     if (!method->extended)
-        api_value_fault(value, problem,
-                        API_CODE_UNSUPPORTED "\"%s\" is for method taylor only, not for %s",
+        api_value_fault(value, problem, API_CODE_UNSUPPORTED "\"%s\" needs method taylor, not %s",
                         words[chosen], method->name);
     return method->extended;
 }
@@ -89,21 +88,22 @@ void api_method_read(struct api_method *method, const struct api_value *root,
         !pend_terms_conserve(loads->terms, loads->value))
         api_value_fault(&name, problem,
                         API_CODE_UNSUPPORTED
-                        "\"%s\" keeps the energy, of springs, rods and bodies too, but has no "
-                        "friction, drag, torques or moving pivot: use \"taylor\", or \"rkf45\", "
-                        "\"rk8pd\", \"msadams\" or \"ode23\"",
+                        "\"%s\" conserves the energy, also of springs, rods and bodies, so it does "
+                        "not support friction, drag, torques or a moving pivot: use \"taylor\", or "
+                        "\"rkf45\", \"rk8pd\", \"msadams\" or \"ode23\"",
                         known->name);
 }
 
 const char *api_method_advice(const struct api_method *method) {
     const struct pend_method *known = method->method;
-    if (known->flags & PEND_METHOD_LINEAR) return "Method taylor computes the pendulum itself.";
+    if (known->flags & PEND_METHOD_LINEAR) return "Use method taylor.";
     if (known->flags & PEND_METHOD_FIXED_STEP)
-        return "Method taylor with precision extended carries them further.";
-    if (known == pend_method_taylor.extended) return "A smaller rtol or a shorter time keeps them.";
-    if (known->extended) return "A smaller rtol or precision extended carries them further.";
-    if (known == &pend_method_radau) return "A smaller rtol carries them further.";
-    return "A smaller rtol or method taylor carries them further.";
+        return "Method taylor with precision extended stays accurate longer.";
+    if (known == pend_method_taylor.extended) return "Use a smaller rtol or a shorter time.";
+    if (known->extended)
+        return "With a smaller rtol or precision extended it stays accurate longer.";
+    if (known == &pend_method_radau) return "With a smaller rtol it stays accurate longer.";
+    return "With a smaller rtol or method taylor it stays accurate longer.";
 }
 
 double api_accuracy_read(const struct api_value *root, struct api_problem *problem) {

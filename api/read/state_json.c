@@ -117,12 +117,10 @@ static void check_real_mode(const struct api_tree *tree, const struct api_value 
     int most = pend_loads_lose(&tree->loads) ? MODE_ARMS_DAMPED : MODE_ARMS_STILL;
     assert(tree->terms);
     if (tree->n <= most) return;
-    api_value_fault(
-        mode, problem,
-        API_CODE_LIMIT
-        "is of a real pendulum of %d arms; a start in a mode takes at most %d arms with "
-        "friction or drag, and %d without",
-        tree->n, MODE_ARMS_DAMPED, MODE_ARMS_STILL);
+    api_value_fault(mode, problem,
+                    API_CODE_LIMIT "is for a real pendulum of %d arms; a start in a mode allows at "
+                                   "most %d arms with friction or drag, and %d without",
+                    tree->n, MODE_ARMS_DAMPED, MODE_ARMS_STILL);
 }
 
 static void read_mode(struct api_states *states, long i, const struct api_value *mode,
@@ -164,7 +162,7 @@ static int state_form(const struct api_value *value, struct api_problem *problem
                             "by mode and amplitude",
                             state_forms[found].angle);
         else if (!given)
-            api_value_fault(&angle, problem, API_CODE_MISSING "is missing, and \"%s\" needs it",
+            api_value_fault(&angle, problem, API_CODE_MISSING "is missing, but \"%s\" needs it",
                             state_forms[form].rate);
     }
     return found;
@@ -205,8 +203,8 @@ static void read_cart(struct api_states *states, long i, const struct api_value 
     if (tree->tree && !tree->cart)
         api_value_fault(cart, problem,
                         API_CODE_NOT_APPLICABLE
-                        "is the place and the speed of a cart, and the pendulum has none: give one "
-                        "in \"pivot\", or leave it out");
+                        "is the position and the velocity of a cart, but the pendulum has no cart: "
+                        "give one in \"pivot\", or leave it out");
     for (int j = 0; j < 2; j++) {
         struct api_value field = api_value_member(cart, names[j]);
         api_value_usual_number(&field, 0);
@@ -237,8 +235,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     read_cart(states, i, &cart, tree, problem);
     if (form == FORM_MODE && api_value_kind(&cart) != API_MISSING)
         api_value_fault(&cart, problem,
-                        API_CODE_CONFLICT "is where the mode has it: leave it out, or give the "
-                                          "state by angles");
+                        API_CODE_CONFLICT
+                        "is set by the mode: leave it out, or give the state by angles");
     if (form == FORM_COUNT) return;
 
     struct api_value angle = api_value_member(value, state_forms[form].angle);

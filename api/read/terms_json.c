@@ -239,15 +239,14 @@ static void read_list(struct api_terms *terms, int f, const struct api_value *li
         api_value_found(list, found);
         api_value_fault(list, terms->problem,
                         API_CODE_WRONG_COUNT
-                        "must be an array of %d entries, one for each arm, null where there is "
-                        "none, got %s",
+                        "must be an array of %d entries, one for each arm (null for none), got %s",
                         terms->n, found);
         return;
     }
     if (api_value_count(list) != terms->n) {
         api_value_fault(list, terms->problem,
                         API_CODE_WRONG_COUNT
-                        "must have %d entries, one for each arm, null where there is none, got %d",
+                        "must have %d entries, one for each arm (null for none), got %d",
                         terms->n, api_value_count(list));
         return;
     }
@@ -376,12 +375,10 @@ void api_terms_check(const struct api_terms *terms, const int parent[], api_term
                      void *context) {
     for (int i = 0; terms->given && i < terms->n; i++) {
         if (parent[i] == -1 && api_terms_has(terms, API_TERMS_AT, i))
-            fault(context, "at", i,
-                  "has no meaning for the arm at the pivot, which hangs on the pivot itself: leave "
-                  "it out");
+            fault(context, "at", i, "has no meaning for the arm at the pivot: leave it out");
         if (api_terms_has(terms, API_TERMS_REST, i) &&
             !api_terms_has(terms, API_TERMS_STIFFNESS, i))
             fault(context, "rest", i,
-                  "is the angle at which a spring is slack, and needs a \"stiffness\"");
+                  "is the angle at which a spring is relaxed, and needs a \"stiffness\"");
     }
 }

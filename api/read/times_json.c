@@ -91,7 +91,7 @@ static void check_count(const struct api_value *value, const struct grid *grid,
     if (grid->count > 1 && grid->start == grid->stop)
         api_value_fault(value, problem,
                         API_CODE_OUT_OF_RANGE
-                        "must be 1 where start and stop are the same instant, got %ld",
+                        "must be 1 if start and stop are the same instant, got %ld",
                         grid->count);
 }
 

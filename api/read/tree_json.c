@@ -266,10 +266,11 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
         if (api_value_kind(&field) == API_MISSING) continue;
         if (found == FORM_COUNT) found = form;
         if (found != form)
-            api_value_fault(&field, problem,
-                            API_CODE_CONFLICT
-                            "belongs to another form of a tree than %s, which is here too: use one",
-                            forms[found].summary);
+            api_value_fault(
+                &field, problem,
+                API_CODE_CONFLICT
+                "belongs to another form of a tree than %s, which is given too: use one form",
+                forms[found].summary);
     }
     if (found == FORM_COUNT && !api_value_meant(pendulum, NULL, problem))
         api_value_fault(
@@ -473,12 +474,12 @@ int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value
 void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, const char *what,
                     struct api_problem *problem) {
     if (tree->terms)
-        api_value_fault(value, problem,
-                        API_CODE_UNSUPPORTED
-                        "%s is for ideal pendulums, without rods, bodies, springs, friction and "
-                        "drives: take \"taylor\", or POST /v1/modes and /v1/response for small "
-                        "swings",
-                        what);
+        api_value_fault(
+            value, problem,
+            API_CODE_UNSUPPORTED
+            "%s is for ideal pendulums, without rods, bodies, springs, friction and drives: use "
+            "\"taylor\", or POST /v1/modes and /v1/response for small swings",
+            what);
 }
 
 void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count,
@@ -492,9 +493,7 @@ void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value 
                         tree->loads.gravity);
     if ((double)tree->n * count > most)
         api_value_fault(value, problem,
-                        API_CODE_LIMIT
-                        "%s takes at most %.0f arms (the limit max-mode-arms) for all modes, and "
-                        "at most %.0f modes of "
-                        "%d arms; here are %d modes",
+                        API_CODE_LIMIT "%s takes at most %.0f arms (the limit max-mode-arms) for "
+                                       "all modes, and at most %.0f modes of %d arms; got %d modes",
                         what, limits->mode_arms, floor(most / tree->n), tree->n, count);
 }

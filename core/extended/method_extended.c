@@ -78,7 +78,7 @@ static enum pend_status extended_stepper_step(void *stepper, double limit, doubl
     if (stage != PEND_EXTENDED_FAILED) return PEND_OK;
     if (*reached == before)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, before,
-                         "the step is too small to move the time on");
+                         "the step is too small to advance the time");
     *reached = before;
     return pend_fail(error, PEND_NOT_FINITE, -1, before, "the motion ceased to be finite");
 }
@@ -126,8 +126,7 @@ static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkp
 
 const struct pend_method pend_method_taylor_extended = {
     .name = "taylor",
-    .summary = "Power series of the motion in numbers of about 32 digits: what other answers are "
-               "checked against.",
+    .summary = "Power series of the motion with about 32 digits: the reference for other answers.",
     .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS,
     .rtol_default = 1e-28,
     .rtol_min = PEND_EXTENDED_RTOL_MIN,

@@ -26,9 +26,9 @@ static long fit_disorder(const struct pend_fit_problem *problem, long row) {
 
 enum pend_status pend_fit_check(const struct pend_fit_problem *problem, struct pend_error *error) {
     if (problem->unknowns < 1)
-        return pend_fail(error, PEND_INVALID, -1, 0, "there is nothing to be found: no unknowns");
+        return pend_fail(error, PEND_INVALID, -1, 0, "there are no unknowns to fit");
     if (pend_terms_cart(problem->loads.terms))
-        return pend_fail(error, PEND_INVALID, -1, 0, "fits are not known of a pendulum on a cart");
+        return pend_fail(error, PEND_INVALID, -1, 0, "a pendulum on a cart cannot be fitted");
     size_t count = fit_measurements(problem);
     if (count < (size_t)problem->unknowns)
         return pend_fail(error, PEND_INVALID, -1, 0,

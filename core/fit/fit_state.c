@@ -23,30 +23,30 @@ double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner) {
 
 enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
                                      struct pend_error *error) {
-    const char *where = fit->result.iterations > 1 ? "the values that the search came to"
-                                                   : "the start that is given";
+    const char *where = fit->result.iterations > 1 ? "the values that the search reached"
+                                                   : "the given start values";
     if (status == PEND_OK || status == PEND_NO_MEMORY || !error) return status;
     if (status != PEND_TOO_MANY_STEPS) {
         struct pend_error why = *error;
         return pend_fail(error, status, why.arm, why.time,
-                         "with %s there is no motion to fit: %.120s. Begin with other values",
+                         "with %s no motion can be computed: %.120s. Give other start values",
                          where, why.text);
     }
-    return pend_fail(error, status, -1, 0,
-                     "with %s the pendulum moves too wildly for these data: it would take more "
-                     "than %ld steps to the last of them. Begin with other values, as with a "
-                     "lower rate or larger lengths and masses, give the unknowns a \"low\" and a "
-                     "\"high\", or take fewer rows",
-                     where, fit->problem.step_cap);
+    return pend_fail(
+        error, status, -1, 0,
+        "with %s the motion is too fast or too chaotic: it needs more than %ld steps to reach the "
+        "last measurement. Give other start values, such as a lower rate or larger lengths and "
+        "masses, give the unknowns a \"low\" and a \"high\", or use fewer rows",
+        where, fit->problem.step_cap);
 }
 
 enum pend_status pend_fit_state_lost(enum pend_status status, struct pend_error *error) {
     assert(status != PEND_OK);
     if (status == PEND_NO_MEMORY) return pend_fail(error, status, -1, 0, "no memory for a fit");
-    return pend_fail(error, status, -1, 0,
-                     "what the data tell of the unknowns is too large to be a number: the motion "
-                     "changes beyond all measure with them. Begin with other values, give the "
-                     "unknowns a \"low\" and a \"high\", or take fewer rows");
+    return pend_fail(
+        error, status, -1, 0,
+        "the derivatives of the motion with respect to the unknowns are too large for a double. "
+        "Give other start values, give the unknowns a \"low\" and a \"high\", or use fewer rows");
 }
 
 enum pend_status pend_fit_state_look(struct pend_fit *fit, long rows, struct pend_error *error) {

@@ -428,10 +428,10 @@ enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *d
     const struct pend_spectrum *spectrum = search->spectrum;
     enum pend_status status = modes_step(search);
     if (status == PEND_NO_CONVERGENCE && !(spectrum->most < MODES_FAR * spectrum->least))
-        return pend_fail(error, PEND_NOT_FINITE, -1, 0,
-                         "lengths and masses are too far apart: no modes of %d arms were found "
-                         "that are orthogonal",
-                         search->tree->n);
+        return pend_fail(
+            error, PEND_NOT_FINITE, -1, 0,
+            "lengths and masses differ too much: no orthogonal modes of %d arms were found",
+            search->tree->n);
     if (status) return modes_fail(status, search->tree->n, error);
     *done = search->phase == PHASE_DONE;
     assert(modes_search_valid(search));

@@ -70,16 +70,15 @@ enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
             weakest = fmin(weakest, fabs(spectrum->part[i]->spring[k]));
     if (spectrum->least >= SPECTRUM_LEAST && spectrum->most <= SPECTRUM_MOST) {
         if (weakest >= SPECTRUM_WEAKEST) return PEND_OK;
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "lengths, masses and gravity are too far apart or too small: an arm that "
-                         "hangs is pulled back by only %.3g N/m, and modes can be found from "
-                         "%.0g N/m on",
-                         weakest, SPECTRUM_WEAKEST);
+        return pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "lengths, masses and gravity differ too much or are too small: the restoring stiffness "
+            "of a hanging arm is only %.3g N/m; modes need at least %.0g N/m",
+            weakest, SPECTRUM_WEAKEST);
     }
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "lengths, masses and gravity are too far apart: the squares of the "
-                     "frequencies lie between %.3g and "
-                     "%.3g (rad/s)^2, and only from %.0g to %.0g can they be found",
+                     "lengths, masses and gravity differ too much: the squared frequencies lie "
+                     "between %.3g and %.3g (rad/s)^2; they must lie from %.0g to %.0g",
                      fmax(spectrum->least, 0), fmin(spectrum->most, DBL_MAX), SPECTRUM_LEAST,
                      SPECTRUM_MOST);
 }

@@ -304,6 +304,6 @@ enum pend_status pend_rest_find(const struct pend_tree *tree, const struct pend_
     free(node);
     if (found) return PEND_OK;
     return pend_fail(error, PEND_NOT_FINITE, -1, 0,
-                     "no equilibrium was found near this state, nor downhill from it: give another "
-                     "one, or see whether there is any");
+                     "no equilibrium was found near this state, nor at lower energy: give another "
+                     "state, or check that an equilibrium exists");
 }

@@ -69,7 +69,8 @@ static enum pend_status form_damped(struct orbit_form *form, struct pend_error *
     pend_damped_free(&modes);
     if (form->omega > 0) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "fewer than %d modes of this pendulum swing about its rest", p->mode + 1);
+                     "fewer than %d modes of this pendulum oscillate about its equilibrium",
+                     p->mode + 1);
 }
 
 /* ---- equal branches */
@@ -233,7 +234,7 @@ enum pend_status pend_orbit_form_init(struct orbit_form *form,
     if (problem->driven) {
         if (!pend_orbit_drive(&problem->loads, &form->omega))
             return pend_fail(error, PEND_INVALID, -1, 0,
-                             "the drives of this pendulum have no period in common");
+                             "the drives of this pendulum have no common period");
     } else {
         PEND_TRY(form_mode(form, error));
         double *scratch = calloc(4 * n, sizeof *scratch);
@@ -321,7 +322,7 @@ static enum pend_status form_tree(struct orbit_form *form, double value, struct 
     free(parent);
     free(row);
     if (status != PEND_OK)
-        return pend_fail(error, status, -1, 0, "there is no pendulum with such a %s: %.6g",
+        return pend_fail(error, status, -1, 0, "the pendulum cannot have this %s: %.6g",
                          length ? "length" : "mass", value);
     return PEND_OK;
 }
@@ -339,7 +340,8 @@ static enum pend_status form_vary(struct orbit_form *form, const double u[],
     form->loads.value = form->value;
     if (p->vary == PEND_ORBIT_OMEGA) {
         if (!(value > 0))
-            return pend_fail(error, PEND_INVALID, -1, 0, "there is no drive of 0 rad/s");
+            return pend_fail(error, PEND_INVALID, -1, 0,
+                             "a drive cannot have the frequency 0 rad/s");
         for (int i = 0; i < terms->harmonics; i++) {
             int at = terms->harmonic[i].at + 1;
             form->value[at] *= value / form->from;
@@ -353,8 +355,8 @@ static enum pend_status form_vary(struct orbit_form *form, const double u[],
     if (p->by.kind == PEND_PARAMETER_GRAVITY) form->loads.gravity = value;
     if (p->by.kind == PEND_PARAMETER_TERM) {
         if (!pend_terms_fits(terms, p->by.at, value))
-            return pend_fail(error, PEND_INVALID, -1, 0, "there is no pendulum with %.6g there",
-                             value);
+            return pend_fail(error, PEND_INVALID, -1, 0,
+                             "this number of the pendulum cannot be %.6g", value);
         form->value[p->by.at] = value;
     }
     if (p->by.kind != PEND_PARAMETER_LENGTH && p->by.kind != PEND_PARAMETER_MASS) return PEND_OK;
@@ -386,7 +388,8 @@ enum pend_status pend_orbit_form_set(struct orbit_form *form, const double u[], 
     }
     if (form->halved) form->span /= 2;
     if (!(form->span > 0) || !isfinite(form->span))
-        return pend_fail(error, PEND_INVALID, -1, 0, "an orbit takes no such time");
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "the period of an orbit must be a positive number");
     *motion = (struct pend_problem){.tree = form->tree ? form->tree : p->tree,
                                     .loads = form->loads,
                                     .phi = form->phi,

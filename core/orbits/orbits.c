@@ -116,7 +116,7 @@ enum pend_status pend_orbits_new(struct pend_orbits **orbits,
     *orbits = NULL;
     if (pend_terms_cart(problem->loads.terms))
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "orbits are not known of a pendulum on a cart");
+                         "orbits of a pendulum on a cart are not supported");
     struct pend_orbits *o = *orbits = calloc(1, sizeof *o);
     if (!o) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for orbits");
     o->problem = *problem;

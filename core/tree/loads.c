@@ -33,7 +33,7 @@ double pend_loads_decay(const struct pend_loads *loads, const struct pend_tree *
 enum pend_status pend_loads_check_linear(const struct pend_loads *loads, struct pend_error *error) {
     if (loads->terms)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "the linearization without a matrix is of ideal pendulums: it has no "
+                         "the linearization without a matrix is for ideal pendulums, without "
                          "friction, drives, springs, rods or bodies");
     if (pend_loads_pull_down(loads)) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,

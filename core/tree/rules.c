@@ -67,8 +67,8 @@ enum pend_status pend_rules_check(const struct pend_rules *rules, const int orde
                                   double last, struct pend_error *error) {
     if (rules->controllers && last < first)
         return pend_fail(error, PEND_INVALID, -1, last,
-                         "controllers sample forward in time, and the instants go backward from "
-                         "%.15g s to %.15g s",
+                         "controllers need instants that go forward in time, but these go backward "
+                         "from %.15g s to %.15g s",
                          first, last);
     for (int i = 0; i < rules->tables; i++) {
         const struct pend_table *table = &rules->table[i];
@@ -76,11 +76,11 @@ enum pend_status pend_rules_check(const struct pend_rules *rules, const int orde
         int arm = order[table->drives];
         if (table->outside != PEND_OUTSIDE_REFUSE) continue;
         if (fmin(first, last) >= from && fmax(first, last) <= to) continue;
-        return pend_fail(error, PEND_INVALID, arm, fmin(first, last) < from ? first : last,
-                         "the motion goes from %.15g to %.15g s, but a table of arm %d only from "
-                         "%.15g to %.15g s: lengthen the table, or give \"outside\": \"hold\" or "
-                         "\"zero\"",
-                         first, last, arm + 1, from, to);
+        return pend_fail(
+            error, PEND_INVALID, arm, fmin(first, last) < from ? first : last,
+            "the motion goes from %.15g to %.15g s, but a table of arm %d covers only %.15g to "
+            "%.15g s: extend the table, or give \"outside\": \"hold\" or \"zero\"",
+            first, last, arm + 1, from, to);
     }
     return PEND_OK;
 }

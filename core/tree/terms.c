@@ -160,10 +160,9 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
     }
     int sound = !faults; // otherwise a wrong number may be the reason for a missing inertia
     for (int k = 0; k < terms->n && sound; k++) {
-        fault =
-            (struct pend_terms_fault){PEND_TERM_BODY, -1, k, 0,
-                                      "has no inertia: a mass at its tip, a rod, or a body with a "
-                                      "mass off the joint or an inertia must be there"};
+        fault = (struct pend_terms_fault){PEND_TERM_BODY, -1, k, 0,
+                                          "has no inertia: give it a mass at its tip, a rod, or a "
+                                          "body with an inertia or with a mass off the joint"};
         if (!terms_swings(terms, tree, value, k)) found(context, &fault), faults++;
     }
     return faults;

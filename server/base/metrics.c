@@ -113,9 +113,9 @@ static enum pend_status metrics_gauges(const struct srv_gauges *gauges, struct a
 static enum pend_status metrics_requests(const struct srv_metrics *metrics,
                                          const char *(*label)(int route), struct api_buffer *out) {
     static const char name[] = "pendulumd_requests_total";
-    PEND_TRY(metrics_head(
-        out, name, "Requests that are over, by route and status; 0 = ended without an answer",
-        "counter"));
+    PEND_TRY(metrics_head(out, name,
+                          "Finished requests, by route and status; 0 = ended without an answer",
+                          "counter"));
     for (int route = 0; route < SRV_METRIC_ROUTES; route++) {
         const char *text = label(route);
         for (int status = 0; status < SRV_METRIC_STATUS; status++) {
@@ -147,9 +147,9 @@ static enum pend_status metrics_stages(const struct srv_metrics *metrics, struct
     static const char *const name[] = {"pendulumd_request_duration_seconds",
                                        "pendulumd_job_duration_seconds"};
     static const char *const help[] = {
-        "Time that requests spent in a stage: waiting for a worker, with one, being sent, and in "
-        "all",
-        "Time that jobs waited for their first worker, and that their parts were with one"};
+        "Time that requests spent in a stage: waiting for a worker, being computed, being sent, "
+        "and in total",
+        "Time that jobs waited for their first worker, and computation time of their parts"};
     for (size_t i = 0; i < COUNT(metrics_stage); i++) {
         size_t offset = metrics_stage[i].offset, first = offsetof(struct srv_metrics, job_wait);
         int job = offset >= first;
@@ -165,7 +165,7 @@ enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv
     assert(metrics && gauges && label);
     PEND_TRY(metrics_requests(metrics, label, out));
     PEND_TRY(metrics_head(out, "pendulumd_build_info",
-                          "1; which program this is, and which engine computes", "gauge"));
+                          "1; its labels are the version of the program and the engine", "gauge"));
     PEND_TRY(api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n",
                                api_version, api_engine_name));
     PEND_TRY(metrics_stages(metrics, out));

@@ -12,23 +12,20 @@
 /* Counters: field, name, labels, help. Rows with the same name are adjacent. */
 #define SRV_COUNTERS(X)                                                                            \
     X(bytes_in, "pendulumd_request_body_bytes_total", "", "Bytes of request bodies")               \
-    X(bytes_out, "pendulumd_response_body_bytes_total", "",                                        \
-      "Bytes of answers' bodies that were sent")                                                   \
+    X(bytes_out, "pendulumd_response_body_bytes_total", "", "Bytes of answer bodies sent")         \
     X(cache_exact, "pendulumd_cache_lookups_total", "result=\"exact\"",                            \
-      "Looks into the cache by result: the "                                                       \
-      "request's exact bytes were known, its meaning was known, it was being computed already, "   \
-      "or nothing of it")                                                                          \
+      "Cache lookups by result: same bytes, same meaning, being computed, or not found")           \
     X(cache_digest, "pendulumd_cache_lookups_total", "result=\"digest\"", "")                      \
     X(cache_joined, "pendulumd_cache_lookups_total", "result=\"joined\"", "")                      \
     X(cache_missed, "pendulumd_cache_lookups_total", "result=\"missed\"", "")                      \
     X(not_modified, "pendulumd_not_modified_total", "", "Answers 304 to If-None-Match")            \
     X(cancelled, "pendulumd_cancelled_total", "",                                                  \
-      "Computations that ended because their clients went away")                                   \
-    X(overtime, "pendulumd_overtime_total", "", "Computations that outran max-compute-seconds")    \
+      "Computations cancelled because their clients disconnected")                                 \
+    X(overtime, "pendulumd_overtime_total", "", "Computations longer than max-compute-seconds")    \
     X(broken, "pendulumd_broken_streams_total", "",                                                \
-      "Streams that were cut because the computation failed")                                      \
+      "Streams cut off because the computation failed")                                            \
     X(refused_queue, "pendulumd_refused_total", "limit=\"max-queue\"",                             \
-      "Requests refused, by the limit that did it")                                                \
+      "Refused requests, by limit")                                                                \
     X(refused_client, "pendulumd_refused_total", "limit=\"max-client-queue\"", "")                 \
     X(refused_rate, "pendulumd_refused_total", "limit=\"max-requests-a-minute\"", "")              \
     X(refused_held, "pendulumd_refused_total", "limit=\"max-held-bytes\"", "")                     \
@@ -39,34 +36,31 @@
     X(refused_keys, "pendulumd_refused_total", "limit=\"key\"", "")                                \
     X(refused_roles, "pendulumd_refused_total", "limit=\"role\"", "")                              \
     X(refused_compute, "pendulumd_refused_total", "limit=\"compute\"", "")                         \
-    X(slices, "pendulumd_slices_total", "", "Turns that computations had on a worker")             \
+    X(slices, "pendulumd_slices_total", "", "Time slices of computations on a worker")             \
     X(parts_kept, "pendulumd_job_parts_total", "end=\"kept\"",                                     \
-      "Parts of jobs that this process computed, by their end")                                    \
+      "Parts of jobs that this process computed, by result")                                       \
     X(parts_lost, "pendulumd_job_parts_total", "end=\"lost\"", "")                                 \
     X(parts_failed, "pendulumd_job_parts_total", "end=\"failed\"", "")                             \
-    X(busy_ns, "pendulumd_worker_busy_seconds_total", "",                                          \
-      "Time that workers were busy, all together")
+    X(busy_ns, "pendulumd_worker_busy_seconds_total", "", "Total busy time of all workers")
 
 /* Gauges, read when metrics are requested: field, name, labels, help. Rows with the same name are
  * adjacent. */
 #define SRV_GAUGES(X)                                                                              \
     X(queued, "pendulumd_queue_depth", "", "Computations that wait for a worker")                  \
     X(computing, "pendulumd_computations", "",                                                     \
-      "Computations under way: waiting, running, or waiting for their reader")                     \
+      "Computations in progress: waiting, running, or waiting for their reader")                   \
     X(workers, "pendulumd_workers", "", "Threads that compute")                                    \
-    X(busy, "pendulumd_workers_busy", "", "Workers that compute just now")                         \
+    X(busy, "pendulumd_workers_busy", "", "Workers that are computing")                            \
     X(connections, "pendulumd_connections", "", "Open connections")                                \
     X(event_streams, "pendulumd_event_streams", "", "Open streams of jobs' events")                \
     X(held, "pendulumd_held_bytes", "",                                                            \
-      "Memory that requests, answers, jobs and connections hold or were promised")                 \
-    X(held_connections, "pendulumd_held_kind_bytes", "kind=\"connections\"",                       \
-      "The same by what holds it")                                                                 \
+      "Memory used by or reserved for requests, answers, jobs and connections")                    \
+    X(held_connections, "pendulumd_held_kind_bytes", "kind=\"connections\"", "The same by owner")  \
     X(held_bodies, "pendulumd_held_kind_bytes", "kind=\"bodies\"", "")                             \
     X(held_computations, "pendulumd_held_kind_bytes", "kind=\"computations\"", "")                 \
     X(held_answers, "pendulumd_held_kind_bytes", "kind=\"answers\"", "")                           \
     X(held_jobs, "pendulumd_held_kind_bytes", "kind=\"jobs\"", "")                                 \
-    X(allocated, "pendulumd_allocated_bytes", "",                                                  \
-      "Memory that the allocator has handed out; 0 where it does not say")                         \
+    X(allocated, "pendulumd_allocated_bytes", "", "Memory allocated by malloc; 0 if unknown")      \
     X(cache_bytes, "pendulumd_cache_bytes", "", "Memory of the cache")                             \
     X(cache_entries, "pendulumd_cache_entries", "", "Keys in the cache")                           \
     X(draining, "pendulumd_draining", "", "1 while the server drains, else 0")                     \
@@ -76,16 +70,15 @@
     X(jobs_failed, "pendulumd_jobs", "state=\"failed\"", "")                                       \
     X(jobs_dismissed, "pendulumd_jobs", "state=\"dismissed\"", "")                                 \
     X(parts_waiting, "pendulumd_job_parts_waiting", "",                                            \
-      "Parts of jobs that a free worker would take now")                                           \
+      "Parts of jobs that are ready for a worker")                                                 \
     X(job_oldest, "pendulumd_job_oldest_waiting_seconds", "",                                      \
-      "Age of the oldest job that waits, of those that are next of their clients; 0 = none waits") \
+      "Age of the oldest waiting job among the next jobs of all clients; 0 = none waits")          \
     X(processes, "pendulumd_store_workers", "",                                                    \
       "Processes that compute jobs of a PostgreSQL store now; 0 on SQLite")                        \
     X(store_connections, "pendulumd_store_connections", "",                                        \
       "Connections of all processes to a PostgreSQL store; 0 on SQLite")                           \
     X(store_bytes, "pendulumd_store_bytes", "", "Bytes kept for jobs in the store")                \
-    X(store_up, "pendulumd_store_up", "",                                                          \
-      "1 while the store answers, 0 while it does not or there is none")                           \
+    X(store_up, "pendulumd_store_up", "", "1 while the store answers, else 0; 0 without a store")  \
     X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")             \
     X(started, "process_start_time_seconds", "", "When the process began, in seconds since 1970")
 

@@ -25,7 +25,7 @@ enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 4 << 20 };
 static const char request_letters[] = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 
 static const struct srv_store_request_words request_words = {
-    "rooms of classes", "a request that writes may be sent again as it is"};
+    "rooms of classes", "a request that writes may be repeated unchanged"};
 
 struct srv_class_request *srv_class_request_of(struct srv_store_request *asked) {
     assert(asked->more);
@@ -101,18 +101,21 @@ enum srv_stored srv_class_request_look(struct srv_store *store, struct srv_store
 static void request_nowhere(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!own->joins) {
-        srv_exchange_problem(exchange, 404, "there is no room of this code that your token is in");
+        srv_exchange_problem(exchange, 404,
+                             "there is no class room with this code that your token has joined");
         return;
     }
     (void)request_waits(exchange, SRV_PACE_TRIES, 1);
     double wait = request_waits(exchange, SRV_PACE_MISSES, 1);
     if (wait > 0) {
         srv_exchange_problem(exchange, 429,
-                             API_TYPE_RATE "there is no room of this code, and too many wrong "
-                                           "codes came before from your address or from many");
+                             API_TYPE_RATE
+                             "there is no class room with this code, and too many wrong codes were "
+                             "sent before, from your address or from many addresses");
         srv_exchange_retry(exchange, wait);
     } else {
-        srv_exchange_problem(exchange, 404, "there is no room of this code, or it has ended");
+        srv_exchange_problem(exchange, 404,
+                             "there is no class room with this code, or it has ended");
     }
 }
 
@@ -132,7 +135,7 @@ static int request_who(struct srv_class_request *own) {
     const char *token = exchange->field[SRV_ROOM_TOKEN];
     if (token && !request_identity(token, &who)) {
         srv_exchange_problem(exchange, 401,
-                             API_TYPE_CREDENTIALS "what Class-Token has is no token: %s",
+                             API_TYPE_CREDENTIALS "Class-Token is not a valid token: %s",
                              srv_identity_rule);
         srv_exchange_header(exchange, "WWW-Authenticate", "Bearer realm=\"pendulumd\"");
         return 0;
@@ -148,8 +151,8 @@ static int request_names(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!request_who(own)) return 0;
     if (!own->joins && !*own->who) {
-        srv_admission_challenge(exchange, "a room is for those who are in it, and it knows them by "
-                                          "the token that they have joined with");
+        srv_admission_challenge(exchange,
+                                "only members can use a class room: send the token that joined it");
         return 0;
     }
     if (!exchange->argument) return 1;
@@ -268,48 +271,52 @@ static void request_why(struct srv_class_request *own) {
     assert(own->put.why != SRV_CLASS_FINE);
     switch (own->put.why) {
     case SRV_CLASS_NO_TEACHER:
-        srv_exchange_problem(exchange, 403, API_TYPE_ROLE "this is for the teacher of the room");
+        srv_exchange_problem(exchange, 403,
+                             API_TYPE_ROLE "only the teacher of the class room may do this");
         break;
     case SRV_CLASS_NO_PUPIL:
-        srv_exchange_problem(exchange, 403, API_TYPE_ROLE "this is for the pupils of the room");
+        srv_exchange_problem(exchange, 403,
+                             API_TYPE_ROLE "only pupils of the class room may do this");
         break;
     case SRV_CLASS_SHUT:
-        srv_exchange_problem(exchange, 403, "the teacher lets nobody more in");
+        srv_exchange_problem(exchange, 403, "the teacher has closed the class room to new pupils");
         break;
     case SRV_CLASS_CROWDED:
-        srv_exchange_problem(exchange, 429, API_TYPE_QUOTA "the room has max-class-pupils, %.0f",
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_QUOTA "the class room is full: max-class-pupils is %.0f",
                              config->class_pupils);
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_SHARED:
-        srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA
-                             "as many pupils as may come from one address are in this room; its "
-                             "teacher can let in more (address_share of stages/class), or remove "
-                             "some");
+        srv_exchange_problem(
+            exchange, 429,
+            API_TYPE_QUOTA
+            "the class room has as many pupils from your address as allowed; its teacher can allow "
+            "more (address_share of stages/class), or remove some");
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_ROOM_FULL:
         srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA "the room is full: max-class-bytes, %.0f",
+                             API_TYPE_QUOTA
+                             "the class room's storage is full: max-class-bytes is %.0f",
                              config->class_bytes);
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_PUPIL_FULL:
         srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA "what stands here of one pupil has %d bytes at most",
+                             API_TYPE_QUOTA "the items of one pupil may have at most %d bytes",
                              SRV_CLASS_PUPIL_BYTES);
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_NO_BASE:
-        srv_exchange_problem(exchange, 409, "there is no %.90s to answer", own->base);
+        srv_exchange_problem(exchange, 409, "there is no question %.90s", own->base);
         break;
     case SRV_CLASS_CLOSED:
-        srv_exchange_problem(exchange, 409, "%.90s takes no answers any more", own->base);
+        srv_exchange_problem(exchange, 409, "%.90s is closed for answers", own->base);
         break;
     case SRV_CLASS_MISFIT:
         srv_exchange_problem(exchange, 422,
-                             "the value is no answer to %.90s: see the kind of the question",
+                             "the value does not answer %.90s: see the kind of the question",
                              own->base);
         break;
     default:

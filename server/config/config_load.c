@@ -284,7 +284,7 @@ static enum pend_status load_environment(struct srv_config *config, char *const 
             found = srv_config_find(name, strlen(name), &i, &row);
         if (!found && !config->warning[0])
             snprintf(config->warning, sizeof config->warning,
-                     "%.*s names no option and is not looked at", length, environment[e]);
+                     "%.*s is not an option and is ignored", length, environment[e]);
         if (!found || (only_file && strcmp(name, "config"))) continue;
         snprintf(place.text, sizeof place.text, "%.*s", length, environment[e]);
         PEND_TRY(load_set(config, &row, i, &place, value, error));
@@ -318,9 +318,9 @@ static enum pend_status load_arguments(struct srv_config *config, int argc, char
         }
         const char *name = argv[a] + 2, *equals = strchr(argv[a], '=');
         if (strncmp(argv[a], "--", 2))
-            return pend_fail(error, PEND_INVALID, -1, 0,
-                             "'%.60s' is no option: options begin with --, and --help lists them",
-                             argv[a]);
+            return pend_fail(
+                error, PEND_INVALID, -1, 0,
+                "'%.60s' is not an option: options begin with --, and --help lists them", argv[a]);
         size_t bytes = equals ? (size_t)(equals - name) : strlen(name);
         if (!srv_config_find(name, bytes, &i, &row))
             return pend_fail(error, PEND_INVALID, -1, 0,
@@ -347,8 +347,7 @@ static void load_weigh(struct srv_config *config) {
         return;
     snprintf(config->warning, sizeof config->warning,
              "drain-seconds is %.15g, less than max-compute-seconds of %.15g: a longer computation "
-             "is cut short when this "
-             "process is told to end; it is to be larger",
+             "is cut short when this process stops; set a larger value",
              config->drain_seconds, config->limits.compute_seconds);
 }
 

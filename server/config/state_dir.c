@@ -33,9 +33,10 @@ enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT],
     if (!count || snprintf(url, SRV_CONFIG_TEXT, "sqlite:%s/store.db", path) >= SRV_CONFIG_TEXT)
         return pend_fail(
             error, PEND_INVALID, -1, 0,
-            "there is no home for jobs: set --store sqlite:PATH, or --store none to do without");
+            "there is no directory for jobs: set --store sqlite:PATH, or --store none for no jobs");
     if (state_directory(path)) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0,
-                     "%.120s cannot be made: %s; --store names another place, or none", path,
-                     strerror(errno));
+    return pend_fail(
+        error, PEND_INVALID, -1, 0,
+        "%.120s cannot be created: %s; choose another path with --store, or --store none", path,
+        strerror(errno));
 }

@@ -135,7 +135,7 @@ void srv_assets_oembed(struct srv_exchange *exchange) {
     enum pend_status status = api_oembed_read(exchange->query, exchange->host, &wanted, &problem);
     if (status == PEND_OK && !strcmp(list, "none")) {
         api_problem_set(&problem, 404,
-                        "this server's page is shown in no other page: the option "
+                        "this server's page may not be embedded in other pages: see the option "
                         "--frame-ancestors");
         status = PEND_INVALID;
     }

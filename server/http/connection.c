@@ -223,7 +223,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
                              "the body has more bytes than the limit max-body-bytes of %.0f",
                              srv_service_config(exchange->service)->limits.body_bytes);
     else if (status != PEND_OK)
-        srv_exchange_busy(exchange, 1, "there is no memory left for the body");
+        srv_exchange_busy(exchange, 1, "no memory is left for the body");
     else {
         enum srv_room room = srv_exchange_hold(exchange, exchange->body.cap);
         if (room != SRV_ROOM) srv_exchange_crowded(exchange, room, "the body");
@@ -269,7 +269,7 @@ void *srv_connection_target(void *context, const char *target, struct MHD_Connec
     if (!connection) return NULL;
     if (connection->hook.strict.requests <= connection->done) {
         srv_log_message(all->service->log,
-                        "a request came past the front: this libmicrohttpd does not call recv");
+                        "a request bypassed the parser: this libmicrohttpd does not call recv");
         return NULL;
     }
     size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);

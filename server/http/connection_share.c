@@ -61,7 +61,7 @@ void srv_connection_share_refuse(struct srv_exchange *exchange, enum srv_surplus
         srv_exchange_busy(exchange, 1,
                           surplus == SRV_SURPLUS_ALL
                               ? "too many connections are open: max-connections"
-                              : "there is no memory left for a connection: max-held-bytes");
+                              : "no memory is left for a connection: max-held-bytes");
         return;
     }
     srv_exchange_problem(exchange, 429,

@@ -141,7 +141,7 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
     *http = NULL;
     if (!made->daemon) close(fd); /* Otherwise libmicrohttpd closes the socket. */
     http_drop(made);
-    return pend_fail(error, PEND_NO_MEMORY, -1, 0, "libmicrohttpd does not start");
+    return pend_fail(error, PEND_NO_MEMORY, -1, 0, "libmicrohttpd cannot be started");
 }
 
 int srv_http_quiesce(struct srv_http *http) {

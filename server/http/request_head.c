@@ -145,8 +145,7 @@ static const char *head_origin(struct srv_exchange *exchange) {
 
 static int head_target(struct srv_exchange *exchange) {
     if (strpbrk(exchange->target, "#\"<>\\"))
-        return head_refuse(exchange, 400,
-                           "the request target has a character that is not allowed there");
+        return head_refuse(exchange, 400, "the request target has a forbidden character");
     const char *origin = head_origin(exchange);
     if (!origin)
         return head_refuse(exchange, 400, "the request target must begin with / or http://");
@@ -167,7 +166,7 @@ static int head_coding(struct srv_exchange *exchange) {
     const char *coding = exchange->field[SRV_CONTENT_ENCODING];
     if (!exchange->length || !coding || !*coding || !strcasecmp(coding, "identity")) return 1;
     head_refuse(exchange, 415,
-                "the body has the Content-Encoding %.60s; bodies of requests are taken without one",
+                "the body has the Content-Encoding %.60s; request bodies must not be encoded",
                 coding);
     srv_exchange_header(exchange, "Accept-Encoding", "identity");
     return 0;
@@ -178,6 +177,6 @@ int srv_request_head_head(struct srv_exchange *exchange) {
     const char *expect = exchange->field[SRV_EXPECT];
     if (!head_length(exchange) || !head_coding(exchange)) return 0;
     if (expect && strcasecmp(expect, "100-continue"))
-        return head_refuse(exchange, 417, "the only expectation known here is 100-continue");
+        return head_refuse(exchange, 417, "the only supported expectation is 100-continue");
     return head_target(exchange);
 }

@@ -240,8 +240,8 @@ static int router_exists(struct srv_exchange *exchange) {
     if (exchange->route) return 1;
     if (exchange->probes) {
         srv_exchange_problem(exchange, 404,
-                             "this address answers GET /healthz, /readyz, /version and /metrics "
-                             "and nothing else: the option --probe-listen");
+                             "this address answers only GET /healthz, /readyz, /version and "
+                             "/metrics: see the option --probe-listen");
         return 0;
     }
     char *allow = srv_exchange_text(exchange, ROUTER_ALLOW);
@@ -262,8 +262,8 @@ static int router_exists(struct srv_exchange *exchange) {
     if (options)
         router_options(exchange);
     else
-        srv_exchange_problem(exchange, 405, "%.40s is not for %.200s, but %s", exchange->method,
-                             exchange->path, allow);
+        srv_exchange_problem(exchange, 405, "%.40s is not allowed for %.200s: use %s",
+                             exchange->method, exchange->path, allow);
     srv_exchange_header(exchange, "Allow", allow);
     return 0;
 }
@@ -307,8 +307,8 @@ static int router_host(struct srv_exchange *exchange) {
     if ((special & SRV_ROUTE_ANY_ADDRESS) && srv_hosts_numeric(exchange->host)) return 1;
     if (srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host)) return 1;
     srv_exchange_problem(exchange, 421,
-                         "this server does not answer to the host %.100s: the option --hosts "
-                         "lists those that it does",
+                         "this server does not answer to the host %.100s: the option --hosts lists "
+                         "the allowed names",
                          exchange->host);
     return 0;
 }
@@ -328,7 +328,8 @@ static int router_may(struct srv_exchange *exchange) {
         jobs = exchange->route->begin == srv_job_results;
     if (identity->role == SRV_ROLE_NONE || exchange->probes) return 1;
     if ((special & SRV_ROUTE_OPERATOR) && identity->role != SRV_ROLE_OPERATOR)
-        srv_admission_forbid(exchange, SRV_ROLE_OPERATOR, "this is for who runs the server");
+        srv_admission_forbid(exchange, SRV_ROLE_OPERATOR,
+                             "only the operator of the server may do this");
     else if ((computes || (special & SRV_ROUTE_COUNTED)) && limit[SRV_LIMIT_REQUESTS] <= 0)
         srv_admission_forbid(exchange, SRV_ROLE_PUPIL, "this role may not send requests here");
     else if ((computes || jobs) && limit[SRV_LIMIT_COMPUTE] <= 0)
@@ -362,8 +363,8 @@ static int router_origin(struct srv_exchange *exchange) {
     srv_exchange_problem(
         exchange, 403,
         API_TYPE_ORIGIN
-        "a web page of the origin %.100s may compute here and read by id, and no more: the option "
-        "cors-origins lists pages that may make, list and end jobs and scenes, and use class rooms",
+        "a web page of the origin %.100s may only compute and read by id: the option cors-origins "
+        "lists pages that may create, list and end jobs and scenes, and use class rooms",
         exchange->field[SRV_ORIGIN]);
     return 0;
 }
@@ -383,8 +384,7 @@ static int router_role(struct srv_exchange *exchange) {
     const struct srv_service *service = exchange->service;
     if (route->handle) return 1;
     if (!srv_config_answers(&service->config)) {
-        srv_exchange_busy(exchange, 60,
-                          "this process computes jobs and answers nothing else: --role worker");
+        srv_exchange_busy(exchange, 60, "this process only computes jobs: --role worker");
         return 0;
     }
     if (route->begin || atomic_load(&service->draining) < SRV_DRAIN_HURRY) return 1;

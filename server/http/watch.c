@@ -27,8 +27,8 @@ static const char watch_head[] =
     "HTTP/1.1 408 Request Timeout\r\nContent-Type: application/problem+json\r\n"
     "Cache-Control: no-store\r\nConnection: close\r\n";
 static const char watch_body[] =
-    "{\"type\":\"about:blank\",\"title\":\"Request Timeout\",\"status\":408,"
-    "\"detail\":\"the request did not arrive in time as a whole\"}";
+    "{\"type\":\"about:blank\",\"title\":\"Request Timeout\",\"status\":408,\"detail\":\"the "
+    "request was not complete in time\"}";
 
 struct watch_lingerer {
     int fd;

@@ -157,10 +157,9 @@ static enum pend_status download_fetch(void *context, void *data, size_t cap, si
         download_ask(download);
     } else if (stored != SRV_STORED) {
         status = pend_fail(error, PEND_CANCELLED, -1, 0,
-                           stored == SRV_STORED_NONE ? "the job's results are not kept any more"
-                           : stored == SRV_STORED_DAMAGED
-                               ? "the job's results are damaged where they are kept"
-                               : "the store is out of reach");
+                           stored == SRV_STORED_NONE      ? "the job's results are no longer stored"
+                           : stored == SRV_STORED_DAMAGED ? "the job's stored results are damaged"
+                                                          : "the store is not reachable");
     } else if (download->part < download->parts) {
         status = pend_fail(error, PEND_BUG, -1, 0, "nothing was read yet");
     }

@@ -11,7 +11,7 @@
 #include "server/store/store_classes.h"
 
 static const struct srv_store_request_words erasure_words = {
-    "clients", "what was not erased is erased when it is asked for again"};
+    "clients", "repeat the request to erase the rest"};
 
 /* Erases a batch of the stored data of client `before`; count is 0 once nothing is left. */
 static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_call *call) {
@@ -48,8 +48,8 @@ static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY
     int self = !strcmp(exchange->argument, "me");
     if (self && identity->kind == SRV_IDENTITY_ADDRESS) {
         srv_admission_challenge(
-            exchange, "what is kept of an address may be many people's, and is an operator's to "
-                      "erase");
+            exchange,
+            "data of an address may belong to many people: only an operator may erase them");
         return 0;
     }
     if (self) {
@@ -59,13 +59,13 @@ static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY
     if (identity->role == SRV_ROLE_NONE) {
         srv_exchange_problem(exchange, 403,
                              API_TYPE_ROLE
-                             "what is kept of others is an operator's to erase, and this server "
-                             "has no keys that could tell one: the option --keys");
+                             "only an operator may erase data of others, and this server has no "
+                             "keys to identify one: see the option --keys");
         return 0;
     }
     if (identity->role != SRV_ROLE_OPERATOR) {
         srv_admission_forbid(exchange, SRV_ROLE_OPERATOR,
-                             API_TYPE_ROLE "what is kept of others is not yours to erase");
+                             API_TYPE_ROLE "only an operator may erase data of others");
         return 0;
     }
     if (srv_identity_named(exchange->argument, key)) return 1;

@@ -181,9 +181,8 @@ static void events_refuse(struct srv_events *events, struct srv_listener *listen
         srv_exchange_busy(exchange, 1, "out of memory");
     } else if (own) {
         srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA
-                             "you have a quarter of max-event-streams, %d, open or waiting, or all "
-                             "of your address three",
+                             API_TYPE_QUOTA "you have a quarter of max-event-streams, %d, open or "
+                                            "waiting, or your address has three quarters",
                              events->most);
         srv_exchange_retry(exchange, 5);
     } else {

@@ -179,7 +179,7 @@ void srv_job_list(struct srv_exchange *exchange) {
     else if (exchange->identity.kind == SRV_IDENTITY_ADDRESS)
         srv_admission_challenge(
             exchange,
-            "a list is of what was posted with a token, and an address is nobody's alone");
+            "only jobs submitted with a token can be listed, since an address may be shared");
     if (exchange->status)
         srv_store_request_end(asked);
     else

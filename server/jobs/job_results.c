@@ -59,9 +59,9 @@ static void results_refuse(struct srv_store_request *asked, enum srv_stored stor
         srv_store_request_refuse(asked, stored);
     else if (job->state <= SRV_JOB_RUNNING)
         srv_exchange_problem(exchange, 409,
-                             API_TYPE_NOT_DONE "the job is %s, with %ld of %ld parts done: its "
-                                               "results come with its end; ?partial=true asks for "
-                                               "those of the parts that are done",
+                             API_TYPE_NOT_DONE
+                             "the job is %s, with %ld of %ld parts done: its results are available "
+                             "at its end; ?partial=true returns those of finished parts",
                              srv_job_word(job->state), job->done, job->parts);
     else
         srv_exchange_problem(exchange, 409,
@@ -97,7 +97,7 @@ static void request_found(struct srv_store_request *asked, enum srv_stored store
         srv_store_request_refuse(asked, stored);
     } else if (!asked->request || !asked->request_bytes) {
         srv_exchange_problem(exchange, 409,
-                             API_TYPE_NO_RESULTS "the job's request is not kept: it is %s",
+                             API_TYPE_NO_RESULTS "the job's request is not stored: it is %s",
                              srv_job_word(asked->job.state));
     } else if (api_buffer_add(&exchange->answer, asked->request, asked->request_bytes) != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");

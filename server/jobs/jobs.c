@@ -169,7 +169,7 @@ static void jobs_accepted(struct srv_exchange *exchange, const struct srv_job *j
     int seconds = jobs_waits(exchange), done = 0;
     char *location = srv_exchange_text(exchange, 64), *applied = srv_exchange_text(exchange, 64);
     if (!job) {
-        srv_exchange_problem(exchange, 404, "the job was erased while its end was waited for");
+        srv_exchange_problem(exchange, 404, "the job was erased during the wait for its end");
         return;
     }
     done = seconds && job->state == SRV_JOB_SUCCESSFUL;
@@ -216,12 +216,11 @@ static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, 
     const struct srv_config *config = srv_service_config(exchange->service);
     double bytes = plan->bytes + 2 * (double)body_bytes, answer = config->limits.answer_bytes;
     if (srv_hold_never(config, bytes))
-        srv_exchange_problem(
-            exchange, 422,
-            API_TYPE_LIMIT
-            "a part of this job would take about %.0f bytes of memory while it is computed, and "
-            "max-held-bytes leaves at most %.0f to one",
-            bytes, srv_hold_most(config));
+        srv_exchange_problem(exchange, 422,
+                             API_TYPE_LIMIT
+                             "a part of this job would take about %.0f bytes of memory, but "
+                             "max-held-bytes allows at most %.0f for one part",
+                             bytes, srv_hold_most(config));
     else if (plan->kept > answer)
         srv_exchange_problem(
             exchange, 422,
@@ -286,7 +285,7 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
     if (title && !srv_jobs_title(title, strlen(title), asked->title)) {
         srv_exchange_problem(exchange, 400,
                              "Job-Title must be 1 to %d bytes of UTF-8 without control characters; "
-                             "what is not ASCII, and %%, may be percent-encoded",
+                             "characters outside ASCII, and %%, may be percent-encoded",
                              SRV_TITLE_BYTES - 1);
         srv_store_request_end(asked);
         return;
@@ -318,7 +317,7 @@ static void jobs_awaited(struct srv_exchange *exchange, const struct srv_job *jo
     if (job)
         jobs_answer_job(exchange, 200, job);
     else
-        srv_exchange_problem(exchange, 404, "the job was erased while its end was waited for");
+        srv_exchange_problem(exchange, 404, "the job was erased during the wait for its end");
 }
 
 /* Continues GET /v1/jobs/{id}?wait=N. */
@@ -341,14 +340,14 @@ static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job
         srv_exchange_problem(
             exchange, 403,
             API_TYPE_OWNER
-            "this job is not yours to end: it was posted %s, and only from there it can be ended",
+            "you may not end this job: it was submitted %s, and can be ended only from there",
             !strcmp(owner, "token")     ? "with another token"
             : !strcmp(owner, "key")     ? "with another key"
             : !strcmp(owner, "account") ? "from another account"
                                         : "without a token, from another address");
     else
-        srv_admission_challenge(exchange,
-                                "this job was posted with a %s, which is needed to end it", owner);
+        srv_admission_challenge(
+            exchange, "this job was submitted with a %s, which is needed to end it", owner);
 }
 
 static void jobs_dropped(struct srv_store_request *asked, enum srv_stored stored) {

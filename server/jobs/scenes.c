@@ -17,7 +17,7 @@ enum { SCENES_HEAD = 512 };
 static const char scenes_json[] = "application/json";
 
 static const struct srv_store_request_words scenes_words = {"scenes",
-                                                            "the same scene again is kept once"};
+                                                            "the same scene is stored once"};
 
 /* --- answers --- */
 
@@ -26,17 +26,15 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
     struct srv_exchange *exchange = asked->exchange;
     switch (stored) {
     case SRV_STORED_NONE:
-        srv_exchange_problem(exchange, 404, "there is no scene of this id");
+        srv_exchange_problem(exchange, 404, "there is no scene with this id");
         break;
     case SRV_STORED_QUOTA:
         srv_exchange_problem(
             exchange, 429,
-            API_TYPE_QUOTA
-            "no more scenes can be kept: the client has max-client-scenes, %.0f, or "
-            "max-client-scene-bytes, %.0f, of them, all of its address have max-address-clients "
-            "times "
-            "as many, or all clients have max-store-scene-bytes, %.0f; DELETE those that are not "
-            "needed",
+            API_TYPE_QUOTA "no more scenes can be stored: a limit is reached, of the client "
+                           "(max-client-scenes, %.0f, max-client-scene-bytes, %.0f), of its "
+                           "address (max-address-clients times these), or of all clients "
+                           "(max-store-scene-bytes, %.0f); DELETE scenes that are not needed",
             exchange->service->config.client_scenes, exchange->service->config.client_scene_bytes,
             exchange->service->config.store_scene_bytes);
         srv_exchange_retry(exchange, 3600);
@@ -169,11 +167,10 @@ static void scenes_gone(struct srv_store_request *asked, enum srv_stored stored)
     if (stored == SRV_STORED)
         srv_exchange_static(exchange, 204, NULL, NULL, 0);
     else if (stored == SRV_STORED_CLASH)
-        srv_exchange_problem(
-            exchange, 403,
-            API_TYPE_OWNER
-            "this scene is not yours to take away: it was not stored with your token or "
-            "account, or you have let it go already");
+        srv_exchange_problem(exchange, 403,
+                             API_TYPE_OWNER
+                             "you may not delete this scene: it was not stored with your token or "
+                             "account, or you have deleted it already");
     else
         scenes_refuse(asked, stored);
     srv_store_request_end(asked);
@@ -183,9 +180,7 @@ void srv_scenes_drop(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin(exchange, &scenes_words);
     if (!asked) return;
     if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
-        srv_admission_challenge(
-            exchange,
-            "a scene is taken away with the token it was stored with, and stays without one");
+        srv_admission_challenge(exchange, "only the token that stored a scene can delete it");
     } else if (srv_store_request_id_good(exchange->argument)) {
         memcpy(asked->id, exchange->argument, SRV_ID_BYTES);
         srv_store_request_ask(asked, SRV_ASK_WRITE, scenes_let_go, scenes_gone);

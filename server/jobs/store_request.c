@@ -12,7 +12,7 @@ enum { STORE_REQUEST_LONG_BODY = 1 << 18 };
 const char srv_store_request_letters[] = "0123456789abcdefghjkmnpqrstvwxyz";
 
 const struct srv_store_request_words srv_store_request_jobs = {
-    "jobs", "a job whose request is repeated with the same Idempotency-Key is made once"};
+    "jobs", "repeating the request with the same Idempotency-Key creates only one job"};
 
 int srv_store_request_id_good(const char *id) {
     return strlen(id) == SRV_ID_BYTES - 1 &&
@@ -35,7 +35,7 @@ struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
         srv_exchange_busy(exchange, 1, "out of memory");
     else
         srv_exchange_problem(
-            exchange, 404, API_TYPE_NO_STORE "this server keeps no %s: its option --store is none",
+            exchange, 404, API_TYPE_NO_STORE "this server stores no %s: its option --store is none",
             words->many);
     exchange->finish(exchange);
     return NULL;
@@ -136,12 +136,11 @@ static void store_request_crowded(struct srv_exchange *exchange, enum pend_statu
         return;
     }
     srv_metrics_count(&metrics->refused_client, 1);
-    srv_exchange_problem(
-        exchange, 429,
-        API_TYPE_RATE
-        "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
-        "are three quarters of max-queue",
-        srv_service_config(exchange->service)->client_queue);
+    srv_exchange_problem(exchange, 429,
+                         API_TYPE_RATE
+                         "%.0f of your requests wait for a worker, the limit max-client-queue, or "
+                         "requests of your address fill three quarters of max-queue",
+                         srv_service_config(exchange->service)->client_queue);
     srv_exchange_retry(exchange, 1);
 }
 
@@ -175,24 +174,24 @@ void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored s
     case SRV_STORED_NONE:
         srv_exchange_problem(
             exchange, 404,
-            "there is no job of this id; ended ones are kept for keep-seconds, %.15g s",
+            "there is no job with this id; ended jobs are stored for keep-seconds, %.15g s",
             exchange->service->config.keep_seconds);
         break;
     case SRV_STORED_CLASH:
         srv_exchange_problem(exchange, 422,
                              API_TYPE_KEY_REUSED
-                             "this Idempotency-Key has come with another request before%s",
+                             "this Idempotency-Key was used with another request%s",
                              exchange->identity.kind != SRV_IDENTITY_ADDRESS
                                  ? ""
-                                 : ", from your address; who sends Authorization: Bearer SECRET "
-                                   "has keys of its own");
+                                 : ", from your address; clients that send Authorization: Bearer "
+                                   "SECRET have separate keys");
         break;
     case SRV_STORED_QUOTA:
         srv_exchange_problem(exchange, 429, API_TYPE_QUOTA "%.200s", asked->job.message);
         srv_exchange_retry(exchange, 5);
         break;
     case SRV_STORED_DAMAGED:
-        srv_exchange_problem(exchange, 500, "what the store has kept of this is damaged");
+        srv_exchange_problem(exchange, 500, "the stored data are damaged");
         break;
     case SRV_STORED_FULL:
         srv_exchange_busy(exchange, 60, "the store's disk is full");
@@ -201,7 +200,7 @@ void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored s
         srv_exchange_busy(exchange, 1, "the store is busy; nothing was changed");
         break;
     default:
-        srv_exchange_problem(exchange, 503, "the store is out of reach; %s", asked->words->again);
+        srv_exchange_problem(exchange, 503, "the store is not reachable; %s", asked->words->again);
         srv_exchange_retry(exchange, 2);
         break;
     }

@@ -86,7 +86,7 @@ static enum pend_status key_file_replace(const char *path, const struct stat *ol
     if ((size_t)snprintf(fresh, sizeof fresh, "%s.new", name) >= sizeof fresh)
         return pend_fail(error, PEND_INVALID, -1, 0, "the path of the keys is too long");
     if (!key_file_same(name, old, directory))
-        return pend_fail(error, PEND_INVALID, -1, 0, "%.150s was moved meanwhile", path);
+        return pend_fail(error, PEND_INVALID, -1, 0, "%.150s was moved in the meantime", path);
     /* We hold the lock, so an existing temporary file was left by a process that died. */
     unlinkat(directory, fresh, 0);
     int fd = openat(directory, fresh, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
@@ -123,7 +123,7 @@ enum pend_status srv_key_file_change(const char *path, int make,
     if (status == PEND_OK) {
         status = srv_keys_write(&keys, &text);
         if (status != PEND_OK)
-            status = pend_fail(error, status, -1, 0, "the keys have no room in memory");
+            status = pend_fail(error, status, -1, 0, "out of memory for the keys");
     }
     if (status == PEND_OK) status = key_file_replace(path, &old, &text, directory, error);
     api_buffer_clear(&text);

@@ -59,7 +59,7 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
     if (!missing) ring->seen = file;
     srv_keys_init(&keys);
     if (srv_key_file_read(ring->path, &keys, NULL, &error) != PEND_OK) {
-        srv_log_message(log, "keys: those of before stay in force: %s", error.text);
+        srv_log_message(log, "keys: the previous keys stay valid: %s", error.text);
         srv_log_audit_entry(log, &(struct srv_log_audit_entry){.id = "",
                                                                .who = "operator",
                                                                .role = "",
@@ -72,8 +72,7 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log) {
     struct srv_keys old = ring->keys;
     ring->keys = keys;
     pthread_mutex_unlock(&ring->lock);
-    srv_log_message(log,
-                    keys.count == 1 ? "keys: %d key is in force" : "keys: %d keys are in force",
+    srv_log_message(log, keys.count == 1 ? "keys: %d key is valid" : "keys: %d keys are valid",
                     keys.count);
     char count[16];
     snprintf(count, sizeof count, "%d", keys.count);

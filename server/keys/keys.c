@@ -83,8 +83,7 @@ int srv_keys_means(const struct srv_key *key, const char *name) {
 static enum pend_status keys_room(struct srv_keys *keys, struct pend_error *error) {
     if (keys->count == SRV_KEYS_MOST)
         return pend_fail(error, PEND_LIMIT, -1, 0,
-                         "there are %d keys, as many as there may be: remove old ones",
-                         SRV_KEYS_MOST);
+                         "there are %d keys, the maximum: remove old ones", SRV_KEYS_MOST);
     if (keys->count < keys->room) return PEND_OK;
     int room = keys->room ? 2 * keys->room : 16;
     struct srv_key *grown = realloc(keys->key, (size_t)room * sizeof *grown);
@@ -104,11 +103,11 @@ enum pend_status srv_keys_add(struct srv_keys *keys, const struct srv_key *key,
     for (int i = 0; i < keys->count; i++) {
         const struct srv_key *other = &keys->key[i];
         if (!strcmp(other->digest, key->digest))
-            return pend_fail(error, PEND_INVALID, -1, 0, "the key %.*s is there twice", SRV_KEY_ID,
+            return pend_fail(error, PEND_INVALID, -1, 0, "the key %.*s occurs twice", SRV_KEY_ID,
                              key->digest);
         if (!strcmp(other->name, key->name) && other->role != key->role)
             return pend_fail(error, PEND_INVALID, -1, 0,
-                             "keys of the name %s have the role %s: one client has one role",
+                             "other keys with the name %s have the role %s: a client has one role",
                              key->name, srv_role_word(other->role));
     }
     PEND_TRY(keys_room(keys, error));
@@ -236,13 +235,13 @@ static enum pend_status keys_line_key(struct srv_keys *keys, char **rest,
     const char *name = strtok_r(NULL, " \t\r", rest);
     snprintf(key.name, sizeof key.name, "%s", name ? name : "");
     if (!name || strlen(name) >= sizeof key.name || !srv_keys_named(name))
-        return pend_fail(error, PEND_INVALID, -1, 0, "'%.40s' is no name of a key",
+        return pend_fail(error, PEND_INVALID, -1, 0, "'%.40s' is not the name of a key",
                          name ? name : "");
     for (const char *field; (field = strtok_r(NULL, " \t\r", rest));)
         PEND_TRY(keys_field(&key, field, error));
     if (!key.role || !key.digest[0])
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "the key %s wants role= and digest=", key.name);
+                         "the key %s needs role= and digest=", key.name);
     return srv_keys_add(keys, &key, error);
 }
 
@@ -282,7 +281,7 @@ enum pend_status srv_keys_read(struct srv_keys *keys, const char *text, size_t b
         if (!odd) memcpy(line, text, length);
         line[odd ? 0 : length] = 0;
         enum pend_status status =
-            odd ? pend_fail(&why, PEND_INVALID, -1, 0, "it is too long, or no text")
+            odd ? pend_fail(&why, PEND_INVALID, -1, 0, "it is too long, or not text")
                 : keys_line(keys, line, &why);
         if (status != PEND_OK)
             return pend_fail(error, status, -1, 0, "line %d: %.200s", number, why.text);

@@ -33,7 +33,7 @@ static const struct {
     {"memory", "bytes from 1M to 1000000G", 1, 1, MEGA, 1e15},
     {"bytes", "bytes up to 1000000G", 1, 1, 0, 1e15},
     {"jobs", "a whole number up to 1000000000", 1, 0, 0, 1e9},
-    {"priority", "0, 1, 2 or 3, the number of levels behind all others", 1, 0, 0, 3},
+    {"priority", "0, 1, 2 or 3: a higher number has a lower priority", 1, 0, 0, 3},
     {"rooms", "a whole number up to 1000000 of class rooms", 1, 0, 0, 1e6},
 };
 
@@ -93,8 +93,8 @@ enum pend_status srv_limits_read(struct srv_limits *limits, const char *text,
         return PEND_OK;
     }
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "'%.40s' is no limit: there are requests, compute, memory, bytes, jobs, "
-                     "priority and rooms",
+                     "'%.40s' is not a limit: the limits are requests, compute, memory, bytes, "
+                     "jobs, priority and rooms",
                      text);
 }
 

@@ -100,9 +100,9 @@ static void strict_method(struct srv_http_strict *strict, unsigned char c) {
     else if (!strict_is(c, STRICT_TOKEN))
         strict_refuse(
             strict, 400,
-            "the request line must be a method, one blank, the target, one blank, and HTTP/1.1");
+            "the request line must be a method, one space, the target, one space, and HTTP/1.1");
     else if (++strict->part > SRV_STRICT_METHOD)
-        strict_refuse(strict, 501, "the method is none that is known here");
+        strict_refuse(strict, 501, "unknown method");
 }
 
 static void strict_target(struct srv_http_strict *strict, unsigned char c) {
@@ -110,7 +110,7 @@ static void strict_target(struct srv_http_strict *strict, unsigned char c) {
     if (c == ' ' && strict->part)
         strict_go(strict, SRV_STRICT_IN_VERSION);
     else if (!strict_is(c, STRICT_VISIBLE))
-        strict_refuse(strict, 400, "the request target has a byte that is not allowed there");
+        strict_refuse(strict, 400, "the request target has a forbidden byte");
     else if (++strict->part > SRV_STRICT_TARGET || strict->parameters >= SRV_STRICT_PARAMETERS)
         strict_refuse(strict, 414, "the request target has more than 1023 bytes or 64 parameters");
 }
@@ -141,9 +141,9 @@ static void strict_line(struct srv_http_strict *strict, unsigned char c) {
         if (++strict->fields > SRV_STRICT_FIELDS)
             strict_refuse(strict, 431, "the request has more than 100 header fields");
     } else if (c == ' ' || c == '\t') {
-        strict_refuse(strict, 400, "a header field must not be folded, nor begin with a blank");
+        strict_refuse(strict, 400, "a header field must not be folded or begin with a space");
     } else {
-        strict_refuse(strict, 400, "a line of the head is no header field");
+        strict_refuse(strict, 400, "a line of the head is not a header field");
     }
 }
 
@@ -179,13 +179,13 @@ static void strict_name(struct srv_http_strict *strict, unsigned char c) {
         strict_name_end(strict);
     else if (!strict_is(c, STRICT_TOKEN))
         strict_refuse(strict, 400,
-                      "a header field must be a name, a colon at once behind it, and a value");
+                      "a header field must be a name, directly followed by a colon, and a value");
     else if (strict->part++ < SRV_STRICT_NAME)
         strict->name[strict->part - 1] = (char)(c | 32);
 }
 
 static const char strict_no_length[] = "Content-Length must be a decimal number and nothing else";
-static const char strict_no_coding[] = "the only Transfer-Encoding that is known here is chunked";
+static const char strict_no_coding[] = "the only supported Transfer-Encoding is chunked";
 
 /* a byte of the value of a known field; `part` already counts it */
 static void strict_known(struct srv_http_strict *strict, unsigned char c) {
@@ -193,7 +193,7 @@ static void strict_known(struct srv_http_strict *strict, unsigned char c) {
     switch (strict->field) {
     case STRICT_HOST:
         if (!strict_is(c, STRICT_AUTHORITY))
-            strict_refuse(strict, 400, "the header field Host is no host");
+            strict_refuse(strict, 400, "the header field Host is not a host");
         return;
     case STRICT_LENGTH:
         if (c < '0' || c > '9')

@@ -13,11 +13,9 @@ static_assert((int)SRV_IDENTITY_KEY == (int)API_DIGEST_BYTES + 2,
 enum { IDENTITY_DIGITS = 12 /* digits of a digest in logs */ };
 
 const char srv_identity_rule[] =
-    "a bearer token is a secret of at least 128 bits that the client draws at random: 22 "
-    "to 4096 characters of A-Z, a-z, "
-    "0-9 and -._~+/, at least 32 where all are hexadecimal digits, at least 8 of them "
-    "different, with = at the end only; "
-    "for example the output of: openssl rand -hex 16";
+    "a bearer token is a random secret of at least 128 bits that the client generates: 22 to 4096 "
+    "characters of A-Z, a-z, 0-9 and -._~+/, at least 32 if all are hexadecimal digits, at least 8 "
+    "of them different, with = at the end only; for example the output of: openssl rand -hex 16";
 
 static const char identity_letter[] = {'n', 'a', 't', 'k'};
 static const char *const identity_word[] = {"address", "account", "token", "key"};

@@ -181,7 +181,7 @@ static int calls_load(scmp_filter_ctx filter) {
 enum pend_status srv_sandbox_seccomp(struct pend_error *error) {
     if (CALLS_SANITIZED)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "this build has a sanitizer, whose own system calls are others");
+                         "this build has a sanitizer, which needs other system calls");
     struct sigaction action = {.sa_sigaction = calls_refused, .sa_flags = SA_SIGINFO};
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_TRAP);
     int failed = filter ? 0 : -ENOMEM;

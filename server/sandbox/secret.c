@@ -14,15 +14,16 @@ static enum pend_status secret_private(const char *path, const struct stat *file
                                        struct pend_error *error) {
     uid_t self = geteuid();
     if (!S_ISREG(file->st_mode))
-        return pend_fail(error, PEND_INVALID, -1, 0, "%.150s is no plain file", path);
+        return pend_fail(error, PEND_INVALID, -1, 0, "%.150s is not a regular file", path);
     if (self && file->st_uid != self && file->st_uid != 0)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "%.150s belongs to another user: it must be this one's, or root's", path);
+                         "%.150s belongs to another user: its owner must be this user or root",
+                         path);
     int open = file->st_mode & 077, handed = !file->st_uid && self && !(file->st_mode & 037);
     if (open && !handed)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "%.150s has mode %04o, so that others can read it: it must have 0600",
-                         path, (unsigned)(file->st_mode & 07777));
+                         "%.150s has mode %04o, so others can read it: it must have 0600", path,
+                         (unsigned)(file->st_mode & 07777));
     return PEND_OK;
 }
 

@@ -63,7 +63,7 @@ static void storage_note(struct storage_desk *desk, enum srv_stored stored) {
     if (desk->away == away) return;
     desk->away = away;
     if (away && atomic_fetch_add(&storage->away, 1) == 0)
-        srv_log_message(storage->log, "the store is out of reach: %s",
+        srv_log_message(storage->log, "the store is not reachable: %s",
                         srv_store_complaint(desk->store));
     if (away || atomic_fetch_sub(&storage->away, 1) != 1) return;
     srv_log_message(storage->log, "the store is back");
@@ -132,10 +132,10 @@ static int storage_piece(struct srv_storage *storage, struct srv_store *store,
     if (*stored != SRV_STORED) return 0;
     if (!round->pieces++) round->looked = looked;
     if (sweep.released || sweep.given_up) {
-        srv_log_message(
-            storage->log,
-            "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
-            sweep.released, sweep.given_up);
+        srv_log_message(storage->log,
+                        "%d parts of jobs were taken from workers that stopped responding, %d jobs "
+                        "failed for good",
+                        sweep.released, sweep.given_up);
         storage->news(storage->context, SRV_RING_ALL);
     }
     return sweep.more;
@@ -251,8 +251,8 @@ static void storage_carries(struct storage_desk *desk) {
         return;
     srv_log_message(
         desk->storage->log,
-        "the database's max_connections, %lld, carries %lld processes of the role worker "
-        "(1 connection each; they leave the last 8 free) beside one of another role (3 each)",
+        "the database's max_connections, %lld, allows %lld processes of the role worker (1 "
+        "connection each; they leave the last 8 free) besides one of another role (3 connections)",
         (long long)connections, (long long)(workers > 0 ? workers : 0));
 }
 
@@ -275,7 +275,7 @@ static enum pend_status storage_start(struct srv_storage *storage, const char *u
         desk->runs =
             !pthread_create(&desk->thread, NULL, listens ? storage_listen : storage_serve, desk);
         if (!desk->runs)
-            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no thread for the store can be had");
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "cannot start a thread for the store");
     }
     return PEND_OK;
 }

@@ -32,8 +32,9 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url,
         enum srv_stored stored = srv_store_settle(made);
         int waits = stored == SRV_STORED_AWAY && driver->distant;
         if (stored != SRV_STORED && !waits)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "its tables cannot be used: %.180s",
-                               made->sql->complaint);
+            status =
+                pend_fail(error, PEND_INVALID, -1, 0,
+                          "the tables of the store cannot be used: %.180s", made->sql->complaint);
     }
     if (status == PEND_OK)
         *store = made;

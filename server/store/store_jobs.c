@@ -114,12 +114,11 @@ static enum srv_stored submit_allowed(const struct srv_store *store,
                  store->rules.client_jobs);
     else if (order->client_jobs && open >= order->client_jobs)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "the client has %ld open jobs, as many as its role or its key allows",
-                 order->client_jobs);
+                 "the client has %ld open jobs, the limit of its role or key", order->client_jobs);
     else if (order->client_bytes && kept > order->client_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "the client's kept jobs would pass the %lld bytes that its role or its key "
-                 "allows; DELETE jobs that are not needed any more",
+                 "the client's stored jobs would exceed the %lld bytes that its role or key "
+                 "allows; DELETE jobs that are no longer needed",
                  order->client_bytes);
     else
         return SRV_STORED;

@@ -197,8 +197,8 @@ static enum srv_stored part_back(struct srv_store *store, const char *id, int64_
     if (row.whole[0] < SRV_MOST_KILLS) return SRV_POST(store, SQL_JOB_WAIT, id);
     sweep->given_up++;
     snprintf(message, sizeof message,
-             "given up: %d workers ended or fell silent over part %lld of %ld, computing nothing "
-             "else, and nothing was done between",
+             "failed: %d workers ended or stopped responding while they computed only part %lld of "
+             "%ld, and no other part was finished in between",
              SRV_MOST_KILLS, (long long)number + 1, job.parts);
     return srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
 }

@@ -135,9 +135,8 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     "SET max_parallel_workers_per_gather = 0"
 
 #define POSTGRES_POOLED                                                                            \
-    "the database is behind a pooler that gives each transaction another connection (as "          \
-    "PgBouncer "                                                                                   \
-    "with pool_mode = transaction): name the database itself, or a pool of sessions"
+    "a connection pooler gives each transaction another connection to the database (such as "      \
+    "PgBouncer with pool_mode = transaction): use the database directly, or pool sessions"
 
 /* Returns 0 behind a transaction pooler, where a statement may be prepared on one server connection
  * and run on another. It is detected because a pooler reports no server process at connection, and
@@ -177,8 +176,8 @@ static void postgres_complain(struct postgres_sql *own, const PGresult *result) 
     static_assert(CONNECTIONS_LEFT == 8, "the number is in a text");
     srv_sql_complain(&own->sql, own->pooled ? POSTGRES_POOLED
                                 : own->crowded
-                                    ? "the database has 8 connections left, which workers "
-                                      "leave to processes that answer: max_connections"
+                                    ? "the database has 8 connections left, which are reserved for "
+                                      "processes that answer requests: max_connections"
                                 : own->silent ? "the database gave no answer in 10 s"
                                 : result      ? PQresultErrorMessage(result)
                                               : PQerrorMessage(own->connection));
@@ -213,7 +212,7 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int
         srv_sql_complain(&own->sql, said ? said : "out of memory");
         status = pend_fail(
             error, PEND_INVALID, -1, 0,
-            "the url of the database: %.120s (values are not shown, as one may be the password)",
+            "the url of the database: %.120s (values are hidden, since one may be the password)",
             own->sql.complaint);
     }
     PQconninfoFree(options);

@@ -59,12 +59,12 @@ enum srv_stored srv_store_room(struct srv_store *store, const char *name, size_t
     SRV_STORED_TRY(srv_tally_total(&store->tally, SRV_TALLY_BYTES, &all));
     if (client->bytes_were + client->bytes + (int64_t)bytes > rules->client_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "the client's kept jobs would pass max-client-bytes, %lld bytes; "
-                 "DELETE jobs that are not needed any more",
+                 "the client's stored jobs would exceed max-client-bytes, %lld bytes; DELETE jobs "
+                 "that are no longer needed",
                  rules->client_bytes);
     else if (all + (int64_t)bytes > rules->all_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "all kept jobs would pass max-store-bytes, %lld bytes", rules->all_bytes);
+                 "all stored jobs would exceed max-store-bytes, %lld bytes", rules->all_bytes);
     else
         return SRV_STORED;
     return SRV_STORED_QUOTA;
@@ -83,7 +83,7 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
     int counted = client->jobs_were > 0 || client->bytes_were > 0 || client->bytes > 0;
     if (rules->source_clients && !counted && clients >= rules->source_clients)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "%ld clients of your address have jobs: max-address-clients allows no more",
+                 "%ld clients of your address have jobs, the limit max-address-clients",
                  rules->source_clients);
     else if (rules->source_jobs && jobs >= rules->source_jobs)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
@@ -92,9 +92,8 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
                  rules->source_jobs);
     else if (rules->source_bytes && bytes > rules->source_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "the clients of your address keep %lld bytes of jobs together: "
-                 "max-address-clients allows no more; "
-                 "DELETE jobs that are not needed any more",
+                 "the clients of your address store %lld bytes of jobs together, the limit by "
+                 "max-address-clients; DELETE jobs that are no longer needed",
                  rules->source_bytes);
     else
         return SRV_STORED;

@@ -119,7 +119,7 @@ static enum srv_stored schema_make(struct srv_sql *sql, int64_t *version) {
 enum srv_stored srv_schema_other(struct srv_sql *sql, int64_t version) {
     assert(version != SRV_SCHEMA);
     char text[SRV_SQL_COMPLAINT];
-    snprintf(text, sizeof text, "the store is of version %lld, this program knows version %d",
+    snprintf(text, sizeof text, "the store has version %lld, but this program needs version %d",
              (long long)version, SRV_SCHEMA);
     srv_sql_complain(sql, text);
     return SRV_STORED_BROKEN;

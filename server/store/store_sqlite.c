@@ -115,8 +115,9 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, int r
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     if (*path) sqlite_private(path);
     if (!*path) {
-        status = pend_fail(error, PEND_INVALID, -1, 0,
-                           "sqlite: wants a file's path, as in sqlite:/var/lib/pendulumd/store.db");
+        status = pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "sqlite: needs the path of a file, such as sqlite:/var/lib/pendulumd/store.db");
     } else if (sqlite3_open_v2(path, &own->db, flags, NULL) != SQLITE_OK) {
         status = pend_fail(error, PEND_INVALID, -1, 0, "%s cannot be opened: %s", path,
                            own->db ? sqlite3_errmsg(own->db) : "out of memory");
@@ -131,7 +132,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, int r
             sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK ||
             sqlite3_prepare_v2(own->db, "ROLLBACK", -1, &own->rollback, NULL) != SQLITE_OK ||
             srv_sqlite_disk_open(&own->disk, own->db) != SQLITE_OK)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "%s is no store: %s", path,
+            status = pend_fail(error, PEND_INVALID, -1, 0, "%s is not a store: %s", path,
                                said ? said : sqlite3_errmsg(own->db));
     }
     sqlite3_free(said);
@@ -310,7 +311,7 @@ static int sqlite_room(struct srv_sql *sql, size_t bytes) {
     struct sqlite_sql *own = SRV_CONTAINER_OF(sql, struct sqlite_sql, sql);
     if (srv_sqlite_disk_room(&own->disk, bytes)) return 1;
     own->full = 1;
-    srv_sql_complain(sql, "the disk is full, but for what the ends of jobs need");
+    srv_sql_complain(sql, "the disk is full except for a reserve to end jobs");
     return 0;
 }
 

@@ -26,18 +26,18 @@ static void admission_asks(struct srv_exchange *exchange, const char *error, con
 /* Answers 401 to a key that is malformed, unknown, expired or revoked. */
 static void admission_key(struct srv_exchange *exchange) {
     const struct srv_identity *identity = &exchange->identity;
-    static const char other[] = "ask who runs this server for another one";
+    static const char other[] = "ask the operator of this server for another one";
     char since[SRV_KEY_TIME];
     const char *name = identity->secret[0] ? identity->secret + 4 : "", *why = "it is unknown";
     srv_metrics_count(&exchange->service->metrics.refused_keys, 1);
     srv_keys_time(identity->since, since);
     switch (identity->verdict) {
     case SRV_KEY_BROKEN:
-        why = "the key is not whole";
+        why = "the key is malformed";
         srv_exchange_problem(exchange, 401,
                              API_TYPE_CREDENTIALS
-                             "this key is not whole: a key is pdk_ and %d characters, of which the "
-                             "last six must fit the others; send it as it was handed out",
+                             "this key is malformed: a key is pdk_ and %d characters, of which the "
+                             "last six are a checksum; send the whole key",
                              SRV_KEY_TOKEN - 1 - 4);
         break;
     case SRV_KEY_EXPIRED:
@@ -54,11 +54,11 @@ static void admission_key(struct srv_exchange *exchange) {
         break;
     case SRV_KEY_UNKNOWN:
     case SRV_KEY_GOOD:
-        srv_exchange_problem(exchange, 401,
-                             API_TYPE_CREDENTIALS
-                             "this server knows no such key: it was not made here, or was "
-                             "removed; %s",
-                             other);
+        srv_exchange_problem(
+            exchange, 401,
+            API_TYPE_CREDENTIALS
+            "this key is unknown to this server: it was not created here, or was removed; %s",
+            other);
         break;
     }
     admission_asks(exchange, "invalid_token", "error_description", why);
@@ -89,7 +89,8 @@ int srv_admission_named(struct srv_exchange *exchange) {
         return 1;
     case SRV_IDENTITY_NO_ACCOUNT:
         srv_exchange_problem(
-            exchange, 400, "the field %.60s, which says who asks, must be visible ASCII characters",
+            exchange, 400,
+            "the field %.60s, which identifies the client, must be visible ASCII characters",
             srv_service_config(exchange->service)->client_header);
         return 0;
     case SRV_IDENTITY_NO_KEY:
@@ -110,9 +111,8 @@ void srv_admission_challenge(struct srv_exchange *exchange, const char *format, 
     vsnprintf(why, sizeof why, format, arguments);
     va_end(arguments);
     srv_exchange_problem(exchange, 401,
-                         "%s: draw a secret of your own, as with openssl rand -hex 16, and send it "
-                         "with every request "
-                         "as Authorization: Bearer SECRET",
+                         "%s: generate a random secret, such as by openssl rand -hex 16, and send "
+                         "it with every request as Authorization: Bearer SECRET",
                          why);
     srv_exchange_header(exchange, "WWW-Authenticate", admission_realm);
 }
@@ -122,11 +122,10 @@ void srv_admission_forbid(struct srv_exchange *exchange, enum srv_role needed, c
     const char *role = srv_role_word(needed);
     srv_metrics_count(&exchange->service->metrics.refused_roles, 1);
     if (identity->role == SRV_ROLE_ANONYMOUS && identity->kind != SRV_IDENTITY_ACCOUNT) {
-        srv_exchange_problem(
-            exchange, 401,
-            "%s: that needs a key of the role %s, which who runs this server hands "
-            "out; send it as Authorization: Bearer KEY",
-            what, role);
+        srv_exchange_problem(exchange, 401,
+                             "%s: that needs a key of the role %s from the operator of this "
+                             "server; send it as Authorization: Bearer KEY",
+                             what, role);
         srv_exchange_header(exchange, "WWW-Authenticate", admission_realm);
         return;
     }
@@ -156,11 +155,11 @@ static int admission_computed(struct srv_exchange *exchange) {
         srv_clients_debt(exchange->service->clients, exchange->account, seconds, srv_clock_now());
     if (wait <= 0) return 1;
     srv_metrics_count(&exchange->service->metrics.refused_compute, 1);
-    srv_exchange_problem(exchange, 429,
-                         API_TYPE_RATE
-                         "your requests have computed more than the %.15g seconds a minute of the "
-                         "role %s",
-                         seconds, srv_role_word(exchange->identity.role));
+    srv_exchange_problem(
+        exchange, 429,
+        API_TYPE_RATE
+        "your requests have computed for more than the %.15g seconds per minute of the role %s",
+        seconds, srv_role_word(exchange->identity.role));
     srv_exchange_retry(exchange, wait);
     return 0;
 }
@@ -185,7 +184,7 @@ int srv_admission_count(struct srv_exchange *exchange) {
     if (exchange->quota.granted) return 1;
     srv_metrics_count(&service->metrics.refused_rate, 1);
     srv_exchange_problem(exchange, 429,
-                         API_TYPE_RATE "more requests than the limit %s of %.0f a minute", named,
+                         API_TYPE_RATE "more requests than the limit %s of %.0f per minute", named,
                          a_minute);
     srv_exchange_retry(exchange, exchange->quota.retry);
     return 0;

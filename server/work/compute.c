@@ -29,7 +29,7 @@ static int compute_level_of(const struct srv_work *work, double seconds) {
 
 /* The reason why a computation ends early, as the detail of a problem response. */
 static const char *compute_reason(enum srv_stop why) {
-    return why == SRV_STOP_LEFT ? "the client went away" : "the server is stopping";
+    return why == SRV_STOP_LEFT ? "the client disconnected" : "the server is stopping";
 }
 
 /* --- turns on a worker --- */
@@ -91,20 +91,17 @@ static int compute_room(struct srv_work *work) {
     double share = srv_hold_share_of(srv_service_config(work->service), work->hold.payer);
     if (room == SRV_ROOM_NONE)
         snprintf(detail, sizeof detail,
-                 "this takes about %zu bytes of memory, and what is held already leaves no room: "
-                 "max-held-bytes",
-                 bytes);
+                 "this takes about %zu bytes of memory, more than is free: max-held-bytes", bytes);
     else if (room == SRV_ROOM_CLIENT)
-        snprintf(
-            detail, sizeof detail,
-            "this takes about %zu bytes of memory, and requests of yours hold too much beside it: "
-            "max-client-held-bytes is %.0f; read or end those that are open",
-            bytes, share);
+        snprintf(detail, sizeof detail,
+                 "this takes about %zu bytes of memory, too much together with your other "
+                 "requests: max-client-held-bytes is %.0f; read or end those that are open",
+                 bytes, share);
     else
         snprintf(detail, sizeof detail,
                  "this takes about %zu bytes of memory, more than the limit max-client-held-bytes "
                  "of %.0f: ask for fewer rows or numbers at a time, or, for samples, a "
-                 "representation that flows",
+                 "representation that is streamed",
                  bytes, share);
     compute_stop(work, room == SRV_ROOM_NONE ? 503 : room == SRV_ROOM_CLIENT ? 429 : 422, detail);
     return 0;
@@ -362,12 +359,11 @@ static void compute_refuse(struct srv_work *work, enum pend_status status) {
         srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
     } else {
         srv_metrics_count(&metrics->refused_client, 1);
-        srv_exchange_problem(
-            exchange, 429,
-            API_TYPE_RATE
-            "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
-            "are three quarters of max-queue",
-            srv_service_config(service)->client_queue);
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_RATE
+                             "%.0f of your requests wait for a worker, the limit max-client-queue, "
+                             "or requests of your address fill three quarters of max-queue",
+                             srv_service_config(service)->client_queue);
         srv_exchange_retry(exchange, 1);
     }
     exchange->finish(exchange);

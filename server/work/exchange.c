@@ -181,11 +181,11 @@ void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag) 
         srv_exchange_static(exchange, 304, NULL, NULL, 0);
         srv_metrics_count(&exchange->service->metrics.not_modified, 1);
     } else {
-        srv_exchange_problem(exchange, 412,
-                             "If-None-Match names the answer that this request has; the method "
-                             "QUERY in place of %s is "
-                             "answered 304 then, and without the field %s is answered in full",
-                             exchange->method, exchange->method);
+        srv_exchange_problem(
+            exchange, 412,
+            "If-None-Match names the current answer of this request; use the method QUERY instead "
+            "of %s to get 304, or send %s without this field to get the answer",
+            exchange->method, exchange->method);
     }
     srv_exchange_header(exchange, "Vary", srv_exchange_vary);
     if (text) srv_exchange_header(exchange, "ETag", text);
@@ -241,8 +241,7 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
     double share = srv_hold_share_of(config, exchange->payer);
     if (room == SRV_ROOM_NONE) {
         srv_metrics_count(&metrics->refused_held, 1);
-        srv_exchange_busy(exchange, 1,
-                          "all that is in memory leaves no room for this request: max-held-bytes");
+        srv_exchange_busy(exchange, 1, "no memory is left for this request: max-held-bytes");
         return;
     }
     srv_metrics_count(&metrics->refused_share, 1);
@@ -254,12 +253,11 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
             what, share);
         return;
     }
-    srv_exchange_problem(
-        exchange, 429,
-        API_TYPE_QUOTA
-        "requests of yours hold too much memory for %s: max-client-held-bytes is %.0f; read or end "
-        "those that are open",
-        what, share);
+    srv_exchange_problem(exchange, 429,
+                         API_TYPE_QUOTA
+                         "your other requests leave too little memory for %s: "
+                         "max-client-held-bytes is %.0f; read or end those that are open",
+                         what, share);
     srv_exchange_retry(exchange, 5);
 }
 

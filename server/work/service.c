@@ -27,8 +27,8 @@ const struct api_limits *srv_service_job_limits(const struct srv_service *servic
 }
 
 const char *srv_service_jobless(const struct srv_service *service) {
-    if (!service->storage) return "this server keeps no jobs: --store none";
-    if (!srv_storage_here(service->storage)) return "the store is out of reach";
+    if (!service->storage) return "this server stores no jobs: --store none";
+    if (!srv_storage_here(service->storage)) return "the store is not reachable";
     return srv_storage_figures(service->storage).full;
 }
 

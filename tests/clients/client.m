@@ -84,7 +84,7 @@ refused('lengths that do not fit', 'as many', L, m, S, [0; 0], phid0, t);
 refused('numbers that are none', 'finite', L, m, S, phi0, phid0, [0 NaN]);
 % at once: who waits for it here waits for days
 refused('no server', 'no server at http://127.0.0.1:1 (', L, m, S, phi0, phid0, t, 'url', 'http://127.0.0.1:1', 'patience', 1e6);
-refused('another server', 'answers with a page', L, m, S, phi0, phid0, t, 'url', arguments{6});
+refused('another server', 'answers with a web page', L, m, S, phi0, phid0, t, 'url', arguments{6});
 before = tic();
 check('refusals for the moment are repeated', isequal(pendusim(L, m, S, phi0, phid0, t, 'url', arguments{3}), phi));
 check('Retry-After is waited for', toc(before) >= 1);

@@ -56,7 +56,7 @@ await refused("a field that nobody knows", () => four.run({ times }, { fruit: 3 
 await refused("a field of the pendulum that nobody knows", () => new Pendulum(FOUR, {}, { fruit: [1] }).run({ times }), "/pendulum/fruit");
 // at once: who waits for it here waits for days
 await failed("no server", () => new Pendulum(FOUR, { url: "http://127.0.0.1:1", patience: 1e6 }).run({ times }), "no server at http://127.0.0.1:1 (");
-await failed("another server", () => new Pendulum(FOUR, { url: pages }).run({ times }), "answers with a page");
+await failed("another server", () => new Pendulum(FOUR, { url: pages }).run({ times }), "answers with a web page");
 const begin = performance.now();
 const late = await new Pendulum(FOUR, { url: front }).run({ times });
 check("refusals for the moment are repeated after Retry-After", late.phi[500][3] === motion.phi[500][3] && performance.now() - begin >= 1000);

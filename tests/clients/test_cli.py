@@ -88,7 +88,7 @@ def test_answers(run, work, server):
 def test_refusals(run, work, server):
     for words, text in ((("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"),
                         (("run", "four.json", "--t", "0:5:0.01", "-s", "pendulum.fruit=x y", "--local"), "/pendulum/fruit is not a known field"),
-                        (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"), (("run", "four.json", "--t", "5"), "one instant, that of the start"),
+                        (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"), (("run", "four.json", "--t", "5"), "is a single instant"),
                         (("run", "four.json", "--t", "0:1:1", "-o", "a.odd"), "no form odd"), (("run", "four.json", "-s", "rtol"), "NAME=VALUE"),
                         (("map", "double.json", "--x", "theta1:0:1", "--y", "theta2:0:1:3"), "no axis"), (("map", "double.json"), "two axes"),
                         (("map", "double.json", "--x", "theta1:0:inf:3", "--y", "theta2:0:1:3"), "no axis"),
@@ -97,13 +97,13 @@ def test_refusals(run, work, server):
                         (("ask", "fruit", "four.json", "--local"), "without a server"), (("get", "no-such-job"), "404"),
                         (("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 1e6, "-o", "none.npz"), "no server at http://127.0.0.1:1 ("),
                         (("run", "four.json", "--t", "0:1:1", "--server", "file:///etc", "--patience", 0), "rotocol"),
-                        (("run", "-", "--t", "0:1:1"), "holds no JSON object")):
+                        (("run", "-", "--t", "0:1:1"), "does not contain a JSON object")):
         said = run(*words, status=1, input="[1]")
         check(f"cli: {text}", text in said and "pendulum: " in said, said)
     check("cli: nothing is left of what was refused", not [one for one in work.iterdir() if ".part" in one.name])
     front = Front(server.port)
     front.moods = [PAGE]
-    check("cli: another server", "answers with a page" in run("modes", "four.json", url=front.url, status=1))
+    check("cli: another server", "answers with a web page" in run("modes", "four.json", url=front.url, status=1))
     front.close()
     for words in ((), ("fruit",), ("run",), ("run", "four.json", "--fruit")):
         check(f"cli: usage of {words}", "usage: pendulum" in run(*words, status=2))

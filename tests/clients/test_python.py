@@ -119,7 +119,7 @@ def test_trouble(server, client):
             check(f"what is {what} is raised", not isinstance(problem, Problem) or problem.status == 429, problem)
     pages = Front(server.port)
     pages.moods = [PAGE]
-    for what, url, words in (("no server", "http://127.0.0.1:1", "no server at http://127.0.0.1:1 ("), ("another server", pages.url, "answers with a page"),
+    for what, url, words in (("no server", "http://127.0.0.1:1", "no server at http://127.0.0.1:1 ("), ("another server", pages.url, "answers with a web page"),
                              ("no url", "127.0.0.1:8080", "as http://127.0.0.1:8080 is one")):
         try:
             Pendulum(Client(url, patience=1e6), **FOUR).run("0:5:0.01")  # at once: who waits for it here waits for days

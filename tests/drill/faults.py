@@ -328,7 +328,7 @@ def disk_full(house):
         load_disk(house, False)
     views = [house.wait(job, "successful", "failed") for job in jobs]
     # where not even a lease can be written, workers seem silent
-    words = ("disk is full", "fell silent") if robbed or house.place.name == "postgres" else ("disk is full",)
+    words = ("disk is full", "stopped responding") if robbed or house.place.name == "postgres" else ("disk is full",)
     for view in views:
         if view.get("status") == "failed" and not any(word in view["message"] for word in words):
             house.wrong.append(f"a job failed of something else: {view}")

@@ -272,7 +272,7 @@ def upgrade(build, kind, store, daemon, directory):
         said = "it started"
     except RuntimeError as error:
         said = str(error)
-    check(f"{kind}: an older program does not start on newer tables", "this program knows version" in said, said)
+    check(f"{kind}: an older program does not start on newer tables", "this program needs version" in said, said)
     store.rows("UPDATE pendulumd SET version = version - 1")
 
 

@@ -192,7 +192,7 @@ export async function marks_by_key_alone_are_kept_and_found_again_with_the_film(
   await said(page, /The marks of swing\.webm are still here/);
   assert.match(await page.textContent("[data-marked='1']"), /: 2$/);
   await giveFilm(page, FILE);
-  await said(page, /with the marks that it had/);
+  await said(page, /with its earlier marks/);
   await page.fill("[data-film=rate]", "25");
   await page.press("[data-film=rate]", "Tab");
   await page.click("[data-film=mark]");
@@ -239,7 +239,7 @@ export async function a_picture_that_a_browser_does_not_show_is_not_marked_with_
   }
   await page.check("[data-film=colour]");
   await clickAt(page, truth[23].slice(1));
-  await said(page, /marked in \d+ pictures/);
+  await said(page, /marked in \d+ frames/);
   const { tips } = await marks(page);
   const times = tips[1].map(([time]) => Math.round(1000 * time / FILM.gap));
   assert.deepEqual(times.slice(0, 3), [23, 25, 26]);

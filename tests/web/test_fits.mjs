@@ -118,8 +118,8 @@ export async function what_is_wrong_with_a_table_is_said_with_its_line_and_what_
   };
   await page.waitForSelector(".fit-text");
   page.forgiven.push(/422/); // what is no table
-  assert.match(await said("nothing but words"), /no table.*has no rows of two or more numbers/);
-  assert.match(await said("<?xml version='1.0'?>"), /no table.*is XML/);
+  assert.match(await said("nothing but words"), /not a table.*has no rows of two or more numbers/);
+  assert.match(await said("<?xml version='1.0'?>"), /not a table.*is XML/);
   assert.match(await said("t,theta_1\n0,20\n0.1,wet\n0.2,10"), /line 3: field 2 must be a number/);
   assert.match(await said("a,theta_1\n3,20\n1,21\n2,10"), /No column is the time/);
   assert.match(await said("t,colour\n0,20\n1,21\n2,10"), /No column is an angle/);
@@ -128,15 +128,15 @@ export async function what_is_wrong_with_a_table_is_said_with_its_line_and_what_
   await page.check('[data-unknown="gravity"]');
   await page.click("[data-fit=run]");
   await page.waitForSelector("[data-fit=answer] .fit-said");
-  assert.match(await page.textContent("[data-fit=answer] .fit-said"), /cannot tell these apart: .*Length of arm 1.*Gravity/);
-  assert.match(await page.textContent('[data-found="gravity"]'), /cannot be known/);
+  assert.match(await page.textContent("[data-fit=answer] .fit-said"), /do not distinguish .*Length of arm 1.*Gravity/);
+  assert.match(await page.textContent('[data-found="gravity"]'), /not identifiable/);
   // what is no pendulum is said to be none, with the worst row, and the server's own words are there
   const wrong = rows.map(([t], i) => [t, ((i * 37) % 80) - 40].join("\t"));
   await filled(page, ["t\ttheta_1", ...wrong].join("\n"));
   await page.click("[data-fit=run]");
   await page.waitForSelector("[data-fit=message]");
   assert.match(await page.textContent("[data-fit=farthest]"), /angle θ of arm 1.*at t = [\d.]+ s/);
-  assert.match(await page.textContent("[data-fit=message]"), /^In the server’s words: .*(minimum|model does not follow)/);
+  assert.match(await page.textContent("[data-fit=message]"), /^The server reports: .*(minimum|model does not follow)/);
   // in another language all of it is still there
   await page.check('[data-unknown="gravity"]');
   await page.evaluate(() => pendulumd.speak("de"));

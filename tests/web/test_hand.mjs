@@ -110,7 +110,7 @@ export async function the_paper_s_pendulum_is_built_by_clicks(rig) {
 export async function what_is_wrong_with_a_number_is_seen_until_one_goes_on(rig) {
   const page = await rig.open();
   await openDrawer(page, "physics");
-  for (const [at, words] of [["[data-number=damping]", /Viscous friction.*number/], [".until", /How long: a number from 0.1/]]) {
+  for (const [at, words] of [["[data-number=damping]", /Viscous friction.*number/], [".until", /Duration: a number from 0.1/]]) {
     await page.fill(at, "abc");
     await page.press(at, "Enter");
     const said = page.locator("#live.objection");

@@ -16,13 +16,13 @@ export async function the_motion_is_told_in_words_when_they_are_asked_for(rig) {
   await page.keyboard.press("Enter");
   assert.equal(await page.getAttribute("[data-hear=words]", "role"), "status");
   const words = await page.textContent("[data-hear=words]");
-  assert.match(words, /^At 0\.00 s\. Arm 1 is at 30° from hanging, to the right, and stands still;.* Arm 4 is at .* One more arm is not told\.$/);
+  assert.match(words, /^At 0\.00 s\. Arm 1 is at 30° from hanging, to the right, and is at rest;.* Arm 4 is at .* One more arm is not described\.$/);
   await page.evaluate(() => pendulumd.store.set({ pendulum: { length: [1], mass: [1], parent: [0], gravity: 9.81 }, initial: { phi: [-Math.PI / 3], phid: [0] } }));
   await moving(page);
   await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0.3); });
   await page.keyboard.press("Enter");
   // 2 pi sqrt(l / g) = 2.006 s, of 30 degrees 1.7 % longer
-  assert.match(await page.textContent("[data-hear=words]"), /^At 0\.30 s\. Arm 1 is at 1\d° from hanging, to the right, and swings clockwise; in this motion it goes up to 30° away\. It swings once in 2\.04 s\.$/);
+  assert.match(await page.textContent("[data-hear=words]"), /^At 0\.30 s\. Arm 1 is at 1\d° from hanging, to the right, and swings clockwise; its largest angle in this motion is 30°\. It swings once in 2\.04 s\.$/);
   assert.deepEqual(await violations(page), []);
   await close(page);
 }
@@ -75,7 +75,7 @@ async function withClocks(rig) {
 
 export async function clocks_that_jump_and_a_tab_that_slept_are_told_and_the_motion_goes_on_where_it_was(rig) {
   const page = await withClocks(rig);
-  for (const [wall, steady, words] of [[3600, 0, /60 minutes further, or it was asleep/], [-7200, 0, /set back by 120 minutes/], [3600, 3600, /asleep for 60 minutes/]]) {
+  for (const [wall, steady, words] of [[3600, 0, /set forward by 60 minutes/], [-7200, 0, /set back by 120 minutes/], [3600, 3600, /asleep for 60 minutes/]]) {
     await page.evaluate(([a, b]) => {
       window.wall += a;
       window.steady += b;

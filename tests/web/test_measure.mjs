@@ -27,7 +27,7 @@ export async function a_period_is_read_in_two_actions(rig) {
   assert.ok(Math.abs(await read(page, "period") - exact) < 6e-5, `${await read(page, "period")}, not ${exact}`);
   assert.ok(Math.abs(await read(page, "longer") - 18.03) < 0.011);
   assert.equal(await read(page, "amplitude"), 90);
-  assert.match(await page.textContent("[data-read=swings]"), /mean of \d swings, all alike/);
+  assert.match(await page.textContent("[data-read=swings]"), /mean of \d equal swings/);
   assert.deepEqual(await violations(page), []);
   await rig.shot(page, "measure");
   await close(page);
@@ -196,7 +196,7 @@ export async function a_period_too_short_for_the_samples_is_not_told_as_another(
   for (const start of ["length=1e-6&theta=20", "length=1&theta=90&omega=1000"]) {
     const page = await rig.open({ path: `/?${start}` });
     await openDrawer(page, "measure");
-    await page.waitForFunction(() => /too far from one sample to the next \(0\.01 s\)/.test(document.querySelector("[data-read=period]")?.textContent ?? ""));
+    await page.waitForFunction(() => /too far between samples \(0\.01 s\)/.test(document.querySelector("[data-read=period]")?.textContent ?? ""));
     await close(page);
   }
 }

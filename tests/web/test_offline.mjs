@@ -76,7 +76,7 @@ export async function a_newer_version_is_told_taken_at_the_next_load_and_the_old
   const front = await versioned(rig);
   const page = await visit(rig, front.url);
   await kept(page);
-  assert.match(await saidInHelp(page), /opens without a network/);
+  assert.match(await saidInHelp(page), /works offline/);
   assert.deepEqual(Object.keys(await listed(page)), ["pendulumd / page/one"]);
   front.home = "/page/two";
   // another window takes it at once; this one is told
@@ -107,7 +107,7 @@ export async function a_server_without_the_worker_ends_it(rig) {
   await page.waitForFunction(async () => !(await navigator.serviceWorker.getRegistration()) && !(await caches.keys()).length);
   await page.reload();
   await moving(page);
-  assert.match(await saidInHelp(page), /cannot be opened anew/);
+  assert.match(await saidInHelp(page), /cannot be opened offline/);
   await close(page);
   front.close();
 }
@@ -126,7 +126,7 @@ export async function a_browser_that_has_no_room_for_the_page_goes_on_and_says_s
   await page.waitForFunction(() => pendulumd.motion.stats);
   await refused;
   await page.waitForFunction(() => pendulumd.offline.kind === "none");
-  assert.match(await saidInHelp(page), /cannot be opened anew/);
+  assert.match(await saidInHelp(page), /cannot be opened offline/);
   assert.deepEqual(Object.keys(await listed(page)).length <= 1, true);
   await page.evaluate(() => pendulumd.edits.setMass(2, 3));
   await moving(page);

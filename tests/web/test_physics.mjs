@@ -297,7 +297,7 @@ export async function a_map_of_two_numbers_is_the_server_s_and_a_point_of_it_sta
     const { lyapunov } = await pendulumd.client.ensembles({ pendulum: tree, states: [start], duration: 30, observables: ["lyapunov"] });
     return lyapunov[0];
   }, [pendulum, { phi: initial.phi, phid: initial.phid }]);
-  const shown = Number(/part at (\S+)/.exec(words)?.[1].replace("\u2212", "-"));
+  const shown = Number(/separate at (\S+)/.exec(words)?.[1].replace("\u2212", "-"));
   assert.ok(Math.abs(shown - alone) < 6e-3 * Math.abs(alone) + 1e-9, `${words}: alone it is ${alone}`);
   await close(page);
 }

@@ -92,7 +92,7 @@ export async function the_end_of_a_room_is_told_and_wrong_codes_are_refused_in_w
   const pupil = await join(rig, code, "Ada");
   teacher.on("dialog", (dialog) => dialog.accept());
   await teacher.click("[data-class=erase]");
-  await pupil.waitForSelector("text=This room is over");
+  await pupil.waitForSelector("text=This room has ended");
   assert.equal(await pupil.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms")).length), 0, "nothing of it stays in the browser");
   pupil.forgiven.push(/404/);
   await pupil.fill("[data-class=nickname]", "Ada");
@@ -191,7 +191,7 @@ export async function what_is_asked_is_answered_and_counted_at_once(rig) {
   await pupils[0].waitForSelector("text=That is right. The answer: 2 s.");
   await pupils[1].waitForSelector("text=Not quite. The answer: 2 s.");
   await teacher.click("[data-class=closeQuestion]");
-  await pupils[1].waitForSelector("text=No more answers are taken.");
+  await pupils[1].waitForSelector("text=This question is closed.");
 
   await teacher.click("[data-class=askForm] summary");
   await teacher.selectOption("[data-question=kind]", "choice");
@@ -218,7 +218,7 @@ export async function all_let_go_together_and_their_starts_lie_in_one_picture(ri
   const starts = await Promise.all(pupils.map((page) => page.evaluate(() => pendulumd.store.get().initial.phi[0])));
   assert.ok(Math.abs(Math.max(...starts) - Math.min(...starts) - 0.001) < 1e-9, `${starts}`);
   await teacher.click("[data-class=together]");
-  await teacher.waitForSelector("text=/3 starts.*They begin 0.001 rad apart.*exponent is/");
+  await teacher.waitForSelector("text=/3 starts.*They begin 0.001 rad apart.*exponent:/");
   await rig.shot(teacher, "room-together");
   await teacher.keyboard.press("Escape");
   // by hand: the pendulum hangs, and is let go when its pupil says so

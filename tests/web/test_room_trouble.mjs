@@ -33,7 +33,7 @@ export async function who_waits_for_a_server_that_is_away_is_told_so(rig) {
   back = away(rig);
   await pupil.reload();
   await waits(pupil);
-  assert.match(await pupil.innerText(".class-body"), /Going into the room/);
+  assert.match(await pupil.innerText(".class-body"), /Joining the room/);
   back();
   await pupil.click(".away:not([hidden]) button");
   await says(pupil, /your own pendulum/);
@@ -48,7 +48,7 @@ export async function who_waits_for_a_server_that_is_away_is_told_so(rig) {
   await pupil.waitForSelector(".sheet .mark >> text=Sending");
   back();
   await pupil.waitForSelector(".sheet .mark >> text=/That was right/");
-  await teacher.waitForSelector("text=1 at work, 0 handed in");
+  await teacher.waitForSelector("text=1 working, 0 handed in");
   for (const page of [teacher, pupil]) await close(page);
 }
 
@@ -67,7 +67,7 @@ export async function a_teachers_room_is_forgotten_with_its_tab_and_many_pupils_
   await teacher.click("[data-class=removeMany]");
   for (const number of [1, 2]) await teacher.check(`[data-remove='${number}']`);
   await teacher.click("[data-class=removeManyGo]");
-  for (const pupil of pupils.slice(0, 2)) await pupil.waitForSelector("text=This room is over");
+  for (const pupil of pupils.slice(0, 2)) await pupil.waitForSelector("text=This room has ended");
   await cell(teacher, "Bo").waitFor();
   assert.equal(await teacher.locator(".cell").count(), 1);
   await teacher.fill("[data-class=share]", "120");
@@ -84,11 +84,11 @@ export async function two_tabs_of_one_teacher_show_the_same_and_act_one_after_th
   await tab.waitForSelector(".room-code");
   await setChain(teacher, [1, 1], [60, 60]);
   await teacher.click("[data-class=push]");
-  await tab.waitForSelector("text=All have your pendulum.");
+  await tab.waitForSelector("text=Everybody has your pendulum.");
   await tab.click("[data-class=freeze]");
   await says(pupil, /frozen all stages/);
   await hasArms(pupil, 2);
-  await teacher.waitForSelector("text=All have your pendulum, frozen.");
+  await teacher.waitForSelector("text=Everybody has your pendulum, frozen.");
   assert.equal(await teacher.getAttribute("[data-class=freeze]", "aria-pressed"), "true");
   // the same moment: what holds is one of both, everywhere
   await setChain(tab, [1, 1, 1], [10, 10, 10]);
@@ -97,11 +97,11 @@ export async function two_tabs_of_one_teacher_show_the_same_and_act_one_after_th
   const rest = async () => new Set([await stage(teacher), await stage(tab)]).size === 1;
   for (let i = 0; i < 400 && !(await rest()); i++) await teacher.waitForTimeout(50);
   assert.ok(await rest(), `${await stage(teacher)} ${await stage(tab)}`);
-  await says(pupil, /^All work/.test(await stage(teacher)) ? /your own pendulum/ : /Everybody has the same|frozen/);
+  await says(pupil, /^Everybody works/.test(await stage(teacher)) ? /your own pendulum/ : /Everybody has the same|frozen/);
   // a room that one tab forgets stays in the other; one that it ends is over in both
   tab.on("dialog", (dialog) => dialog.accept());
   await tab.click("[data-class=erase]");
-  for (const page of [teacher, pupil]) await page.waitForSelector("text=This room is over");
+  for (const page of [teacher, pupil]) await page.waitForSelector("text=This room has ended");
   await tab.close();
   for (const page of [teacher, pupil]) await close(page);
 }
@@ -151,13 +151,13 @@ export async function a_question_that_is_taken_back_and_a_room_that_ends_while_o
   await pupil.waitForSelector("[data-answer]");
   await pupil.fill("[data-answer]", "1");
   await Promise.all([teacher.click("[data-class=closeQuestion]"), pupil.press("[data-answer]", "Enter")]);
-  await pupil.waitForSelector("text=No more answers are taken.");
+  await pupil.waitForSelector("text=This question is closed.");
   await teacher.click("[data-class=closeQuestion]");
   await pupil.waitForSelector("[data-answer]");
   await pupil.fill("[data-answer]", "2");
   teacher.on("dialog", (dialog) => dialog.accept());
   await Promise.all([teacher.click("[data-class=erase]"), pupil.press("[data-answer]", "Enter")]);
-  await pupil.waitForSelector("text=This room is over");
+  await pupil.waitForSelector("text=This room has ended");
   assert.equal(await pupil.evaluate(() => JSON.parse(localStorage.getItem("pendulumd.rooms")).length), 0);
   await openDrawer(pupil, "plots");
   await pupil.waitForFunction(() => pendulumd.motion.complete);
@@ -203,7 +203,7 @@ export async function a_page_that_gives_no_sign_is_not_at_work(rig) {
     };
   });
   await teacher.waitForFunction(() => window.awake);
-  assert.match(await teacher.innerText(".counts"), /1 at work/);
+  assert.match(await teacher.innerText(".counts"), /1 working/);
   await pupil.session.send("Page.setWebLifecycleState", { state: "frozen" });
   // a minute and a half later
   await teacher.evaluate(() => {
@@ -211,8 +211,8 @@ export async function a_page_that_gives_no_sign_is_not_at_work(rig) {
     performance.now = () => native() + 95000;
   });
   await at("silent");
-  await teacher.waitForSelector(".counts >> text=1 without connection");
-  assert.match(await cell(teacher, "Ada").innerText(), /no sign for \d+ min/);
+  await teacher.waitForSelector(".counts >> text=1 not connected");
+  assert.match(await cell(teacher, "Ada").innerText(), /no connection for \d+ min/);
   await rig.shot(teacher, "room-silent");
   await teacher.evaluate(() => { delete performance.now; });
   await pupil.session.send("Page.setWebLifecycleState", { state: "active" });

@@ -81,7 +81,7 @@ export async function a_short_link_and_a_long_one_show_the_same_pixels_in_anothe
   // a link that does not stand for what is shown goes away
   await page.evaluate(() => window.pendulumd.store.set({ rtol: 1e-6 }));
   await page.waitForSelector("[data-link=short]", { state: "hidden" });
-  assert.match(await page.innerText("[data-drawer=share]"), /Something has changed since/);
+  assert.match(await page.innerText("[data-drawer=share]"), /The scene has changed/);
   await close(page);
 }
 
@@ -95,7 +95,7 @@ export async function a_server_without_a_store_says_so_and_the_long_link_works(r
     page.forgiven.push(/404/);
     await openDrawer(page, "share");
     await page.click("[data-share=make]");
-    await page.waitForFunction(() => document.querySelector("[data-drawer=share]").innerText.includes("This server keeps no scenes"));
+    await page.waitForFunction(() => document.querySelector("[data-drawer=share]").innerText.includes("This server stores no scenes"));
     await page.waitForFunction(() => document.querySelector("[data-link=long]").value.includes("#d="));
     await close(page);
   } finally {

@@ -24,7 +24,7 @@ async function troubled(rig, answer) {
 
 const problem = (status, retry) => (reply) => {
   reply.writeHead(status, { "Content-Type": "application/problem+json", "Retry-After": String(retry) });
-  reply.end(JSON.stringify({ type: "about:blank", title: "Busy", status, detail: "no room" }));
+  reply.end(JSON.stringify({ type: "about:blank", title: "Busy", status, detail: "server is busy" }));
 };
 
 // while it asks again, the page says that; so the words are waited for
@@ -47,9 +47,9 @@ async function refusesAndRecovers(rig, status) {
     }
   });
   await change(page);
-  await told(page, /busy and asks to wait.*[12] s/);
+  await told(page, /server is busy\. Trying.*[12] s/);
   while (!second) await page.waitForTimeout(20);
-  await told(page, /busy and asks to wait.*[12] s/);
+  await told(page, /server is busy\. Trying.*[12] s/);
   await rig.shot(page, `refused_${status}`);
   assert.ok(times() === 2 && waited > 990, `it waits a second as it was told: ${times()} requests, ${waited} ms apart`);
   over();
@@ -83,7 +83,7 @@ export async function an_answer_that_breaks_off_is_told_and_asked_for_again(rig)
     reply.write(Buffer.alloc(1600), () => reply.socket.end());
   }));
   await change(page);
-  await told(page, /broke off/);
+  await told(page, /was cut off/);
   over();
   await page.click(".notice button");
   await moving(page);
@@ -143,7 +143,7 @@ async function visited(rig, refused) {
     return true;
   };
   const page = await rig.open({ wait: false, cold: true });
-  page.forgiven.push(FORGIVEN, /did not come/);
+  page.forgiven.push(FORGIVEN, /could not be loaded/);
   return { page, counts };
 }
 

@@ -37,7 +37,7 @@ const told = (page, words) =>
 export async function a_view_that_cannot_be_made_says_so_in_its_place_and_the_others_go_on(rig) {
   const page = await visit(rig, broken("timebar.js", "mountTimebar"));
   await swings(page);
-  assert.match(await page.innerText("#timebar"), /part of the page could not be made/);
+  assert.match(await page.innerText("#timebar"), /part of the page could not be built/);
   assert.equal(await page.locator("#waiting").count(), 0);
   await openDrawer(page, "method");
   await rig.shot(page, "without_timebar");
@@ -50,7 +50,7 @@ export async function a_view_that_cannot_be_made_says_so_in_its_place_and_the_ot
 export async function a_page_without_its_stage_has_its_words_and_its_drawers(rig) {
   const page = await visit(rig, broken("stage.js", "mountStage"));
   await swings(page);
-  assert.match(await page.innerText("#stage"), /part of the page could not be made/);
+  assert.match(await page.innerText("#stage"), /part of the page could not be built/);
   await openDrawer(page, "plots");
   await page.waitForSelector('[data-drawer="plots"] .chart-area');
   await close(page);
@@ -59,7 +59,7 @@ export async function a_page_without_its_stage_has_its_words_and_its_drawers(rig
 export async function a_part_of_the_stage_that_cannot_be_made_is_told_and_the_stage_goes_on(rig) {
   const page = await visit(rig, broken("legend.js", "mountLegend"));
   await swings(page);
-  await told(page, /part of the page could not be made/);
+  await told(page, /part of the page could not be built/);
   const before = await page.evaluate(() => pendulumd.stage.tip(4));
   await page.waitForFunction((was) => pendulumd.stage.tip(4).x !== was.x, before);
   await page.evaluate(() => pendulumd.edits.select(2));
@@ -85,7 +85,7 @@ export async function a_drawer_whose_module_does_not_come_says_so_and_the_others
 export async function a_page_whose_style_never_comes_says_so_and_swings(rig) {
   const page = await visit(rig, (path) => (path.endsWith(".css") ? "" : null));
   await swings(page);
-  await told(page, /style sheet did not come/);
+  await told(page, /style sheet could not be loaded/);
   const tall = () => page.evaluate(() => document.querySelector(".canvas").getBoundingClientRect().height);
   const before = await tall();
   await page.evaluate(() => new Promise((resolve) => { setTimeout(resolve, 300); }));
@@ -100,7 +100,7 @@ export async function a_browser_that_keeps_nothing_is_told_and_the_page_goes_on(
   await refuseStorage(page);
   await page.reload();
   await swings(page);
-  await told(page, /keeps nothing/);
+  await told(page, /stores nothing/);
   await rig.shot(page, "without_storage");
   await page.click(".notice button");
   await page.waitForSelector(".notice", { state: "hidden" });
@@ -115,7 +115,7 @@ export async function storage_that_is_full_is_told_too(rig) {
   await page.evaluate(() => localStorage.clear());
   await page.reload();
   await swings(page);
-  await told(page, /keeps nothing/);
+  await told(page, /stores nothing/);
   await close(page);
 }
 
@@ -129,7 +129,7 @@ export async function the_reference_without_style_or_storage_says_what_it_has(ri
   await page.waitForFunction(() => document.documentElement.dataset.ready === "yes");
   await page.click('.tools button');
   assert.ok(await page.locator(".doc-operation").count() > 5);
-  assert.match(await page.innerText("body"), /keeps nothing/);
+  assert.match(await page.innerText("body"), /stores nothing/);
   await rig.shot(page, "docs_without_storage");
   await close(page);
 }

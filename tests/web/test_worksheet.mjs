@@ -137,7 +137,7 @@ export async function a_worksheet_is_written_handed_out_answered_and_handed_in(r
   await pupil.click("[data-sheet=answer]");
   await pupil.waitForSelector("text=✓ Handed in");
   await rig.shot(pupil, "sheet-pupil");
-  await teacher.waitForSelector("text=1 at work, 1 handed in");
+  await teacher.waitForSelector("text=1 working, 1 handed in");
   await teacher.click("[data-answers=sheet]");
   await teacher.waitForSelector(".answers tbody tr");
   assert.match(await teacher.textContent(".answers tbody"), /Ada.*handed in.*<script>alert\(1\)<\/script>.*✓ 2/s);

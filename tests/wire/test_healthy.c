@@ -38,15 +38,15 @@ TEST(a_daemon_is_asked_how_it_is_where_its_options_say) {
     TELLS(0, NULL, "--listen", zero);
     /* probes have an address of their own, which goes first */
     TELLS(0, NULL, "--listen", "127.0.0.1:1", "--probe-listen", listen);
-    TELLS(1, "nobody answers at 127.0.0.1:1", "--listen", listen, "--probe-listen", "127.0.0.1:1");
+    TELLS(1, "no answer from 127.0.0.1:1", "--listen", listen, "--probe-listen", "127.0.0.1:1");
     test_server_stop(&server);
-    TELLS(1, "nobody answers", "--listen", listen);
+    TELLS(1, "no answer from", "--listen", listen);
     server = test_server_start(by_path);
     REQUIRE(server != NULL);
     TELLS(0, NULL, "--listen", path);
     test_server_stop(&server);
-    TELLS(1, "nobody answers", "--listen", path);
-    TELLS(1, "nobody answers", "--listen", "[::1]:1");
+    TELLS(1, "no answer from", "--listen", path);
+    TELLS(1, "no answer from", "--listen", "[::1]:1");
     unlink(path + strlen("unix:"));
     CHECK(!rmdir(directory));
 }

@@ -458,7 +458,7 @@ TEST(a_process_that_slept_takes_nothing_from_itself) {
         CHECK_INT(test_request(server[k], &reply, "DELETE", path, "", NULL), 200);
         CHECK_SAYING(strstr(reply.body, "\"dismissed\"") != NULL, "%s", reply.body);
         test_reply_clear(&reply);
-        /* it said nothing of parts taken back, nor of a store out of reach */
+        /* it said nothing of parts taken back, nor of a store not reachable */
         test_server_stop(&server[k]);
         place_end(&place[k]);
     }
@@ -737,9 +737,9 @@ TEST(a_daemon_starts_before_its_database_and_finds_it) {
     if (CHECK(server != NULL)) {
         CHECK_INT(ready_in_time(server, 503), 503);
         double end = test_clock() + TEST_PATIENCE;
-        while (!strstr(test_server_log(server), "out of reach") && test_clock() < end)
+        while (!strstr(test_server_log(server), "not reachable") && test_clock() < end)
             test_sleep(0.05);
-        CHECK(strstr(test_server_log(server), "out of reach") != NULL);
+        CHECK(strstr(test_server_log(server), "not reachable") != NULL);
         /* what needs no store is answered; what needs it is told to come again */
         CHECK_INT(ask(server, &reply, "/v1/forces", ASK_LITTLE), 200);
         test_reply_clear(&reply);
@@ -785,7 +785,7 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
         refused(server, "GET", "/readyz?need=jobs", "", NULL, 503);
         /* this process is as good as ever for that, and no load balancer is to leave it out */
         CHECK_INT(test_request(server, &reply, "GET", "/readyz", "", NULL), 200);
-        CHECK_TEXT(reply.body, "{\"status\":\"degraded\",\"jobs\":\"the store is out of reach\"}");
+        CHECK_TEXT(reply.body, "{\"status\":\"degraded\",\"jobs\":\"the store is not reachable\"}");
         test_reply_clear(&reply);
         CHECK_INT(test_request(server, &reply, "POST", "/v1/forces", "", ASK_LITTLE), 200);
         test_reply_clear(&reply);

@@ -107,7 +107,7 @@ TEST(each_bad_key_has_its_status_and_its_sentence) {
     REQUIRE(keyed_begin(&keyed));
     REQUIRE(make(&keyed, "lab", "batch", "requests=50", good));
     /* it is in force without a signal */
-    REQUIRE(says(&keyed, "keys: 2 keys are in force"));
+    REQUIRE(says(&keyed, "keys: 2 keys are valid"));
     CHECK_INT(status_of(&keyed, "/v1/trees", good, ASK_LITTLE), 200);
     /* cut by a letter, and with another letter */
     snprintf(field, sizeof field, "%.*s\r\n", (int)strlen(good) - 3, good);
@@ -131,8 +131,8 @@ TEST(each_bad_key_has_its_status_and_its_sentence) {
         test_sleep(0.05);
     refused(&keyed, "/v1/trees", good, 401, "the key lab was revoked", "the key was revoked");
     CHECK_INT(COMMAND(&keyed, "remove", text, "--name", "lab"), 0);
-    REQUIRE(says(&keyed, "keys: 1 key is in force"));
-    refused(&keyed, "/v1/trees", good, 401, "knows no such key", "invalid_token");
+    REQUIRE(says(&keyed, "keys: 1 key is valid"));
+    refused(&keyed, "/v1/trees", good, 401, "this key is unknown to this server", "invalid_token");
     /* a secret of the client's own is still one, and anonymous */
     CHECK_INT(status_of(&keyed, "/v1/trees", "Authorization: Bearer abcdefghijklmnopqrstuv\r\n",
                         ASK_LITTLE),
@@ -147,7 +147,7 @@ TEST(each_role_may_what_it_may) {
     REQUIRE(make(&keyed, "7b", "pupil", NULL, pupil));
     REQUIRE(make(&keyed, "night", "batch", "jobs=1,bytes=8M", batch));
     REQUIRE(make(&keyed, "ops", "operator", NULL, operator));
-    REQUIRE(says(&keyed, "keys: 4 keys are in force"));
+    REQUIRE(says(&keyed, "keys: 4 keys are valid"));
     /* metrics are for operators */
     refused(&keyed, "/metrics", "", 401, "needs a key of the role operator", "Bearer realm");
     refused(&keyed, "/metrics", pupil, 403, "your role is pupil", "insufficient_scope");
@@ -171,7 +171,7 @@ TEST(each_role_may_what_it_may) {
     CHECK_INT(submit(keyed.server, "/v1/trajectories", headers, longer, id), 429);
     /* a list and an end by another key of the same name, and by nobody else */
     REQUIRE(make(&keyed, "night", "batch", NULL, headers));
-    REQUIRE(says(&keyed, "keys: 5 keys are in force"));
+    REQUIRE(says(&keyed, "keys: 5 keys are valid"));
     snprintf(text, sizeof text, "/v1/jobs/%s", first);
     CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, pupil, NULL), 403);
     test_reply_clear(&reply);
@@ -213,7 +213,7 @@ TEST(limits_of_a_role_are_kept_to) {
     REQUIRE(make(&keyed, "slow", "pupil", "requests=0.05", slow));
     REQUIRE(make(&keyed, "small", "pupil", "memory=1M", small));
     REQUIRE(make(&keyed, "tired", "pupil", "compute=0.001", tired));
-    REQUIRE(says(&keyed, "keys: 4 keys are in force"));
+    REQUIRE(says(&keyed, "keys: 4 keys are valid"));
     /* three a minute */
     for (int i = 0; i < 4; i++) {
         CHECK_INT(test_request(keyed.server, &reply, "POST", "/v1/trees", slow, ASK_LITTLE),
@@ -521,7 +521,7 @@ TEST(an_operator_erases_what_is_kept_of_others) {
     REQUIRE(keyed_begin(&keyed));
     REQUIRE(make(&keyed, "ops", "operator", NULL, operator));
     REQUIRE(make(&keyed, "anna", "teacher", NULL, teacher));
-    REQUIRE(says(&keyed, "keys: 3 keys are in force"));
+    REQUIRE(says(&keyed, "keys: 3 keys are valid"));
     static const char body[] = "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}";
     snprintf(headers, sizeof headers, ASYNC "%s", teacher);
     CHECK_INT(submit(keyed.server, "/v1/lyapunov", headers, body, id), 202);

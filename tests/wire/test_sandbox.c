@@ -59,7 +59,8 @@ TEST(root_is_refused_unless_it_is_allowed) {
         return;
     }
     CHECK_INT(test_server_run(options, said, sizeof said), 1);
-    CHECK_SAYING(strstr(said, "this is root") && strstr(said, "--allow-root on"), "%s", said);
+    CHECK_SAYING(strstr(said, "the server does not need root") && strstr(said, "--allow-root on"),
+                 "%s", said);
 }
 
 #if defined __x86_64__

@@ -11,7 +11,7 @@
 static enum api_op_id operation(const char *route) {
     for (int id = 0; id < API_OP_COUNT; id++)
         if (api_op_at(id)->body && !strcmp(api_op_at(id)->name, route)) return id;
-    cli_die("there is no %s without a server", route);
+    cli_die("%s needs a server", route);
 }
 
 static void warn(const struct api_stats_headers *stat_fields) {
@@ -51,7 +51,7 @@ void cli_local(const char *route, const struct api_buffer *body, const char *acc
     }
     assert(api_call_valid(call));
     struct api_answer answer = api_call_answer(call);
-    if (progress == API_BROKEN) cli_die("the computation failed on its way");
+    if (progress == API_BROKEN) cli_die("the computation failed");
     if (answer.status >= 400) cli_refuse(answer.status, &out);
     warn(answer.stat_fields);
     api_call_free(&call);

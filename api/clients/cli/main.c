@@ -24,21 +24,22 @@ static const char usage[] =
     "       pendulum jobs                            your jobs; get ID, cancel ID\n"
     "  -o, --out FILE      .npz .h5 .parquet .mat .csv .json .ndjson .png .bin; - is standard\n"
     "                      output, as without this option\n"
-    "      --as FORM       the same without a file: csv (default; json where there is no table),\n"
+    "      --as FORM       the format without a file: csv (default; json if no table exists),\n"
     "                      json, npz, ...\n"
-    "      --theta A,B     start; also --phi, --thetad, --phid, --unit deg\n"
+    "      --theta A,B     initial angles; also --phi, --thetad, --phid, --unit deg\n"
     "      --method NAME   taylor (default), ode23, ...\n"
-    "      --duration S    of a map; --of OBSERVABLE (first_flip)\n"
-    "  -f, --csv FILE      of fits and tables: the measurements, a table as it was saved\n"
-    "  -s, --set NAME=JSON any field, as -s rtol=1e-9 or -s pendulum.gravity=1.62\n"
-    "      --job           as a job; waits for it, and `get ID` finds it again\n"
-    "      --detach        as a job; prints its ID and ends\n"
-    "      --key KEY       of the job: the same again is the same job\n"
-    "      --title TITLE   of the job; of `jobs`: those whose title has it\n"
-    "      --status WORD   of `jobs`: accepted, running, successful, failed or dismissed\n"
-    "      --local         computes here, without a server\n"
-    "      --server URL    PENDULUM_URL, http://127.0.0.1:8080; PENDULUM_TOKEN is your secret\n"
-    "      --patience S    how long a busy server is asked again (60)\n";
+    "      --duration S    duration of a map; also --of OBSERVABLE (first_flip)\n"
+    "  -f, --csv FILE      measurements for fits and tables: a table file, unchanged\n"
+    "  -s, --set NAME=JSON any field: -s rtol=1e-9, -s pendulum.gravity=1.62\n"
+    "      --job           submit as a job and wait for it; `get ID` returns it again\n"
+    "      --detach        submit as a job, print its ID and exit\n"
+    "      --key KEY       idempotency key of the job: repeating it makes no new job\n"
+    "      --title TITLE   title of the job; with `jobs`: jobs whose title contains it\n"
+    "      --status WORD   with `jobs`: accepted, running, successful, failed, dismissed\n"
+    "      --local         compute here, without a server\n"
+    "      --server URL    default PENDULUM_URL or http://127.0.0.1:8080; PENDULUM_TOKEN is\n"
+    "                      your secret\n"
+    "      --patience S    how long to retry a busy server (60)\n";
 
 /* options that are a text, as letters and as places of `text` */
 enum {
@@ -117,7 +118,8 @@ static const char *accepted(const struct line *line) {
     if (!form) return "text/csv, application/json;q=0.5"; /* not every operation has a table */
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
         if (!strcasecmp(forms[i].ending, form)) return forms[i].media_type;
-    cli_die("no form %s: csv, json, npz, h5, parquet, mat, ndjson, png or bin (--as)", form);
+    cli_die("unknown format %s: give csv, json, npz, h5, parquet, mat, ndjson, png or bin (--as)",
+            form);
 }
 
 /* a start is a member of `initial`, a text or a list; method and duration are of the request */
@@ -183,7 +185,7 @@ static struct api_json *state(struct line *line, const char *method, const char 
     api_problem_init(&problem);
     cli_sink_open(&sink, "", NULL);
     long status = cli_remote_ask(&line->remote, &exchange, &sink);
-    if (key && status != 202) cli_die("this server keeps no jobs");
+    if (key && status != 202) cli_die("this server stores no jobs");
     if (api_json_new(&document, sink.text.data ? sink.text.data : "", sink.text.bytes, 16,
                      &problem) != PEND_OK)
         cli_die("%s%s: %s", line->remote.url, path, problem.detail);
@@ -237,7 +239,7 @@ static void get(struct line *line, const char *id) {
     size_t length = 0;
     for (const char *c = exchange.etag; *c && length < sizeof kept - 1; c++)
         if (isalnum((unsigned char)*c)) kept[length++] = *c;
-    if (length == 0) cli_die("%s gives its results no name", line->remote.url);
+    if (length == 0) cli_die("%s sends no ETag with its results", line->remote.url);
     kept[length] = '\0';
     exchange.method = "GET";
     cli_sink_open(&sink, line->out, kept);

@@ -148,7 +148,7 @@ static int settled(const struct attempt *attempt, CURLcode code) {
     return 1;
 }
 
-#define WHERE "PENDULUM_URL or --server says where one is"
+#define WHERE "set its address by PENDULUM_URL or --server"
 
 /* Ends the program where a server was never there: its address is wrong. One that has answered may
  * have gone for a moment. */
@@ -156,7 +156,7 @@ static void look_for(struct cli_remote *remote, const struct attempt *attempt, C
     curl_off_t begun = 0; /* 0 = there was no connection */
     curl_easy_getinfo(attempt->curl, CURLINFO_PRETRANSFER_TIME_T, &begun);
     if (attempt->page && !busy(attempt->status))
-        cli_die("%ld: %s answers with a page, as no pendulumd does: " WHERE, attempt->status,
+        cli_die("%ld: %s answers with a web page, so it is not pendulumd: " WHERE, attempt->status,
                 remote->url);
     if (code == CURLE_OK || begun > 0)
         remote->met = 1;

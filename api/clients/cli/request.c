@@ -34,7 +34,7 @@ void cli_refuse(long status, const struct api_buffer *text) {
     struct api_json *document = NULL;
     api_problem_init(&problem);
     if (api_json_new(&document, text->data ? text->data : "", text->bytes, 16, &problem) != PEND_OK)
-        cli_die("the answer is %ld", status);
+        cli_die("the server answered with status %ld", status);
     struct api_value root = api_json_root(document), detail = api_value_member(&root, "detail");
     struct api_value errors = api_value_member(&root, "errors");
     for (struct api_value item = api_value_first(&errors); api_value_kind(&item) != API_MISSING;
@@ -68,7 +68,7 @@ void cli_field(struct cli_fields *fields, const char *name, const char *value) {
     const char *last = dot ? dot + 1 : name;
     if (object >= sizeof fields->field[i].object || strlen(last) >= sizeof fields->field[i].name ||
         !*last)
-        cli_die("%s is no name of a field", name);
+        cli_die("%s is not the name of a field", name);
     memcpy(fields->field[i].object, name, object);
     strcpy(fields->field[i].name, last);
     struct api_json *document = parsed(value, strlen(value), NULL);
@@ -130,8 +130,7 @@ static const char *number(const char **text, const char *ends, const char *whole
 void cli_times(struct cli_fields *fields, const char *text) {
     const char *at = text, *part[3];
     size_t length[3];
-    if (!strpbrk(text, ":,"))
-        cli_die("%s is one instant, that of the start: START:STOP:STEP goes on from there", text);
+    if (!strpbrk(text, ":,")) cli_die("%s is a single instant: give START:STOP:STEP", text);
     if (!strchr(text, ':')) {
         cli_list(fields, "times", text);
         return;
@@ -156,7 +155,7 @@ char *cli_axis(const char *text) {
         if (sscanf(text, "%19[a-z]:%lf:%lf:%d%n", name, &start, &stop, &count, &end) < 4) end = 0;
     }
     if (!end || text[end] || !isfinite(start) || !isfinite(stop))
-        cli_die("%s is no axis, as theta1:-3:3:512 is one", text);
+        cli_die("%s is not an axis such as theta1:-3:3:512", text);
     snprintf(json, sizeof json, "{\"vary\":\"%s\"%s%s,\"start\":%.17g,\"stop\":%.17g,\"count\":%d}",
              name, *arm ? ",\"arm\":" : "", arm, start, stop, count);
     char *copy = strdup(json);
@@ -225,7 +224,7 @@ void cli_body(struct api_buffer *out, const char *path, const struct cli_fields 
     slurp(&text, path);
     struct api_json *document = parsed(text.data, text.bytes, path);
     struct api_value root = api_json_root(document);
-    if (api_value_kind(&root) != API_OBJECT) cli_die("%s holds no JSON object", path);
+    if (api_value_kind(&root) != API_OBJECT) cli_die("%s does not contain a JSON object", path);
     struct api_value pendulum = api_value_member(&root, "pendulum");
     int alone = api_value_kind(&pendulum) == API_MISSING;
     cli_need(api_buffer_add(out, "{", 1) == PEND_OK);

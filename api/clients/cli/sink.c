@@ -138,7 +138,7 @@ void cli_sink_again(struct cli_sink *sink) {
     if (sink->have == 0) return;
     /* what standard output held before is not ours to cut off, even where it is a file */
     if (!sink->part || fflush(sink->file) != 0 || ftruncate(fileno(sink->file), 0) != 0)
-        cli_die("the answer broke off after %lld bytes", sink->have);
+        cli_die("the answer was cut off after %lld bytes", sink->have);
     rewind(sink->file);
     sink->have = 0;
     assert(cli_sink_valid(sink));

@@ -74,7 +74,7 @@ const TRANSIENT = [429, 502, 503, 504];
 /** Servers that have answered: one that has gone may come again, one that was never there is a wrong address. */
 const met = new Set<string>();
 const ROWS = "application/x-ndjson"; // its last line has the warnings, which others send in trailers that fetch cannot read
-const WHERE = "PENDULUM_URL or the option url says where one is";
+const WHERE = "set its address by PENDULUM_URL or the option url";
 
 /** A server. */
 export class Client {
@@ -112,7 +112,7 @@ export class Client {
         met.add(this.url);
         const page = response.headers.get("Content-Type")?.startsWith("text/html");
         if (page && !TRANSIENT.includes(response.status))
-          throw refusal = new Refusal(response.status, { detail: `${this.url} answers with a page, as no pendulumd does: ${WHERE}` });
+          throw refusal = new Refusal(response.status, { detail: `${this.url} answers with a web page, so it is not pendulumd: ${WHERE}` });
         if (response.ok || good.includes(response.status)) return response;
         const text = await response.text();
         refusal = new Refusal(response.status, problem(text));
@@ -195,7 +195,7 @@ export class Pendulum {
     // one of a kind among this client's keys; nobody has to be kept from guessing it, and Node.js 18 has no global crypto
     const own = key ?? [Date.now(), Math.random(), Math.random()].map((part) => part.toString(36).replace("0.", "")).join("-");
     const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own, ...(title ? { "Job-Title": encodeURIComponent(title) } : {}) });
-    if (!job.id) throw new Refusal(501, { detail: "this server keeps no jobs" });
+    if (!job.id) throw new Refusal(501, { detail: "this server stores no jobs" });
     return new JobHandle(this.client, job.id);
   }
 }
@@ -355,5 +355,5 @@ export async function* rowsOf<R>(response: Response, number: unknown = "float64"
       yield row as R;
     }
   }
-  throw new TypeError("the answer broke off");
+  throw new TypeError("the answer was cut off");
 }

@@ -28,7 +28,7 @@ else
     end
     job = pendu_answer('POST', ['/v1/' route], pendu_json(request), options, fields);
     if ~isfield(job, 'id')
-        error('pendusim:jobs', 'this server keeps no jobs');
+        error('pendusim:jobs', 'this server stores no jobs');
     end
     answer = job.id;
 end

@@ -78,7 +78,7 @@ for k = 1:size(S, 1)
         before = S(parent(k), :);
     end
     if ~isequal(S(k, :), before + ((1:numel(way)) == k))
-        error('pendusim:S', 'row %d of S is not the way from the pivot to tip %d', k, k);
+        error('pendusim:S', 'row %d of S is not the path from the pivot to tip %d', k, k);
     end
 end
 end

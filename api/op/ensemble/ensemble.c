@@ -77,7 +77,7 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
         if (api_value_kind(&times) != API_MISSING)
             api_value_fault(&times, problem,
                             API_CODE_NOT_APPLICABLE
-                            "is for the observable \"trajectory\": give a \"duration\"");
+                            "is only for the observable \"trajectory\": give a \"duration\"");
         if (api_field_needed(&duration, problem) &&
             api_value_read_number(&duration, 0, 1e9, "s", &e->duration, problem) > 0 &&
             e->duration == 0)
@@ -89,12 +89,12 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
     if (api_value_kind(&start) != API_MISSING)
         api_value_fault(&start, problem,
                         API_CODE_CONFLICT
-                        "does not go together with \"times\", the first of which is when members "
-                        "begin");
+                        "does not go together with \"times\": members start at the first of these");
     if (api_value_kind(&duration) != API_MISSING)
-        api_value_fault(&duration, problem,
-                        API_CODE_CONFLICT
-                        "does not go together with \"times\", which say how long a trajectory is");
+        api_value_fault(
+            &duration, problem,
+            API_CODE_CONFLICT
+            "does not go together with \"times\", which set the length of a trajectory");
     enum pend_status status = api_times_read(&e->times, &times, reading->limits, problem);
     if (status != PEND_OK) return status == PEND_NO_MEMORY ? status : PEND_OK;
     long count = e->times.times.count;
@@ -136,20 +136,19 @@ static void set_derived(struct api_ensemble *e, const struct api_reading *readin
     struct api_problem *problem = reading->problem;
     if (!e->derived.count) return;
     if (e->events.rows)
-        api_value_fault(&list, problem,
-                        API_CODE_CONFLICT
-                        "do not go together with \"rows\": \"events\": passages have none");
+        api_value_fault(
+            &list, problem,
+            API_CODE_CONFLICT
+            "do not go together with \"rows\": \"events\": passages have no derivatives");
     else if (e->events.stops)
         api_value_fault(&list, problem,
                         API_CODE_CONFLICT
-                        "do not go together with conditions that stop a member, whose end would "
-                        "move with the parameters: leave out \"stop\"");
+                        "do not go together with conditions that stop a member, since its end "
+                        "depends on the parameters: leave out \"stop\"");
     else if (!api_observables_derived(&e->seen, &e->derived))
-        api_value_fault(
-            &list, problem,
-            API_CODE_NOT_APPLICABLE
-            "are of the observables \"final\", \"cart\" and \"trajectory\": ask for one of "
-            "them");
+        api_value_fault(&list, problem,
+                        API_CODE_NOT_APPLICABLE "are only for the observables \"final\", \"cart\" "
+                                                "and \"trajectory\": ask for one of them");
 }
 
 /* adds faults for too many rows, too much memory and too much time */
@@ -169,10 +168,9 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
     }
     if ((double)api_ensemble_rows(e) * (double)e->numbers > member_numbers) {
         api_value_fault(reading->root, reading->problem,
-                        API_CODE_LIMIT
-                        "asks for %.15g numbers a member, more than the %.0f that an ensemble "
-                        "keeps for one: ask for "
-                        "fewer instants or passages, or for members one by one as trajectories",
+                        API_CODE_LIMIT "asks for %.15g numbers for each member, more than the %.0f "
+                                       "that an ensemble stores for one: ask for fewer instants or "
+                                       "passages, or for members one by one as trajectories",
                         (double)api_ensemble_rows(e) * (double)e->numbers, member_numbers);
         return;
     }
@@ -197,7 +195,7 @@ static void check_cart(const struct api_ensemble *e, const struct api_reading *r
     if (e->tree.cart || !api_observables_cart(&e->seen)) return;
     api_value_fault(&list, reading->problem,
                     API_CODE_NOT_APPLICABLE
-                    "has \"cart\", and the pendulum has none: give one in \"pivot\"");
+                    "has \"cart\", but the pendulum has no cart: give one in \"pivot\"");
 }
 
 /* true if a column is meant by a name: "final" and "final_phi" are */
@@ -219,7 +217,7 @@ static void choose_named(const struct api_table *table, const struct api_value *
     if (found) return;
     api_table_columns(table, all);
     api_value_fault(name, problem,
-                    API_CODE_UNKNOWN_NAME "is no column of this answer, which has %.160s", all);
+                    API_CODE_UNKNOWN_NAME "is not a column of this answer, which has %.160s", all);
 }
 
 /* leaves the columns that are asked for, all if none are, and notes where they are in raw rows */

@@ -45,7 +45,7 @@ static double read_target(const struct api_value *value, const struct reading *r
     if (api_field_word(&unit, units, &degrees, reading->problem) > 0 &&
         out->quantity > API_VARY_THETAD)
         api_value_fault(&unit, reading->problem,
-                        API_CODE_NOT_APPLICABLE "is for angles and their rates: leave it out");
+                        API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");
     return degrees ? M_PI / 180 : 1;
 }
 
@@ -68,9 +68,8 @@ static void check_end(const struct api_value *value, const struct api_variation 
     if (reading->problem->status || pend_terms_fits(reading->tree->loads.terms, of->place, x))
         return;
     api_value_fault(value, reading->problem,
-                    API_CODE_ORDER
-                    "is %g, which this number of a pendulum cannot be: it must not be below 0, and "
-                    "a speed must be above 0",
+                    API_CODE_ORDER "is %g, which is out of range for this number of a pendulum: it "
+                                   "must be 0 or more, and a speed must be above 0",
                     x);
 }
 
@@ -146,7 +145,7 @@ static void keep_variation(struct api_members *members, const struct api_value *
                            const struct reading *reading) {
     if (!before && !reading->problem->status && is_repeated(members, members->variations))
         api_value_fault(value, reading->problem,
-                        API_CODE_DUPLICATE "varies what an earlier one varies already");
+                        API_CODE_DUPLICATE "varies the same number as an earlier one");
     members->variations++;
 }
 
@@ -200,9 +199,8 @@ static int count_variations(const struct api_value *list, int most, int draws,
             continue;
         }
         api_value_fault(&with, reading->problem,
-                        API_CODE_WRONG_COUNT
-                        "must be an array of 1 to %d paths, which go from their \"start\" to their "
-                        "\"stop\" together with this axis",
+                        API_CODE_WRONG_COUNT "must be an array of 1 to %d paths, which run from "
+                                             "\"start\" to \"stop\" together with this axis",
                         TIED_MOST);
         return -1;
     }
@@ -233,13 +231,11 @@ static enum pend_status read_variations(struct api_members *members, const struc
 static void check_count(double count, const struct api_value *value,
                         const struct reading *reading) {
     if (count <= reading->limits->members) return;
-    api_value_fault(
-        value, reading->problem,
-        API_CODE_LIMIT
-        "makes %.15g members, more than the limit %s of %.0f: ask for fewer, or for parts of it in "
-        "several requests",
-        count, api_limits_name(reading->limits, &reading->limits->members),
-        reading->limits->members);
+    api_value_fault(value, reading->problem,
+                    API_CODE_LIMIT "makes %.15g members, more than the limit %s of %.0f: ask for "
+                                   "fewer, or split it into several requests",
+                    count, api_limits_name(reading->limits, &reading->limits->members),
+                    reading->limits->members);
 }
 
 static enum pend_status read_grid(struct api_members *members, const struct api_value *grid,
@@ -322,12 +318,10 @@ static void check_room(const struct api_value *list, const struct reading *readi
     double state = 4.0 * api_tree_stored(reading->tree) + 2,
            bytes = api_value_count(list) * state * sizeof(double);
     if (bytes <= limits->answer_bytes) return;
-    api_value_fault(
-        list, reading->problem,
-        API_CODE_LIMIT
-        "has starts that take %.0f bytes of memory, more than the limit %s of %.0f: ask "
-        "for parts of it in several requests",
-        bytes, api_limits_name(limits, &limits->answer_bytes), limits->answer_bytes);
+    api_value_fault(list, reading->problem,
+                    API_CODE_LIMIT "has starts that take %.0f bytes of memory, more than the limit "
+                                   "%s of %.0f: split it into several requests",
+                    bytes, api_limits_name(limits, &limits->answer_bytes), limits->answer_bytes);
 }
 
 static enum pend_status read_members(struct api_members *members, const struct api_value *list,
@@ -354,9 +348,10 @@ static enum pend_status read_way(struct api_members *members, enum way chosen,
                                  const struct reading *reading) {
     struct api_value initial = api_value_member(root, "initial");
     if (chosen == WAY_STATES && api_value_kind(&initial) != API_MISSING)
-        api_value_fault(&initial, reading->problem,
-                        API_CODE_CONFLICT
-                        "does not go together with \"states\", which say how each member starts");
+        api_value_fault(
+            &initial, reading->problem,
+            API_CODE_CONFLICT
+            "does not go together with \"states\", which give the start of each member");
     if (chosen == WAY_STATES) return read_states(members, way, reading);
     if (chosen == WAY_MEMBERS) return read_members(members, way, &initial, reading);
     if (reading->tree->n)
@@ -408,7 +403,8 @@ static void read_energy(struct api_members *members, const struct api_value *roo
         varied |= members->variation[v].quantity == API_VARY_ENERGY;
     if (varied && members->on_energy)
         api_value_fault(&energy, reading->problem,
-                        API_CODE_CONFLICT "is of all members, and a variation varies it: give one");
+                        API_CODE_CONFLICT
+                        "is for all members, but a variation varies it too: give one of them");
     if (members->sets) varied |= api_sets_energies(members->sets);
     members->on_energy |= varied;
     if (members->on_energy && !reading->problem->status)

@@ -77,7 +77,7 @@ static const char *value_fault(const struct api_target *target, const struct api
     if (target->quantity != API_VARY_TERM) return NULL;
     return pend_terms_fits(tree->loads.terms, target->place, x)
                ? NULL
-               : "is no value that this number of a pendulum can have";
+               : "is out of range for this number of a pendulum";
 }
 
 /* one number by its name */
@@ -96,7 +96,7 @@ static enum pend_status read_set(struct api_sets *sets, const struct api_value *
     if (api_field_word(&unit, units, &degrees, problem) > 0 && named &&
         target.quantity > API_VARY_THETAD)
         api_value_fault(&unit, problem,
-                        API_CODE_NOT_APPLICABLE "is for angles and their rates: leave it out");
+                        API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");
     if (!api_field_needed(&number, problem) ||
         api_value_read_number(&number, -INFINITY, INFINITY, "", &x, problem) <= 0)
         return PEND_OK;

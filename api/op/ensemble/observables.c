@@ -49,13 +49,12 @@ void api_observables_read(struct api_observables *seen, const struct api_value *
     int rows = seen->wanted >> API_SEE_TRAJECTORY & 1;
     if (rows && seen->wanted != 1u << API_SEE_TRAJECTORY)
         api_value_fault(&list, problem,
-                        API_CODE_CONFLICT
-                        "\"trajectory\" has many rows a member, the others have one: ask for them "
-                        "in another request");
+                        API_CODE_CONFLICT "\"trajectory\" has many rows for each member, the "
+                                          "others have one: ask for them in another request");
     if (!rows && api_value_kind(&output) != API_MISSING)
         api_value_fault(&output, problem,
                         API_CODE_NOT_APPLICABLE
-                        "is for the observable \"trajectory\": leave it out");
+                        "is only for the observable \"trajectory\": leave it out");
     seen->output = api_member_outputs_read(&output, problem);
 }
 

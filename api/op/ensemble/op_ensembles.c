@@ -129,10 +129,10 @@ static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     api_stats_whole(&op->stats, "steps", op->steps);
     // without a number, because it would be that of a part
     if (op->lost)
-        api_stats_warning(&op->stats, "warning_horizon",
-                          "some members lose their digits before their end (estimated): stats.lost "
-                          "counts them and the "
-                          "observable horizon tells up to when each keeps them");
+        api_stats_warning(
+            &op->stats, "warning_horizon",
+            "some members lose their accuracy before their end (estimated): stats.lost counts "
+            "them, and the observable horizon is the time up to which each is accurate");
     api_turn_tell(turn, 0, &op->stats);
 }
 

@@ -62,7 +62,8 @@ void api_picture_read(struct api_observables *seen, const struct api_members *me
         log = logarithmic >> chosen & 1;
     if (!width && api_value_kind(&arm) != API_MISSING)
         api_value_fault(&arm, problem,
-                        API_CODE_NOT_APPLICABLE "has no meaning for \"%s\", which is of no arm",
+                        API_CODE_NOT_APPLICABLE
+                        "has no meaning for \"%s\", which belongs to no arm",
                         api_observables_name((enum api_observable)chosen));
     else
         (void)api_field_whole(&arm, 1, tree->n, &number, problem);

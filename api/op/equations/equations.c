@@ -286,7 +286,7 @@ static struct name name_find(const char *wanted, int length) {
     for (int row = 0; row < PEND_TERM_OWN_ROWS; row++)
         if (is_name(api_terms_varied((enum pend_term_row)row), wanted, length))
             return (struct name){"", arms, ROW, NULL, of_term, row};
-    assert(!"a template names what there is");
+    assert(!"a template names existing values");
     return names[0];
 }
 

@@ -36,7 +36,7 @@ static void equations_read_form(struct equations *equations, const struct api_re
     if (equations->is_explicit && terms)
         api_value_fault(&form, reading->problem,
                         API_CODE_UNSUPPORTED
-                        "writes every entry out for ideal pendulums, and this one has rods, "
+                        "writes out every entry only for ideal pendulums, but this one has rods, "
                         "bodies, springs, friction or drives: ask for \"compact\"");
     if (equations->is_explicit && n > API_EQUATIONS_MOST)
         api_value_fault(

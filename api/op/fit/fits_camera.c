@@ -33,22 +33,24 @@ static void camera_unknown(struct api_fit *fit, enum pend_fit_camera what, const
 static void camera_shift(struct api_fit *fit, const struct api_value *item,
                          struct api_problem *problem) {
     if (fit->runs > 1) {
-        api_value_fault(item, problem,
-                        API_CODE_CONFLICT "is of one film: with several runs give each its "
-                                          "\"start\", or leave it out");
+        api_value_fault(
+            item, problem,
+            API_CODE_CONFLICT
+            "applies to a single film: with several runs give each its \"start\", or leave it out");
         return;
     }
     if (fit->runs == 1 && !fit->run[0].begins) {
-        api_value_fault(item, problem,
-                        API_CODE_CONFLICT "needs \"start\": without one the start is at the first "
-                                          "instant, wherever that is");
+        api_value_fault(
+            item, problem,
+            API_CODE_CONFLICT
+            "needs \"start\": without it the motion starts at the first instant, wherever that is");
         return;
     }
     for (int c = 0; c < fit->columns; c++)
         if (fit->column[c].kind == PEND_FIT_RATE) {
             api_value_fault(item, problem,
-                            API_CODE_CONFLICT "is not found from angular velocities yet: leave it "
-                                              "out");
+                            API_CODE_CONFLICT
+                            "cannot be fitted to angular velocities yet: leave it out");
             return;
         }
     if (fit->t) camera_unknown(fit, PEND_FIT_SHIFT, "shift of the camera");
@@ -96,7 +98,7 @@ void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
     for (int taken[4] = {0}; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         int which = 0;
         if (api_field_word(&item, names, &which, problem) <= 0) continue;
-        if (taken[which]++) api_value_fault(&item, problem, API_CODE_DUPLICATE "is there twice");
+        if (taken[which]++) api_value_fault(&item, problem, API_CODE_DUPLICATE "occurs twice");
         if (!given[which]) camera_left(fit, which);
         if (which == 0) camera_unknown(fit, PEND_FIT_SCALE, "scale of the camera");
         if (which == 1) camera_unknown(fit, PEND_FIT_ROTATION, "rotation of the camera");

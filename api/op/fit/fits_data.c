@@ -80,7 +80,7 @@ static void read_values(struct part *run, int c, const struct api_value *list, d
     double *to = run->data + (size_t)c * (size_t)run->rows;
     if (api_value_kind(list) != API_ARRAY || api_value_count(list) != run->rows) {
         api_value_fault(list, problem,
-                        API_CODE_WRONG_COUNT "must be %ld numbers or nulls, one an instant",
+                        API_CODE_WRONG_COUNT "must be %ld numbers or nulls, one for each instant",
                         run->rows);
         return;
     }
@@ -158,7 +158,7 @@ static void read_series(struct part *run, const struct api_tree *tree, const str
                         API_CODE_MISSING
                         "needs one of phi, theta, joint, x, y, phid and thetad: the arm's number");
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && is_place(&run->column[c]))
-        api_value_fault(&unit, problem, API_CODE_NOT_APPLICABLE "is for angles: leave it out");
+        api_value_fault(&unit, problem, API_CODE_NOT_APPLICABLE "is only for angles: leave it out");
     double scale = degrees ? pi / 180 : 1;
     read_sigma(run, c, &sigma, scale, problem);
     read_values(run, c, &values, scale, run->zero[c], problem);
@@ -175,7 +175,8 @@ static enum pend_status read_table(struct part *run, const struct api_tree *tree
     const double *t = api_value_numbers(&list, &rows);
     if (api_value_kind(&unit) != API_MISSING)
         api_value_fault(&unit, problem,
-                        API_CODE_NOT_APPLICABLE "is of a csv: give each of \"series\" its own");
+                        API_CODE_NOT_APPLICABLE
+                        "applies to a csv: give each of \"series\" its own");
     if (api_value_kind(&series) != API_ARRAY || !columns || columns > API_FIT_SERIES)
         api_value_fault(&series, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d series",
                         API_FIT_SERIES);
@@ -227,9 +228,8 @@ static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *rol
         // in metres such places would be of another pendulum
         if (unit > 0 && taken->unit != unit)
             api_value_fault(text, problem,
-                            API_CODE_CONFLICT
-                            "line %d: field %d is in another unit than the places before it: give "
-                            "all in one",
+                            API_CODE_CONFLICT "line %d: field %d is in another unit than the "
+                                              "positions before it: give all in one unit",
                             csv->head, i + 1);
         else if (!unit && taken->unit > 0 && taken->unit < 1 && !scaled)
             api_value_fault(text, problem,
@@ -343,7 +343,7 @@ static int data_columns(struct api_fit *fit, const struct part part[], const str
             if (at >= 0) fit->zero[at] = part[r].zero[c];
             if (at >= 0) continue;
             api_value_fault(data, reading->problem,
-                            API_CODE_WRONG_COUNT "has more than %d different series",
+                            API_CODE_WRONG_COUNT "has more than %d distinct series",
                             API_FIT_SERIES);
             return 0;
         }
@@ -406,7 +406,7 @@ static enum pend_status read_run(struct api_fit *fit, int r, struct part *part,
     if (fit->start && fit->start->mode[r])
         api_value_fault(&initial, problem,
                         API_CODE_NOT_APPLICABLE
-                        "must be given by angles: a fit has no mode to start in");
+                        "must be given by angles: a fit cannot start in a mode");
     run->begins = api_value_read_number(&start, -1e9, 1e9, "s", &fit->begin[r], problem) > 0;
     if (!part) return PEND_OK;
     return api_value_kind(&csv) != API_MISSING ? read_csv(part, &fit->tree, data, reading)
@@ -420,7 +420,7 @@ static void fault_beside(const struct api_value *at, const char *const names[],
         struct api_value value = api_value_member(at, names[i]);
         if (api_value_kind(&value) != API_MISSING)
             api_value_fault(&value, problem,
-                            API_CODE_CONFLICT "is a run's own: put it into each of \"runs\"");
+                            API_CODE_CONFLICT "belongs to a run: put it into each of \"runs\"");
     }
 }
 

@@ -68,8 +68,9 @@ static int hint_unit(struct api_hints *h) {
             double *x = &h->data[c * fit->rows + i];
             *x = (*x - fit->zero[c]) * by + fit->zero[c];
         }
-    snprintf(h->what, sizeof h->what, "the angles go from %.4g to %.4g rad: are they in %s? Then",
-             low, high, most > 7 ? "degrees" : "rad, not degrees");
+    snprintf(h->what, sizeof h->what,
+             "the angles range from %.4g to %.4g rad: are they in %s? Then", low, high,
+             most > 7 ? "degrees" : "rad, not degrees");
     return 1;
 }
 
@@ -88,10 +89,9 @@ static int hint_zero(struct api_hints *h, double beside) {
         if (fabs(mean) > fabs(most)) most = mean;
     }
     h->about = most, h->unit = 180 / pi;
-    snprintf(
-        h->what, sizeof h->what,
-        "is the zero of the angles elsewhere (an unknown \"zero\"), or theta taken for phi? They "
-        "swing about %%.4g degrees from hanging: less that");
+    snprintf(h->what, sizeof h->what,
+             "is the zero of the angles shifted (an unknown \"zero\"), or are they theta instead "
+             "of phi? They swing about %%.4g degrees from hanging: with that subtracted");
     return fabs(most) > 0.005;
 }
 
@@ -117,9 +117,9 @@ static int hint_bent(struct api_hints *h, int barrel, double part) {
     }
     h->about = 0, h->unit = 1;
     if (!(h->left < 1 - hints_explained)) return 0;
-    snprintf(h->what, sizeof h->what, "%s, which is not known here: by %%.3g of their size",
-             barrel ? "is the lens distorted? Places moved from the middle"
-                    : "is the camera tilted? Places stretched along y");
+    snprintf(h->what, sizeof h->what, "%s, by a fraction of %%.3g (not supported here):",
+             barrel ? "is the lens distorted? With positions moved away from the middle"
+                    : "is the camera tilted? With positions stretched along y");
     return x && y;
 }
 
@@ -207,7 +207,7 @@ static int hint_held(struct api_hints *h, int which) {
     static const char *const cameras[] = {"scale of the camera", "rotation of the camera",
                                           "origin x of the camera", "origin y of the camera"};
     static const char *const names[] = {[PEND_PARAMETER_PHI] = "the start angle",
-                                        [PEND_PARAMETER_RATE] = "the start's rate",
+                                        [PEND_PARAMETER_RATE] = "the start rate",
                                         [PEND_PARAMETER_LENGTH] = "length",
                                         [PEND_PARAMETER_MASS] = "mass"};
     static const enum pend_parameter_kind kinds[] = {PEND_PARAMETER_LENGTH, PEND_PARAMETER_MASS,
@@ -317,7 +317,7 @@ static void hints_take(struct api_hints *h) {
     h->best = taken;
     if (which >= HINT_HELD)
         snprintf(h->text, sizeof h->text,
-                 "with %s to be found too, here %.6g, the motion explains %.6g %%", what,
+                 "with %s as another unknown, here %.6g, the motion explains %.6g %%", what,
                  r.value[h->tried.unknowns - 1], 100 * r.explained);
     else
         snprintf(h->text, sizeof h->text, "%s the motion explains %.6g %%", what, 100 * (1 - left));
@@ -411,17 +411,16 @@ enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *o
     PEND_TRY(api_out_open(out, "hints", '['));
     if (*h->text) PEND_TRY(api_out_text(out, NULL, h->text));
     if (count && !h->fit->loss) {
-        snprintf(
-            text, sizeof text,
-            "measurements that lie far off: %ld, the farthest in row %ld: mistyped, or lost by the "
-            "tracker? With the loss huber they hardly count",
-            count, hints_outlier(h));
+        snprintf(text, sizeof text,
+                 "outliers: %ld, the farthest in row %ld: mistyped, or lost by the tracker? The "
+                 "loss \"huber\" nearly ignores them",
+                 count, hints_outlier(h));
         PEND_TRY(api_out_text(out, NULL, text));
     }
     if (far >= 0) {
         snprintf(text, sizeof text,
-                 "%s comes out as %.3g times what was given: are instants in s, not in ms or "
-                 "frames, places in m, is gravity right?",
+                 "%s results as %.3g times the given value: are instants in s, not in ms or "
+                 "frames, positions in m, and is gravity right?",
                  h->fit->label[far], h->result->value[far] / h->fit->unknown[far].start);
         PEND_TRY(api_out_text(out, NULL, text));
     }
@@ -429,10 +428,9 @@ enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *o
         h->result->explained > hints_explained)
         PEND_TRY(api_out_text(
             out, NULL,
-            places ? "the residuals have a pattern: is the camera tilted, or its lens "
-                     "distorted? Neither is known here. Or is the friction of another kind?"
-                   : "the residuals have a pattern: is the friction of another kind "
-                     "(damping, friction_torque, drag, drag_quadratic), or is a number held "
-                     "that is wrong?"));
+            places ? "the residuals have a pattern: is the camera tilted, or its lens distorted "
+                     "(neither is supported here)? Or is the friction of another kind?"
+                   : "the residuals have a pattern: is the friction of another kind (damping, "
+                     "friction_torque, drag, drag_quadratic), or is a fixed number wrong?"));
     return api_buffer_text(out, "]");
 }

@@ -69,9 +69,8 @@ static void fit_apart(const struct api_fit *fit, const struct api_value *data,
     swing = 2 * pi * sqrt(swing / fabs(fit->tree.loads.gravity));
     if (fit->rows >= MANY_ROWS && apart > FEW_SWINGS * swing)
         api_value_fault(data, problem,
-                        API_CODE_OUT_OF_RANGE
-                        "has instants that lie %.4g s apart, %.3g swings of this pendulum: are "
-                        "they in ms? They must be in s",
+                        API_CODE_OUT_OF_RANGE "has instants %.4g s apart, which is %.3g swings of "
+                                              "this pendulum: are they in ms? They must be in s",
                         apart, apart / swing);
 }
 
@@ -127,7 +126,8 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
     api_fit_read_camera(fit, &camera, problem);
     if (!problem->status && !fit->unknowns)
         api_value_fault(&unknowns, problem,
-                        API_CODE_MISSING "must name at least one unknown, here or of the camera");
+                        API_CODE_MISSING
+                        "must name at least one unknown, of the pendulum or of the camera");
     if (!problem->status) PEND_TRY(api_fit_settle(fit, &fixed, problem));
     if (!problem->status) fit_check(fit, root, problem);
     if (problem->status) return PEND_INVALID;

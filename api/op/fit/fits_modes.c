@@ -39,12 +39,13 @@ void api_fit_read_modes(struct api_fit *fit, const struct api_value *list, int f
     assert(first >= 0 && first <= fit->columns);
     if (fit->tree.n > PEND_FIT_MODE_ARMS)
         api_value_fault(list, problem,
-                        API_CODE_UNSUPPORTED "modes are data of pendulums of at most %d arms",
+                        API_CODE_UNSUPPORTED
+                        "modes can be data only for pendulums of at most %d arms",
                         PEND_FIT_MODE_ARMS);
     if (!fit->tree.terms && !(fit->tree.loads.gravity > 0))
         api_value_fault(list, problem,
                         API_CODE_NOT_APPLICABLE
-                        "are of a pendulum that hangs: without gravity above 0 it does not swing");
+                        "need a hanging pendulum: without gravity above 0 it does not swing");
     struct api_value item = api_value_item(list, 0);
     for (int c = first; c < fit->columns; c++, item = api_value_next(&item))
         read_mode(fit, &item, &fit->column[c], fit->data + (size_t)c * (size_t)fit->rows, problem);

@@ -94,7 +94,8 @@ static void unknown_add(struct api_fit *fit, const struct api_value *item,
                         const struct pend_fit_unknown *u, struct api_problem *problem) {
     if (fit->unknowns + PEND_FIT_CAMERA >= API_FIT_UNKNOWNS) {
         api_value_fault(item, problem,
-                        API_CODE_LIMIT "is more than the %d unknowns that there may be in all runs",
+                        API_CODE_LIMIT
+                        "exceeds the %d unknowns that are allowed in all runs together",
                         API_FIT_UNKNOWNS - PEND_FIT_CAMERA);
         return;
     }
@@ -120,9 +121,10 @@ static int unknown_runs(const struct api_fit *fit, const struct api_value *item,
     *first = given > 0 ? (int)chosen - 1 : 0;
     *last = !of_start ? 1 : given > 0 ? (int)chosen : fit->runs;
     if (given > 0 && !of_start)
-        api_value_fault(&run, problem,
-                        API_CODE_NOT_APPLICABLE
-                        "is of starts: any other number is that of all runs, leave it out");
+        api_value_fault(
+            &run, problem,
+            API_CODE_NOT_APPLICABLE
+            "is only for starts: any other number is the same in all runs, leave it out");
     return given >= 0 && (of_start || !given);
 }
 
@@ -150,7 +152,7 @@ static int read_instrument(struct api_fit *fit, const struct api_value *item,
     int zero = api_fit_instrument(fit, bias ? PEND_FIT_RATE : PEND_FIT_PHI, at, -1);
     if (zero < 0) {
         api_value_fault(&vary, problem,
-                        API_CODE_NOT_APPLICABLE "is of measured %s, and none of this arm is there",
+                        API_CODE_NOT_APPLICABLE "needs measured %s of this arm, and there are none",
                         bias ? "angular velocities" : "angles");
         return 1;
     }
@@ -175,7 +177,7 @@ static void read_unknown(struct api_fit *fit, const struct api_value *item,
     int angle = target.quantity <= API_VARY_THETAD;
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && !angle)
         api_value_fault(&unit, problem,
-                        API_CODE_NOT_APPLICABLE "is for angles and their rates: leave it out");
+                        API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");
     // bounds of theta are those of phi + pi / 2
     double scale = degrees ? pi / 180 : 1, shift = target.quantity == API_VARY_THETA ? -pi / 2 : 0;
     int first, last;

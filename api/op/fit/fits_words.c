@@ -34,8 +34,8 @@ enum pend_status api_fit_write_direction(const struct api_fit *fit, const double
     }
     assert(parts >= 1);
     const char *begin = parts == 1 ? "the data do not depend on "
-                        : alike    ? "the data tell only the ratios of "
-                                   : "the data do not tell apart ";
+                        : alike    ? "the data determine only the ratios of "
+                                   : "the data do not distinguish ";
     at = (size_t)snprintf(text, sizeof text, "%s", begin);
     for (int j = 0, some = 0; j < fit->unknowns && at < sizeof text; j++) {
         if (fabs(direction[j]) < 1e-3) continue;
@@ -63,9 +63,9 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
                         "may help.");
     if (fit->runs > 1)
         return snprintf(text, WORDS_END,
-                        "no minimum was found: %d of %d motions follow their data to the end, "
-                        "also from what each run finds alone. A better start for the others, or "
-                        "fewer rows, may help.",
+                        "no minimum was found: %d of %d motions follow their data to the end, even "
+                        "with start values fitted to each run alone. A better start for the "
+                        "others, or fewer rows, may help.",
                         whole, fit->runs);
     int at = snprintf(text, WORDS_END, "no minimum was found");
     if (r->iterations >= fit->iterations)
@@ -105,19 +105,18 @@ static int end_checked(const struct api_fit *fit, const struct pend_fit_result *
     for (int c = 0; c < fit->columns; c++) known &= pend_fit_known(&fit->column[c]);
     if (mode)
         at = snprintf(text, bytes,
-                      ". The frequencies are not all met: that of mode %d comes out as %.6g rad/s, "
-                      "%.3g %% %s %.6g",
+                      ". Not all frequencies are reached: mode %d has %.6g rad/s, %.3g %% %s %.6g",
                       mode, asked * (1 + off), 100 * fabs(off), off > 0 ? "above" : "below", asked);
     if (r->p_value > words_small)
-        at += snprintf(text + at, bytes - (size_t)at,
-                       ". Chi-squared is only %.3g per degree of freedom: the errors are smaller "
-                       "than sigma says",
-                       r->chi_squared / (double)r->freedom);
+        at += snprintf(
+            text + at, bytes - (size_t)at,
+            ". Chi-squared is only %.3g per degree of freedom: the errors are smaller than sigma",
+            r->chi_squared / (double)r->freedom);
     if (r->freedom > 0) return at;
-    return at + snprintf(text + at, bytes - (size_t)at,
-                         ". There are as many unknowns as measurements: nothing is left to check "
-                         "this by%s",
-                         known ? "" : ", and no standard error is known");
+    return at +
+           snprintf(text + at, bytes - (size_t)at,
+                    ". There are as many unknowns as measurements: the fit cannot be checked%s",
+                    known ? "" : ", and has no standard errors");
 }
 
 /* the measurement that is met worst, by its sigma or where none is known; of one run */
@@ -159,18 +158,20 @@ static int end_rejected(const struct pend_fit_result *r, char text[], size_t byt
                        tests++ ? "," : ":", spread, r->p_value);
     if (r->alike < words_level)
         at += snprintf(text + at, bytes - (size_t)at,
-                       "%s neighbouring residuals are alike (Durbin-Watson %.2g, of noise 2)",
+                       "%s consecutive residuals are correlated (Durbin-Watson %.2g; independent "
+                       "noise gives 2)",
                        tests++ ? "," : ":", r->watson);
     if (tests == 1 && r->p_value < words_level && !r->outliers)
-        at +=
-            snprintf(text + at, bytes - (size_t)at,
-                     " beside independent residuals: is sigma %.3g times as large?", sqrt(spread));
+        at += snprintf(text + at, bytes - (size_t)at,
+                       " while the residuals are independent: is sigma %.3g times as large?",
+                       sqrt(spread));
     const char *end = text[at - 1] == '?' ? "" : ".";
     if (isinf(r->widened))
-        return at + snprintf(text + at, bytes - (size_t)at, "%s No standard error holds.", end);
+        return at + snprintf(text + at, bytes - (size_t)at, "%s The standard errors are not valid.",
+                             end);
     if (!(r->widened >= 1.005)) return at + snprintf(text + at, bytes - (size_t)at, "%s", end);
     return at + snprintf(text + at, bytes - (size_t)at,
-                         "%s Standard errors are widened, up to %.3g times.", end, r->widened);
+                         "%s Standard errors are increased, up to %.3g times.", end, r->widened);
 }
 
 /* a minimum */
@@ -179,13 +180,13 @@ static void end_minimum(const struct api_fit *fit, const struct pend_fit_result 
     const char *begin = r->model == PEND_FIT_ACCEPTED ? "a minimum, whose motion follows the data"
                         : r->freedom < 1              ? "a minimum"
                         : r->explained > 0.9
-                            ? "a minimum, of too few measurements to test the model by"
-                            : "a minimum, of data that are noise as large as the motion";
+                            ? "a minimum, with too few measurements to test the model"
+                            : "a minimum, but the noise of the data is as large as the motion";
     if (modes)
-        begin = strange ? "no such pendulum near the start given has these frequencies: this is "
-                          "the one that comes next to them"
-                        : "a minimum: the pendulum near the start given whose frequencies come "
-                          "next to these";
+        begin = strange
+                    ? "no such pendulum near the given start has these frequencies: this one comes "
+                      "closest"
+                    : "a minimum: the pendulum near the given start with the closest frequencies";
     else if (strange)
         begin = "a minimum, but the model is rejected";
     int at = snprintf(text, WORDS_END, "%s", begin);
@@ -205,11 +206,12 @@ enum pend_status api_fit_write_end(const struct api_fit *fit, const struct pend_
     if (r->end == PEND_FIT_STOPPED)
         (void)end_follows(fit, r, text);
     else if (r->end == PEND_FIT_AWAY)
-        snprintf(text, sizeof text,
-                 "no minimum was found: the sum of squares falls on and on as %s goes away, here "
-                 "to %.6g, where the data do not tell it any more. Give it a \"high\" and a "
-                 "\"low\", or leave it out.",
-                 fit->label[r->away], r->value[r->away] + fit->shift[r->away]);
+        snprintf(
+            text, sizeof text,
+            "no minimum was found: the sum of squares keeps falling as %s moves on without end, "
+            "here to %.6g, where the data no longer determine it. Give it a \"high\" and a "
+            "\"low\", or leave it out.",
+            fit->label[r->away], r->value[r->away] + fit->shift[r->away]);
     else
         end_minimum(fit, r, text);
     PEND_TRY(api_out_text(out, "status", ends[r->end]));

@@ -146,16 +146,17 @@ static void damped_tell(struct api_damped *damped) {
     }
     api_stats_whole(damped->stats, "stable", stable);
     if (most > rub_most) {
-        snprintf(damped->warning[0], API_WARNING_TEXT,
-                 "a swing of 0.1 rad in mode %d moves a joint at %.3g times the speed below which "
-                 "its dry friction is linear: the motion itself is another there. Integrate it.",
-                 mode, most);
+        snprintf(
+            damped->warning[0], API_WARNING_TEXT,
+            "a swing of 0.1 rad in mode %d moves a joint at %.3g times the speed below which its "
+            "dry friction is linear: the linear mode is not valid there. Integrate the motion.",
+            mode, most);
         api_stats_warning(damped->stats, "warning_friction", damped->warning[0]);
     }
     if (!(shaken > 0)) return;
     snprintf(damped->warning[1], API_WARNING_TEXT,
-             "the pivot is shaken at up to %.3g m/s and the modes leave that out: it changes "
-             "frequencies and may hold other equilibria (Kapitza). Integrate the motion.",
+             "the pivot is shaken at up to %.3g m/s, which the modes ignore: shaking changes "
+             "frequencies and can stabilize other equilibria (Kapitza). Integrate the motion.",
              shaken);
     api_stats_warning(damped->stats, "warning_pivot", damped->warning[1]);
 }

@@ -105,7 +105,8 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
     if (api_value_kind(value) == API_MISSING) return;
     if (api_value_kind(value) != API_ARRAY)
         api_value_fault(value, problem,
-                        API_CODE_WRONG_TYPE "must be an array of names of matrices, as [\"A\"]");
+                        API_CODE_WRONG_TYPE
+                        "must be an array of names of matrices, such as [\"A\"]");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         int matrix = 0;
         if (api_field_word(&item, pend_matrix_names, &matrix, problem) <= 0) continue;
@@ -117,21 +118,19 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
     double most = reading->limits->matrix_arms;
     if (modes->tree.loads.terms) most = fmin(most, PEND_DAMPED_DENSE);
     if (api_value_count(value) && modes->tree.n > most)
-        api_value_fault(
-            value, problem,
-            API_CODE_LIMIT
-            "matrices are answered for at most %.0f arms (%s), and here are %d: leave it out",
-            most,
-            most < reading->limits->matrix_arms ? "of a real pendulum"
-                                                : "the limit max-matrix-arms",
-            modes->tree.n);
+        api_value_fault(value, problem,
+                        API_CODE_LIMIT "matrices are returned for at most %.0f arms (%s), but this "
+                                       "pendulum has %d: leave it out",
+                        most,
+                        most < reading->limits->matrix_arms ? "of a real pendulum"
+                                                            : "the limit max-matrix-arms",
+                        modes->tree.n);
     if (api_value_count(value) && reading->format != &api_format_json &&
         reading->format != &api_format_raw)
-        api_value_fault(
-            value, problem,
-            API_CODE_UNSUPPORTED
-            "matrices are answered in %s only, not in %s: leave it out, or ask for that",
-            api_format_json.media_type, reading->format->media_type);
+        api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED "matrices are returned only in %s, not in %s: leave "
+                                             "it out, or ask for that representation",
+                        api_format_json.media_type, reading->format->media_type);
 }
 
 /* reads the fields that choose how the answer is written */
@@ -154,8 +153,8 @@ static void read_style(struct api_modes *modes, const struct api_value *root,
 static void check_real(const struct api_modes *modes, const struct api_reading *reading) {
     static const char *const absent[] = {"select", "normalize"};
     static const char *const way[] = {
-        "all modes of a real pendulum are answered: leave it out",
-        "the shapes of a real pendulum have an entry of 1, the largest: leave it out"};
+        "all modes of a real pendulum are returned: leave it out",
+        "the shapes of a real pendulum are scaled so that the largest entry is 1: leave it out"};
     for (size_t i = 0; i < sizeof absent / sizeof *absent; i++) {
         struct api_value field = api_value_member(reading->root, absent[i]);
         if (api_value_kind(&field) != API_MISSING)
@@ -164,7 +163,7 @@ static void check_real(const struct api_modes *modes, const struct api_reading *
     if (modes->up && modes->start)
         api_value_fault(API_MEMBER(reading->root, "about"), reading->problem,
                         API_CODE_CONFLICT
-                        "and \"initial\" both say where the equilibrium is: leave one out");
+                        "and \"initial\" both set the equilibrium: leave one out");
     const struct pend_loads *loads = &modes->tree.loads;
     int loses = pend_loads_lose(loads);
     int most = loses ? API_DAMPED_ARMS : API_STILL_ARMS;

@@ -93,8 +93,8 @@ static void fault_rest(const struct controllers *c, const double torque[], const
                                          "%s%.6g N on the cart", used ? ", " : "", torque[k]);
     }
     api_value_fault(value, problem,
-                    API_CODE_OUT_OF_RANGE "is no equilibrium: %s would hold it. Add that as a "
-                                          "constant torque or force, or choose other angles",
+                    API_CODE_OUT_OF_RANGE "is not an equilibrium: %s would balance it. Add that as "
+                                          "a constant torque or force, or choose other angles",
                     used ? text : "other torques");
 }
 
@@ -144,7 +144,7 @@ static void read_weights(struct controllers *c, const struct api_value *root,
             struct api_value item = api_value_item(&r, i);
             if (!(given[i] > 0 && given[i] <= 1e300))
                 api_value_fault(&item, problem,
-                                API_CODE_OUT_OF_RANGE "must be greater than 0, 1e300 at most");
+                                API_CODE_OUT_OF_RANGE "must be greater than 0 and at most 1e300");
             c->r[i] = given[i];
         }
 }
@@ -161,7 +161,7 @@ static enum pend_status read_gains(struct controllers *c, const struct api_value
         if (api_value_kind(&weight) != API_MISSING)
             api_value_fault(&weight, problem,
                             API_CODE_CONFLICT
-                            "makes gains, and \"gains\" are given: leave one out");
+                            "computes gains, but \"gains\" are given too: leave one out");
     }
     int flat = c->inputs == 1 && api_value_kind(&item) == API_NUMBER;
     if (!flat && api_value_count(&gains) != c->inputs) {
@@ -196,7 +196,8 @@ static enum pend_status read_loop(struct controllers *c, const struct api_readin
     PEND_TRY(api_states_new(&c->start, 1, n));
     api_states_read(c->start, 0, &rest, &c->tree, reading->limits, problem);
     if (c->start->mode[0])
-        api_value_fault(&rest, problem, API_CODE_NOT_APPLICABLE "must have angles, not a mode");
+        api_value_fault(&rest, problem,
+                        API_CODE_NOT_APPLICABLE "must be given by angles, not by a mode");
     if (!(c->input = calloc(2 * (size_t)n, sizeof *c->input))) return PEND_NO_MEMORY;
     c->sensor = c->input + n;
     c->inputs = read_places(c, API_MEMBER(root, "actuators"), "joints", c->input, problem);
@@ -205,9 +206,8 @@ static enum pend_status read_loop(struct controllers *c, const struct api_readin
         c->sensors = read_places(c, &sensors, "arms", c->sensor, problem);
     if (2 * n + c->inputs * (int)c->delay > ROWS_MOST)
         api_value_fault(root, problem,
-                        API_CODE_LIMIT
-                        "asks for a state of %d numbers, with the outputs that wait; "
-                        "controllers are designed for at most %d",
+                        API_CODE_LIMIT "asks for a state of %d numbers, delayed outputs included; "
+                                       "controllers are designed for at most %d",
                         2 * n + c->inputs * (int)c->delay, ROWS_MOST);
     if (problem->status) return PEND_OK;
     PEND_TRY(read_rest(c, &rest, problem));
@@ -280,15 +280,15 @@ static enum pend_status found_gains(const struct controllers *c, struct found *f
         memcpy(f->gains, c->gains, (size_t)(rows * c->inputs) * sizeof *f->gains);
     } else if (lost >= 0) {
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "the actuators cannot reach mode %d (growth %.4g 1/s, %.4g rad/s), which "
-                         "does not die away: choose other joints, or give the pendulum friction",
+                         "the actuators cannot control mode %d (growth %.4g 1/s, %.4g rad/s), "
+                         "which does not decay: choose other joints, or give the pendulum friction",
                          lost + 1, f->modes->decay[lost], f->modes->omega[lost]);
     } else {
         enum pend_status status = pend_loop_gains(f->loop, c->q, c->r, f->gains);
         if (status == PEND_NO_CONVERGENCE)
             return pend_fail(error, PEND_NOT_FINITE, -1, 0,
                              "no gains were found that make the loop stable: the period of %.4g s "
-                             "may be too long, or a weight that no mode has",
+                             "may be too long, or an undamped mode has no weight",
                              c->period);
         PEND_TRY(status);
     }
@@ -296,7 +296,7 @@ static enum pend_status found_gains(const struct controllers *c, struct found *f
     api_stats_whole(&f->stats, "stable", !unstable(f));
     if (!unstable(f)) return PEND_OK;
     snprintf(f->warning, sizeof f->warning,
-             "the loop is unstable: its largest multiplier is %.6g %+.6g i with the size %.6g",
+             "the loop is unstable: its largest multiplier is %.6g %+.6g i, of absolute value %.6g",
              f->multiplier[0], f->multiplier[rows], hypot(f->multiplier[0], f->multiplier[rows]));
     api_stats_warning(&f->stats, "warning_unstable", f->warning);
     return PEND_OK;
@@ -444,7 +444,7 @@ static enum pend_status controllers_run(void *state, const struct api_turn *turn
     *done = status == PEND_OK;
     if (status == PEND_OK || error->text[0]) return status;
     return pend_fail(error, status == PEND_NO_MEMORY ? status : PEND_NOT_FINITE, -1, 0,
-                     "lengths, masses, weights and the period are too far apart for the gains");
+                     "lengths, masses, weights and the period differ too much to compute gains");
 }
 
 static double controllers_rows(const struct controllers *c) {

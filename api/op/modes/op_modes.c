@@ -90,9 +90,8 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
     if (modes->asked.request.vectors && 8 * n * table->rows > most)
         api_value_fault(reading->root, reading->problem,
                         API_CODE_LIMIT
-                        "asks for the vectors of %ld modes, which take %.0f bytes while they are "
-                        "found, more than the "
-                        "limit max-answer-bytes of %.0f: ask for %s",
+                        "asks for the vectors of %ld modes, which take %.0f bytes during the "
+                        "computation, more than the limit max-answer-bytes of %.0f: ask for %s",
                         table->rows, 8 * n * table->rows, most,
                         modes->asked.start ? "fewer modes by \"select\"" : fewer);
     if (reading->format != &api_format_json) {
@@ -374,9 +373,8 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
         enum pend_status status = modes_piece(modes, out, done, error);
         if (status == PEND_NOT_FINITE && !error->text[0])
             return pend_fail(error, status, -1, 0,
-                             "lengths, masses and gravity are too far apart: a number of the modes "
-                             "is beyond those that "
-                             "a double holds");
+                             "lengths, masses and gravity differ too much: a number of the modes "
+                             "exceeds the range of a double");
         PEND_TRY(status);
     } while (!*done && !api_turn_over(turn));
     modes->last = 0;

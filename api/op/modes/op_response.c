@@ -299,8 +299,8 @@ static void response_tell_rub(struct response *response) {
     if (!response->asked.given || response->rub <= rub_most) return;
     snprintf(response->warning[3], API_WARNING_TEXT,
              "at omega = %.6g rad/s a joint or a tip moves at %.3g times the speed below which its "
-             "dry friction or quadratic drag is linear: the motion itself is another there. "
-             "Integrate it or lessen the drive.",
+             "dry friction or quadratic drag is linear: the linear response is not valid there. "
+             "Integrate the motion or reduce the drive.",
              response->rub_at, response->rub);
     api_stats_warning(&response->stats, "warning_friction", response->warning[3]);
 }
@@ -312,23 +312,23 @@ static void response_tell(struct response *response, const struct api_turn *turn
     api_stats_whole(stats, "stable", pend_response_stable(response->found));
     api_turn_tell(turn, 0, stats);
     if (response->unknown) {
-        snprintf(response->warning[0], API_WARNING_TEXT,
-                 "at %ld of the frequencies the amplitude is not finite: nothing damps a mode "
-                 "there or nothing pulls back. Add friction or leave these frequencies out.",
-                 response->unknown);
+        snprintf(
+            response->warning[0], API_WARNING_TEXT,
+            "at %ld of the frequencies the amplitude is not finite: an undamped mode is in "
+            "resonance, or has no restoring force. Add friction or leave these frequencies out.",
+            response->unknown);
         api_stats_warning(stats, "warning_resonance", response->warning[0]);
     }
     if (!pend_response_stable(response->found)) {
         snprintf(response->warning[1], API_WARNING_TEXT,
-                 "the equilibrium is not stable: a motion that begins near this response leaves "
-                 "it.");
+                 "the equilibrium is unstable: a motion that begins near this response leaves it.");
         api_stats_warning(stats, "warning_stability", response->warning[1]);
     }
     response_tell_rub(response);
     if (!response->asked.given || response->swing <= swing_most) return;
     snprintf(response->warning[2], API_WARNING_TEXT,
-             "an arm swings by %.3g rad at omega = %.6g rad/s: a linear response holds for small "
-             "swings. Integrate the motion to see what happens then.",
+             "an arm swings by %.3g rad at omega = %.6g rad/s: a linear response is valid for "
+             "small swings only. Integrate the motion for larger ones.",
              response->swing, response->swing_at);
     api_stats_warning(stats, "warning_swing", response->warning[2]);
 }

@@ -52,9 +52,8 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
                         "both");
     else if (!straight && !along)
         api_value_fault(value, problem,
-                        API_CODE_MISSING
-                        "must say where to the pivot is shaken: \"x\" and \"y\", or a "
-                        "\"direction\"");
+                        API_CODE_MISSING "must give the direction in which the pivot is shaken: "
+                                         "\"x\" and \"y\", or a \"direction\"");
     if (straight || !along) return;
     if (degrees) angle *= M_PI / 180;
     asked->pivot[0] = size * cos(angle);
@@ -81,8 +80,8 @@ static void read_cart(struct api_response *asked, const struct api_value *value,
     if (asked->tree.tree && !asked->tree.cart)
         api_value_fault(value, problem,
                         API_CODE_NOT_APPLICABLE
-                        "is a force on a cart, and the pendulum has none: give one in \"pivot\", "
-                        "or drive the pivot or a joint");
+                        "is a force on a cart, but the pendulum has no cart: give one in "
+                        "\"pivot\", or drive the pivot or a joint");
     asked->arm = 0;
     asked->couple = 1;
     asked->given = api_value_read_number(API_MEMBER(value, "amplitude"), -amplitude_most,
@@ -96,8 +95,8 @@ static void read_own(struct api_response *asked, const struct api_value *value,
     asked->own = asked->given = 1;
     if (asked->tree.tree && (!terms || !terms->harmonics))
         api_value_fault(value, problem,
-                        API_CODE_MISSING "is needed: %s{\"torque\": {\"arm\": 1}}; the "
-                                         "pendulum has no harmonics of its own that would drive it",
+                        API_CODE_MISSING "is needed: %s{\"torque\": {\"arm\": 1}}; the pendulum "
+                                         "has no harmonic drive of its own",
                         asked->tree.cart ? "{\"cart\": {}} or " : "{\"pivot\": {\"x\": 1}} or ");
 }
 
@@ -115,16 +114,14 @@ static void read_drive(struct api_response *asked, const struct api_value *value
     (void)api_value_only(value, drive_fields, problem);
     if (present(&pivot) + present(&torque) + present(&cart) != 1) {
         api_value_fault(value, problem,
-                        API_CODE_CONFLICT
-                        "must have one of \"pivot\", \"torque\" and \"cart\": their answers add "
-                        "up");
+                        API_CODE_CONFLICT "must have one of \"pivot\", \"torque\" and \"cart\": "
+                                          "responses to several drives add up");
         return;
     }
     if (present(&pivot) && asked->tree.cart)
         api_value_fault(&pivot, problem,
-                        API_CODE_NOT_APPLICABLE
-                        "is on a cart, which moves as the pendulum has it: drive that by "
-                        "{\"cart\": {\"amplitude\": 1}}");
+                        API_CODE_NOT_APPLICABLE "is on a cart, which moves with the pendulum: "
+                                                "drive the cart by {\"cart\": {\"amplitude\": 1}}");
     if (present(&pivot)) read_pivot(asked, &pivot, problem);
     if (present(&torque)) read_torque(asked, &torque, problem);
     if (present(&cart)) read_cart(asked, &cart, problem);
@@ -287,11 +284,12 @@ static void read_output(struct api_response *asked, const struct api_value *valu
         if (output == API_RESPONSE_TRANSMISSIBILITY && asked->tree.tree && !shakes(asked))
             api_value_fault(&item, problem,
                             API_CODE_MISSING
-                            "needs a pivot that is shaken: drive that, or leave it out");
+                            "needs a shaken pivot: drive the pivot, or leave it out");
         if (output == API_RESPONSE_CART && asked->tree.tree && !asked->tree.cart)
-            api_value_fault(&item, problem,
-                            API_CODE_NOT_APPLICABLE
-                            "is the place of a cart, and the pendulum has none: leave it out");
+            api_value_fault(
+                &item, problem,
+                API_CODE_NOT_APPLICABLE
+                "is the position of a cart, but the pendulum has no cart: leave it out");
         asked->output[output] = 1;
     }
     if (api_value_count(value) == 1 && asked->output[API_RESPONSE_PHI]) api_value_usual(value);
@@ -309,12 +307,12 @@ static void read_poles(struct api_response *asked, const struct api_value *value
         api_value_fault(value, problem,
                         API_CODE_LIMIT
                         "poles are found for at most %d arms, or %d without friction and drives, "
-                        "and here are %d: leave it out",
+                        "but this pendulum has %d: leave it out",
                         API_POLES_DAMPED, API_POLES_ARMS, asked->tree.n);
     if (asked->poles && reading->format != &api_format_json && reading->format != &api_format_raw)
         api_value_fault(value, problem,
-                        API_CODE_UNSUPPORTED
-                        "poles are answered in %s only, not in %s: leave it out, or ask for that",
+                        API_CODE_UNSUPPORTED "poles are returned only in %s, not in %s: leave it "
+                                             "out, or ask for that representation",
                         api_format_json.media_type, reading->format->media_type);
 }
 

@@ -48,8 +48,8 @@ static void read_amplitude(struct api_orbits *asked, const struct api_value *roo
                             "does not go together with an amplitude: orbits are "
                             "followed up to one of the two"
                                          : API_CODE_MISSING
-                            "is needed, or \"energy\": how far the orbits of the "
-                            "mode are followed, from small swings on");
+                            "is required, or \"energy\": the end up to which orbits are followed, "
+                            "starting from small swings");
         return;
     }
     if (present(&energy)) {
@@ -71,14 +71,12 @@ static void read_brake(struct api_orbits *asked, const struct api_value *root,
     struct api_value branch = api_value_member(root, "branch");
     const struct pend_loads *loads = &asked->tree.loads;
     long number = 1;
-    fault_others(root, others, "is of the orbits of driven pendulums: this one has no drive",
-                 problem);
+    fault_others(root, others, "is only for driven pendulums: this one has no drive", problem);
     if (loads->terms && asked->tree.tree && !pend_terms_conserve(loads->terms, loads->value)) {
         api_value_fault(API_MEMBER(root, "pendulum"), problem,
                         API_CODE_NOT_APPLICABLE
-                        "gains or loses energy and has no drive that repeats itself, so that none "
-                        "of its swings is periodic: leave friction, drag and torques out, or "
-                        "give it a drive");
+                        "gains or loses energy and has no periodic drive, so it has no periodic "
+                        "motion: leave friction, drag and torques out, or give it a drive");
     }
     if (api_field_needed(&mode, problem))
         (void)api_field_whole(&mode, 1, asked->tree.n ? asked->tree.n : 1000000000, &number,
@@ -87,9 +85,8 @@ static void read_brake(struct api_orbits *asked, const struct api_value *root,
     read_amplitude(asked, root, problem);
     if (api_value_kind(&branch) == API_OBJECT)
         api_value_fault(&branch, problem,
-                        API_CODE_WRONG_TYPE
-                        "must be true or false: orbits of a mode are followed in their amplitude, "
-                        "and in other numbers only where a drive keeps them going");
+                        API_CODE_WRONG_TYPE "must be true or false: orbits of a mode are followed "
+                                            "in their amplitude; other numbers need a drive");
     else if (api_field_truth(&branch, &asked->problem.branch, problem) > 0 &&
              !asked->problem.branch)
         api_value_usual(&branch);
@@ -113,14 +110,13 @@ static void read_varied(struct api_orbits *asked, const struct api_value *branch
     if (target.quantity < API_VARY_LENGTH) {
         api_value_fault(&vary, problem,
                         API_CODE_NOT_APPLICABLE
-                        "is found for every orbit: vary a number of the pendulum, or \"omega\"");
+                        "is computed for every orbit: vary a number of the pendulum, or \"omega\"");
         return;
     }
     if (bytes > 6 && !strcmp(name + bytes - 6, "_omega")) {
         api_value_fault(&vary, problem,
-                        API_CODE_CONFLICT
-                        "would leave the other drives behind: vary \"omega\", by which all drives "
-                        "keep step");
+                        API_CODE_CONFLICT "would change only one of the drives: vary \"omega\", "
+                                          "which changes all drives together");
         return;
     }
     int place = target.quantity == API_VARY_TERM ? target.place : target.arm;
@@ -153,7 +149,7 @@ static void check_end(const struct api_orbits *asked, const struct api_value *to
                         from);
     else if (!good)
         api_value_fault(to, problem,
-                        API_CODE_OUT_OF_RANGE "is no number that this can be, got %.15g", last);
+                        API_CODE_OUT_OF_RANGE "is out of range for this number, got %.15g", last);
 }
 
 static void read_branch(struct api_orbits *asked, const struct api_value *branch,
@@ -190,21 +186,20 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     long whole = 1, wait = 0;
     asked->problem.driven = 1;
     fault_others(root, others,
-                 "is of orbits between two rests: this pendulum is driven, and its orbits take "
-                 "periods of the drive",
+                 "is only for orbits between two instants of rest: this pendulum is driven, and "
+                 "the period of its orbits is a multiple of the drive's",
                  problem);
     if (!pend_orbit_drive(&asked->tree.loads, &asked->omega))
         api_value_fault(&pendulum, problem,
                         API_CODE_NOT_APPLICABLE
-                        "has drives without a period in common: their frequencies must be whole "
-                        "multiples of one, up to 12 times");
+                        "has drives without a common period: their frequencies must be multiples "
+                        "of one frequency, up to 12 times");
     int air = terms->row[PEND_TERM_DRAG] >= 0 || terms->row[PEND_TERM_DRAG_QUADRATIC] >= 0 ||
               terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
     if (air && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0)
         api_value_fault(&pendulum, problem,
                         API_CODE_NOT_APPLICABLE
-                        "has a pivot that goes ever faster through the air: nothing comes back "
-                        "there");
+                        "has an accelerating pivot and drag, so no motion is periodic");
     if (present(&initial)) {
         PEND_TRY(api_states_new(&asked->start, 1, asked->tree.n));
         api_states_read(asked->start, 0, &initial, &asked->tree, reading->limits, problem);
@@ -228,17 +223,16 @@ static void read_switch(struct api_orbits *asked, const struct api_value *root,
     if (!present(&list)) return;
     int count = api_value_count(&list);
     if (api_value_kind(&list) != API_ARRAY || count < 1 || count > PEND_ORBIT_SWITCHES) {
-        api_value_fault(
-            &list, problem,
-            API_CODE_WRONG_TYPE
-            "must be a list of 1 to %d numbers of bifurcations, as [1]: at each of them "
-            "a branch is left for the one that begins there",
-            PEND_ORBIT_SWITCHES);
+        api_value_fault(&list, problem,
+                        API_CODE_WRONG_TYPE
+                        "must be a list of 1 to %d numbers of bifurcations, such as [1]: at each "
+                        "of them the search switches to the branch that begins there",
+                        PEND_ORBIT_SWITCHES);
         return;
     }
     if (!asked->problem.branch) {
         api_value_fault(&list, problem,
-                        API_CODE_CONFLICT "needs a branch that is left: give \"branch\" too");
+                        API_CODE_CONFLICT "needs a branch to switch from: give \"branch\" too");
         return;
     }
     for (int i = 0; i < count; i++) {
@@ -264,7 +258,7 @@ static void read_rows(struct api_orbits *asked, const struct api_value *root,
     if (!asked->rows) api_value_usual(&rows);
     if (asked->rows && !asked->problem.branch)
         api_value_fault(&rows, problem,
-                        API_CODE_CONFLICT "needs a branch, on which they are: give \"branch\" too");
+                        API_CODE_CONFLICT "needs a branch to search: give \"branch\" too");
 }
 
 enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_reading *reading) {
@@ -280,12 +274,11 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
     const struct pend_terms *terms = asked->tree.loads.terms;
     if (asked->tree.n > API_ORBITS_ARMS)
         api_value_fault(&pendulum, problem,
-                        API_CODE_LIMIT "has %d arms: orbits are found of at most %d", asked->tree.n,
-                        API_ORBITS_ARMS);
+                        API_CODE_LIMIT "has %d arms: orbits are supported for at most %d",
+                        asked->tree.n, API_ORBITS_ARMS);
     if (asked->tree.tree && !terms && !pend_loads_pull_down(&asked->tree.loads))
         api_value_fault(&pendulum, problem,
-                        API_CODE_NOT_APPLICABLE
-                        "has no gravity that pulls it down, so that no mode swings");
+                        API_CODE_NOT_APPLICABLE "has no gravity, so no mode oscillates");
     if (terms && asked->tree.tree && terms->harmonics)
         PEND_TRY(read_driven(asked, reading));
     else

@@ -20,12 +20,13 @@ const char *api_orbits_end(enum pend_orbits_end end) {
 /* the reason for which no other branch was found at a bifurcation */
 static void told_apart(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     static const char *const whys[PEND_ORBITS_KINDS] = {
-        [PEND_ORBITS_FOLD] = "a fold: the branch itself turns back there and no other one begins",
-        [PEND_ORBITS_TORUS] = "one from which motions on a torus begin: they are no orbits",
+        [PEND_ORBITS_FOLD] =
+            "a fold: the branch itself turns back there, and no other branch begins",
+        [PEND_ORBITS_TORUS] = "one from which motions on a torus begin, which are not periodic",
         [PEND_ORBITS_BRANCH] = "one whose other orbits were not found",
         [PEND_ORBITS_SYMMETRY] = "one whose other orbits were not found",
         [PEND_ORBITS_DOUBLING] = "one whose orbits take more than 8 periods or were not found"};
-    snprintf(text, API_WARNING_TEXT, "the bifurcation at which the branch was to be left is %s",
+    snprintf(text, API_WARNING_TEXT, "cannot switch branches at this bifurcation: it is %s",
              whys[pend_orbits_orbit(search).kind]);
 }
 
@@ -38,13 +39,13 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
     enum pend_orbits_kind kind = pend_orbits_turned(search);
     if (kind < PEND_ORBITS_KINDS)
         snprintf(text, API_WARNING_TEXT,
-                 "the branch turns back where it meets %s. Those go on beyond: the field switch "
-                 "leads there.",
+                 "the branch turns back where it meets %s. Those continue: follow them with the "
+                 "field switch.",
                  others[kind]);
     else
         snprintf(text, API_WARNING_TEXT,
-                 "the branch turns round and comes back to the number that it began with: it does "
-                 "not go where it was asked to go");
+                 "the branch turns back and returns to its first number: it does not reach the "
+                 "requested end");
 }
 
 /* the effect of equal branches on the orbits found */
@@ -67,31 +68,30 @@ void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_o
     int left = pend_orbits_left(search);
     switch (pend_orbits_end(search)) {
     case PEND_ORBITS_REACHED:
-        snprintf(text, API_WARNING_TEXT, "the orbits go as far as was asked");
+        snprintf(text, API_WARNING_TEXT, "the orbits reach the requested end");
         told_twins(search, text);
         return;
     case PEND_ORBITS_POINTS:
         snprintf(text, API_WARNING_TEXT,
-                 "the branch goes on: after %d steps it was left. More points or longer steps go "
-                 "further.",
+                 "the branch continues, but was followed only for %d steps. More points or longer "
+                 "steps go further.",
                  p->points);
         return;
     case PEND_ORBITS_LOST:
         snprintf(text, API_WARNING_TEXT,
-                 "%s none was found however short the step: the branch ends there or turns too "
-                 "sharply. Is there an orbit that never comes back nearby?",
+                 "%s no orbit was found, with any step: the branch ends there or turns too "
+                 "sharply. Is there an orbit nearby that never returns?",
                  where);
         return;
     case PEND_ORBITS_MEETS:
         snprintf(text, API_WARNING_TEXT,
-                 "%s are orbits that come back after a part of the period already: 1/%d of it. "
-                 "They belong to another branch.",
+                 "%s are orbits with a shorter period: 1/%d of it. They belong to another branch.",
                  where, pend_orbits_part(search));
         return;
     case PEND_ORBITS_WILD:
         snprintf(text, API_WARNING_TEXT,
-                 "%s small errors grow so much in a period that doubles do not tell whether an "
-                 "orbit comes back.",
+                 "%s errors grow so much in a period that double precision cannot decide whether "
+                 "an orbit closes.",
                  where);
         return;
     case PEND_ORBITS_BACK:
@@ -99,13 +99,12 @@ void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_o
         return;
     case PEND_ORBITS_CLOSED:
         snprintf(text, API_WARNING_TEXT,
-                 "the branch is closed: it comes back to its first orbit and does not go where it "
-                 "was asked to go");
+                 "the branch is closed: it returns to its first orbit and does not reach the "
+                 "requested end");
         return;
     case PEND_ORBITS_MISSING:
-        snprintf(text, API_WARNING_TEXT,
-                 "branch %d has no bifurcation number %d at which it was to be left", 1 + left,
-                 abs(p->leave[left]));
+        snprintf(text, API_WARNING_TEXT, "branch %d has no bifurcation number %d to switch at",
+                 1 + left, abs(p->leave[left]));
         return;
     case PEND_ORBITS_APART:
         told_apart(search, text);
@@ -115,8 +114,8 @@ void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_o
         break;
     }
     snprintf(text, API_WARNING_TEXT,
-             p->driven ? "no orbit was found near this start. Let it settle or start elsewhere or "
-                         "try more periods."
-                       : "no orbit of this mode was found even for small swings: another mode may "
-                         "have the same frequency or three times as much.");
+             p->driven ? "no orbit was found near this start. Let the motion settle first, start "
+                         "elsewhere, or try more periods."
+                       : "no orbit of this mode was found, even for small swings: another mode may "
+                         "have the same or three times the frequency.");
 }

@@ -16,7 +16,7 @@ enum pend_status pend_event_search_check(int count, const struct pend_event even
         const struct pend_event *asked = &event[i];
         int arms = asked->arm >= 0 && asked->arm < n && asked->other >= 0 && asked->other < n;
         if (!arms || !isfinite(asked->level) || asked->most < 1 || asked->stop < 0)
-            return pend_fail(error, PEND_INVALID, -1, 0, "condition %d is none", i + 1);
+            return pend_fail(error, PEND_INVALID, -1, 0, "condition %d is invalid", i + 1);
     }
     return PEND_OK;
 }

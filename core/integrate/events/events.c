@@ -131,8 +131,8 @@ static enum pend_status events_check(const struct pend_events_problem *problem,
         if (problem->event[i].quantity == PEND_QUANTITY_FORCE &&
             !pend_pieces_smooth(problem->loads.terms))
             return pend_fail(error, PEND_INVALID, -1, 0,
-                             "conditions on forces are not looked for where joints stick or hit: "
-                             "ask for the force at instants");
+                             "conditions on forces are not supported where joints stick or hit a "
+                             "stop: ask for the force at instants");
     return pend_event_search_check(problem->count, problem->event, problem->tree->n, error);
 }
 

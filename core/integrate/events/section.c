@@ -273,9 +273,11 @@ static enum pend_status section_check(const struct pend_section_problem *problem
         return pend_fail(error, PEND_INVALID, -1, 0, "the start must be a finite time");
     if (problem->period > 0) return PEND_OK;
     if (problem->arm < 0 || problem->arm >= problem->tree->n || !isfinite(problem->angle))
-        return pend_fail(error, PEND_INVALID, problem->arm, 0, "there is no such section");
+        return pend_fail(error, PEND_INVALID, problem->arm, 0,
+                         "the section's arm or angle is invalid");
     if (problem->ways & ~(unsigned)(PEND_WAY_UP | PEND_WAY_DOWN) || !problem->ways)
-        return pend_fail(error, PEND_INVALID, -1, 0, "a section is passed up, down, or both");
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "a section's direction must be up, down or both");
     return PEND_OK;
 }
 

@@ -346,14 +346,13 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
         .close = gsl_stepper_close,                                                                \
     }
 
-GSL_STEPPER(
-    rkf45, gsl_stepper_carry,
-    "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
+GSL_STEPPER(rkf45, gsl_stepper_carry,
+            "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; a step ends at every "
+            "requested instant.");
 GSL_STEPPER(rk8pd, gsl_stepper_carry,
-            "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant "
-            "ends a step.");
+            "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; a step ends at every "
+            "requested instant.");
 /* the history of the multistep method is out of reach: such a run is never cut */
 GSL_STEPPER(msadams, NULL,
-            "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; every wanted "
-            "instant ends a "
-            "step.");
+            "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; a step ends "
+            "at every requested instant.");

@@ -132,9 +132,8 @@ static void linear_carry(void *stepper, struct pend_checkpoint *checkpoint) {
 
 const struct pend_method pend_method_linear = {
     .name = "linear",
-    .summary = "The motion linearised about hanging, exact at every instant as a sum of modes; "
-               "true for small swings; "
-               "needs gravity > 0.",
+    .summary = "The motion linearised about hanging, as an exact sum of modes; valid for small "
+               "swings; needs gravity > 0.",
     .flags = PEND_METHOD_LINEAR | PEND_METHOD_THETA,
     .open = linear_open,
     .step = linear_step,

@@ -258,21 +258,20 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
         return pend_fail(error, PEND_NOT_FINITE, -1, s->time,
                          "the motion ceased to be finite in a step of %.6g s", fabs(s->length));
     if (!good && divided > 0)
-        return pend_fail(
-            error, PEND_STEP_TOO_SMALL, -1, s->time,
-            "a step of %.6g s is too long for how fast the motion is here: here %.3g s would do",
-            fabs(s->length), fabs(s->length) / parts);
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
+                         "a step of %.6g s is too long for the speed of this motion: at this "
+                         "instant %.3g s would be short enough",
+                         fabs(s->length), fabs(s->length) / parts);
     if (!good)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
-                         "the stages of a step of %.6g s do not converge, nor those of its %dth "
-                         "part: ask for a far "
-                         "shorter one, or for method taylor",
+                         "the stages of a step of %.6g s do not converge, nor those of 1/%d of it: "
+                         "ask for a much shorter step, or for method taylor",
                          fabs(s->length), parts);
     s->counts.steps++;
     *reached = (double)s->counts.steps * s->length;
     if (*reached == s->time)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
-                         "the step is too small to move the time on");
+                         "the step is too small to advance the time");
     s->kernel->rates(&s->system, &end->state, end->rate);
     return PEND_OK;
 }
@@ -369,9 +368,8 @@ static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) 
 
 const struct pend_method pend_method_symplectic = {
     .name = "symplectic",
-    .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where "
-               "it is over millions of "
-               "periods.",
+    .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy does not "
+               "drift over millions of periods.",
     .flags = PEND_METHOD_FIXED_STEP | PEND_METHOD_TERMS | PEND_METHOD_CONSERVES | PEND_METHOD_THETA,
     .step_min = 1e-9,
     .step_max = 1e9,

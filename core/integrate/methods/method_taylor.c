@@ -419,8 +419,8 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
 
 const struct pend_method pend_method_taylor = {
     .name = "taylor",
-    .summary = "Power series of the motion, order and step by the tolerance: the most accurate and "
-               "the fastest.",
+    .summary = "Power series of the motion; the tolerance sets order and step: the most accurate "
+               "and the fastest.",
     .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS,
     .rtol_default = 1e-12,
     .rtol_min = 1e-16,

@@ -114,11 +114,11 @@ enum pend_status pend_joints_start(struct pend_joints *j, struct pend_error *err
         int arm = j->tree->order[k];
         j->mode[k] = PEND_JOINT_FREE;
         if (!joints_blown(j, k)) continue;
-        return pend_fail(error, PEND_INVALID, arm, 0,
-                         "arm %d has drag and a joint that can hold, by dry friction or a stop, "
-                         "which do not go together: give its friction a \"speed\", or use "
-                         "\"drag_per_mass\"",
-                         arm + 1);
+        return pend_fail(
+            error, PEND_INVALID, arm, 0,
+            "arm %d has drag and a joint that can stick (dry friction or a stop), which cannot be "
+            "combined: give its friction a \"speed\", or use \"drag_per_mass\"",
+            arm + 1);
     }
     for (int k = 0; rules->least && k < j->n; k++) {
         double q = pend_joints_angle(j, j->piece->phi, k), near = joints_near * (1 + fabs(q));
@@ -320,7 +320,7 @@ enum pend_status pend_joints_sort(struct pend_joints *j, struct pend_error *erro
     if (!sorted) PEND_TRY(joints_try(j, j->piece->rules->sliding, &sorted));
     if (!sorted)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, j->piece->now,
-                         "which joints hold and which slide could not be decided");
+                         "the solver could not decide which joints stick and which slide");
     for (int k = 0; k < j->n; k++) {
         int rests = joints_rests(j, k), holds = rests && j->try[k] == PEND_JOINT_HOLDS;
         if (!rests) {

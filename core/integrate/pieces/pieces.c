@@ -148,7 +148,8 @@ static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error)
     p->begun = p->reached;
     if (p->stalled > PIECES_STALLED)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, p->reached,
-                         "the joints change what they do again and again, and time does not go on");
+                         "the joints switch between sticking, sliding and impacts without end, and "
+                         "time does not advance");
     PEND_TRY(pieces_change(p, error));
     if (!pieces_same(p)) {
         pieces_leave(p);
@@ -385,11 +386,11 @@ enum pend_status pend_pieces_check_smooth(const struct pend_terms *terms, const 
                                           struct pend_error *error) {
     if (terms && terms->rules && terms->rules->controllers)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "%s do not pass through controllers: leave \"control\" out", what);
+                         "%s cannot be computed through controllers: leave \"control\" out", what);
     if (pend_pieces_smooth(terms)) return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "%s do not pass through joints that stick or hit: give dry friction a "
-                     "\"speed\", and leave stops out",
+                     "%s cannot be computed through joints that stick or hit a stop: give dry "
+                     "friction a \"speed\", and leave stops out",
                      what);
 }
 

@@ -86,20 +86,20 @@ static enum pend_status run_check_terms(const struct pend_method *method,
     if (!loads->terms) return PEND_OK;
     if (!(method->flags & PEND_METHOD_TERMS))
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "method %s has no friction, drives, springs, rods or bodies: use method "
-                         "taylor, or rkf45, rk8pd, msadams or ode23",
+                         "method %s does not support friction, drives, springs, rods or bodies: "
+                         "use method taylor, or rkf45, rk8pd, msadams or ode23",
                          method->name);
     if (!pend_pieces_method(method, loads->terms))
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "method %s computes no motions in pieces, by tables, controllers, dry "
-                         "friction or stops: use method taylor in double precision",
+                         "method %s does not support input tables, controllers, dry friction or "
+                         "stops: use method taylor in double precision",
                          method == pend_method_taylor.extended ? "taylor in 32 digits"
                                                                : method->name);
     if (method->flags & PEND_METHOD_CONSERVES && !pend_terms_conserve(loads->terms, loads->value))
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "method %s keeps the energy, of springs, rods and bodies too, but has no "
-                         "friction, drag, torques or moving pivot: use method taylor, or rkf45, "
-                         "rk8pd, msadams or ode23",
+                         "method %s conserves the energy, also of springs, rods and bodies, so it "
+                         "does not support friction, drag, torques or a moving pivot: use method "
+                         "taylor, or rkf45, rk8pd, msadams or ode23",
                          method->name);
     return PEND_OK;
 }
@@ -112,13 +112,13 @@ static enum pend_status run_check_direction(const struct pend_method *method,
     int back = pend_times_at(times, times->count - 1) < pend_times_at(times, 0);
     if (back && !pend_pieces_smooth(problem->loads.terms))
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "dry friction without a speed, and stops, are followed forwards in time "
-                         "alone: what has come to rest does not tell when");
+                         "dry friction without a speed, and stops, can be computed only forwards "
+                         "in time: a pendulum at rest does not determine when it stopped");
     if (!back || !(method->flags & PEND_METHOD_FORWARD) || !pend_loads_lose(&problem->loads))
         return PEND_OK;
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "method %s goes forwards in time where friction or drag take energy: "
-                     "backwards, use method taylor",
+                     "method %s computes friction and drag only forwards in time: to go backwards, "
+                     "use method taylor",
                      method->name);
 }
 

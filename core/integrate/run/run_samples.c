@@ -238,8 +238,8 @@ struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend
                   {samples->zd_im, n, "velocity"},
                   {samples->kinetic, 0, "energy"},
                   {samples->potential, 0, "energy"},
-                  {cart ? samples->cart_place : NULL, 0, "place of the cart"},
-                  {cart ? samples->cart_speed : NULL, 0, "speed of the cart"},
+                  {cart ? samples->cart_place : NULL, 0, "position of the cart"},
+                  {cart ? samples->cart_speed : NULL, 0, "velocity of the cart"},
                   {cart ? samples->cart_reaction : NULL, 0, "force"}};
     struct run_flaw flaw = {.row = samples->count, .arm = -1};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {

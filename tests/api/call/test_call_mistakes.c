@@ -54,7 +54,7 @@ TEST(what_is_not_json_is_told_what_json_has) {
         {"{" PAPER "," TIMES ",}", "no comma stands before it"},
         {"{ // arms\n" PAPER "}", "JSON has no comments"},
         {ALL("\"rtol\":.5"), "begins with a digit"},
-        {ALL("\"accuracy\":0,5"), "a decimal point is a point"},
+        {ALL("\"accuracy\":0,5"), "the decimal mark is a point"},
         {"[object Object]", "JSON.stringify"},
         {"\x1f\x8b\x08", "Content-Encoding: gzip"},
         {"\xef\xbb\xbf{}", "byte order mark precedes the text: leave it out"},

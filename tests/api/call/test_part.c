@@ -463,7 +463,7 @@ TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
             CHECK_SAYING(strstr(error.text, "submit the job again"), "%s", error.text);
         } else {
             CHECK_INT(api_part_run(part, &kept, &done, &error), PEND_INVALID);
-            CHECK_SAYING(strstr(error.text, "carried over"), "%s", error.text);
+            CHECK_SAYING(strstr(error.text, "the checkpoint of"), "%s", error.text);
         }
         free(copy);
         api_part_free(&part);

@@ -16,7 +16,7 @@ TEST(a_hint_names_the_habit_behind_a_text_that_is_not_json) {
         {"[1, ", "]", "no comma stands before"},
         {"{", "// x\n}", "no comments"},
         {"[", ".5]", "0.5"},
-        {"[1,", "5x", "decimal point"},
+        {"[1,", "5x", "decimal mark"},
         {"", "\x1f\x8b", "Content-Encoding: gzip"},
         {"", "", "empty"},
         {"[1", "", "cut off"},

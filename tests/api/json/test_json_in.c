@@ -118,12 +118,12 @@ TEST(json_that_is_none_is_refused_with_what_was_expected_and_found) {
     refuses("undefined", "expected a value but found \"undefined\"");
     refuses("NaN", "expected a value but found \"NaN\"");
     refuses("[Infinity]", "expected a value but found \"Infinity\"");
-    refuses("-Infinity", "expected a digit behind the minus sign but found \"Infinity\"");
-    refuses("-", "expected a digit behind the minus sign but found the end of the text");
+    refuses("-Infinity", "expected a digit after the minus sign but found \"Infinity\"");
+    refuses("-", "expected a digit after the minus sign but found the end of the text");
     refuses("+1", "expected a value but found \"+\"");
     refuses(".5", "expected a value but found \".\"");
-    refuses("1.", "expected a digit behind the decimal point but found the end of the text");
-    refuses("1.e5", "expected a digit behind the decimal point but found \"e5\"");
+    refuses("1.", "expected a digit after the decimal point but found the end of the text");
+    refuses("1.e5", "expected a digit after the decimal point but found \"e5\"");
     refuses("1e", "expected a digit in the exponent but found the end of the text");
     refuses("1e+", "expected a digit in the exponent but found the end of the text");
     refuses("01", "a number may not begin with the digit 0");
@@ -158,10 +158,10 @@ TEST(json_that_is_none_is_refused_with_what_was_expected_and_found) {
     refuses("\"\x80\"", "the byte 0x80 begins no UTF-8 character");
     refuses("[1e999]", "the number 1e999 is beyond the range of a double");
     refuses("-1e400", "the number -1e400 is beyond the range of a double");
-    refuses("{\"a\":1,\"b\":2,\"a\":3}", "the key \"a\" is there twice");
-    refuses("{\"a\":1,\"\\u0061\":3}", "the key \"a\" is there twice");
-    refuses("{\"\\n\":1,\"\\u000a\":3}", "the key \"\\n\" is there twice");
-    refuses("{\"\xc3\xa9\":1,\"\\u00E9\":3}", "is there twice");
+    refuses("{\"a\":1,\"b\":2,\"a\":3}", "the key \"a\" occurs twice");
+    refuses("{\"a\":1,\"\\u0061\":3}", "the key \"a\" occurs twice");
+    refuses("{\"\\n\":1,\"\\u000a\":3}", "the key \"\\n\" occurs twice");
+    refuses("{\"\xc3\xa9\":1,\"\\u00E9\":3}", "occurs twice");
 }
 
 TEST(json_with_a_nul_is_refused) {

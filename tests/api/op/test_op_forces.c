@@ -130,8 +130,7 @@ TEST(forces_that_overflow_end_as_a_problem_with_their_place) {
     struct test_reply reply = test_post(
         API_OP_FORCES, "{" THREE ",\"states\":[{},{\"phi\":[0,0,0],\"phid\":[0,0,1e200]}]}");
     CHECK_INT(reply.status, 422);
-    CHECK(strstr(test_reply_text(&reply, "/detail"),
-                 "in row 2 is beyond the numbers that a double holds"));
+    CHECK(strstr(test_reply_text(&reply, "/detail"), "in row 2 exceeds the range of a double"));
     test_reply_free(&reply);
 }
 

@@ -112,7 +112,7 @@ TEST(sections_say_how_many_of_their_passages_hold) {
            holding = test_reply_number(&reply, "/stats/holding");
     CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the truth is 8.8 s
     CHECK(holding >= 1 && holding < test_reply_number(&reply, "/stats/passages"));
-    CHECK(strstr(reply.out.data, "\"warnings\":[\"digits are lost before the end: beyond t = ") !=
+    CHECK(strstr(reply.out.data, "\"warnings\":[\"accuracy is lost before the end: after t = ") !=
           NULL);
     for (int i = 0; i < 2; i++) {
         char at[40];

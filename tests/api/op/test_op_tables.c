@@ -44,9 +44,9 @@ TEST(what_is_missing_is_suggested_and_may_be_named) {
 #define TABLE "\"csv\":\"a,b\\n3,1\\n2,2\\n1,1\\n\""
     struct test_reply reply = test_post(API_OP_TABLES, "{\"data\":{" TABLE "}}");
     const char *said = test_reply_text(&reply, "/tables/0/suggestions/0");
-    CHECK(said && strstr(said, "no column of instants"));
+    CHECK(said && strstr(said, "no column of times"));
     said = test_reply_text(&reply, "/tables/0/suggestions/1");
-    CHECK(said && strstr(said, "no column of angles or places"));
+    CHECK(said && strstr(said, "no column of angles or positions"));
     test_reply_free(&reply);
     reply = test_post(API_OP_TABLES,
                       "{\"data\":{" TABLE ",\"columns\":[\"t (ms)\",\"thetad_1 (deg/s)\"]}}");
@@ -61,8 +61,8 @@ TEST(what_is_missing_is_suggested_and_may_be_named) {
         const char *columns, *pointer, *says;
     } refused[] = {
         {"[\"t\",\"colour\"]", "/data/columns/1", "names no quantity"},
-        {"[\"t\",\"theta 1\",\"x 1\"]", "/data/columns/2", "beyond the table's last"},
-        {"[\"theta 1\",\"theta 1\"]", "/data/columns/1", "the same of this arm"},
+        {"[\"t\",\"theta 1\",\"x 1\"]", "/data/columns/2", "after the table's last"},
+        {"[\"theta 1\",\"theta 1\"]", "/data/columns/1", "the same quantity of this arm"},
         {"[\"t\",4]", "/data/columns/1", "names no quantity"},
         {"\"t\"", "/data/columns", "an array"},
     };

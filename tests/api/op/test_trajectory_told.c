@@ -40,9 +40,9 @@ TEST(the_horizon_is_the_exact_comparison_where_there_is_one) {
 }
 
 TEST(warnings_name_the_estimate_itself_and_what_the_method_takes) {
-    static const char *const list[][2] = {{"taylor", "A smaller rtol or precision extended"},
+    static const char *const list[][2] = {{"taylor", "With a smaller rtol or precision extended"},
                                           {"symplectic", "Method taylor with precision"},
-                                          {"rk8pd", "A smaller rtol or method taylor"}};
+                                          {"rk8pd", "With a smaller rtol or method taylor"}};
     for (int i = 0; i < 3; i++) {
         char body[300];
         snprintf(body, sizeof body,

@@ -43,6 +43,6 @@ TEST(motions_end_with_their_tables) {
         test_post(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,\"torque\":{\"table\":{\"t\":["
                   "0,1],\"value\":[1,2],\"hold\":\"zero\"}}}]},\"times\":[0,2]}");
-    CHECK(reply.status == 422 && strstr(reply.out.data, "lengthen the table"));
+    CHECK(reply.status == 422 && strstr(reply.out.data, "extend the table"));
     test_reply_free(&reply);
 }

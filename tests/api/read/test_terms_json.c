@@ -483,7 +483,7 @@ TEST(an_operation_that_takes_no_terms_says_so) {
             body, sizeof body,
             "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"stiffness\":[0.1]}%s}",
             rest[op]);
-        snprintf(piece, sizeof piece, "which \"%s\" does not take yet", row->name);
+        snprintf(piece, sizeof piece, "which \"%s\" does not support yet", row->name);
         struct test_reply reply = test_post((enum api_op_id)op, body);
         if (row->terms)
             CHECK_SAYING(reply.status == 200, "%s: %s", row->name, reply.out.data);

@@ -62,7 +62,7 @@ TEST(motions_beyond_a_table_are_refused_unless_it_says_what_it_gives_there) {
     CHECK(pend_rules_check(&rules, order, -1, 2, &error) == PEND_OK);
     CHECK(pend_rules_check(&rules, order, 2, -1, &error) == PEND_OK);
     CHECK(pend_rules_check(&rules, order, 0, 2.5, &error) == PEND_INVALID);
-    CHECK_SAYING(error.arm == 0 && strstr(error.text, "lengthen the table"), "%s", error.text);
+    CHECK_SAYING(error.arm == 0 && strstr(error.text, "extend the table"), "%s", error.text);
     CHECK(pend_rules_check(&rules, order, 2, -1.5, &error) == PEND_INVALID);
     table.outside = PEND_OUTSIDE_HOLD;
     CHECK(pend_rules_check(&rules, order, -9, 9, &error) == PEND_OK);

@@ -260,7 +260,7 @@ TEST(a_variable_that_names_no_option_gives_a_warning) {
     struct srv_config config;
     struct pend_error error;
     REQUIRE(config_of(&config, "", "PENDULUMD_LISTN=x", "PENDULUM_LISTEN=y", &error) == PEND_OK);
-    CHECK_TEXT(config.warning, "PENDULUMD_LISTN names no option and is not looked at");
+    CHECK_TEXT(config.warning, "PENDULUMD_LISTN is not an option and is ignored");
     REQUIRE(config_of(&config, "", "PENDULUMD_MAX_QUEUE=2", NULL, &error) == PEND_OK);
     CHECK_TEXT(config.warning, "");
     CHECK_INT((long long)config.queue, 2);

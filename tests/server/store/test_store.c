@@ -51,9 +51,9 @@ STORE_TEST(a_job_lives_from_submit_to_results) {
 
 TEST(a_store_that_cannot_be_opened_says_why) {
     static const char *const bad[][2] = {{"oracle:x", "sqlite:PATH"},
-                                         {"sqlite:", "wants a file's path"},
+                                         {"sqlite:", "needs the path of a file"},
                                          {"sqlite:/nowhere/at/all.db", "cannot be opened"},
-                                         {"sqlite:/etc/passwd", "no store"},
+                                         {"sqlite:/etc/passwd", "is not a store"},
                                          {"postgresql://127.0.0.1:1/x?colour=blue", "colour"}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct srv_store *store;

@@ -33,7 +33,7 @@ STORE_TEST(tables_of_another_version_are_refused_in_a_sentence) {
     struct pend_error error;
     ground_run(ground, "UPDATE pendulumd SET version = 2");
     CHECK_INT(srv_store_open(&other, ground->url, &ground->rules, &error), PEND_INVALID);
-    CHECK_SAYING(strstr(error.text, "the store is of version 2, this program knows version 1"),
+    CHECK_SAYING(strstr(error.text, "the store has version 2, but this program needs version 1"),
                  "%s", error.text);
     /* who has it open writes nothing more */
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED_BROKEN);

@@ -216,9 +216,9 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     int lines = 0;
     for (size_t i = 0; i < reply.body_bytes; i++) lines += reply.body[i] == '\n';
     CHECK_INT(lines, 300003); /* the last one warns: the digits do not reach so far */
-    CHECK(strstr(reply.body + reply.body_bytes - 300, "\n# warning: digits are lost") &&
+    CHECK(strstr(reply.body + reply.body_bytes - 300, "\n# warning: accuracy is lost") &&
           reply.trailer && strstr(reply.trailer, "X-Horizon: ") &&
-          strstr(reply.trailer, "X-Warning: digits are lost"));
+          strstr(reply.trailer, "X-Warning: accuracy is lost"));
     CHECK_INT(share_ask(daemon, &coded, "Accept: text/csv\r\nAccept-Encoding: zstd\r\n", STREAM),
               200);
     CHECK_TEXT(test_reply_header(&coded, "Content-Encoding"), "zstd");

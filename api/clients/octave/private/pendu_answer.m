@@ -7,7 +7,7 @@ function answer = pendu_answer(method, path, body, options, fields)
 % never there is told at once. Nothing goes through a shell but the name of a temporary file; the token stands in that file, which is
 % ours alone, and not in the list of processes.
 persistent met % servers that have answered
-where = 'PENDULUM_URL or the option url says where one is';
+where = 'set its address by PENDULUM_URL or the option url';
 base = tempname();
 files = struct('config', [base '.curl'], 'body', [base '.json'], 'data', [base '.mat'], 'head', [base '.head']);
 tidy = onCleanup(@() cellfun(@remove, struct2cell(files)));
@@ -29,7 +29,7 @@ while true
         % the refusal lies where a part may have lain
         have = 0;
     elseif page
-        error('pendusim:server', '%d: %s answers with a page, as no pendulumd does: %s', code, options.url, where);
+        error('pendusim:server', '%d: %s answers with a web page, so it is not pendulumd: %s', code, options.url, where);
     elseif code >= 400
         error('pendusim:refused', '%s', refusal(code, text_of(files.data)));
     elseif ~failed

@@ -42,7 +42,7 @@ SUFFIXES = {".npz": NPZ, ".parquet": "application/vnd.apache.parquet", ".h5": "a
 ENDED = ("successful", "failed", "dismissed")
 STATE = ("phi", "phid", "theta", "thetad", "unit", "mode", "amplitude")
 BROKEN = (OSError, http.client.HTTPException)
-WHERE = "PENDULUM_URL or Client(url) says where one is"
+WHERE = "set its address by PENDULUM_URL or Client(url)"
 _task = contextvars.ContextVar("task", default=None)  # of the thread that works for a coroutine
 _met = set()  # servers that have answered this process: one that has gone may come again, one that was never there is a wrong address
 
@@ -110,7 +110,7 @@ def _accept(path):
     """The form that a file's name ends with."""
     ending = os.path.splitext(path)[1]
     if ending not in SUFFIXES:
-        raise ValueError(f"{os.fspath(path)!r} ends with none of {' '.join(SUFFIXES)}")
+        raise ValueError(f"{os.fspath(path)!r} must end with one of {' '.join(SUFFIXES)}")
     return SUFFIXES[ending]
 
 
@@ -143,7 +143,7 @@ class Client:
     def __init__(self, url=None, token=None, patience=60, timeout=None):
         self.url = urllib.parse.urlsplit(url or os.environ.get("PENDULUM_URL") or "http://127.0.0.1:8080")
         if self.url.scheme not in ("http", "https") or not self.url.hostname:
-            raise ValueError(f"{self.url.geturl()!r} is no URL of a server, as http://127.0.0.1:8080 is one: {WHERE}")
+            raise ValueError(f"{self.url.geturl()!r} is not the URL of a server such as http://127.0.0.1:8080: {WHERE}")
         token = token or os.environ.get("PENDULUM_TOKEN")
         self.headers = {"Content-Type": JSON} | ({"Authorization": f"Bearer {token}"} if token else {})
         self.patience, self.timeout, self._idle = patience, timeout, []
@@ -208,7 +208,7 @@ class Client:
                 try:
                     refusal = Problem(response.status, json.loads(data))
                 except (ValueError, AttributeError):
-                    said = f"{response.reason}: {self.url.geturl()} answers with a page, as no pendulumd does: {WHERE}"
+                    said = f"{response.reason}: {self.url.geturl()} answers with a web page, so it is not pendulumd: {WHERE}"
                     refusal = Problem(response.status, {"detail": said if page else data.decode(errors="replace")[:500] or response.reason})
                 if response.status not in (429, 502, 503, 504):
                     raise refusal
@@ -283,7 +283,7 @@ class Client:
         headers, data = self._ask("POST", f"/v1/{route}", _body(request),
                                   **{"Prefer": "respond-async", "Idempotency-Key": key or uuid.uuid4().hex, **named})
         if "Location" not in headers:
-            raise Problem(501, {"detail": "this server keeps no jobs"})
+            raise Problem(501, {"detail": "this server stores no jobs"})
         return Job(self, json.loads(data))
 
     def get(self, path):
@@ -335,7 +335,7 @@ class Job:
             _sleep(pause)
             pause = min(1.5 * pause, 1)
         if self.status != "successful":
-            raise Problem(409, {"detail": f"the job {self.id} is {self.status}: {self.state.get('message') or 'no reason is told'}"})
+            raise Problem(409, {"detail": f"the job {self.id} is {self.status}: {self.state.get('message') or 'no reason was given'}"})
         return self
 
     def result(self, progress=None):
@@ -467,7 +467,7 @@ class Pendulum:
 
     def __init__(self, client=None, **fields):
         if not isinstance(client, (Client, type(None))):
-            raise TypeError(f"{client!r} is no Client: fields of a pendulum have names, as length=[1, 1], and Pendulum.preset(name) brings a ready one")
+            raise TypeError(f"{client!r} is not a Client: give fields of a pendulum by name, such as length=[1, 1], or use Pendulum.preset(name)")
         self.client, self.fields = client or Client(), fields
 
     @classmethod

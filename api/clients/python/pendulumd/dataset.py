@@ -38,7 +38,7 @@ def _shards(splits, size, ending):
     first = 0
     for split, count in splits.items():
         if not re.fullmatch(r"[A-Za-z0-9_]+", split) or count < 1:
-            raise ValueError(f"a split is a word and has members: {split!r}: {count!r}")
+            raise ValueError(f"a split is a word with a number of members above 0: {split!r}: {count!r}")
         pieces = -(-count // size)
         for piece in range(pieces):
             members = min(size, count - piece * size)
@@ -60,11 +60,11 @@ def _keep(folder, text, names):
     if not os.path.exists(path):
         for name in names:
             if os.path.exists(os.path.join(folder, name)):
-                raise ValueError(f"{folder} has {name} and no {REQUEST} that says of which set: take another folder, or remove it")
+                raise ValueError(f"{folder} has {name} but no {REQUEST} that identifies its data set: use another folder, or remove it")
     else:
         with open(path, "rb") as source:
             if source.read() != text:
-                raise ValueError(f"{folder} has a set of another request: take another folder, or remove {path} and its shards")
+                raise ValueError(f"{folder} has the data set of another request: use another folder, or remove {path} and its shards")
     with open(path + ".part", "wb") as sink:
         sink.write(text)
     os.replace(path + ".part", path)
@@ -80,7 +80,7 @@ def _alone(folder):
             if fcntl:
                 fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ValueError(f"another process makes the set in {folder} at this moment") from None
+            raise ValueError(f"another process is writing the data set in {folder}") from None
         except OSError:
             pass  # this file system has no locks
         yield

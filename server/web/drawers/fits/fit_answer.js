@@ -19,8 +19,8 @@ const HANGING = -Math.PI / 2;
 /** What the server says that data do not tell, up to the names. @type {[string, string][]} */
 const SENTENCES = [
   ["the data do not depend on ", "fits.untold.none"],
-  ["the data tell only the ratios of ", "fits.untold.ratios"],
-  ["the data do not tell apart ", "fits.untold.apart"],
+  ["the data determine only the ratios of ", "fits.untold.ratios"],
+  ["the data do not distinguish ", "fits.untold.apart"],
 ];
 
 /**

@@ -2,16 +2,16 @@
 
 export default {
   "branches.intro":
-    "Wie schnell jede Mode schwingt, wenn sie weit schwingt: ihre Frequenz entlang ihres Zweigs, durchgezogen, wo die Schwingung stabil ist, gestrichelt, wo der kleinste Stoß von ihr wegführt.",
+    "Die Frequenz jeder Mode bei wachsender Amplitude: durchgezogen, wo die Schwingung stabil ist, gestrichelt, wo der kleinste Stoß anwächst.",
   "branches.running": "Die Zweige werden berechnet.",
   "branches.hint":
     "Klicke auf einen Punkt eines Zweigs oder wähle unten einen: Er wird in Bewegung gesetzt.",
   "branches.plot": "Frequenz der Moden darüber, wie weit sie schwingen",
   "branches.far": "Verfolgen bis",
   "branches.over": "Über",
-  "branches.amplitude": "wie weit sie schwingt",
+  "branches.amplitude": "die Amplitude",
   "branches.energy": "der Energie",
-  "branches.amplitude.axis": "weitester Arm, °",
+  "branches.amplitude.axis": "größter Winkel eines Arms, °",
   "branches.energy.axis": "Energie über der Ruhe, J",
   "branches.along": "Welche Bahn des Zweigs",
   "branches.begin": "Diese Bahn in Bewegung setzen",
@@ -21,14 +21,13 @@ export default {
     "Bis {angle}°, {energy} J: {frequency} Hz, Periode {period} s; instabil: Der kleinste Stoß wächst.",
   "branches.fold": "Mode {mode} bei {angle}°: Der Zweig kehrt um.",
   "branches.branch": "Mode {mode} bei {angle}°: Ein anderer Zweig kreuzt ihn.",
-  "branches.symmetry":
-    "Mode {mode} bei {angle}°: Schwingungen zweigen ab, die nicht auf beiden Seiten gleich sind.",
+  "branches.symmetry": "Mode {mode} bei {angle}°: unsymmetrische Schwingungen zweigen ab.",
   "branches.doubling": "Mode {mode} bei {angle}°: Schwingungen der doppelten Periode zweigen ab.",
   "branches.torus":
     "Mode {mode} bei {angle}°: Ihre Stabilität ändert sich durch eine umlaufende Störung.",
   "branches.driven.intro":
     "Wie weit das Pendel schwingt, über der Frequenz seines Antriebs, von der halben bis zur doppelten: durchgezogen, wo die Schwingung stabil ist, gestrichelt, wo der kleinste Stoß von ihr wegführt.",
-  "branches.driven.name": "Schwingung unter dem Antrieb",
+  "branches.driven.name": "Antwort auf den Antrieb",
   "branches.driven.axis": "Frequenz des Antriebs, Hz",
   "branches.driven.swing": "weitester Arm, halber Weg, °",
   "branches.driven.stable":

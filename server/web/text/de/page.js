@@ -5,7 +5,7 @@ export default {
   language: "Sprache",
   theme: "Hell oder dunkel",
   undo: "Rückgängig",
-  "step.yours": "eines von deinen",
+  "step.yours": "ein eigenes Pendel",
   redo: "Wiederherstellen",
   new: "Neu",
   docs: "API",
@@ -73,8 +73,8 @@ export default {
   "force.slack": "0 N, kraftlos",
 
   legend: "Kräfte in den Armen",
-  "legend.tension": "Zug: zieht die Spitze nach innen",
-  "legend.compression": "Druck: schiebt sie nach außen",
+  "legend.tension": "Zug: zieht die Spitze zum Gelenk",
+  "legend.compression": "Druck: drückt die Spitze vom Gelenk weg",
   "legend.arrows": "Kräfte als Pfeile",
   "legend.palette": "Rot und Blau wie im Aufsatz",
 
@@ -88,15 +88,15 @@ export default {
   "time.times": "{factor}×",
   "time.scrub": "Zeit",
   "time.now": "{time} von {duration} s",
-  "time.until": "Wie lange, in Sekunden",
-  "time.until.wrong": "Wie lange: eine Zahl von 0,1 bis {most} Sekunden",
+  "time.until": "Dauer, in Sekunden",
+  "time.until.wrong": "Dauer: eine Zahl von 0,1 bis {most} Sekunden",
   "time.marks": "Striche: Stab ohne Kraft",
-  "time.marks.long": "Striche: ein Arm wird kraftlos",
+  "time.marks.long": "Marken: Zeiten, zu denen die Kraft in einem Arm null ist",
   "time.marks.arm": "Striche: Stab {arm} ohne Kraft",
-  "time.marks.arm.long": "Striche: Arm {arm} wird kraftlos",
+  "time.marks.arm.long": "Marken: Zeiten, zu denen die Kraft in Arm {arm} null ist",
   "time.trust": "schraffiert: nach {time} s nicht vorhersagbar",
   "time.trust.long":
-    "schraffiert: nach {time} s kann die Bewegung eine andere sein (Fehler über 10⁻⁶, wie der Server schätzt); eine kleinere Toleranz oder 32 Ziffern, unter Verfahren, tragen weiter",
+    "schraffiert: nach {time} s kann diese Bewegung falsch sein (geschätzte Fehler über 10⁻⁶); eine kleinere Toleranz oder 32 Stellen, unter „Methode“, halten sie länger genau",
 
   "presets.words": "Ein Klick setzt es in Bewegung.",
   "presets.arms.one": "1 Arm",
@@ -135,7 +135,7 @@ export default {
   "preset.laboratory-double.words":
     "Ein Versuchsstand mit Lagern und einem Motor im zweiten Gelenk, beschrieben durch fünfzehn Zahlen.",
 
-  "help.title": "So geht es",
+  "help.title": "So wird die Bühne bedient",
   "help.hand":
     "Eine Spitze ziehen und loslassen: Das Pendel beginnt dort, aus der Ruhe. Mit gedrückter Umschalttaste folgt auch die Länge. Ein Klick auf einen Arm zeigt seine Zahlen; dort lässt sich ein Arm anhängen oder der Arm löschen.",
   "help.tab.key": "Tab",
@@ -160,7 +160,7 @@ export default {
   "help.undo": "rückgängig und wiederherstellen, auch getippte Zahlen",
   "help.paper":
     "Die Mathematik: G. Meinsma, Planar Pendulums in Complex Coordinates. Alles Gezeigte hat der Server berechnet.",
-  "help.docs": "Seine Schnittstelle",
+  "help.docs": "Dokumentation der Schnittstelle",
 
   "said.undo": "Rückgängig: {what}",
   "said.redo": "Wiederhergestellt: {what}",
@@ -175,7 +175,7 @@ export default {
   "step.change": "Änderung",
   "step.open": "Öffnen eines Links",
   "step.turn": "Drehen eines Arms",
-  "step.spin": "Startdrehung",
+  "step.spin": "Anfangswinkelgeschwindigkeit",
   "step.length": "Länge",
   "step.physics": "Physik",
   "step.gravity": "Schwerkraft",
@@ -188,32 +188,31 @@ export default {
   "step.endless": "Weiterlaufen",
 
   "embed.open": "Ganze Seite öffnen",
-  loading: "Wird berechnet: {share} % sind da",
+  loading: "Berechnung: {share} % empfangen",
   "failure.away": "Der Server antwortet nicht.",
   "failure.away.retry": "Der Server antwortet nicht. Neuer Versuch in {seconds} s.",
-  "failure.busy": "Der Server hat gerade keinen Platz.",
-  "failure.busy.retry":
-    "Der Server ist beschäftigt und bittet zu warten. Neuer Versuch in {seconds} s.",
+  "failure.busy": "Der Server ist ausgelastet.",
+  "failure.busy.retry": "Der Server ist ausgelastet. Neuer Versuch in {seconds} s.",
   "failure.static":
     "Dafür braucht es einen pendulumd-Server. Diese Seite ist eine Demonstration ohne Server.",
   "failure.broken": "Die Antwort brach vor ihrem Ende ab.",
   "failure.refused": "Der Server hat das abgelehnt ({status}).",
   "problem.arm": "{what}, Arm {arm}",
   "problem.limit": "{what}: mehr als der Server erlaubt ({most})",
-  "problem.value": "{what}: das nimmt der Server nicht an",
+  "problem.value": "{what}: Der Server nimmt diesen Wert nicht an",
   "problem.401": "Dafür verlangt der Server einen Schlüssel.",
-  "problem.403": "Das ist für jemand anderen.",
-  "problem.404": "Das hat der Server nicht.",
+  "problem.403": "Dazu fehlt die Berechtigung.",
+  "problem.404": "Der Server findet das nicht.",
   "problem.409": "Das hat inzwischen jemand geändert.",
   "problem.413": "Das ist dem Server zu groß.",
   "problem.422": "Diese Bewegung lässt sich nicht berechnen.",
-  "problem.500": "Der Server hat einen Fehler gemacht.",
+  "problem.500": "Interner Fehler des Servers.",
   "failure.link": "Dieser Link ist nicht lesbar.",
-  "failure.link.part": "Das kann die Seite von dem Link nicht lesen: {part}",
+  "failure.link.part": "Dieser Teil des Links ist nicht lesbar: {part}",
   "failure.file":
     "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
   "failure.part":
-    "Ein Teil der Seite konnte nicht entstehen. Der Rest geht weiter; neu geladen versucht sie es noch einmal.",
+    "Ein Teil der Seite ließ sich nicht aufbauen. Der Rest funktioniert; Neuladen versucht es noch einmal.",
   "failure.style":
     "Das Aussehen der Seite kam nicht: Sie arbeitet, aber sie ist kahl. Neu geladen versucht sie es noch einmal.",
   "failure.storage":
@@ -223,7 +222,7 @@ export default {
   "offline.kept": "Diese Seite öffnet sich auch ohne Netz: Was sie braucht, behält dieser Browser.",
   "offline.coming": "Was die Seite ohne Netz braucht, wird gerade in diesem Browser abgelegt.",
   "offline.none":
-    "Ohne ihren Server lässt sich diese Seite nicht neu öffnen: Dieser Browser behält keine Seite dieser Adresse (nur solche mit https und die dieses Rechners).",
+    "Ohne Netz lässt sich diese Seite nicht öffnen: Der Browser speichert nur Seiten mit https-Adressen und solche dieses Geräts.",
   "offline.newer": "Eine neuere Fassung dieser Seite ist da; das nächste Laden nimmt sie.",
   "offline.load": "Jetzt laden",
   "offline.alone": "Der Server antwortet nicht: Dieser Browser rechnet selbst.",

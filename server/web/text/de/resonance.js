@@ -2,7 +2,7 @@
 
 export default {
   "resonance.intro":
-    "Wie weit und wie spät ein Arm am Ende schwingt, wenn ihn etwas bei jeder Frequenz ein wenig antreibt. Ohne Reibung haben Spitzen kein Ende.",
+    "Amplitude und Phase eines Arms im eingeschwungenen Zustand, für einen kleinen Antrieb bei jeder Frequenz. Ohne Reibung sind die Spitzen unendlich hoch.",
   "resonance.drive": "Angetrieben durch",
   "resonance.x": "die Aufhängung, seitwärts",
   "resonance.y": "die Aufhängung, auf und ab",

@@ -2,7 +2,7 @@
 
 export default {
   "resonance.intro":
-    "How far and how late an arm swings in the end, when something drives it a little at each frequency. Without friction peaks have no top.",
+    "Amplitude and phase of an arm in the steady state, for a small drive at each frequency. Without friction the peaks are infinite.",
   "resonance.drive": "Driven by",
   "resonance.x": "the pivot, sideways",
   "resonance.y": "the pivot, up and down",
@@ -12,6 +12,6 @@ export default {
   "resonance.per.cm": "° per cm",
   "resonance.per.N": "° per N",
   "resonance.per.Nm": "° per N·m",
-  "resonance.far": "Amplitude over frequency",
-  "resonance.late": "Phase over frequency (below 0: it comes late)",
+  "resonance.far": "Amplitude against frequency",
+  "resonance.late": "Phase against frequency (below 0: lags the drive)",
 };

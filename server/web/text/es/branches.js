@@ -2,15 +2,15 @@
 
 export default {
   "branches.intro":
-    "Con qué rapidez oscila cada modo cuando oscila lejos: su frecuencia a lo largo de su rama, en línea continua donde la oscilación es estable, discontinua donde el menor empujón la aleja.",
+    "La frecuencia de cada modo al crecer su amplitud: línea continua donde la oscilación es estable, de trazos donde el menor empujón crece.",
   "branches.running": "Se están calculando las ramas.",
   "branches.hint": "Haz clic en un punto de una rama o elígelo abajo: se pone en movimiento.",
   "branches.plot": "Frecuencia de los modos según lo lejos que oscilan",
   "branches.far": "Seguirlas hasta",
   "branches.over": "Según",
-  "branches.amplitude": "lo lejos que oscila",
+  "branches.amplitude": "la amplitud",
   "branches.energy": "la energía",
-  "branches.amplitude.axis": "brazo que más se aparta, °",
+  "branches.amplitude.axis": "mayor ángulo de un brazo, °",
   "branches.energy.axis": "energía sobre el reposo, J",
   "branches.along": "Qué órbita de la rama",
   "branches.begin": "Poner esta órbita en movimiento",

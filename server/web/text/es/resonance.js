@@ -2,7 +2,7 @@
 
 export default {
   "resonance.intro":
-    "Hasta dónde y con qué retraso oscila al final un brazo cuando algo lo impulsa un poco a cada frecuencia. Sin fricción los picos no tienen cima.",
+    "Amplitud y fase de un brazo en régimen permanente, para una pequeña excitación en cada frecuencia. Sin rozamiento los picos son infinitos.",
   "resonance.drive": "Impulsado por",
   "resonance.x": "el pivote, de lado",
   "resonance.y": "el pivote, arriba y abajo",

@@ -2,16 +2,16 @@
 
 export default {
   "branches.intro":
-    "À quelle vitesse chaque mode oscille quand il oscille loin : sa fréquence le long de sa branche, en trait plein où l’oscillation est stable, en tirets où la moindre poussée en éloigne.",
+    "La fréquence de chaque mode quand son amplitude augmente : en trait plein où l’oscillation est stable, en tirets où la moindre poussée s’amplifie.",
   "branches.running": "Les branches sont en cours de calcul.",
   "branches.hint":
     "Cliquez sur un point d’une branche, ou choisissez-le plus bas : il est mis en mouvement.",
   "branches.plot": "Fréquence des modes selon l’ampleur de leur oscillation",
   "branches.far": "Suivre jusqu’à",
   "branches.over": "Selon",
-  "branches.amplitude": "l’ampleur de l’oscillation",
+  "branches.amplitude": "l’amplitude",
   "branches.energy": "l’énergie",
-  "branches.amplitude.axis": "bras le plus écarté, °",
+  "branches.amplitude.axis": "plus grand angle d’un bras, °",
   "branches.energy.axis": "énergie au-dessus du repos, J",
   "branches.along": "Quelle orbite de la branche",
   "branches.begin": "Mettre cette orbite en mouvement",

@@ -2,7 +2,7 @@
 
 export default {
   "resonance.intro":
-    "Jusqu'où et avec quel retard un bras oscille à la fin, quand quelque chose l'entraîne un peu à chaque fréquence. Sans frottement les pics n'ont pas de sommet.",
+    "Amplitude et phase d’un bras en régime permanent, pour un petit entraînement à chaque fréquence. Sans frottement les pics sont infinis.",
   "resonance.drive": "Entraîné par",
   "resonance.x": "le pivot, de côté",
   "resonance.y": "le pivot, de haut en bas",

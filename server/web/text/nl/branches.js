@@ -2,16 +2,16 @@
 
 export default {
   "branches.intro":
-    "Hoe snel elke eigentrilling slingert als ze ver slingert: haar frequentie langs haar tak, doorgetrokken waar de slingering stabiel is, gestreept waar de kleinste duw ervan wegvoert.",
+    "De frequentie van elke modus bij groeiende amplitude: doorgetrokken waar de trilling stabiel is, gestreept waar het kleinste duwtje groeit.",
   "branches.running": "De takken worden berekend.",
   "branches.hint":
     "Klik op een punt van een tak, of kies er hieronder een: het wordt in beweging gezet.",
   "branches.plot": "Frequentie van de eigentrillingen tegen hoe ver ze slingeren",
   "branches.far": "Volgen tot",
   "branches.over": "Tegen",
-  "branches.amplitude": "hoe ver ze slingert",
+  "branches.amplitude": "de amplitude",
   "branches.energy": "de energie",
-  "branches.amplitude.axis": "verste arm, °",
+  "branches.amplitude.axis": "grootste hoek van een arm, °",
   "branches.energy.axis": "energie boven de rust, J",
   "branches.along": "Welke baan van de tak",
   "branches.begin": "Deze baan in beweging zetten",

@@ -2,7 +2,7 @@
 
 export default {
   "resonance.intro":
-    "Hoe ver en hoe laat een arm uiteindelijk slingert, als iets hem bij elke frequentie een beetje aandrijft. Zonder wrijving hebben pieken geen top.",
+    "Amplitude en fase van een arm in de eindtoestand, bij een kleine aandrijving op elke frequentie. Zonder wrijving zijn de pieken oneindig hoog.",
   "resonance.drive": "Aangedreven door",
   "resonance.x": "het ophangpunt, opzij",
   "resonance.y": "het ophangpunt, op en neer",

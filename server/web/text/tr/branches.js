@@ -2,15 +2,15 @@
 
 export default {
   "branches.intro":
-    "Her mod genişçe salınırken ne kadar hızlı salınır: dalı boyunca frekansı; salınımın kararlı olduğu yerde düz, en küçük itmenin ondan uzaklaştırdığı yerde kesikli çizgi.",
+    "Genliği büyürken her modun frekansı: salınım kararlıysa düz çizgi, en küçük itme büyüyorsa kesikli çizgi.",
   "branches.running": "Dallar hesaplanıyor.",
   "branches.hint": "Bir dalın noktasına tıklayın ya da aşağıdan seçin: harekete geçirilir.",
   "branches.plot": "Modların frekansı, ne kadar genişçe salındıklarına göre",
   "branches.far": "Şuraya kadar izle",
   "branches.over": "Yatay eksen",
-  "branches.amplitude": "ne kadar genişçe salındığı",
+  "branches.amplitude": "genlik",
   "branches.energy": "enerji",
-  "branches.amplitude.axis": "en çok sapan kol, °",
+  "branches.amplitude.axis": "kolların en büyük açısı, °",
   "branches.energy.axis": "dengenin üstündeki enerji, J",
   "branches.along": "Dalın hangi yörüngesi",
   "branches.begin": "Bu yörüngeyi harekete geçir",

@@ -2,7 +2,7 @@
 
 export default {
   "resonance.intro":
-    "Bir şey onu her frekansta biraz sürdüğünde bir kolun sonunda ne kadar ve ne kadar geç salındığı. Sürtünmesiz tepelerin sonu yoktur.",
+    "Her frekansta küçük bir tahrik için, kararlı durumda bir kolun genliği ve fazı. Sürtünme yoksa tepeler sonsuzdur.",
   "resonance.drive": "Süren",
   "resonance.x": "askı noktası, yana",
   "resonance.y": "askı noktası, yukarı aşağı",

@@ -303,7 +303,7 @@ TEST(ensembles_pictures_are_refused_where_there_is_nothing_to_draw) {
          "/picture/arm", "from 1 to 2"},
         {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2
          "],\"duration\":1,\"observables\":[\"lyapunov\"],\"picture\":{\"arm\":1}}",
-         "/picture/arm", "of no arm"},
+         "/picture/arm", "belongs to no arm"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct test_reply reply = test_post_as(API_OP_ENSEMBLES, bad[i].body, "image/png", NULL);
@@ -452,7 +452,7 @@ TEST(ensembles_say_which_members_lose_their_digits) {
           test_reply_number(&reply, "/horizon/2") < 20);
     CHECK(test_reply_number(&reply, "/stats/lost") == 2 &&
           test_reply_number(&reply, "/status/0") == 0);
-    CHECK(strstr(test_reply_text(&reply, "/warnings/0"), "some members lose their digits"));
+    CHECK(strstr(test_reply_text(&reply, "/warnings/0"), "some members lose their accuracy"));
     test_reply_free(&reply);
     snprintf(text, sizeof text, body, ",\"accuracy\":1");
     reply = test_post(API_OP_ENSEMBLES, text);

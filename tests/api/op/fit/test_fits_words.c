@@ -46,11 +46,11 @@ TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
         const char *bounds, *sigma, *status, *says;
     } tried[] = {
         {0.6, 1 / 0.7, "", "", "converged undecided",
-         "mode 1 comes out as 3.72558 rad/s, 1.18 % below 3.76991. There are as many unknowns"},
+         "mode 1 has 3.72558 rad/s, 1.18 % below 3.76991. There are as many unknowns"},
         {0.6, 1 / 0.7, ",\"low\":0.05,\"high\":5", "", "converged undecided", "1.18 % below"},
-        {1, 1.05, "", "", "converged rejected", "no such pendulum near the start"},
+        {1, 1.05, "", "", "converged rejected", "no such pendulum near the given start"},
         {1, 1.05, ",\"low\":0.05,\"high\":5", "", "converged rejected", "48.2 % below 6.28319"},
-        {1, 1.05, "", ",\"sigma\":0.01", "converged rejected", "mode 1 comes out as 3.25266"},
+        {1, 1.05, "", ",\"sigma\":0.01", "converged rejected", "mode 1 has 3.25266"},
     };
     for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
         char body[800];
@@ -101,7 +101,7 @@ TEST(fits_say_what_goes_away_without_end) {
         API_OP_FITS,
         "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":1},{\"mode\":2,\"frequency\":"
         "1.05}]},\"unknowns\":[{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
-    check_says(&reply, "no_minimum undecided", "falls on and on as mass of arm 1 goes away");
+    check_says(&reply, "no_minimum undecided", "keeps falling as mass of arm 1 moves on without end");
     test_reply_free(&reply);
 }
 
@@ -137,9 +137,9 @@ TEST(fits_say_that_nothing_is_left_to_check_by) {
         char body[800];
         snprintf(body, sizeof body, "%s%s", tried[i].data, unknowns);
         struct test_reply reply = test_post(API_OP_FITS, body);
-        const char *says = tried[i].left     ? "a minimum, of too few measurements to test"
-                           : tried[i].errors ? "nothing is left to check this by"
-                                             : "check this by, and no standard error is known";
+        const char *says = tried[i].left     ? "a minimum, with too few measurements to test"
+                           : tried[i].errors ? "the fit cannot be checked"
+                                             : "cannot be checked, and has no standard errors";
         check_says(&reply, "converged undecided", says);
         CHECK(tried[i].left || test_reply_number(&reply, "/degrees_of_freedom") == 0);
         CHECK(!tried[i].left || strstr(test_reply_text(&reply, "/message"), "check") == NULL);
@@ -157,7 +157,7 @@ TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
         "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
     const char *detail = test_reply_text(&reply, "/errors/0/detail");
     CHECK_INT(reply.status, 422);
-    CHECK_SAYING(detail && strstr(detail, "too wildly for these data") &&
+    CHECK_SAYING(detail && strstr(detail, "too fast or too chaotic") &&
                      strstr(detail, "lower rate"),
                  "%s", detail ? detail : "");
     test_reply_free(&reply);
@@ -206,7 +206,7 @@ TEST(fits_that_follow_nothing_do_not_converge_as_one_angle_is_many_turns_off) {
     for (size_t i = 0; i < sizeof turns / sizeof *turns; i++) {
         struct test_reply reply = swung(1, turns[i]);
         // these are small swings, which are not quite the pendulum's
-        check_says(&reply, "converged rejected", "neighbouring residuals are alike");
+        check_says(&reply, "converged rejected", "consecutive residuals are correlated");
         CHECK(fabs(value(&reply, 0, "value") - 1) < 0.01);
         test_reply_free(&reply);
         reply = swung(0, turns[i]);

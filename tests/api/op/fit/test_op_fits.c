@@ -147,7 +147,7 @@ TEST(fits_say_in_words_what_the_data_do_not_tell) {
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(
         test_reply_text(&reply, "/not_told/0"),
-        "the data tell only the ratios of mass of arm 1, mass of arm 2 and damping of arm 1");
+        "the data determine only the ratios of mass of arm 1, mass of arm 2 and damping of arm 1");
     CHECK(isnan(test_reply_number(&reply, "/unknowns/0/error")));
     CHECK(test_reply_number(&reply, "/unknowns/2/error") > 0);
     test_reply_free(&reply);
@@ -449,7 +449,7 @@ TEST(fits_survive_more_faults_than_one) {
     struct test_reply reply =
         test_post(API_OP_FITS, ONE SERIES ",\"unknowns\":[{\"vary\":\"torque_phase\",\"arm\":1},"
                                           "{\"vary\":\"torque_phase\",\"arm\":1}]}");
-    CHECK(test_reply_has_fault(&reply, "/unknowns/0/vary", "has not"));
+    CHECK(test_reply_has_fault(&reply, "/unknowns/0/vary", "is absent"));
     test_reply_free(&reply);
     char *at = body + sprintf(body, ONE SERIES ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1}");
     for (int i = 0; i < MANY; i++) at += sprintf(at, ",{\"vary\":\"thetad\",\"arm\":9}");

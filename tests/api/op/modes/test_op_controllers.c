@@ -84,6 +84,6 @@ TEST(modes_that_no_actuator_reaches_are_named) {
              "\"equilibrium\":{\"theta\":[180,180,180],\"unit\":\"deg\"},");
     reply = test_post(API_OP_CONTROLLERS, text);
     CHECK_INT(reply.status, 422);
-    CHECK(strstr(reply.out.data, "the actuators cannot reach mode"));
+    CHECK(strstr(reply.out.data, "the actuators cannot control mode"));
     test_reply_free(&reply);
 }

@@ -285,7 +285,7 @@ TEST(modes_are_rows_of_a_table_in_other_representations) {
         struct test_reply refused =
             test_post_as(API_OP_MODES, "{" DOUBLE ",\"include\":[\"A\"]}", types[i], NULL);
         CHECK(test_reply_has_fault(&refused, "/include",
-                                   "matrices are answered in application/json only"));
+                                   "matrices are returned only in application/json"));
         test_reply_free(&refused);
     }
 }
@@ -406,14 +406,14 @@ TEST(too_much_names_the_way_out) {
     test_reply_free(&reply);
     limits.answer_bytes = 300000;
     reply = test_post_as(API_OP_MODES, body.data, "application/octet-stream", &limits);
-    CHECK(test_reply_has_fault(&reply, "", "which take 320000 bytes while they are found"));
+    CHECK(test_reply_has_fault(&reply, "", "which take 320000 bytes during the computation"));
     test_reply_free(&reply);
     limits.mode_arms = 100;
     reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
     CHECK(test_reply_has_fault(
         &reply, "/pendulum",
         "at most 100 arms (the limit max-mode-arms) for all modes, and at most "
-        "50 modes of 200 arms; here are 200 modes"));
+        "50 modes of 200 arms; got 200 modes"));
     test_reply_free(&reply);
     api_buffer_clear(&body);
 }
@@ -437,7 +437,7 @@ TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
         snprintf(body, sizeof body, "{\"pendulum\":{%s}}", bad[i]);
         struct test_reply reply = test_post(API_OP_MODES, body);
         CHECK_INT(reply.status, 422);
-        CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, "too far apart", 13) != NULL, "%s",
+        CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, "differ too much", 15) != NULL, "%s",
                      bad[i]);
         test_reply_free(&reply);
     }

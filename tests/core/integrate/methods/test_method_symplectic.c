@@ -378,9 +378,9 @@ TEST(symplectic_says_when_its_step_is_too_long) {
     CHECK_INT(record.status, PEND_STEP_TOO_SMALL);
     CHECK_SAYING(strstr(record.error.text, "a step of 5 s is too long"), "%s", record.error.text);
     // the step that is named does
-    const char *named = strstr(record.error.text, "here: here ");
+    const char *named = strstr(record.error.text, "at this instant ");
     REQUIRE(named);
-    problem.step = strtod(named + strlen("here: here "), NULL);
+    problem.step = strtod(named + strlen("at this instant "), NULL);
     problem.times = (struct pend_times){.count = 2, .span = problem.step, .divisor = 1};
     test_record_clear(&record);
     test_record(&record, "symplectic", &problem);

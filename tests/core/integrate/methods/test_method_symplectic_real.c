@@ -181,7 +181,7 @@ TEST(symplectic_refuses_what_does_not_keep_the_energy_and_says_what_to_use) {
         real_init(&real, 2, what, &seed);
         struct pend_problem problem = real_problem(&real, 1, 2, 0);
         CHECK(pend_run_new(&run, &pend_method_symplectic, &problem, &error) == PEND_INVALID);
-        CHECK_SAYING(strstr(error.text, "keeps the energy") && strstr(error.text, "use method"),
+        CHECK_SAYING(strstr(error.text, "conserves the energy") && strstr(error.text, "use method"),
                      "%u: %s", what, error.text);
         // numbers that do nothing are taken
         pend_terms_clear(real.b.terms, real.t.tree, real.b.value);

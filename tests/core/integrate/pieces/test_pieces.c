@@ -169,7 +169,7 @@ TEST(pieces_are_refused_by_methods_that_have_none_and_beyond_their_tables) {
     driven_close(&d);
     driven_open(&d, 0, 0, 1.3);
     CHECK(driven_run(&d, INSTANTS, NULL, &error) == PEND_INVALID);
-    CHECK_SAYING(strstr(error.text, "lengthen the table"), "%s", error.text);
+    CHECK_SAYING(strstr(error.text, "extend the table"), "%s", error.text);
     driven_close(&d);
 }
 
