@@ -15,6 +15,9 @@ ready=yes
 ! git rev-parse -q --verify "refs/tags/v$version" >/dev/null || missing "v$version is tagged already: raise API_VERSION in api/base/engine.h"
 grep -qE "^## \[$version\] - [0-9]{4}-[0-9]{2}-[0-9]{2}$" CHANGELOG.md || missing "CHANGELOG.md has no line '## [$version] - YYYY-MM-DD'"
 head -n 1 debian/changelog | grep -qF "($version) " || missing "debian/changelog begins with another version than $version"
+dated=$(sed -nE "s/^## \\[$version\\] - (.*)/\\1/p" CHANGELOG.md)
+[ "$(date -u -d "$(sed -n '/^ -- /{s/^ -- .*>  //p;q}' debian/changelog)" +%F)" = "$dated" ] || missing "debian/changelog has another date than CHANGELOG.md ($dated)"
+grep -qF "version = {$version}" cite.bib || missing "cite.bib has another version than $version"
 grep -qx "version: $version" CITATION.cff || missing "CITATION.cff has another version than $version"
 [ $ready = yes ]
 [ "$1" = --ready ] && exit
