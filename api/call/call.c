@@ -188,6 +188,20 @@ static int call_foresee(struct api_call *call) {
     return api_forecast_begins(op, call->state, call->limits, call->cost, &call->problem);
 }
 
+/* reads the request for the preferred representation. If it is refused and JSON is acceptable too,
+ * it is read for JSON, which can carry what others cannot: events beside samples, poles. */
+static enum pend_status call_read(struct api_call *call, const struct api_request *request) {
+    const struct api_format *json = api_negotiate_format(request->accept, 0);
+    for (;;) {
+        enum pend_status status = api_request_read(
+            request, call->format, call->limits, &call->problem, &call->state, call->digest, NULL);
+        if (status == PEND_OK || status == PEND_NO_MEMORY || !json || call->format == json)
+            return status;
+        api_problem_clear(&call->problem);
+        call->format = json;
+    }
+}
+
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
                                 struct api_buffer *out) {
     assert(api_call_valid(call) && call->stage == STAGE_NEW);
@@ -196,8 +210,7 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     call->before = out->bytes;
     call_check_envelope(call, request);
     if (call->problem.status) return call_refuse(call, out);
-    enum pend_status status = api_request_read(request, call->format, call->limits, &call->problem,
-                                               &call->state, call->digest, NULL);
+    enum pend_status status = call_read(call, request);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
     if (!call_foresee(call)) return call_refuse(call, out);
     call->stage = STAGE_READY;

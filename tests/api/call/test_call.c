@@ -58,6 +58,31 @@ TEST(the_envelope_is_checked_before_the_body) {
     check_envelope((struct api_request){.content_type = "a", .accept = "b", .query = "c"}, 415, "");
 }
 
+TEST(json_is_answered_where_the_preferred_representation_cannot_carry_the_answer) {
+    static const char events[] = "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"times\":[0,1],"
+                                 "\"events\":[{\"of\":\"theta\",\"arm\":1,\"value\":0}]}";
+    static const char poles[] = "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"poles\":true,"
+                                "\"omega\":[1],\"drive\":{\"pivot\":{\"x\":1}}}";
+    static const struct {
+        enum api_op_id op;
+        const char *body, *accept, *type;
+    } rows[] = {
+        {API_OP_TRAJECTORIES, events, "application/x-npz, application/json;q=0.5",
+         "application/json"},
+        {API_OP_TRAJECTORIES, events, "text/csv, */*;q=0.1", "application/json"},
+        {API_OP_TRAJECTORIES, events, "application/x-npz", "application/problem+json"},
+        {API_OP_RESPONSE, poles, "application/x-npz, application/json;q=0.5", "application/json"},
+        {API_OP_RESPONSE, poles, "application/x-npz, application/json;q=0",
+         "application/problem+json"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct test_reply reply = test_post_as(rows[i].op, rows[i].body, rows[i].accept, NULL);
+        CHECK_TEXT(reply.media_type, rows[i].type);
+        CHECK_INT(reply.status, strstr(rows[i].type, "problem") ? 422 : 200);
+        test_reply_free(&reply);
+    }
+}
+
 TEST(bytes_that_are_no_json_are_refused_with_their_place) {
     static const struct {
         const char *body, *piece;
