@@ -246,7 +246,8 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
 
 /* keeps rows; missing times become NaN here unless rows_write converts them later */
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
-    int nan = writer->format->binary && writer->table.nan && !writer->format->block;
+    const struct api_format *format = writer->format;
+    int nan = (format->binary || format->nan) && writer->table.nan && !format->block;
     for (int c = 0; c < writer->table.count; c++) {
         size_t width = (size_t)api_column_numbers(&writer->table.column[c]),
                count = (size_t)rows * width;

@@ -97,6 +97,7 @@ struct api_format {
     int digits;               /* text: honours the table's `digits` */
     int exact;                /* `bytes` is the exact length of the answer */
     int binary;               /* honours the table's `float32` and `nan` */
+    int nan;                  /* honours the table's `nan` alone */
     int counted;         /* writes the number of rows before the rows; with rows_later the writer
                             keeps the rows */
     int bare;            /* the column names are in the X-Columns header, not in the body */
