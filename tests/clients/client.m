@@ -64,6 +64,17 @@ end
 
 % other routes, refusals, trouble
 pendulum = struct('L', L, 'm', m, 'S', S);
+server = getenv('PENDULUM_URL');
+setenv('PENDULUM_URL', 'http://127.0.0.1:1');
+check('a job of another server', isequal(pendusim(id, 'url', server), phi));
+check('a list of another server', numel(pendujob('?limit=1', 'url', server)) > 1);
+setenv('PENDULUM_URL', server);
+orbits = penduask('orbits', struct('pendulum', pendulum, 'mode', 1, 'amplitude', 0.5));
+check('what only JSON carries', ! isempty(orbits.message) && isfield(orbits, 'bifurcations'));
+flips = penduask('ensembles', struct('pendulum', pendulum, 'states', {{struct('theta', [0; 0; 0; 0]), struct('theta', [3; 3; 3; 3])}}, 'duration', 2, 'observables', {{'first_flip'}}));
+check('never is NaN', isnan(flips.first_flip.time(1)) && flips.first_flip.arm(1) == 0);
+refused('a name without a value', 'pairs of a name and a value', L, m, S, phi0, phid0, t, 'method');
+refused('no instants', 't, the instants', L, m, S, phi0, phid0);
 modes = penduask('modes', struct('pendulum', pendulum, 'include', {{'A'}}));
 check('matrices', abs(sort(sqrt(eig(modes.A))) - modes.omega) < 1e-9);
 tree = penduask('trees', struct('pendulum', struct('length', [1; 1], 'mass', [1; 1], 'parent', [0; 1], 'damping', [0.1; 0.2])));

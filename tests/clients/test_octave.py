@@ -25,7 +25,7 @@ def test_octave(server, home):
     lines = done.stdout.splitlines()
     for line in lines:
         check(f"octave: {line.partition(' ')[2]}", line.startswith("ok "), done.stderr[-500:])
-    check("octave: the script comes to its end", done.returncode == 0 and len(lines) == 31, f"{len(lines)} checks; {done.stderr[-2000:]}")
+    check("octave: the script comes to its end", done.returncode == 0 and len(lines) == 37, f"{len(lines)} checks; {done.stderr[-2000:]}")
     check("octave: what was cut is asked for by Range", sum("Range: bytes=" in head for head in cutting.heads) == 2, cutting.heads)
     check("octave: two refusals were met", len(refusing.heads) == 3, refusing.heads)
     for front in (refusing, cutting, pages):

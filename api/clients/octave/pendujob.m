@@ -7,20 +7,19 @@ function answer = pendujob(id, what, varargin)
 %   jobs = pendujob()                 yours, the newest first, an array of structs; takes a token
 %   jobs = pendujob('?status=running&title=flips')   those that suit, as the interface's GET /v1/jobs has it
 %
-%   Options of PENDUASK follow: pendujob(id, 'result', 'url', url). A download that breaks off goes on where it was.
+%   Options of PENDUASK follow: pendujob(id, 'result', 'url', url), pendujob('?status=running', 'url', url). A download that breaks off goes on where it was.
 if nargin == 0
     id = '?limit=100';
-end
-if id(1) == '?'
-    jobs = pendu_answer('GET', ['/v1/jobs' id], '', pendu_options({}), {});
-    answer = alike(jobs.jobs);
-    return
 end
 if nargin < 2
     what = 'result';
 elseif ~any(strcmp(what, {'result', 'status', 'cancel'}))
     varargin = [{what} varargin];
     what = 'result';
+end
+if id(1) == '?'
+    answer = listed(['/v1/jobs' id], pendu_options(varargin));
+    return
 end
 options = pendu_options(varargin);
 path = ['/v1/jobs/' id];
@@ -48,6 +47,30 @@ if ~strcmp(answer.status, 'successful')
     error('pendusim:job', 'the job %s is %s: %s', id, answer.status, answer.message);
 end
 answer = pendu_answer('GET', [path '/results'], '', options, {});
+end
+
+function list = listed(path, options)
+% all jobs of a list, which comes in pages
+found = {};
+while ~isempty(path)
+    page = pendu_answer('GET', path, '', options, {});
+    jobs = page.jobs;
+    if isstruct(jobs)
+        jobs = num2cell(jobs);
+    end
+    found = [found; jobs(:)];
+    path = '';
+    links = page.links;
+    if isstruct(links)
+        links = num2cell(links);
+    end
+    for k = 1:numel(links)
+        if strcmp(links{k}.rel, 'next')
+            path = links{k}.href;
+        end
+    end
+end
+list = alike(found);
 end
 
 function list = alike(list)

@@ -19,12 +19,24 @@ function [phi, phid, lambda, stats, answer] = pendusim(L, m, S, phi0, phid0, t, 
 %   (or PENDULUM_URL and PENDULUM_TOKEN of the environment), 'patience' (60 s), 'progress' (true or false), and
 %
 %   id = pendusim(..., 'job', true)           lets the server compute it while nobody waits
-%   [phi, phid, lambda, stats] = pendusim(id) waits for it
+%   [phi, phid, lambda, stats] = pendusim(id) waits for it; options of PENDUASK follow: pendusim(id, 'url', url)
 %
 %   See also PENDUASK, PENDUJOB.
-if nargin == 1
-    answer = pendujob(L);
+if ischar(L) % the id of a job, and options
+    options = varargin;
+    given = {'m', 'S', 'phi0', 'phid0', 't'};
+    rest = cell(1, nargin - 1 - numel(varargin));
+    for k = 1:numel(rest)
+        rest{k} = eval(given{k});
+    end
+    answer = pendujob(L, 'result', rest{:}, options{:});
 else
+    if nargin < 6
+        error('pendusim:size', 'pendusim takes L, m, S, phi0, phid0 and t, the instants: pendusim(L, m, S, phi0, phid0, 0:.01:5)');
+    end
+    if mod(numel(varargin), 2) || ~all(cellfun(@ischar, varargin(1:2:end)))
+        error('pendusim:option', 'options are pairs of a name and a value, as ''rtol'', 1e-6');
+    end
     n = numel(L);
     if ~isequal(size(S), [n n]) || numel(m) ~= n || numel(phi0) ~= n || numel(phid0) ~= n
         error('pendusim:size', 'L has %d arms: m, phi0 and phid0 need as many, and S as many rows and columns', n);
@@ -34,7 +46,7 @@ else
     request = struct('initial', struct('phi', {num2cell(phi0(:).')}, 'phid', {num2cell(phid0(:).')}), 'times', {instants(t)});
     options = {};
     for k = 1:2:numel(varargin)
-        if any(strcmp(varargin{k}, {'url', 'token', 'patience', 'progress', 'job'}))
+        if any(strcmp(varargin{k}, {'url', 'token', 'patience', 'progress', 'job', 'title'}))
             options(end + 1:end + 2) = varargin(k:k + 1);
         elseif strcmp(varargin{k}, 'pendulum')
             more = fieldnames(varargin{k + 1}).';

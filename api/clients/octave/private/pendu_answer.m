@@ -31,7 +31,11 @@ while true
     elseif page
         error('pendusim:server', '%d: %s answers with a web page, so it is not pendulumd: %s', code, options.url, where);
     elseif code >= 400
-        error('pendusim:refused', '%s', refusal(code, text_of(files.data)));
+        said = refusal(code, text_of(files.data));
+        if code == 401 && isempty(options.token)
+            said = [said char(10) 'Set PENDULUM_TOKEN (openssl rand -hex 16) before you submit jobs, or give the option token.'];
+        end
+        error('pendusim:refused', '%s', said);
     elseif ~failed
         answer = read(kind, files.data);
         return
@@ -59,7 +63,8 @@ end
 function [kind, code, failed, said] = curl(method, path, body, options, fields, files, have)
 % kind: media type; code: of HTTP, 0 where no answer began; failed: whether it is not there whole; said: why
 fields = [fields {'Content-Type: application/json', 'Expect:'}];
-if isempty(strfind(body, '"include"')) && ~any(strcmp(method, 'DELETE'))
+% answers with many rows, which MAT carries whole; others have parts that only JSON has
+if any(strcmp(path, {'/v1/trajectories', '/v1/ensembles', '/v1/lyapunov', '/v1/sections'})) || ~isempty(regexp(path, '/results$', 'once'))
     fields{end + 1} = 'Accept: application/x-matlab-data, application/json;q=0.5';
 end
 if ~isempty(options.token)
@@ -109,7 +114,9 @@ else
 end
 if isfield(answer, 'warnings')
     answer.warnings = cellstr(answer.warnings);
+    shown = warning('off', 'backtrace'); % the lines of these functions say nothing
     warning('pendusim:accuracy', '%s', strjoin(answer.warnings(:).', char(10)));
+    warning(shown);
 end
 end
 
