@@ -2,6 +2,7 @@
 // usage: client.mjs FRONT CUTTING BROKEN OUT PAGES     (fronts that refuse twice, that cut downloads, that cut each line; a file for the doubles of the
 // paper's example; a server of pages; perhaps a url that hears of a job's end)
 // Leaves to others: counting (test_js.py), types (types.ts). Invariant: every check says ok or FAIL with its name.
+import { getEventListeners } from "node:events";
 import { writeFileSync } from "node:fs";
 import { Client, Pendulum, Refusal, rowsOf } from "pendulumd";
 
@@ -69,8 +70,15 @@ setTimeout(() => globalThis.gc(), 100);
 setTimeout(() => stop.abort(), 200);
 await refused("who aborts", () => long);
 
-const job = await four.submit("trajectories", { times: { stop: 40, step: 0.001 } }, "of-js");
-check("a key leads to the same job", (await four.submit("trajectories", { times: { stop: 40, step: 0.001 } }, "of-js")).id === job.id);
+const steady = new AbortController();
+const watched = new Pendulum(FOUR, { signal: steady.signal });
+for (let k = 0; k < 5; k++) await watched.ask("modes", {});
+check("a signal keeps nothing of requests that have ended", getEventListeners(steady.signal, "abort").length === 0);
+check("typed arrays are lists", (await four.run({ initial: { theta: new Float64Array([1, 0, 0, 0]) }, times: { stop: 1, step: 1 } })).phi.length === 2);
+await refused("numbers that are not finite", () => four.run({ initial: { theta: [NaN, 0, 0, 0] }, times: { stop: 1, step: 1 } }), "finite");
+
+const job = await four.submit("trajectories", { times: { stop: 40, step: 0.001 } }, { key: "of-js" });
+check("a key leads to the same job", (await four.submit("trajectories", { times: { stop: 40, step: 0.001 } }, { key: "of-js" })).id === job.id);
 const looks = [];
 for await (const state of job.progress()) looks.push(state.progress);
 check("progress", looks.at(-1) === 100);
@@ -91,9 +99,9 @@ check("a job's rows are floats where it was asked for them", flips.length === 2 
 const parquet = await small.bytes("application/vnd.apache.parquet");
 check("a job's results as Parquet", Buffer.from(parquet.subarray(-4)).toString() === "PAR1");
 const listed = [];
-for await (const each of four.client.jobs()) listed.push(each.id);
+for await (const each of four.client.jobs({ status: undefined })) listed.push(each.id);
 check("the list has it", listed.includes(job.id));
-const named = await four.submit("forces", {}, undefined, {}, "zwölf % of it");
+const named = await four.submit("forces", {}, { title: "zwölf % of it" });
 const suiting = [];
 for await (const each of four.client.jobs({ operation: "forces", title: "lf % OF" })) suiting.push([each.id, each.title].join());
 check("a title finds its job alone", suiting.join() === [named.id, "zwölf % of it"].join());

@@ -56,7 +56,7 @@ def test_js(server, home):
     lines = done.stdout.splitlines()
     for line in lines:
         check(f"js: {line.partition(' ')[2]}", line.startswith("ok "), done.stderr[-500:])
-    check("js: the script comes to its end", done.returncode == 0 and len(lines) == 24, f"{len(lines)} checks; {done.stderr[-2000:]}")
+    check("js: the script comes to its end", done.returncode == 0 and len(lines) == 27, f"{len(lines)} checks; {done.stderr[-2000:]}")
     check("js: what was cut is asked for by Range", sum("range: bytes=" in head.lower() for head in fronts[1].heads) >= 1, fronts[1].heads)
     for front in (*fronts, pages):
         front.close()

@@ -22,7 +22,7 @@ export async function right(): Promise<number> {
     const narrow: Float32Array = row.theta;
     if (narrow.length > 1000) break;
   }
-  const job = await pendulum.submit("ensembles", { states: [{ theta: [1, 2] }], duration: 5, observables: ["first_flip"], number: "float32", none: "nan", columns: ["first_flip_time"] }, "mine");
+  const job = await pendulum.submit("ensembles", { states: [{ theta: [1, 2] }], duration: 5, observables: ["first_flip"], number: "float32", none: "nan", columns: ["first_flip_time"] }, { key: "mine" });
   for await (const state of job.progress()) if (state.status === "failed") return 0;
   const flips: (number | null)[] | undefined = (await job.result()).first_flip?.time;
   const found: Job = await job.state();

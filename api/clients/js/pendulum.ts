@@ -53,6 +53,8 @@ export interface Routes {
 
 /** A refusal of the server; `problem.errors` names every fault. */
 export class Refusal extends Error {
+  override readonly name = "Refusal";
+
   constructor(readonly status: number, readonly problem: Partial<Schemas["Problem"]>) {
     super([`${status} ${problem.detail ?? ""}`, ...(problem.errors ?? []).map((fault) => `  ${fault.pointer} ${fault.detail}`)].join("\n"));
   }
@@ -65,7 +67,7 @@ export interface Options {
   token?: string;
   /** Seconds that refusals for the moment, or lines that break, may last without anything being received. */
   patience?: number;
-  /** Ends what is under way, computations on the server too. */
+  /** Ends the requests under way, and their computations on the server; jobs go on until `cancel`. */
   signal?: AbortSignal;
 }
 
@@ -82,18 +84,30 @@ export class Client {
   readonly patience: number;
   private readonly fields: Record<string, string>;
   private readonly signal: AbortSignal | null;
-  private readonly gone: Promise<never> | null;
 
   constructor(options: Options = {}) {
     const page = typeof location === "undefined" ? "http://127.0.0.1:8080" : location.origin;
     this.url = (options.url || environment["PENDULUM_URL"] || page).replace(/\/+$/, "");
     this.patience = options.patience ?? 60;
-    const signal = this.signal = options.signal ?? null;
-    // Node.js 18's fetch forgets its signal when memory is tidied up while it waits: whoever waits is told here too
-    this.gone = signal && new Promise((_, no) => signal.addEventListener("abort", () => no(signal.reason), { once: true }));
-    this.gone?.catch(() => {});
+    this.signal = options.signal ?? null;
     const token = options.token || environment["PENDULUM_TOKEN"];
     this.fields = token ? { Authorization: `Bearer ${token}` } : {};
+  }
+
+  /** fetch that ends with the signal. Node.js 18's own forgets its signal if garbage is collected while it waits. */
+  private async fetched(url: string, init: RequestInit): Promise<Response> {
+    const signal = this.signal;
+    if (!signal) return fetch(url, init);
+    let abort = (): void => {};
+    const gone = new Promise<never>((_, no) => {
+      abort = () => no(signal.reason);
+      signal.addEventListener("abort", abort);
+    });
+    try {
+      return await Promise.race([fetch(url, init), gone]);
+    } finally {
+      signal.removeEventListener("abort", abort);
+    }
   }
 
   /** An answer whose status is good, or in `good`; asks again while the server refuses for the moment. */
@@ -101,14 +115,13 @@ export class Client {
     const end = performance.now() + 1000 * this.patience;
     const init = {
       method, signal: this.signal, headers: { ...this.fields, ...fields, ...(body === undefined ? {} : { "Content-Type": "application/json" }) },
-      ...(body === undefined ? {} : { body: JSON.stringify(body) }),
+      ...(body === undefined ? {} : { body: JSON.stringify(body, plain) }),
     };
     for (let pause = 0.1; ; pause = Math.min(2 * pause, 5)) {
       let wait = pause;
       let refusal: unknown;
       try {
-        const asked = fetch(this.url + path, init);
-        const response = await (this.gone ? Promise.race([asked, this.gone]) : asked);
+        const response = await this.fetched(this.url + path, init);
         met.add(this.url);
         const page = response.headers.get("Content-Type")?.startsWith("text/html");
         if (page && !TRANSIENT.includes(response.status))
@@ -152,7 +165,7 @@ export class Client {
 
   /** Your jobs, the newest first, those that suit; takes a token. */
   async *jobs(which: { status?: Job["status"]; operation?: string; title?: string; since?: string } = {}): AsyncGenerator<Job> {
-    for (let path: string | undefined = `/v1/jobs?${new URLSearchParams({ limit: "100", ...which })}`; path; ) {
+    for (let path: string | undefined = `/v1/jobs?${new URLSearchParams(Object.entries({ limit: "100", ...which }).filter((pair): pair is [string, string] => pair[1] !== undefined))}`; path; ) {
       const page: Schemas["JobList"] = await this.json("GET", path);
       yield* page.jobs;
       path = page.links.find((link) => link.rel === "next")?.href;
@@ -190,8 +203,9 @@ export class Pendulum {
     return yield* rowsOf<Row<O, N>>(await this.client.open("POST", "/v1/trajectories", accept, body), body.number);
   }
 
-  /** Makes a job of a request. key: your own word for it; the same again leads to the same job. title: what to call it. */
-  async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], key?: string, more: More = {}, title?: string): Promise<JobHandle<Routes[R]["answer"]>> {
+  /** Submits a request as a job. key: with the same key it is the same job again. title: its name in lists. more: fields that are not in the OpenAPI document. */
+  async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], options: { key?: string; title?: string; more?: More } = {}): Promise<JobHandle<Routes[R]["answer"]>> {
+    const { key, title, more = {} } = options;
     // one of a kind among this client's keys; nobody has to be kept from guessing it, and Node.js 18 has no global crypto
     const own = key ?? [Date.now(), Math.random(), Math.random()].map((part) => part.toString(36).replace("0.", "")).join("-");
     const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own, ...(title ? { "Job-Title": encodeURIComponent(title) } : {}) });
@@ -265,6 +279,12 @@ export class JobHandle<T> {
   cancel(): Promise<Job> {
     return this.client.json("DELETE", `/v1/jobs/${this.id}`);
   }
+}
+
+/** Typed arrays are sent as lists; a number that JSON cannot write is refused. */
+function plain(name: string, value: unknown): unknown {
+  if (typeof value === "number" && !Number.isFinite(value)) throw new TypeError(`${name} is ${value}: numbers of a request must be finite`);
+  return ArrayBuffer.isView(value) && !(value instanceof DataView) ? Array.from(value as unknown as ArrayLike<number>) : value;
 }
 
 function sleep(seconds: number): Promise<void> {
