@@ -43,8 +43,10 @@ $(call lazy,PKG_CFLAGS,$(PKG_CONFIG) --cflags $(PKG))
 $(call lazy,PKG_LIBS,$(PKG_CONFIG) --libs $(PKG))
 # What OpenSSF's guide for hardened C asks of a program that is in use. Sanitizers have checks of their own instead.
 # tests/rules/hardened.sh looks for each in the objects and in the daemon. nodlopen is for libraries; the linker drops it.
+# The same objects make programs and the shared library. Kernels, which name no data of libraries, need less for it.
+PIC := -fPIC -fno-semantic-interposition
 HARD.release = $(HARD_CODE) $(HARD_NEWER) $(HARD.$(ARCH))
-HARD_CODE := -fPIE -fstack-protector-strong -fstack-clash-protection -fno-delete-null-pointer-checks \
+HARD_CODE := $(PIC) -fstack-protector-strong -fstack-clash-protection -fno-delete-null-pointer-checks \
   -fno-strict-overflow -fno-strict-aliasing -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=3
 HARD.x86_64 := -fcf-protection=full
 HARD.aarch64 := -mbranch-protection=standard
@@ -362,7 +364,7 @@ define kernel_rule
 $(B)/%.$(1).o: %.c $(B)/flags $(B)/set.$(1)
 	@mkdir -p $$(@D)
 	$$(call say_counted,cc,$$< for $(1))
-	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) $$(KERNEL_FLAGS.$$*) $(KERNEL_SPARED.$(MODE)) -DPEND_ISA=$(1) -c $$< -o $$@
+	$(Q)$$(CC) $$(subst $$(PIC),-fPIE,$$(CFLAGS_ALL)) -Wno-psabi $(ISA_FLAGS.$(1)) $$(KERNEL_FLAGS.$$*) $(KERNEL_SPARED.$(MODE)) -DPEND_ISA=$(1) -c $$< -o $$@
 endef
 $(foreach isa,$(filter-out $(ISA_IDLE),$(ISAS)),$(eval $(call kernel_rule,$(isa))))
 
@@ -455,6 +457,12 @@ $(B)/tests/base/%: $(B)/tests/%/run $(B)/tests/base/isa.o
 $(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/door.o $(B)/tests/base/isa.o $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
+# the engine in a caller's process (api/clients/browser/door.h), which sees the door alone
+$(B)/libpendulum.so: $(B)/api/clients/browser/door.o $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)echo '{ global: door_*; local: *; };' > $@.map
+	$(Q)$(LINK:-pie=-shared) -Wl,-Bsymbolic,-z,text,-z,defs,--gc-sections,--version-script,$@.map,-soname,libpendulum.so.0 -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
 
 # the command line: what computes beside what asks
 $(B)/pendulum: $(call objects,api/clients/cli) $(API) $(B)/libpendulum.a $(B)/parts

@@ -62,7 +62,7 @@ branches() {
 
 # gcc notes the flags that it was given; core has what its loops can bear (CORE_SPARED)
 flags() {
-    local all='-fPIE -fstack-protector-strong -fstack-clash-protection -fno-delete-null-pointer-checks'
+    local all='-fPI -fstack-protector-strong -fstack-clash-protection -fno-delete-null-pointer-checks'
     objects | xargs readelf -wi --dwarf-depth=1 | awk -v all="$all" -v build="$build/" '
         function need(flag) { if (index($0, flag) == 0) print file " is compiled without " flag }
         /^File: / { file = $2 }

@@ -7,11 +7,16 @@
 #include "api/call/call.h"
 #include "api/op/op.h"
 
-/* the largest answer that is held: a page shows it, a server makes what is larger */
+/* The largest answer and request that are held: in a page, what it can show; in a process, a large
+ * buffer of its memory. */
+#ifdef __wasm__
 #define DOOR_ANSWER_BYTES (64 << 20)
+#else
+#define DOOR_ANSWER_BYTES (1 << 30)
+#endif
 #define DOOR_HEAD_BYTES (1 << 14)
 
-static struct {
+static _Thread_local struct {
     char *room;
     size_t room_bytes;
     struct api_limits limits;
@@ -61,6 +66,11 @@ int door_open(void) {
                                   .body = body ? door.room + at : NULL,
                                   .body_bytes = body ? door.room_bytes - at : 0};
     api_limits_init(&door.limits);
+#ifndef __wasm__
+    // who computes in an own process is bounded by the machine, as pendulum --local is
+    for (int i = 0; api_limits_row(i); i++)
+        *api_limits_value(&door.limits, i) = api_limits_row(i)->most;
+#endif
     door.limits.answer_bytes = DOOR_ANSWER_BYTES;
     api_buffer_init(&door.out, DOOR_ANSWER_BYTES);
     api_buffer_init(&door.head, DOOR_HEAD_BYTES);

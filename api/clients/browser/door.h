@@ -1,9 +1,9 @@
-/* The engine as a WebAssembly module: what a script calls to have a request answered where it
- * stands, by the code that answers it in a server.
- * Leaves to others: the mechanics and the request (core, api), threads and who is asked (the page's
- * worker), libraries that a browser has not (missing, and the script's imports).
- * Invariant: one request is open at a time; the same request has the bytes that a server of the
- * base instruction set answers, without compute_seconds. */
+/* The engine without a server, as a WebAssembly module and as the shared library libpendulum.so: a
+ * caller has a request answered in its own process, by the code that answers it in a server.
+ * Leaves to others: the mechanics and the request (core, api), threads (the page's worker, the
+ * caller), libraries that a browser lacks (missing, and the script's imports).
+ * Invariant: one request is open at a time in each thread; the same request has the bytes that a
+ * server answers, without compute_seconds: of the module, a server of the base instruction set. */
 #ifndef BROWSER_DOOR_H
 #define BROWSER_DOOR_H
 
@@ -12,7 +12,7 @@
 #ifdef __wasm__
 #define DOOR_EXPORT(name) __attribute__((export_name(#name)))
 #else
-#define DOOR_EXPORT(name)
+#define DOOR_EXPORT(name) __attribute__((visibility("default")))
 #endif
 
 /**
