@@ -1,5 +1,5 @@
 #!/bin/sh
-# Builds the Debian packages of this tree into DIRECTORY: pendulumd, pendulum-client, libpendulum-dev, with what they were
+# Builds the Debian packages of this tree into DIRECTORY: pendulumd, pendulum-client, python3-pendulumd, libpendulum-dev, with what they were
 # built from (.buildinfo). lintian has its say where it is installed.
 # usage: [DEBFULLNAME=NAME DEBEMAIL=ADDRESS] deb.sh DIRECTORY     who is named is the packages' maintainer; without a name it is nobody
 # Leaves to others: the recipe (debian/).

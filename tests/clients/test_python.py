@@ -26,12 +26,13 @@ from servers import nginx, tool
 
 
 def install(home):
-    """`pip install` of the folder, without a network, into a directory of its own."""
-    source, target = home / "source", home / "python"
-    subprocess.run(["cp", "-r", TOP / "api/clients/python", source], check=True)
-    done = subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", "--no-build-isolation", "--no-index", "--no-deps",
+    """`pip install` of the folder, without a network, into a directory of its own; the folder stays as it was."""
+    source, target = TOP / "api/clients/python", home / "python"
+    before = sorted(source.rglob("*"))
+    done = subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps",
                            "--disable-pip-version-check", "--target", target, source], capture_output=True, text=True)
     check("pip install of the folder", done.returncode == 0, done.stdout + done.stderr)
+    check("pip leaves no files in the folder", [one for one in sorted(source.rglob("*")) if "__pycache__" not in str(one)] == [one for one in before if "__pycache__" not in str(one)])
     sys.path.insert(0, str(target))
 
 
@@ -55,8 +56,10 @@ def test_results(client):
         index = table.index if name == "pandas" else table.t
         check(f"tables of {name}", np.array_equal(phi, motion.phi[:, 2]) and np.array_equal(index, motion.t) and table.attrs["method"] == "taylor")
     if optional("xarray"):
+        check("units in xarray", table["phi"].attrs == {"units": "rad"} and table["energy_total"].attrs == {"units": "J"})
         grid = Pendulum(client, **DOUBLE).ensemble(states=[{"theta": [2, 2]}, {"theta": [1, 0]}], duration=5, observables=["first_flip", "flips"])
         check("an ensemble in xarray", grid.to_xarray().sizes == {"member": 2, "arm": 2}, grid.to_xarray())
+    test_grids(Pendulum(client, **DOUBLE))
     with tempfile.TemporaryDirectory() as home:
         track = pathlib.Path(home) / "track.csv"
         track.write_text("Zeit;Winkel (\xb0)\n" + "".join(f"{i / 10};{np.cos(i / 3):.4f}\n" for i in range(30)), encoding="utf-16")
@@ -64,6 +67,10 @@ def test_results(client):
         length = [{"vary": "length", "arm": 1}]
         check("tables from a file", [column["is"] for column in one.tables(track)["tables"][0]["columns"]] == ["t", "theta 1"])
         check("fits of files", one.fits(track, unknowns=length)["status"] == "converged" and len(one.fits([track, track], unknowns=length)["runs"]) == 2)
+        columns = {"t": np.arange(30) / 10, "theta": np.cos(np.arange(30) / 3)}
+        same = one.fits(columns, unknowns=length)
+        check("fits of columns", same["status"] == "converged" and (not optional("pandas") or __import__("pandas").DataFrame(columns).to_csv is not None
+              and one.fits(__import__("pandas").DataFrame(columns), unknowns=length)["unknowns"] == same["unknowns"]))
     blocks = list(four.stream("0:5:0.01", rows=200, output=["phi", "lambda", "z", "energy"]))
     check("blocks are the same rows", [len(block.t) for block in blocks] == [200, 200, 101]
           and np.array_equal(np.concatenate([block.z for block in blocks]), motion.z))
@@ -82,15 +89,92 @@ def test_results(client):
             check(f"{what} that is not known reaches the server", problem.status == 422 and words in str(problem) and len(problem.errors) == 1, problem)
 
 
+def test_grids(double):
+    """Members of a grid: integers, NaN for never, axes as dimensions, members one after another."""
+    axes = [{"vary": "theta", "arm": 1, "start": -3, "stop": 3, "count": 4}, {"vary": "theta", "arm": 2, "start": -2, "stop": 2, "count": 3}]
+    grid = double.ensemble(grid=axes, duration=3, observables=["start", "first_flip"])
+    check("numbers that count are integers", all(grid[name].dtype == np.int64 for name in ("member", "status", "first_flip_arm")))
+    check("never is NaN", np.array_equal(np.isnan(grid.first_flip_time), grid.first_flip_arm == 0) and np.isnan(grid.first_flip_time).any())
+    check("the axes of a grid", [list(values) for values in grid.axes().values()] == [[-3, -1, 1, 3], [-2, 0, 2]])
+    if optional("pandas"):
+        frame = grid.to_pandas()
+        check("a grid in pandas has its axes", np.allclose(frame["theta_1"] - np.pi / 2, grid.start_phi[:, 0]) and np.allclose(frame["theta_2"] - np.pi / 2, grid.start_phi[:, 1]))
+    if optional("xarray"):
+        array = grid.to_xarray()
+        check("a grid in xarray has its axes", array["start_phi"].dims == ("theta_2", "theta_1", "arm")
+              and np.allclose(array["start_phi"].sel(theta_1=1, theta_2=-2), [1 - np.pi / 2, -2 - np.pi / 2]) and "member" not in array)
+        moving = double.ensemble(grid=axes, times={"stop": 1, "count": 5}, observables=["trajectory"]).to_xarray()
+        check("and its instants", dict(moving.sizes) == {"theta_2": 3, "theta_1": 4, "t": 5, "arm": 2} and list(moving.t) == [0, 0.25, 0.5, 0.75, 1])
+    ways = list(double.members(grid=axes, times="0:1:0.25", observables=["trajectory"], rows=7))
+    check("members one after another", [list(way.member) for way in ways] == [[k] * 5 for k in range(12)])
+
+
+def test_methods(client):
+    """Methods have the parameters of the document; answers that only JSON carries whole are asked for in it; pictures need no server."""
+    from pendulumd import Pendulum, operations
+    folder = TOP / "api/clients/python"
+    document = pathlib.Path(tempfile.mkdtemp()) / "openapi.json"
+    document.write_text(json.dumps(client.get("/openapi.json")))
+    made = subprocess.run([sys.executable, "-B", folder / "operations.py", document], capture_output=True, text=True)
+    check("operations.py is what the document says: write it anew by api/clients/python/operations.py", made.stdout == (folder / "pendulumd/operations.py").read_text(), made.stderr)
+    double = Pendulum([1, 1], [1, 1], [0, 1], client=client)
+    check("every operation is a method", all(hasattr(double, name) for name in operations.ROUTES))
+    moved = double.run("0:2:0.5", theta=[1, 0], events=[{"of": "theta", "arm": 1, "value": 0}])
+    check("events beside samples", len(moved.t) == 5 and moved["events"][0]["event"] == 1, moved)
+    check("poles", len(double.response(drive={"pivot": {"x": 1}}, omega=[1, 2], poles=True)["poles"]["omega"]) == 2)
+    check("orbits keep how they end, modes their identity", "message" in double.orbits(mode=1, amplitude=0.5) and "identity" in double.modes())
+    check("one name of an energy", np.isclose(double.forces(theta=[1, 1]).energy_total, double.run([0, 1], theta=[1, 1], output=["energy"]).energy_total[0]))
+    check("a pendulum and an answer show themselves", "circle" in double._repr_html_() and "polyline" in moved._repr_html_() and "phi" in repr(moved) and "phi" in dir(moved))
+    tips = double.run("0:1:0.1", theta=[1, 2], output=["phi", "z"])
+    check("places from angles", np.allclose(double.tree_positions(tips.phi), tips.z, atol=1e-14))
+    if not optional("matplotlib"):
+        skip("plots", "matplotlib is not installed")
+        return
+    import matplotlib
+    matplotlib.use("Agg")
+    line = tips.plot("phi").get_lines()[1]
+    check("a plot has the columns over time", np.array_equal(line.get_ydata(), tips.phi[:, 1]) and np.array_equal(line.get_xdata(), tips.t))
+    check("an animation has the last place", np.allclose(tips.animate()._func(10)[0].get_xdata(), [0, tips.z[10, 0].real]))
+
+
+def test_local(client):
+    """The engine in this process brings the bytes of the server, also to threads side by side."""
+    library = pathlib.Path(os.environ["PENDULUM_BUILD"]) / "libpendulum.so"
+    if not library.exists():
+        skip("the engine in the process", "libpendulum.so is not built")
+        return
+    os.environ["PENDULUM_LIBRARY"] = str(library)
+    from pendulumd import Local, Pendulum, Problem
+    local = Local()
+    for route, request in (("trajectories", {"pendulum": FOUR, "times": {"stop": 5, "step": 0.01}, "output": ["phi", "lambda"]}), ("modes", {"pendulum": FOUR}),
+                           ("ensembles", {"pendulum": DOUBLE, "grid": [{"vary": "theta", "arm": 1, "start": 0, "stop": 3, "count": 50}], "duration": 10, "observables": ["final"]})):
+        accept = "application/json" if route == "modes" else "application/octet-stream"
+        check(f"local {route}", local.call(route, request, accept) == client.call(route, request, accept))
+        here, there = local.call(route, request), client.call(route, request)
+        check(f"local {route} as arrays", list(here) == list(there) and all(np.array_equal(value, there[name], equal_nan=True) for name, value in here.items()
+              if isinstance(value, np.ndarray)) and here.stats == {name: value for name, value in there.stats.items() if name != "compute_seconds"})
+    double = Pendulum([1, 1], [1, 1], [0, 1], client="local")
+    with ThreadPoolExecutor(4) as pool:
+        ends = list(pool.map(lambda k: double.run("0:5:0.01", theta=[k / 10, 1]).phi[-1], range(40)))
+    check("threads side by side", all(np.array_equal(end, Pendulum(client, **DOUBLE).run("0:5:0.01", theta=[k / 10, 1]).phi[-1]) for k, end in enumerate(ends)))
+    check("blocks and a preset", [len(block.t) for block in double.stream("0:1:0.1", rows=4)] == [4, 4, 3]
+          and Pendulum.preset("paper-four-arms", local).run([0, 1]).phi.shape == (2, 4))
+    try:
+        double.run([0, 1], fruit=3)
+        check("a refusal of the engine", False)
+    except Problem as problem:
+        check("a refusal of the engine", problem.status == 422 and "/fruit" in str(problem))
+
+
 def test_mistakes(client, home):
     """What would be sent as something else, or end in a word of Python's that says nothing, is told before it is sent."""
     from pendulumd import Pendulum
     four = Pendulum(client, **FOUR)
     for what, ask, words in (("a set has no order", lambda: four.run([0, 1], theta={1, 2, 3, 4}), "a set cannot be sent"),
-                             ("a start given twice", lambda: four.run([0, 1], initial={"theta": [1, 2, 3, 4]}, theta=[0, 0, 0, 0]), "one of the two"),
+                             ("a start given twice", lambda: four.run([0, 1], initial={"theta": [1, 2, 3, 4]}, theta=[0, 0, 0, 0]), "given twice"),
                              ("a form that there is not", lambda: four.run([0, 1], save=home / "a.xlsx"), ".parquet"),
                              ("what is no number", lambda: four.run([0, 1], theta=[float("nan")] * 4), "finite"),
-                             ("fields without names", lambda: Pendulum([1, 1]), "length=[1, 1]"), ("a preset's name", lambda: Pendulum("double"), "Pendulum.preset")):
+                             ("a preset's name", lambda: Pendulum("double"), "Pendulum.preset")):
         try:
             ask()
             check(f"told: {what}", False, "no refusal")
@@ -120,7 +204,7 @@ def test_trouble(server, client):
     pages = Front(server.port)
     pages.moods = [PAGE]
     for what, url, words in (("no server", "http://127.0.0.1:1", "no server at http://127.0.0.1:1 ("), ("another server", pages.url, "answers with a web page"),
-                             ("no url", "127.0.0.1:8080", "as http://127.0.0.1:8080 is one")):
+                             ("no url", "127.0.0.1:8080", "such as http://127.0.0.1:8080")):
         try:
             Pendulum(Client(url, patience=1e6), **FOUR).run("0:5:0.01")  # at once: who waits for it here waits for days
             check(f"{what} is told", False, "it was answered")
@@ -317,6 +401,8 @@ def test_python(server, home):
     from pendulumd import Client
     client = Client()
     test_results(client)
+    test_methods(client)
+    test_local(client)
     test_mistakes(client, home)
     test_trouble(server, client)
     test_nginx(server)

@@ -16,7 +16,7 @@ import platform
 import re
 import urllib.parse
 
-from . import Problem, _body
+from .client import Problem, body_of
 
 try:
     import fcntl
@@ -91,7 +91,7 @@ def _alone(folder):
 
 def _key(folder, body):
     """Of a shard's job: it is found again by who goes on in this folder, and is nobody else's, since it is removed when the shard is here."""
-    return hashlib.sha256(f"{platform.node()}\0{os.path.abspath(folder)}\0".encode() + _body(body)).hexdigest()[:48]
+    return hashlib.sha256(f"{platform.node()}\0{os.path.abspath(folder)}\0".encode() + body_of(body)).hexdigest()[:48]
 
 
 def _columns(job):
@@ -168,11 +168,11 @@ def dataset(pendulum, folder, splits, *, draw, card, seed=0, shard=10000, form="
     shards = list(_shards(splits, shard, form))
     request = pendulum.request(random={"count": sum(splits.values()), "seed": seed, "draw": draw}, **fields)
     with _alone(folder):
-        _keep(folder, _body({"request": request, "splits": splits, "shard": shard, "form": form}), [name for name, _, _ in shards])
+        _keep(folder, body_of({"request": request, "splits": splits, "shard": shard, "form": form}), [name for name, _, _ in shards])
         bodies = [(name, request | {"random": {"count": count, "seed": seed, "first": first, "draw": draw}}) for name, first, count in shards]
         columns = _fetch(pendulum.client, folder, [one for one in bodies if not os.path.exists(os.path.join(folder, one[0]))], progress)
         if columns is None:  # all shards are there: a job of one member tells their columns
             few = request | {"random": {"count": 1, "seed": seed, "draw": draw}}
-            columns = _columns(pendulum.client.submit("ensembles", few, key=hashlib.sha256(_body(few)).hexdigest()[:48]).wait())
+            columns = _columns(pendulum.client.submit("ensembles", few, key=hashlib.sha256(body_of(few)).hexdigest()[:48]).wait())
         # the word by which readers of Croissant know Parquet
         return _card(folder, [name for name, _, _ in shards], columns, splits, card, "application/x-parquet" if form == ".parquet" else "text/csv")

@@ -1,0 +1,136 @@
+"""The engine in this process: the answers of a server without one, by the shared library libpendulum.so.
+
+Leaves to others: what a request is (the server's /docs), servers (client.py). Invariant: an answer has the bytes that a server on this
+processor sends, except compute_seconds. The interpreter's lock is free while the engine computes, so threads compute side by side.
+"""
+from __future__ import annotations
+
+import ctypes
+import email.parser
+import json
+import os
+import pathlib
+import threading
+import warnings
+from collections.abc import Iterator
+from typing import Any, Optional
+
+from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
+from .client import ROWS, Body, Path, Problem, _replacing, accept_of, asked, body_of
+
+_MORE, _DONE, _BROKEN = 0, 1, 2
+_lock = threading.Lock()
+_library: Any = None
+
+
+def _load() -> Any:
+    """The library: PENDULUM_LIBRARY, or one beside this file, or the system's."""
+    global _library
+    with _lock:
+        if _library is not None:
+            return _library
+        beside = pathlib.Path(__file__).with_name("libpendulum.so.0")
+        name = os.environ.get("PENDULUM_LIBRARY") or (str(beside) if beside.exists() else "libpendulum.so.0")
+        try:
+            library = ctypes.CDLL(name)
+        except OSError as error:
+            raise ImportError(f"the engine cannot be loaded ({error}): install the package python3-pendulumd, or name libpendulum.so in PENDULUM_LIBRARY") from error
+        for function, kind, arguments in (("door_room", ctypes.c_void_p, [ctypes.c_size_t]), ("door_open", ctypes.c_int, []), ("door_run", ctypes.c_int, []),
+                                          ("door_data", ctypes.c_void_p, []), ("door_bytes", ctypes.c_size_t, []), ("door_taken", None, []), ("door_promise", None, []),
+                                          ("door_status", ctypes.c_int, []), ("door_head", ctypes.c_char_p, []), ("door_close", None, [])):
+            getattr(library, function).restype = kind
+            getattr(library, function).argtypes = arguments
+        _library = library
+        return library
+
+
+class Local:
+    """Answers requests in this process, as Client does by a server. It has no jobs: `call` in a thread or a process of your own is one."""
+
+    def __init__(self) -> None:
+        self._engine = _load()
+
+    def __repr__(self) -> str:
+        return "<Local>"
+
+    def __reduce__(self) -> Any:
+        return Local, ()
+
+    def _answer(self, route: str, argument: str, body: bytes, accept: str, streamed: bool) -> Iterator[tuple[Any, bytes]]:
+        """Yields (header fields, bytes) of an answer: all bytes at once, or pieces while they are computed. The engine holds one request a thread."""
+        engine = self._engine
+        text = b"\0".join([route.encode(), argument.encode(), accept.encode(), body])
+        place = engine.door_room(len(text))
+        if not place:
+            raise MemoryError(f"a request of {len(text)} bytes")
+        ctypes.memmove(place, text, len(text))
+        state = engine.door_open()
+        if state < 0:
+            raise Problem(404, {"detail": f"the engine has no operation {route}"})
+        if streamed and state == _MORE:
+            engine.door_promise()
+        try:
+            while state == _MORE:
+                state = engine.door_run()
+                if streamed and engine.door_bytes() and engine.door_status() < 400:
+                    yield self._head(), self._take()
+            head, data = self._head(), self._take()
+            if engine.door_status() >= 400:
+                raise Problem(engine.door_status(), json.loads(data))
+            if state == _BROKEN:
+                raise Problem(500, {"detail": "the computation failed before its end"})
+            yield head, data
+        finally:
+            engine.door_close()
+
+    def _head(self) -> Any:
+        return email.parser.HeaderParser().parsestr((self._engine.door_head() or b"").decode())
+
+    def _take(self) -> bytes:
+        data = ctypes.string_at(self._engine.door_data(), self._engine.door_bytes()) if self._engine.door_bytes() else b""
+        self._engine.door_taken()
+        return data
+
+    def call(self, route: str, request: Body, accept: Optional[str] = None) -> Any:
+        """The answer of an operation: a Result, or bytes if `accept` names a media type."""
+        want = accept or (f"{NPZ}, {JSON};q=0.5" if route in ROWS else JSON)
+        parts = list(self._answer(route, "", body_of(asked(route, request)), want, True))
+        data = b"".join(piece for _, piece in parts)
+        return data if accept else result_of(parts[-1][0], data, bytes_of(request)).of(request)
+
+    def stream(self, route: str, request: Body, rows: int = 4096) -> Iterator[Result]:
+        """Yields Results of at most `rows` rows each, while they are computed. Take all of them before the next request of the same thread."""
+        each, data, size, columns = bytes_of(request), b"", 0, ""
+        head: Any = {}
+        for head, piece in self._answer(route, "", body_of(asked(route, request)), OCTETS, True):
+            columns = columns or head["X-Columns"]
+            size = size or each * width_of(columns) * rows
+            data += piece
+            while len(data) >= size:
+                yield from_octets(columns, data[:size], each)
+                data = data[size:]
+        if data:
+            yield from_octets(columns, data, each)
+        _warn(head)
+
+    def save(self, route: str, request: Body, path: Path) -> Path:
+        """Writes the answer of an operation to a file while it is computed, in the format of the file's suffix."""
+        head: Any = {}
+        with _replacing(path) as sink:
+            for head, piece in self._answer(route, "", body_of(request), accept_of(path), True):
+                sink.write(piece)
+        _warn(head)
+        return path
+
+    def submit(self, route: str, request: Body, key: Optional[str] = None, title: Optional[str] = None) -> Any:
+        raise NotImplementedError("the engine in this process has no jobs: call it in a thread, or ask a server")
+
+    def get(self, path: str) -> Any:
+        """The JSON of /v1/presets or /v1/presets/NAME."""
+        name = path.removeprefix("/v1/presets").strip("/")
+        return json.loads(b"".join(piece for _, piece in self._answer("presets", name, b"", JSON, False)))
+
+
+def _warn(head: Any) -> None:
+    for text in head.get_all("X-Warning") or []:
+        warnings.warn(text, stacklevel=3)

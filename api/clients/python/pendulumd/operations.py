@@ -1,0 +1,632 @@
+"""The operations of a pendulumd server as methods with their parameters. Written by operations.py from the OpenAPI document.
+
+Leaves to others: asking (pendulum.py). Invariant: a field that is not named here goes to the server unchanged.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, Optional, Union
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+ROUTES = {"run": "trajectories", "forces": "forces", "tree": "trees", "modes": "modes", "ensemble": "ensembles", "lyapunov": "lyapunov", "section": "sections", "response": "response", "controller": "controllers", "orbits": "orbits", "fits": "fits", "tables": "tables", "equations": "equations"}
+
+
+class Operations:
+    """Methods of a Pendulum."""
+
+    def _method(self, name: str, given: dict[str, Any]) -> Any:
+        raise NotImplementedError
+
+    def run(
+        self,
+        times: Any,
+        *,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        method: Optional[Literal["taylor", "ode23", "rkf45", "rk8pd", "msadams", "symplectic", "linear", "radau"]] = None,
+        rtol: Optional[float] = None,
+        atol: Optional[float] = None,
+        step: Optional[float] = None,
+        precision: Optional[Literal["double", "extended"]] = None,
+        output: Optional[Sequence[Literal["phi", "phid", "phidd", "theta", "thetad", "z", "zd", "lambda", "energy", "joint_force", "tip_force", "exchange", "cart", "control"]]] = None,
+        number: Optional[Literal["float64", "float32"]] = None,
+        none: Optional[Literal["negative", "nan"]] = None,
+        digits: Optional[int] = None,
+        trust: Optional[Any] = None,
+        accuracy: Optional[float] = None,
+        derivatives: Optional[Sequence[Mapping[str, Any]]] = None,
+        events: Optional[Sequence[Mapping[str, Any]]] = None,
+        rows: Optional[Literal["instants", "events"]] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Integrate the motion of a pendulum.
+
+        times: "start:stop:step", "start:stop/count", an array of instants, or a dict of the interface.
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: The state at the first instant.
+        method: How the motion is integrated.
+        rtol: Relative tolerance.
+        atol: Absolute tolerance, rad and rad/s: an error is allowed where either tolerance allows it, and both are obeyed in the same way.
+        step: Length of every step, s; of the method `symplectic` only.
+        precision: Arithmetic of the integration.
+        output: What to answer beside `t`.
+        number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
+        none: The value of a time that never comes in `application/octet-stream`, NPZ and Parquet: -1, or NaN. Numbers of members that failed are NaN either
+            way.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        trust: Whether to find out how long the answer's digits hold.
+        accuracy: What `horizon` of the stats goes by: errors of angles in rad, of angular velocities over the largest angular velocity of any arm so far, of
+            forces over the largest force in any arm so far; a cart's place and speed count in lengths of the shortest arm.
+        derivatives: By what the answer's quantities are differentiated.
+        events: Conditions whose passages are reported: when a quantity reaches a value, found on the power series of the steps as sections are, so that none
+            is missed and none told twice, passages that graze and simultaneous ones included.
+        rows: What the rows of the answer are: the instants of `times`, or the passages of `events` between the first and the last of these, in the columns
+            `t`, `event`, `direction` (1 up, -1 down), `phi` and `phid`, and `cart` where there is one; without `output`, `trust` and `derivatives`.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("run", given)
+
+    def forces(
+        self,
+        *,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        state: Optional[Any] = None,
+        states: Optional[Sequence[Any]] = None,
+        time: Optional[float] = None,
+        digits: Optional[int] = None,
+        derivatives: Optional[Sequence[Mapping[str, Any]]] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Accelerations and forces of given states.
+
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        state: One state.
+        states: Many states, at most `max-samples`.
+        time: The time at which drives are taken, s.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        derivatives: By what the answer's quantities are differentiated.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("forces", given)
+
+    def tree(
+        self,
+        *,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Check a pendulum and describe its shape.
+
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("tree", given)
+
+    def modes(
+        self,
+        *,
+        about: Optional[Sequence[Literal["down", "up"]]] = None,
+        select: Optional[Any] = None,
+        vectors: Optional[bool] = None,
+        normalize: Optional[Literal["first", "mass", "max"]] = None,
+        include: Optional[Sequence[Literal["A", "M", "S", "B", "C", "K"]]] = None,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        digits: Optional[int] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Frequencies and shapes of small oscillations.
+
+        about: The equilibrium, one word an arm, `down` for one that hangs.
+        select: Which modes to answer.
+        vectors: Whether the shapes of the modes are answered too.
+        normalize: How the shapes are scaled: `first` makes the first entry that is not zero 1, as the paper prints them; `mass` makes v^T M v = 1, M being
+            the mass matrix at the equilibrium; `max` makes the entry of largest magnitude 1.
+        include: Matrices to answer, of M x'' + C x' + K x = B u at the equilibrium: x are the angles from it, u the torques in the joints.
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: A start, to be split into the modes.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("modes", given)
+
+    def ensemble(
+        self,
+        *,
+        states: Optional[Sequence[Any]] = None,
+        members: Optional[Sequence[Mapping[str, Any]]] = None,
+        grid: Optional[Sequence[Mapping[str, Any]]] = None,
+        random: Optional[Mapping[str, Any]] = None,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        energy: Optional[float] = None,
+        duration: Optional[float] = None,
+        start: Optional[float] = None,
+        times: Optional[Any] = None,
+        observables: Optional[Sequence[Literal["start", "parameters", "final", "first_flip", "flip_time", "flips", "lambda_max", "lambda_min", "sign_change", "energy_drift", "lyapunov", "horizon", "cart", "trajectory"]]] = None,
+        output: Optional[Sequence[Literal["phi", "phid", "theta", "thetad", "lambda", "cart", "phidd", "z", "zd", "energy"]]] = None,
+        method: Optional[Literal["taylor"]] = None,
+        rtol: Optional[float] = None,
+        atol: Optional[float] = None,
+        accuracy: Optional[float] = None,
+        events: Optional[Sequence[Mapping[str, Any]]] = None,
+        rows: Optional[Literal["members", "events"]] = None,
+        derivatives: Optional[Sequence[Mapping[str, Any]]] = None,
+        picture: Optional[Mapping[str, Any]] = None,
+        columns: Optional[Sequence[str]] = None,
+        number: Optional[Literal["float64", "float32"]] = None,
+        none: Optional[Literal["negative", "nan"]] = None,
+        digits: Optional[int] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Many trajectories of one pendulum.
+
+        states: The members' starts themselves.
+        members: The members one by one, each with its start and what its pendulum has that `pendulum` has not.
+        grid: Axes; the members are their product.
+        random: Random members.
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: With `members`, `grid` and `random`, the start of quantities that do not vary.
+        energy: Where all members start, J: kinetic and potential energy as trajectories tell them, measured from the pivot.
+        duration: How long members are followed, s.
+        start: When members begin, s, in the time of the pendulum's drives.
+        times: The instants of trajectories.
+        observables: What to find out.
+        output: What trajectories tell, as `output` of `POST /v1/trajectories`, of each member's own pendulum; `cart` is the place `x` and the speed `v` of a
+            cart, m and m/s.
+        method: The method is always `taylor`.
+        rtol: Relative tolerance, as of `POST /v1/trajectories`.
+        atol: Absolute tolerance, as of `POST /v1/trajectories`.
+        accuracy: What `horizon` of the stats goes by: errors of angles in rad, of angular velocities over the largest angular velocity of any arm so far, of
+            forces over the largest force in any arm so far; a cart's place and speed count in lengths of the shortest arm.
+        events: Conditions on each member, as of `POST /v1/trajectories`.
+        rows: What the rows of the answer are: the members, or the passages of `events`, member after member and each in the order of time, in the columns
+            `member`, `status`, `t`, `event`, `direction` (1 up, -1 down), `phi` and `phid`, and `cart` where there is one; without `observables` and
+            `derivatives`.
+        derivatives: By what each member's `final` state, as `final_phi` and `final_phid`, its `cart`, or each output of its `trajectory` is differentiated,
+            as of `POST /v1/trajectories`: a row more an arm and parameter.
+        picture: What `image/png` shows: one number of a grid of two axes, in shades from dark to light that differ evenly for every kind of colour vision;
+            white where it never happened, grey where a member failed.
+        columns: The requested columns of the answer, by their names (`t`, `final`) or with their part (`final_phi`), as CSV and `X-Columns` have them; all
+            where it is left out.
+        number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
+        none: The value of a time that never comes in `application/octet-stream`, NPZ and Parquet: -1, or NaN. Numbers of members that failed are NaN either
+            way.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("ensemble", given)
+
+    def lyapunov(
+        self,
+        *,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        start: Optional[float] = None,
+        duration: Optional[float] = None,
+        transient: Optional[float] = None,
+        samples: Optional[int] = None,
+        count: Optional[Any] = None,
+        digits: Optional[int] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Lyapunov exponents of a motion.
+
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: The motion's start.
+        start: When the motion begins, s, in the time of the pendulum's drives: `initial` is the state then.
+        duration: How long neighbours are followed, s.
+        transient: Time before that in which the directions turn to where they grow, s; it is not counted.
+        samples: Rows of the answer, at equal distances; at most `max-samples`.
+        count: How many exponents, the largest first, up to 2 n, and two more of a pendulum on a cart; or all of them.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("lyapunov", given)
+
+    def section(
+        self,
+        *,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        section: Optional[Any] = None,
+        start: Optional[float] = None,
+        duration: Optional[float] = None,
+        count: Optional[int] = None,
+        rtol: Optional[float] = None,
+        accuracy: Optional[float] = None,
+        digits: Optional[int] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """A Poincaré section of a motion.
+
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: The motion's start.
+        section: What the states are taken at.
+        start: When the motion begins, s, in the time of the pendulum's drives: `initial` is the state then.
+        duration: How long the motion is followed, s.
+        count: Passages after which the search ends; at most `max-samples`.
+        rtol: Relative tolerance, as of `POST /v1/trajectories`; the method is taylor.
+        accuracy: What `horizon` of the stats goes by: errors of angles in rad, of angular velocities over the largest angular velocity of any arm so far, of
+            forces over the largest force in any arm so far; a cart's place and speed count in lengths of the shortest arm.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("section", given)
+
+    def response(
+        self,
+        *,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        drive: Optional[Mapping[str, Any]] = None,
+        omega: Optional[Any] = None,
+        output: Optional[Sequence[Literal["phi", "z", "lambda", "joint_force", "tip_force", "transmissibility", "cart"]]] = None,
+        poles: Optional[bool] = None,
+        digits: Optional[int] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """The linear response of a driven pendulum.
+
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: Start of the search for the equilibrium; its rates do not matter.
+        drive: What drives the pendulum; left out, its own harmonics.
+        omega: Angular frequencies, rad/s, in any order, or a range of them; needed beside `drive`.
+        output: phi: the arms' angles, rad. z: the tips' places, m, the pivot's motion included. lambda, joint_force, tip_force.
+        poles: Whether the free motion's poles are answered.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("response", given)
+
+    def controller(
+        self,
+        *,
+        equilibrium: Optional[Any] = None,
+        actuators: Optional[Mapping[str, Any]] = None,
+        sensors: Optional[Mapping[str, Any]] = None,
+        period: Optional[float] = None,
+        delay: Optional[int] = None,
+        Q: Optional[ArrayLike] = None,
+        R: Optional[Any] = None,
+        gains: Optional[Sequence[Any]] = None,
+        digits: Optional[int] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Gains of a sampled controller about an equilibrium.
+
+        equilibrium: Angles near the equilibrium, and the cart's place there.
+        actuators: What the controller moves.
+        sensors: What is measured; for `seen` and `unobservable` alone.
+        period: Time between two samples, s.
+        delay: Samples from the reading of the state to the output.
+        Q: Weights of the state without outputs that wait, one a number.
+        R: Weights of the outputs, one an actuator.
+        gains: Gains to be examined: one row an actuator, or the only row itself.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("controller", given)
+
+    def orbits(
+        self,
+        *,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        energy: Optional[float] = None,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        initial: Optional[Any] = None,
+        periods: Optional[int] = None,
+        settle: Optional[int] = None,
+        step: Optional[float] = None,
+        points: Optional[int] = None,
+        branch: Optional[Any] = None,
+        switch: Optional[ArrayLike] = None,
+        rows: Optional[Literal["orbits", "bifurcations"]] = None,
+        digits: Optional[int] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Periodic orbits, their branches and their stability.
+
+        mode: Of a pendulum without drive, which needs it: the linear mode that is continued, from 1, slowest first, among those that swing about the rest.
+        amplitude: The largest angle of any arm from its rest, where all turn back, from 1e-4 to 1000 rad; or `energy`.
+        unit: Unit of the start's angles.
+        energy: Energy above the rest, J; or `amplitude`.
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        initial: Of driven pendulums, the state at t = 0 near which an orbit is searched; by default hanging at rest.
+        periods: Of driven pendulums, how many periods of the drive an orbit takes.
+        settle: Of driven pendulums, periods that the start is left to itself before the search.
+        step: The longest step along the branch, rad; left out, 0.1, or 0.3 for one orbit.
+        points: Most steps along the branch.
+        branch: Whether all orbits on the way are answered; of driven pendulums, what varies.
+        switch: At which bifurcations, from 1, a branch is left for the one that begins there, one after the other; with a minus sign to its other side.
+        rows: What the rows of the answer are.
+        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("orbits", given)
+
+    def fits(
+        self,
+        csv: Any = None,
+        *,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        start: Optional[float] = None,
+        data: Optional[Mapping[str, Any]] = None,
+        camera: Optional[Mapping[str, Any]] = None,
+        unknowns: Optional[Sequence[Mapping[str, Any]]] = None,
+        fixed: Optional[Sequence[Mapping[str, Any]]] = None,
+        rtol: Optional[float] = None,
+        iterations: Optional[int] = None,
+        loss: Optional[Literal["linear", "soft_l1", "huber", "cauchy"]] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Parameters of a pendulum from measurements.
+
+        csv: A table: a file's path, a pandas.DataFrame or a dict of columns; or a list of these, a run each.
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: The start, by angles; left out, it is taken from the data, and what is found there is an unknown unless it is `fixed`.
+        start: When the start is there, s; left out, at the first instant.
+        data: Either `t` and `series`, or `csv`, or `runs`, or neither; besides, or alone, `modes`.
+        camera: A tip at x + i y, m, is seen at origin + scale e^(i rotation) (x + i y).
+        unknowns: The unknowns other than the camera's; at least one in total, and at most 256 in all runs.
+        fixed: Angles and rates of a start that is taken from the data, which stay as they are, or as their `start` says.
+        rtol: Of the motions, as of method `taylor`.
+        iterations: The most.
+        loss: What of the residuals is made least, as SciPy names it: their squares, or less of those that are beyond 1.345 standard deviations (`cauchy`:
+            2.385), so that outliers hardly count.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("fits", given)
+
+    def tables(
+        self,
+        csv: Any = None,
+        *,
+        data: Optional[Mapping[str, Any]] = None,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        start: Optional[Any] = None,
+        camera: Optional[Any] = None,
+        loss: Optional[Any] = None,
+        unknowns: Optional[Any] = None,
+        fixed: Optional[Any] = None,
+        rtol: Optional[Any] = None,
+        iterations: Optional[Any] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """What the columns of measured tables are taken for.
+
+        csv: A table: a file's path, a pandas.DataFrame or a dict of columns; or a list of these, a run each.
+        data: Either `t` and `series`, or `csv`, or `runs`, or neither; besides, or alone, `modes`.
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: Not read.
+        start: Not read.
+        camera: Not read.
+        loss: Not read.
+        unknowns: Not read.
+        fixed: Not read.
+        rtol: Not read.
+        iterations: Not read.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("tables", given)
+
+    def equations(
+        self,
+        *,
+        theta: Optional[ArrayLike] = None,
+        thetad: Optional[ArrayLike] = None,
+        phi: Optional[ArrayLike] = None,
+        phid: Optional[ArrayLike] = None,
+        unit: Optional[Literal["rad", "deg"]] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
+        form: Optional[Literal["explicit", "compact"]] = None,
+        job: Union[bool, str] = False,
+        title: Optional[str] = None,
+        save: Any = None,
+        **fields: Any,
+    ) -> Any:
+        """Write the equations of motion out.
+
+        theta: Angles from hanging, of the start.
+        thetad: Angular velocities of the start.
+        phi: Angles from the positive real axis, instead of theta.
+        phid: Angular velocities, instead of thetad.
+        unit: Unit of the start's angles.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: What the programs start from; as of `POST /v1/trajectories`.
+        form: How the formulas are written; left out, `explicit` up to 8 arms and `compact` above and of real pendulums.
+        job: True, or a key of your own: a Job is returned at once.
+        title: A name of the job in lists.
+        save: A file's path, whose suffix is the format; the path is returned.
+        """
+        given = dict(locals())
+        return self._method("equations", given)
