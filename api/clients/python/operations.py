@@ -1,12 +1,14 @@
-"""Writes pendulumd/operations.py, the client's methods with their parameters, from the server's OpenAPI document.
+"""Writes pendulumd/operations.py, the client's methods with their parameters, from api/call/openapi.yaml.
 
-usage: operations.py OPENAPI_JSON     prints the module; tests/clients/test_python.py compares it with the one that is kept
+usage: operations.py > pendulumd/operations.py     after every change of the document; tests/clients/test_python.py compares
 Leaves to others: how a method asks (pendulumd/pendulum.py). Invariant: a field that the document has is a parameter, and no other.
 """
 import json
+import pathlib
 import re
-import sys
 import textwrap
+
+import yaml
 
 # method, route, fields that pendulum.py gives another form, and how that form is described
 METHODS = [("run", "trajectories"), ("forces", "forces"), ("tree", "trees"), ("modes", "modes"), ("ensemble", "ensembles"), ("lyapunov", "lyapunov"), ("section", "sections"),
@@ -75,8 +77,7 @@ def method_text(method, operation, schema, schemas):
 
 
 def main():
-    with open(sys.argv[1], encoding="utf-8") as source:
-        document = json.load(source)
+    document = yaml.safe_load((pathlib.Path(__file__).resolve().parents[2] / "call/openapi.yaml").read_text(encoding="utf-8"))
     schemas = document["components"]["schemas"]
     print('"""The operations of a pendulumd server as methods with their parameters. Written by operations.py from the OpenAPI document.\n\n'
           "Leaves to others: asking (pendulum.py). Invariant: a field that is not named here goes to the server unchanged.\n"

@@ -68,8 +68,8 @@ class Operations:
         precision: Arithmetic of the integration.
         output: What to answer beside `t`.
         number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
-        none: The value of a time that never comes in `application/octet-stream`, NPZ and Parquet: -1, or NaN. Numbers of members that failed are NaN either
-            way.
+        none: The value of a time that never comes in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed are
+            NaN either way.
         digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
         trust: Whether to find out how long the answer's digits hold.
         accuracy: What `horizon` of the stats goes by: errors of angles in rad, of angular velocities over the largest angular velocity of any arm so far, of
@@ -261,8 +261,8 @@ class Operations:
         columns: The requested columns of the answer, by their names (`t`, `final`) or with their part (`final_phi`), as CSV and `X-Columns` have them; all
             where it is left out.
         number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
-        none: The value of a time that never comes in `application/octet-stream`, NPZ and Parquet: -1, or NaN. Numbers of members that failed are NaN either
-            way.
+        none: The value of a time that never comes in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed are
+            NaN either way.
         digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
@@ -565,6 +565,7 @@ class Operations:
         fixed: Optional[Any] = None,
         rtol: Optional[Any] = None,
         iterations: Optional[Any] = None,
+        include: Optional[Sequence[Literal["data"]]] = None,
         job: Union[bool, str] = False,
         title: Optional[str] = None,
         save: Any = None,
@@ -589,6 +590,7 @@ class Operations:
         fixed: Not read.
         rtol: Not read.
         iterations: Not read.
+        include: `data`: the measurements of tables of at most 300000 cells together.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
