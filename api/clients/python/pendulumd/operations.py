@@ -77,7 +77,7 @@ class Operations:
         derivatives: By what the answer's quantities are differentiated.
         events: Conditions whose passages are reported: when a quantity reaches a value, found on the power series of the steps as sections are, so that none
             is missed and none told twice, passages that graze and simultaneous ones included.
-        rows: What the rows of the answer are: the instants of `times`, or the passages of `events` between the first and the last of these, in the columns
+        rows: The meaning of a row of the answer: the instants of `times`, or the passages of `events` between the first and the last of these, in the columns
             `t`, `event`, `direction` (1 up, -1 down), `phi` and `phid`, and `cart` where there is one; without `output`, `trust` and `derivatives`.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
@@ -257,7 +257,7 @@ class Operations:
         derivatives: By what each member's `final` state, as `final_phi` and `final_phid`, its `cart`, or each output of its `trajectory` is differentiated,
             as of `POST /v1/trajectories`: a row more an arm and parameter.
         picture: What `image/png` shows: one number of a grid of two axes, in shades from dark to light that differ evenly for every kind of colour vision;
-            white where it never happened, grey where a member failed.
+            white if it never happened, grey if a member failed.
         columns: The requested columns of the answer, by their names (`t`, `final`) or with their part (`final_phi`), as CSV and `X-Columns` have them; all
             where it is left out.
         number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
