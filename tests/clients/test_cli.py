@@ -86,27 +86,33 @@ def test_answers(run, work, server):
 
 
 def test_refusals(run, work, server):
-    for words, text in ((("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"),
-                        (("run", "four.json", "--t", "0:5:0.01", "-s", "pendulum.fruit=x y", "--local"), "/pendulum/fruit is not a known field"),
-                        (("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (("run", "none.json", "--t", "0:1:1"), "No such file"), (("run", "four.json", "--t", "5"), "is a single instant"),
-                        (("run", "four.json", "--t", "0:1:1", "-o", "a.odd"), "no form odd"), (("run", "four.json", "-s", "rtol"), "NAME=VALUE"),
-                        (("map", "double.json", "--x", "theta1:0:1", "--y", "theta2:0:1:3"), "no axis"), (("map", "double.json"), "two axes"),
-                        (("map", "double.json", "--x", "theta1:0:inf:3", "--y", "theta2:0:1:3"), "no axis"),
-                        (("run", "four.json", "--t", "0:nan:1"), "times: the body is not JSON"), (("run", "four.json", "--t", "0,1", "--theta", "1,x"), "initial.theta: "),
-                        (("run", "four.json", "--t", "0:5:0.01", "-o", "/no/such/place.npz"), "No such file"), (("ask", "fruit", "four.json"), "404"),
-                        (("ask", "fruit", "four.json", "--local"), "without a server"), (("get", "no-such-job"), "404"),
-                        (("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 1e6, "-o", "none.npz"), "no server at http://127.0.0.1:1 ("),
-                        (("run", "four.json", "--t", "0:1:1", "--server", "file:///etc", "--patience", 0), "rotocol"),
-                        (("run", "-", "--t", "0:1:1"), "does not contain a JSON object")):
-        said = run(*words, status=1, input="[1]")
+    for status, words, text in ((3, ("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"), (3, ("run", "four.json"), "422 1 fault in the request: see errors\n  /times (--t) is missing"),
+                        (3, ("run", "four.json", "--t", "0:5:0.01", "-s", "pendulum.fruit=x y", "--local"), "/pendulum/fruit is not a known field"),
+                        (2, ("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (1, ("run", "none.json", "--t", "0:1:1"), "No such file"), (2, ("run", "four.json", "--t", "5"), "is a single instant"),
+                        (2, ("run", "four.json", "--t", "0:1:1", "-o", "a.odd"), "unknown format odd"), (2, ("run", "four.json", "-s", "rtol"), "NAME=VALUE"),
+                        (2, ("map", "double.json", "--x", "theta1:0:1", "--y", "theta2:0:1:3"), "is not an axis"), (2, ("map", "double.json"), "two axes"),
+                        (2, ("map", "double.json", "--x", "theta1:0:inf:3", "--y", "theta2:0:1:3"), "is not an axis"), (3, ("map", "double.json", "--x", "theta9:0:1:3", "--y", "theta2:0:1:3"), "  /grid/0/arm (--x) "),
+                        (2, ("run", "four.json", "--t", "0:nan:1"), "times: the body is not JSON"), (2, ("run", "four.json", "--t", "0,1", "--theta", "1,x"), "initial.theta: "),
+                        (1, ("run", "four.json", "--t", "0:5:0.01", "-o", "/no/such/place.npz"), "No such file"), (3, ("ask", "fruit", "four.json"), "404"),
+                        (2, ("ask", "fruit", "four.json", "--local"), "needs a server"), (3, ("get", "no-such-job"), "404"), (2, ("cancel", "a b"), "is not the id of a job"),
+                        (2, ("get", "x", "--local"), "--local has no jobs"), (2, ("run", "four.json", "--t", "0:1:1", "--local", "--job"), "--local has no jobs"),
+                        (4, ("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 1e6, "-o", "none.npz"), "no server at http://127.0.0.1:1 ("),
+                        (4, ("run", "four.json", "--t", "0:1:1", "--server", "file:///etc", "--patience", 0), "rotocol"),
+                        (1, ("run", "-", "--t", "0:1:1"), "does not contain a JSON object")):
+        said = run(*words, status=status, input="[1]")
         check(f"cli: {text}", text in said and "pendulum: " in said, said)
     check("cli: nothing is left of what was refused", not [one for one in work.iterdir() if ".part" in one.name])
     front = Front(server.port)
     front.moods = [PAGE]
-    check("cli: another server", "answers with a web page" in run("modes", "four.json", url=front.url, status=1))
+    check("cli: another server", "answers with a web page" in run("modes", "four.json", url=front.url, status=4))
     front.close()
-    for words in ((), ("fruit",), ("run",), ("run", "four.json", "--fruit")):
-        check(f"cli: usage of {words}", "usage: pendulum" in run(*words, status=2))
+    for words, text in (((), "give run, modes"), (("fruit",), "unknown command fruit"), (("run",), "run takes 1 argument, got 0"), (("ask", "modes"), "ask takes ROUTE and FILE"), (("run", "four.json", "--fruit"), "see pendulum --help")):
+        check(f"cli: usage of {words}", text in run(*words, status=2))
+    for place in ((), ("--local",)):
+        long = subprocess.Popen(["pendulum", "run", "double.json", "--t", "0:100:0.001", *place], cwd=work, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        long.stdout.readline()
+        long.stdout.close()
+        check(f"cli: a reader that goes away ends it in silence {place}", not long.stderr.read() and long.wait() in (141, -signal.SIGPIPE))
 
 
 def test_files(run, work):
@@ -186,13 +192,13 @@ def test_jobs(run, work, server):
     run(*words, "-o", "twice.npz", url=front.url)
     check("cli: an answer that was cut off is asked for again", len(front.heads) == 2 and np.array_equal(np.load(work / "twice.npz")["phi"], whole["phi"]))
     front.moods = [("cut", 200000)] * 99
-    run(*words, "-o", "never.npz", "--patience", 0.5, url=front.url, status=1)
+    run(*words, "-o", "never.npz", "--patience", 0.5, url=front.url, status=4)
     check("cli: no file is there before it is whole", not (work / "never.npz").exists())
     front.moods = [("refuse", "429 Too Many Requests", "Retry-After: 60")]
-    check("cli: a server that is busy for longer", "429" in run(*words, "--patience", 2, url=front.url, status=1))
+    check("cli: a server that is busy for longer", "429" in run(*words, "--patience", 2, url=front.url, status=3))
     front.close()
     long = run("run", "four.json", "--t", "0:4000:0.001", "--detach").strip()
-    check("cli: cancel", run("cancel", long) == "dismissed\n" and "dismissed" in run("get", long, status=1))
+    check("cli: cancel", run("cancel", long) == "dismissed\n" and "dismissed" in run("get", long, status=5))
 
 
 def test_beside(run):

@@ -11,7 +11,7 @@
 static enum api_op_id operation(const char *route) {
     for (int id = 0; id < API_OP_COUNT; id++)
         if (api_op_at(id)->body && !strcmp(api_op_at(id)->name, route)) return id;
-    cli_die("%s needs a server", route);
+    cli_end(CLI_USAGE, "%s needs a server", route);
 }
 
 static void warn(const struct api_stats_headers *stat_fields) {

@@ -118,7 +118,8 @@ static const char *accepted(const struct line *line) {
     if (!form) return "text/csv, application/json;q=0.5"; /* not every operation has a table */
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
         if (!strcasecmp(forms[i].ending, form)) return forms[i].media_type;
-    cli_die("unknown format %s: give csv, json, npz, h5, parquet, mat, ndjson, png or bin (--as)",
+    cli_end(CLI_USAGE,
+            "unknown format %s: give csv, json, npz, h5, parquet, mat, ndjson, png or bin (--as)",
             form);
 }
 
@@ -163,8 +164,7 @@ static void read_options(struct line *line, int argc, char *argv[]) {
             printf("pendulum %s, engine %s\n", api_version, api_engine_name);
             exit(0);
         case '?':
-            fputs(usage, stderr);
-            exit(2);
+            cli_end(CLI_USAGE, "see pendulum --help");
         default:
             line->text[letter - LETTERS] = optarg;
         }
@@ -210,8 +210,16 @@ static double number(const struct api_json *document, const char *name) {
     return api_value_number(&value);
 }
 
+/* ids are letters and digits; jobs live on a server */
+static void check_id(const char *id) {
+    if (!*id || id[strspn(id, "abcdefghijklmnopqrstuvwxyz0123456789-")])
+        cli_end(CLI_USAGE, "%s is not the id of a job", id);
+    if (here) cli_end(CLI_USAGE, "--local has no jobs");
+}
+
 /* waits for the end of a job, and brings its results */
 static void get(struct line *line, const char *id) {
+    check_id(id);
     char path[200], kept[33];
     long pause_ms = 20;
     for (;;) {
@@ -222,7 +230,7 @@ static void get(struct line *line, const char *id) {
             ended = strcmp(status, "accepted") && strcmp(status, "running");
         cli_progress("[%-25.*s] %d %% %s", done / 4, "#########################", done, status);
         if (ended && strcmp(status, "successful"))
-            cli_die("the job %s is %s: %s", id, status, text(job, "message"));
+            cli_end(CLI_JOB, "the job %s is %s: %s", id, status, text(job, "message"));
         api_json_free(&job);
         if (ended) break;
         nanosleep(&(struct timespec){pause_ms / 1000, pause_ms % 1000 * 1000000}, NULL);
@@ -252,6 +260,7 @@ static void ask(struct line *line, const char *route, const char *file) {
     struct api_buffer body;
     struct cli_sink sink;
     char path[200], key[40];
+    if (here && (of_job || detached)) cli_end(CLI_USAGE, "--local has no jobs");
     api_buffer_init(&body, 1 << 30);
     cli_body(&body, file, &line->fields);
     snprintf(path, sizeof path, "/v1/%.60s", route);
@@ -283,7 +292,7 @@ static void ask(struct line *line, const char *route, const char *file) {
 /* an ensemble over two axes */
 static void map(struct line *line, const char *file) {
     char grid[700], of[100];
-    if (!said(line, X) || !said(line, Y)) cli_die("a map has two axes, --x and --y");
+    if (!said(line, X) || !said(line, Y)) cli_end(CLI_USAGE, "a map has two axes, --x and --y");
     char *x = cli_axis(said(line, X)), *y = cli_axis(said(line, Y));
     snprintf(grid, sizeof grid, "[%s,%s]", x, y);
     snprintf(of, sizeof of, "[\"%.80s\"]", said(line, OF) ? said(line, OF) : "first_flip");
@@ -336,6 +345,7 @@ static void modes(struct line *line, const char *file) { ask(line, "modes", file
 
 static void cancel(struct line *line, const char *id) {
     char path[200];
+    check_id(id);
     snprintf(path, sizeof path, "/v1/jobs/%.60s", id);
     struct api_json *job = state(line, "DELETE", path, NULL, NULL);
     puts(text(job, "status"));
@@ -348,6 +358,19 @@ static const struct {
     void (*work)(struct line *line, const char *word);
 } commands[] = {{"run", 1, run},   {"modes", 1, modes}, {"map", 1, map},
                 {"jobs", 0, jobs}, {"get", 1, get},     {"cancel", 1, cancel}};
+
+/* ends the program with what is wrong with its words */
+static void mistaken(int count, char **word) {
+    for (size_t i = 0; count > 0 && i < sizeof commands / sizeof *commands; i++)
+        if (!strcmp(word[0], commands[i].name))
+            cli_end(CLI_USAGE, "%s takes %d argument%s, got %d: see pendulum --help", word[0],
+                    commands[i].words, commands[i].words == 1 ? "" : "s", count - 1);
+    if (count > 0 && !strcmp(word[0], "ask"))
+        cli_end(CLI_USAGE, "ask takes ROUTE and FILE, got %d argument%s: see pendulum --help",
+                count - 1, count == 2 ? "" : "s");
+    if (count > 0) cli_end(CLI_USAGE, "unknown command %s: see pendulum --help", word[0]);
+    cli_end(CLI_USAGE, "give run, modes, map, ask, jobs, get or cancel: see pendulum --help");
+}
 
 int main(int argc, char *argv[]) {
     const char *url = getenv("PENDULUM_URL");
@@ -364,8 +387,7 @@ int main(int argc, char *argv[]) {
     } else if (argc - optind == 3 && !strcmp(word[0], "ask")) {
         ask(&line, word[1], word[2]);
     } else {
-        fputs(usage, stderr);
-        return 2;
+        mistaken(argc - optind, word);
     }
     cli_progress("%s", "");
     cli_fields_clear(&line.fields);

@@ -156,12 +156,12 @@ static void look_for(struct cli_remote *remote, const struct attempt *attempt, C
     curl_off_t begun = 0; /* 0 = there was no connection */
     curl_easy_getinfo(attempt->curl, CURLINFO_PRETRANSFER_TIME_T, &begun);
     if (attempt->page && !busy(attempt->status))
-        cli_die("%ld: %s answers with a web page, so it is not pendulumd: " WHERE, attempt->status,
-                remote->url);
+        cli_end(CLI_AWAY, "%ld: %s answers with a web page, so it is not pendulumd: " WHERE,
+                attempt->status, remote->url);
     if (code == CURLE_OK || begun > 0)
         remote->met = 1;
     else if (!remote->met)
-        cli_die("no server at %s (%s): " WHERE, remote->url, curl_easy_strerror(code));
+        cli_end(CLI_AWAY, "no server at %s (%s): " WHERE, remote->url, curl_easy_strerror(code));
 }
 
 long cli_remote_ask(struct cli_remote *remote, struct cli_exchange *exchange,
@@ -181,7 +181,7 @@ long cli_remote_ask(struct cli_remote *remote, struct cli_exchange *exchange,
         double wait = (double)after > pause ? (double)after : pause;
         if (now() + wait > end) {
             if (code == CURLE_OK) cli_refuse(attempt.status, &sink->text);
-            cli_die("%s: %s", remote->url, curl_easy_strerror(code));
+            cli_end(CLI_AWAY, "%s: %s", remote->url, curl_easy_strerror(code));
         }
         if (!exchange->resumes) cli_sink_again(sink);
         usleep((useconds_t)(1e6 * wait));

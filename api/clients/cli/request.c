@@ -1,6 +1,7 @@
 #include "api/clients/cli/request.h"
 
 #include <assert.h>
+#include <ctype.h>
 #include <errno.h>
 #include <math.h>
 #include <stdarg.h>
@@ -13,14 +14,14 @@
 
 enum { MOST_BYTES = 1 << 30, DEPTH = 64 };
 
-void cli_die(const char *format, ...) {
+void cli_end(int status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     fputs("pendulum: ", stderr);
     vfprintf(stderr, format, arguments);
     fputc('\n', stderr);
     va_end(arguments);
-    exit(1);
+    exit(status);
 }
 
 void cli_warn(const char *text) { fprintf(stderr, "pendulum: warning: %s\n", text); }
@@ -29,23 +30,51 @@ void cli_need(int good) {
     if (!good) cli_die("out of memory");
 }
 
+/* the option that gives a field, " (--t)"; "" if there is none */
+static const char *option_of(const char *pointer) {
+    static const struct {
+        const char *pointer, *option;
+    } rows[] = {{"/times", " (--t)"},
+                {"/grid/0", " (--x)"},
+                {"/grid/1", " (--y)"},
+                {"/initial/theta", " (--theta)"},
+                {"/initial/thetad", " (--thetad)"},
+                {"/initial/phi", " (--phi)"},
+                {"/initial/phid", " (--phid)"},
+                {"/initial/unit", " (--unit)"},
+                {"/method", " (--method)"},
+                {"/duration", " (--duration)"},
+                {"/observables/0", " (--of)"},
+                {"/data", " (--csv)"}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        size_t length = strlen(rows[i].pointer);
+        if (!strncmp(rows[i].pointer, pointer, length) && !isalpha((unsigned char)pointer[length]))
+            return rows[i].option;
+    }
+    return "";
+}
+
 void cli_refuse(long status, const struct api_buffer *text) {
     struct api_problem problem;
     struct api_json *document = NULL;
     api_problem_init(&problem);
     if (api_json_new(&document, text->data ? text->data : "", text->bytes, 16, &problem) != PEND_OK)
-        cli_die("the server answered with status %ld", status);
+        cli_end(CLI_REFUSED, "the server answered with status %ld", status);
     struct api_value root = api_json_root(document), detail = api_value_member(&root, "detail");
     struct api_value errors = api_value_member(&root, "errors");
+    const char *said = api_value_text(&detail);
+    fprintf(stderr, "pendulum: %ld %s\n", status, said ? said : "");
     for (struct api_value item = api_value_first(&errors); api_value_kind(&item) != API_MISSING;
          item = api_value_next(&item)) {
         struct api_value pointer = api_value_member(&item, "pointer");
         struct api_value words = api_value_member(&item, "detail");
         if (api_value_text(&pointer) && api_value_text(&words))
-            fprintf(stderr, "  %s %s\n", api_value_text(&pointer), api_value_text(&words));
+            fprintf(stderr, "  %s%s %s\n", api_value_text(&pointer),
+                    option_of(api_value_text(&pointer)), api_value_text(&words));
     }
-    const char *said = api_value_text(&detail);
-    cli_die("%ld %s", status, said ? said : "");
+    if (status == 401 && !getenv("PENDULUM_TOKEN"))
+        fputs("  Set PENDULUM_TOKEN (openssl rand -hex 16) before you submit jobs.\n", stderr);
+    exit(CLI_REFUSED);
 }
 
 /* the document, or NULL with the problem's detail; `what` NULL: nothing is said */
@@ -54,13 +83,13 @@ static struct api_json *parsed(const char *text, size_t bytes, const char *what)
     struct api_json *document = NULL;
     api_problem_init(&problem);
     if (api_json_new(&document, text, bytes, DEPTH, &problem) != PEND_OK && what)
-        cli_die("%s: %s", what, problem.status ? problem.detail : "out of memory");
+        cli_end(CLI_USAGE, "%s: %s", what, problem.status ? problem.detail : "out of memory");
     api_problem_clear(&problem);
     return document;
 }
 
 void cli_field(struct cli_fields *fields, const char *name, const char *value) {
-    if (fields->count == CLI_FIELDS) cli_die("more than %d fields", CLI_FIELDS);
+    if (fields->count == CLI_FIELDS) cli_end(CLI_USAGE, "more than %d fields", CLI_FIELDS);
     assert(fields->count >= 0 && name && value);
     int i = fields->count++;
     const char *dot = strchr(name, '.');
@@ -68,7 +97,7 @@ void cli_field(struct cli_fields *fields, const char *name, const char *value) {
     const char *last = dot ? dot + 1 : name;
     if (object >= sizeof fields->field[i].object || strlen(last) >= sizeof fields->field[i].name ||
         !*last)
-        cli_die("%s is not the name of a field", name);
+        cli_end(CLI_USAGE, "%s is not the name of a field", name);
     memcpy(fields->field[i].object, name, object);
     strcpy(fields->field[i].name, last);
     struct api_json *document = parsed(value, strlen(value), NULL);
@@ -93,7 +122,7 @@ void cli_fields_clear(struct cli_fields *fields) {
 
 void cli_assign(struct cli_fields *fields, const char *assignment) {
     const char *sign = strchr(assignment, '=');
-    if (!sign) cli_die("%s is not NAME=VALUE", assignment);
+    if (!sign) cli_end(CLI_USAGE, "%s is not NAME=VALUE", assignment);
     char *name = strndup(assignment, (size_t)(sign - assignment));
     cli_need(name != NULL);
     cli_field(fields, name, sign + 1);
@@ -121,7 +150,7 @@ static const char *number(const char **text, const char *ends, const char *whole
     char *end;
     strtod(begin, &end);
     if (end == begin || (!*end ? *ends != '\0' : !strchr(ends, *end)))
-        cli_die("%s is neither START:STOP:STEP nor START:STOP/COUNT", whole);
+        cli_end(CLI_USAGE, "%s is neither START:STOP:STEP nor START:STOP/COUNT", whole);
     *length = (size_t)(end - begin);
     *text = *end ? end + 1 : end;
     return begin;
@@ -130,7 +159,8 @@ static const char *number(const char **text, const char *ends, const char *whole
 void cli_times(struct cli_fields *fields, const char *text) {
     const char *at = text, *part[3];
     size_t length[3];
-    if (!strpbrk(text, ":,")) cli_die("%s is a single instant: give START:STOP:STEP", text);
+    if (!strpbrk(text, ":,"))
+        cli_end(CLI_USAGE, "%s is a single instant: give START:STOP:STEP", text);
     if (!strchr(text, ':')) {
         cli_list(fields, "times", text);
         return;
@@ -140,7 +170,7 @@ void cli_times(struct cli_fields *fields, const char *text) {
     const char *third = at[-1] == '/' ? "count" : "step";
     part[2] = number(&at, "", text, &length[2]);
     char json[400];
-    if (strlen(text) > 200) cli_die("%s is too long", text);
+    if (strlen(text) > 200) cli_end(CLI_USAGE, "%s is too long", text);
     snprintf(json, sizeof json, "{\"start\":%.*s,\"stop\":%.*s,\"%s\":%.*s}", (int)length[0],
              part[0], (int)length[1], part[1], third, (int)length[2], part[2]);
     strict(fields, "times", json);
@@ -155,7 +185,7 @@ char *cli_axis(const char *text) {
         if (sscanf(text, "%19[a-z]:%lf:%lf:%d%n", name, &start, &stop, &count, &end) < 4) end = 0;
     }
     if (!end || text[end] || !isfinite(start) || !isfinite(stop))
-        cli_die("%s is not an axis such as theta1:-3:3:512", text);
+        cli_end(CLI_USAGE, "%s is not an axis such as theta1:-3:3:512", text);
     snprintf(json, sizeof json, "{\"vary\":\"%s\"%s%s,\"start\":%.17g,\"stop\":%.17g,\"count\":%d}",
              name, *arm ? ",\"arm\":" : "", arm, start, stop, count);
     char *copy = strdup(json);

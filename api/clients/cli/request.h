@@ -18,8 +18,13 @@ struct cli_fields {
     } field[CLI_FIELDS];
 };
 
-/** Prints "pendulum: " and the message on standard error, and ends the program with status 1. */
-void cli_die(const char *format, ...) __attribute__((format(printf, 1, 2), noreturn));
+/* Exit statuses: of files and memory, of the command line, of a refused request, of a server that
+ * does not answer, of a job that failed or was cancelled. */
+enum { CLI_FAILED = 1, CLI_USAGE, CLI_REFUSED, CLI_AWAY, CLI_JOB };
+
+/** Prints "pendulum: " and the message on standard error, and ends the program with the status. */
+void cli_end(int status, const char *format, ...) __attribute__((format(printf, 2, 3), noreturn));
+#define cli_die(...) cli_end(CLI_FAILED, __VA_ARGS__)
 
 /** Prints a warning of the computation on standard error. */
 void cli_warn(const char *text);
@@ -27,8 +32,8 @@ void cli_warn(const char *text);
 /** Ends the program unless `good`, which is what an allocation or a write to memory gave. */
 void cli_need(int good);
 
-/** Ends the program by the words of a refusal, a problem in JSON: its detail, and each fault in a
- * line. */
+/** Ends the program with CLI_REFUSED and the words of a problem in JSON: its detail, and each fault
+ * in a line, with the option in place of its field. */
 void cli_refuse(long status, const struct api_buffer *problem) __attribute__((noreturn));
 
 /** Adds NAME or OBJECT.NAME; a value that is not JSON becomes a text. Dies where there are too

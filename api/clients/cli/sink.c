@@ -150,7 +150,8 @@ void cli_sink_add(struct cli_sink *sink, const char *data, size_t bytes) {
         cli_need(api_buffer_add(&sink->text, data, bytes) == PEND_OK);
         return;
     }
-    if (fwrite(data, 1, bytes, sink->file) != bytes)
+    if (fwrite(data, 1, bytes, sink->file) != bytes && errno == EPIPE) exit(128 + SIGPIPE);
+    if (ferror(sink->file))
         cli_die("%s: %s", sink->path ? sink->path : "standard output", strerror(errno));
     sink->have += (long long)bytes;
     assert(cli_sink_valid(sink));
