@@ -140,7 +140,7 @@ static const struct api_op *const ops[API_OP_COUNT] = {
     [API_OP_LYAPUNOV] = &api_op_lyapunov,   [API_OP_SECTIONS] = &api_op_sections,
     [API_OP_RESPONSE] = &api_op_response,   [API_OP_FITS] = &api_op_fits,
     [API_OP_ORBITS] = &api_op_orbits,       [API_OP_CONTROLLERS] = &api_op_controllers,
-    [API_OP_TABLES] = &api_op_tables,
+    [API_OP_TABLES] = &api_op_tables,       [API_OP_TRIALS] = &api_op_trials,
 };
 
 const struct api_op *api_op_at(enum api_op_id id) {

@@ -25,6 +25,7 @@ enum api_op_id {
     API_OP_CONTROLLERS,
     API_OP_FITS,
     API_OP_TABLES,
+    API_OP_TRIALS,
     API_OP_ORBITS,
     API_OP_PRESETS,
     API_OP_PRESET,
@@ -152,7 +153,8 @@ struct api_op {
 
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes,
     api_op_ensembles, api_op_equations, api_op_lyapunov, api_op_sections, api_op_response,
-    api_op_controllers, api_op_fits, api_op_tables, api_op_orbits, api_op_presets, api_op_preset;
+    api_op_controllers, api_op_fits, api_op_tables, api_op_trials, api_op_orbits, api_op_presets,
+    api_op_preset;
 
 /**
  * Reads and checks a request by its operation.

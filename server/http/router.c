@@ -56,6 +56,7 @@ static const struct srv_route router_table[] = {
     ROUTER_OPERATION("POST", "/v1/controllers", API_OP_CONTROLLERS),
     ROUTER_OPERATION("POST", "/v1/fits", API_OP_FITS),
     ROUTER_OPERATION("POST", "/v1/tables", API_OP_TABLES),
+    ROUTER_OPERATION("POST", "/v1/trials", API_OP_TRIALS),
     ROUTER_OPERATION("POST", "/v1/orbits", API_OP_ORBITS),
     ROUTER_OPERATION("POST", "/v1/equations", API_OP_EQUATIONS),
     ROUTER_OPERATION("GET", "/v1/presets", API_OP_PRESETS),
