@@ -14,14 +14,11 @@
 enum { LENGTH, MASS, AMPLITUDE, PERIOD, COLUMNS, MOST_TRIALS = 5000 };
 enum { LINE, POWER, PENDULUM };
 
-static const double pi = 3.14159265358979323846;
-
 static const char *const fields[] = {"trials", "law", "x", "y", "sigma", "unit", NULL};
 static const char *const columns[] = {"length", "mass", "amplitude", "period", NULL};
 static const char *const laws[] = {"line", "power", "pendulum", NULL};
 static const char *const units[] = {"rad", "deg", NULL};
-static const char *const names[][2] = {
-    {"slope", "intercept"}, {"exponent", "factor"}, {"gravity", NULL}};
+static const char *const names[][2] = {{"slope", "intercept"}, {"exponent", "factor"}, {"gravity"}};
 
 struct trial {
     double number[COLUMNS]; /* m, kg, rad, s; NaN = not measured */
@@ -69,8 +66,8 @@ static void trial_read(struct trials *trials, const struct api_value *item, doub
     if (isnan(y)) t->y = 0;
     if (isfinite(t->x) && isfinite(t->y) && isfinite(t->weight)) return;
     api_value_fault(item, problem,
-                    API_CODE_OUT_OF_RANGE "needs %s, and %s or null: of a power or a pendulum "
-                                          "above 0",
+                    API_CODE_OUT_OF_RANGE "needs %s, and %s or null; a power or a pendulum needs "
+                                          "them above 0",
                     columns[trials->x], columns[trials->y]);
 }
 
@@ -119,7 +116,7 @@ static enum pend_status trials_read(void *state, const struct api_reading *readi
     trials->trial = calloc((size_t)count, sizeof *trials->trial);
     if (!trials->trial) return PEND_NO_MEMORY;
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        trial_read(trials, &item, degrees ? pi / 180 : 1, problem);
+        trial_read(trials, &item, degrees ? M_PI / 180 : 1, problem);
     trials_fit(trials);
     if (!problem->status && !isfinite(trials->slope))
         api_value_fault(&list, problem,
@@ -139,22 +136,22 @@ static enum pend_status write_numbers(struct api_buffer *out, const char *const 
 
 static enum pend_status trials_run(void *state, const struct api_turn *turn, int *done,
                                    struct pend_error *error) {
-    static const char *const keys[] = {"value", "error"}, *const told[] = {"fitted", "error",
+    static const char *const keys[] = {"value", "error"}, *const each[] = {"fitted", "error",
                                                                            "residual"};
     const struct trials *r = state;
     struct api_buffer *out = turn->out;
     (void)error;
     assert(r->count >= 1 && !*done);
     *done = 1;
-    int unknowns = names[r->law][1] ? 2 : 1;
+    int unknowns = r->law == PENDULUM ? 1 : 2;
     long freedom = r->used - unknowns;
-    double scale = r->sigma > 0  ? r->sigma * r->sigma
-                   : freedom > 0 ? r->chi_squared / (double)freedom
-                                 : NAN;
-    double slope_error = sqrt(scale / r->xx), mean_error = unknowns > 1 ? sqrt(scale / r->w) : 0;
-    double value[2] = {r->slope, r->mean - r->slope * r->center};
-    double off[2] = {slope_error, hypot(mean_error, r->center * slope_error)};
-    if (r->law == PENDULUM) value[0] = 4 * pi * pi / r->slope, off[0] *= value[0] / r->slope;
+    // without a sigma the residuals say it, if there is one to spare
+    double scale = r->sigma > 0 ? r->sigma * r->sigma : r->chi_squared / (double)freedom;
+    double slope_error = freedom < 0 || isnan(scale) ? NAN : sqrt(scale / r->xx);
+    double mean_error = unknowns > 1 ? slope_error * sqrt(r->xx / r->w) : 0;
+    double value[] = {r->slope, r->mean - r->slope * r->center};
+    double off[] = {slope_error, hypot(mean_error, r->center * slope_error)};
+    if (r->law == PENDULUM) value[0] = 4 * M_PI * M_PI / r->slope, off[0] *= value[0] / r->slope;
     if (r->law == POWER) value[1] = exp(value[1]), off[1] *= value[1];
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_open(out, "unknowns", '{'));
@@ -163,18 +160,16 @@ static enum pend_status trials_run(void *state, const struct api_turn *turn, int
         PEND_TRY(write_numbers(out, keys, (double[]){value[k], off[k]}, 2));
     }
     PEND_TRY(api_buffer_text(out, "}"));
-    PEND_TRY(api_out_maybe(out, "chi_squared",
-                           r->sigma > 0 ? r->chi_squared / r->sigma / r->sigma : NAN));
+    PEND_TRY(api_out_maybe(out, "chi_squared", r->chi_squared / r->sigma / r->sigma));
     PEND_TRY(api_out_whole(out, "degrees_of_freedom", freedom));
     PEND_TRY(api_out_open(out, "trials", '['));
     for (const struct trial *t = r->trial; t < r->trial + r->count; t++) {
-        double x = t->x - r->center, y = r->mean + r->slope * x, slope = 1;
-        if (r->law == POWER) y = slope = exp(y);
-        if (r->law == PENDULUM) y = sqrt(y) / t->slow, slope = 0.5 / (y * t->slow * t->slow);
+        double x = t->x - r->center, y = r->mean + r->slope * x, by = 1;
+        if (r->law == POWER) y = by = exp(y);
+        if (r->law == PENDULUM) y = sqrt(y) / t->slow, by = 0.5 / (y * t->slow * t->slow);
+        double number[] = {y, by * hypot(mean_error, slope_error * x), t->number[r->y] - y};
         PEND_TRY(api_out_comma(out));
-        PEND_TRY(write_numbers(
-            out, told,
-            (double[]){y, slope * hypot(mean_error, slope_error * x), t->number[r->y] - y}, 3));
+        PEND_TRY(write_numbers(out, each, number, 3));
     }
     return api_buffer_text(out, "]}");
 }

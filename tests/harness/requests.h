@@ -174,6 +174,10 @@ static const struct test_request {
      NULL},
     {API_OP_TABLES, "{" TEST_TREE ",\"data\":{\"csv\":\"t,theta_1,x_2\\n0,1,2\\n1,2,3\\n\"}}",
      NULL},
+    {API_OP_TRIALS,
+     "{\"trials\":[{\"length\":1,\"period\":2.01},{\"length\":0.5,\"period\":1.42},{\"length\":2}]"
+     "}",
+     NULL},
     {API_OP_ORBITS, "{" TEST_TREE ",\"mode\":1,\"amplitude\":0.2,\"branch\":true,\"points\":4}",
      NULL},
     {API_OP_ORBITS,

@@ -256,9 +256,11 @@ void cli_body(struct api_buffer *out, const char *path, const struct cli_fields 
     struct api_value root = api_json_root(document);
     if (api_value_kind(&root) != API_OBJECT) cli_die("%s does not contain a JSON object", path);
     struct api_value pendulum = api_value_member(&root, "pendulum");
-    int alone = api_value_kind(&pendulum) == API_MISSING;
+    struct api_value trials = api_value_member(&root, "trials"); // these need no pendulum
+    int tried = api_value_kind(&trials) != API_MISSING;
+    int alone = (api_value_kind(&pendulum) == API_MISSING) > tried;
     cli_need(api_buffer_add(out, "{", 1) == PEND_OK);
-    merged(out, alone ? &root : &pendulum, "pendulum", fields);
+    if (!tried) merged(out, alone ? &root : &pendulum, "pendulum", fields);
     for (struct api_value item = api_value_first(&root);
          !alone && api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         if (!strcmp(item.key, "pendulum") || has(fields, "", item.key, 0) ||

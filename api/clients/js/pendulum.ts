@@ -46,6 +46,7 @@ export interface Routes {
   response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["Response"] };
   controllers: { request: Without<Schemas["ControllerRequest"]>; answer: Schemas["ControllerDesign"] };
   tables: { request: Without<Schemas["TableRequest"]>; answer: Schemas["Tables"] };
+  trials: { request: Schemas["TrialsRequest"]; answer: Schemas["Trials"] };
   fits: { request: Without<Schemas["FitRequest"]>; answer: Schemas["Fit"] };
   orbits: { request: Without<Schemas["OrbitRequest"]>; answer: Schemas["Orbits"] };
   equations: { request: Without<Schemas["EquationsRequest"]>; answer: Schemas["Equations"] };
