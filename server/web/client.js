@@ -201,6 +201,7 @@ function routes(asker) {
     modes: answer("/v1/modes"),
     trees: answer("/v1/trees"),
     tables: answer("/v1/tables"),
+    trials: answer("/v1/trials"),
     ensembles: answer("/v1/ensembles"),
     equations: answer("/v1/equations"),
     storeScene: answer("/v1/scenes"),

@@ -4,7 +4,7 @@
 // Invariant: an answer is a Response as the server's; null means that the server is to be asked;
 // without an engine, or with one that does not come, every answer is null.
 
-const OPERATIONS = ["trajectories", "forces", "modes", "trees", "tables", "equations"];
+const OPERATIONS = ["trajectories", "forces", "modes", "trees", "tables", "trials", "equations"];
 /** What takes longer, s by the engine's own estimate, is the server's. */
 const QUICK = 0.05;
 

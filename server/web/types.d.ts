@@ -297,6 +297,7 @@ interface Client {
     modes(body: object, options?: AskOptions): Answer;
     trees(body: object, options?: AskOptions): Answer;
     tables(body: object, options?: AskOptions): Answer;
+    trials(body: object, options?: AskOptions): Answer;
     ensembles(body: object, options?: AskOptions): Answer;
     equations(body: object, options?: AskOptions): Answer;
     storeScene(body: object, options?: AskOptions): Answer;
@@ -414,6 +415,8 @@ interface App {
     shot?: Shot | null;
     /** The table and the fit that were there before another language was (drawers/fits/fits.js). */
     fitting?: Fitting | null;
+    /** The rows of the table of trials (drawers/measure/trials.js). */
+    trials?: Record<string, number>[];
     /** A table that waits for the drawer Measure (drawers/fits/measurements.js). */
     measurements?: string | null;
 }

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
-import { openDrawer, saved } from "./drawers.mjs";
+import { openDrawer, saved, settledMotion } from "./drawers.mjs";
 import { close, drawn, moving } from "./rig.mjs";
 
 /** 2 K(sin(a/2)) / pi by the arithmetic-geometric mean: how much longer a swing of amplitude a is than a small one. */
@@ -199,4 +199,40 @@ export async function a_period_too_short_for_the_samples_is_not_told_as_another(
     await page.waitForFunction(() => /too far between samples \(0\.01 s\)/.test(document.querySelector("[data-read=period]")?.textContent ?? ""));
     await close(page);
   }
+}
+
+export async function trials_by_a_button_give_gravity_and_the_exponent_of_the_length(rig) {
+  const page = await rig.open({ path: "/?length=0.5&theta=50", height: 1000 });
+  await openDrawer(page, "measure");
+  await page.click("[data-part=trials] summary");
+  await page.waitForSelector("[data-trials=add]");
+  for (const [length, theta] of [[0.5, 50], [0.8, 10], [1.3, 30]]) {
+    await page.evaluate(([long, angle]) => {
+      pendulumd.edits.setLength(1, long);
+      pendulumd.edits.setStart(1, "phi", (angle - 90) * Math.PI / 180);
+    }, [length, theta]);
+    await settledMotion(page);
+    await page.click("[data-trials=add]");
+  }
+  await page.waitForSelector("[data-found=gravity]");
+  const value = (name) => page.evaluate((one) => Number(document.querySelector(`[data-found=${one}]`).dataset.value), name);
+  const gravity = await value("gravity");
+  assert.ok(Math.abs(gravity / 9.81 - 1) < 1e-4, `the amplitude is allowed for: ${gravity}`);
+  assert.equal(await page.locator("[data-part=trials] .plot svg").count(), 1);
+  await page.selectOption("[data-trials=law]", "power");
+  await page.waitForSelector("[data-found=exponent]");
+  assert.ok(Math.abs(await value("exponent") - 0.5) < 0.03, "the power law knows nothing of amplitudes");
+  // a typed number counts, an empty cell takes the row out, and what is said of too few is said
+  await page.fill('[data-trial="period-1"]', "2,5");
+  await page.press('[data-trial="period-1"]', "Tab");
+  await page.waitForFunction(() => Number(document.querySelector("[data-found=exponent]")?.dataset.value) < 0);
+  for (const row of [1, 2]) {
+    await page.fill(`[data-trial="period-${row}"]`, "");
+    await page.press(`[data-trial="period-${row}"]`, "Tab");
+  }
+  await page.waitForFunction(() => /two different/.test(document.querySelector("[data-trials=status]").textContent));
+  assert.deepEqual(await violations(page, { context: { include: ["[data-part=trials]"] } }), []);
+  const wide = await page.evaluate(() => document.querySelector('[data-drawer="measure"]').scrollWidth - document.querySelector('[data-drawer="measure"]').clientWidth);
+  assert.ok(wide <= 0, `${wide} pixels too wide`);
+  await close(page);
 }

@@ -138,6 +138,7 @@ function mount(element, app) {
   const film = lazyPart(app, "film/film", text("measure.own"));
   const gauges = createGauges(app);
   const fits = fitsOf(app);
+  const trials = lazyPart(app, "measure/trials", text("measure.trials"));
   element.append(
     h("h2", {}, text("drawer.measure")),
     section(text, "period", view.picks, period),
@@ -147,6 +148,7 @@ function mount(element, app) {
     section(text, "gauges", gauges.element),
     section(text, "any", h("p", { class: "quiet" }, text("measure.any.hint")), any.element),
     section(text, "run", ...running.elements),
+    trials.element,
     film.element,
     fits.element,
   );
@@ -161,7 +163,7 @@ function mount(element, app) {
       soon();
     }),
   );
-  for (const part of [any, watch, hearing, gauges, running, film, fits]) bag(part.destroy);
+  for (const part of [any, watch, hearing, gauges, running, trials, film, fits]) bag(part.destroy);
   showPicks(view);
   return {
     show() {

@@ -85,4 +85,5 @@ export default {
   "measure.hear.noPeriod": "Er schwingt nicht regelmäßig.",
   "measure.hear.more.one": "Ein weiterer Arm wird nicht erzählt.",
   "measure.hear.more.other": "{count} weitere Arme werden nicht erzählt.",
+  "measure.trials": "Messreihe",
 };

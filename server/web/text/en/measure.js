@@ -84,4 +84,5 @@ export default {
   "measure.hear.noPeriod": "It has no period.",
   "measure.hear.more.one": "One more arm is not described.",
   "measure.hear.more.other": "{count} more arms are not described.",
+  "measure.trials": "Table of trials",
 };

@@ -86,4 +86,5 @@ export default {
   "measure.hear.noPeriod": "No oscila con regularidad.",
   "measure.hear.more.one": "Un brazo más no se cuenta.",
   "measure.hear.more.other": "{count} brazos más no se cuentan.",
+  "measure.trials": "Serie de medidas",
 };

@@ -85,4 +85,5 @@ export default {
   "measure.hear.noPeriod": "Il n’oscille pas régulièrement.",
   "measure.hear.more.one": "Un autre bras n’est pas raconté.",
   "measure.hear.more.other": "{count} autres bras ne sont pas racontés.",
+  "measure.trials": "Série de mesures",
 };

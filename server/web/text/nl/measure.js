@@ -85,4 +85,5 @@ export default {
   "measure.hear.noPeriod": "Hij slingert niet regelmatig.",
   "measure.hear.more.one": "Nog één arm wordt niet verteld.",
   "measure.hear.more.other": "Nog {count} armen worden niet verteld.",
+  "measure.trials": "Meetreeks",
 };

@@ -85,4 +85,5 @@ export default {
   "measure.hear.noPeriod": "Düzenli salınmıyor.",
   "measure.hear.more.one": "Bir kol daha anlatılmadı.",
   "measure.hear.more.other": "{count} kol daha anlatılmadı.",
+  "measure.trials": "Ölçüm dizisi",
 };
