@@ -17,6 +17,9 @@
 #include "tests/harness/test.h"
 #include "tests/server/live.h"
 
+/* the sanitizer of threads, of which one alone walks the loop, takes every fourth */
+enum { FAULTS_STRIDE = (TEST_STRIDE + 3) / 4 };
+
 static const char *faults_path(const struct test_request *one, char path[64]) {
     const char *name = one->op == API_OP_PRESET ? "presets/double" : api_op_at(one->op)->name;
     snprintf(path, 64, "/v1/%s", name);
@@ -84,7 +87,7 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
     for (int i = 0; i < TEST_REQUESTS; i++)
         for (int for_good = 0; for_good < 2; for_good++) {
             int over = 0, faults = 0, usual = i == 2 ? 422 : 200;
-            for (long n = 1; !over; n += n < 60 ? 1 : n / 12, faults++) {
+            for (long n = 1; !over; n += (n < 60 ? 1 : n / 12) * FAULTS_STRIDE, faults++) {
                 int status = faults_compute(&service, &test_requests[i], n, for_good, &over);
                 CHECK_SAYING(status == usual || status == 503, "request %d, allocation %ld%s: %d",
                              i, n, for_good ? " for good" : "", status);
@@ -93,7 +96,7 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
                              "request %d, allocation %ld: %lld bytes are held, %d are computed", i,
                              n, (long long)srv_memory_all(&service.memory), (int)service.computing);
             }
-            CHECK_SAYING(faults > 3, "request %d met %d faults only", i, faults);
+            CHECK_SAYING(faults * FAULTS_STRIDE > 3, "request %d met %d faults only", i, faults);
             CHECK_INT(faults_compute(&service, &test_requests[i], 1000000000, 0, &over), usual);
         }
     srv_workers_free(&workers);
@@ -193,12 +196,12 @@ static int faults_ask(const struct srv_daemon *daemon, const struct test_request
 static void faults_loop(const struct srv_daemon *daemon, const struct test_request *one, long first,
                         int kind, int usual) {
     int over = 0, faults = 0;
-    for (long n = first; !over; n += 1 + n / 3, faults++) {
+    for (long n = first; !over; n += 1 + n / 3 * FAULTS_STRIDE, faults++) {
         int status = faults_ask(daemon, one, n, kind, &over);
         CHECK_SAYING(status == usual || status == 503 || status == 500 || status == 0,
                      "%s, allocation %ld: %d", one->body, n, status);
     }
-    CHECK_SAYING(faults > 2, "%s met %d faults only", one->body ? one->body : "a GET", faults);
+    CHECK_SAYING(faults * FAULTS_STRIDE > 2, "%s met %d faults only", one->body ? one->body : "a GET", faults);
     /* and the next is as it was */
     CHECK_INT(faults_ask(daemon, one, 1000000000, kind, &over), usual);
 }
