@@ -226,6 +226,10 @@ bench: ## everything below but load: ours, the peer's, ratio; seven minutes (ins
 bench-parts: $(B)/tests/bench/parts/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
 
+bench-beside: build ## users' tasks beside an older program, OLD=its pendulumd or a commit, which is built once: a ratio a line, in three minutes (T=part-of-a-name)
+	@$(if $(OLD),,echo 'bench-beside takes OLD=build/of/an/older/pendulumd or OLD=commit'; exit 1)
+	@/usr/bin/python3 -B tests/bench/beside/beside.py $(B) "$(OLD)" $(T)
+
 bench-page: build ## the page in a browser: first paint and motion, frames of fifty arms, thirty students at once, in half a minute
 	@tests/rules/web.sh $(B) --bench
 
@@ -553,5 +557,5 @@ remember = mkdir -p $(@D); echo $(if $(strip $(1)),'$(strip $(1))') | cmp -s - $
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check quick build bench bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall site clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ curl changed
+.PHONY: help run check quick build bench bench-beside bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall site clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ curl changed
 .DELETE_ON_ERROR:
