@@ -99,10 +99,10 @@ layout types words clang openapi:
 engine: build-release
 	@$(MAKE) --no-print-directory build/release/tests/engine/native
 	$(job) tests/rules/engine.sh build/release
-clients: build-release
+clients guides: build-release
 	@$(MAKE) --no-print-directory build/release/libpendulum.so
 	$(job) /usr/bin/python3 -B tests/rules/$@.py build/release
-deploy equations gains examples guides nginx operators restart: build-release
+deploy equations gains examples nginx operators restart: build-release
 	$(job) /usr/bin/python3 -B tests/rules/$@.py build/release
 tour: build-release
 	$(job) /usr/bin/python3 -B tests/rules/tour.py build/release --check

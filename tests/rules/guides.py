@@ -41,7 +41,7 @@ def run(path, url, environment):
 build, part = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else ""
 with tempfile.TemporaryDirectory(prefix="pendulumd-guides-") as store, daemon(build, "--store", f"sqlite:{store}/store.db") as server:
     url = f"http://127.0.0.1:{server.port}"
-    environment = os.environ | {"PENDULUM_URL": url, "PYTHONPATH": str(TOP / "api/clients/python"), "PATH": f"{TOP / build}:{os.environ['PATH']}"}
+    environment = os.environ | {"PENDULUM_URL": url, "PYTHONPATH": str(TOP / "api/clients/python"), "PENDULUM_LIBRARY": str(TOP / build / "libpendulum.so"), "PATH": f"{TOP / build}:{os.environ['PATH']}"}
     paths = [path for path in (TOP / "README.md", *sorted((TOP / "api/guide").glob("*.md"))) if part in path.name]
     ran = sum(run(path, url, environment) for path in paths)
 check("the guides have programs", ran > 0)
