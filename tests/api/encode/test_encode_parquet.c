@@ -192,3 +192,25 @@ TEST(parquet_of_an_ensemble_has_nan_where_that_is_asked_for) {
     CHECK(time[0] > 4 && time[0] < 5 && isnan(time[1]));
     test_reply_free(&reply);
 }
+
+/* the first start has more potential energy than the members may have: it fails */
+TEST(parquet_has_nan_for_a_member_that_failed) {
+    struct test_reply reply = test_post_as(
+        API_OP_ENSEMBLES,
+        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"theta\":["
+        "3,3],\"thetad\":[1,0]},{\"theta\":[0.1,0],\"thetad\":[1,0]}],\"energy\":-20,\"duration\":"
+        "1,"
+        "\"observables\":[\"lyapunov\",\"final\"],\"columns\":[\"status\",\"lyapunov\",\"final_"
+        "phi\"]}",
+        "application/vnd.apache.parquet", NULL);
+    CHECK_INT(reply.status, 200);
+    struct walk walk = description(&reply.out);
+    CHECK_INT(walk.chunks, 4);
+    for (int i = 0; i < walk.chunks; i++) {
+        double member[2];
+        memcpy(member, page(&reply.out, &walk.chunk[i]), sizeof member);
+        CHECK(i ? isnan(member[0]) : member[0] == 1);
+        CHECK(i ? isfinite(member[1]) && member[1] != 0 : member[1] == 0);
+    }
+    test_reply_free(&reply);
+}
