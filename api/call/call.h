@@ -133,8 +133,8 @@ double api_call_cost(const struct api_call *call);
 double api_call_bytes(const struct api_call *call);
 
 /**
- * True if api_call_run forecasts: it refuses a computation after some hundredths of a second if
- * that cannot end within max-steps and max-compute-seconds.
+ * True if api_call_run forecasts by the steps so far: it refuses a computation after some
+ * hundredths of a second if that cannot end within max-steps and max-compute-seconds.
  */
 int api_call_foresees(const struct api_call *call);
 

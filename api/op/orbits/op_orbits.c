@@ -292,6 +292,12 @@ static void orbits_json(void *state) {
     orbits->written = 0;
 }
 
+static long orbits_steps(const void *state) {
+    const struct orbits *orbits = state;
+    long maps;
+    return orbits->search ? pend_orbits_steps(orbits->search, &maps) : 0;
+}
+
 static void orbits_progress(const void *state, double *steps, double *work) {
     const struct orbits *orbits = state;
     *steps = -1;
@@ -392,6 +398,7 @@ const struct api_op api_op_orbits = {.name = "orbits",
                                      .samples = 1,
                                      .read = orbits_read,
                                      .run = orbits_run,
+                                     .steps = orbits_steps,
                                      .progress = orbits_progress,
                                      .table = offsetof(struct orbits, table),
                                      .cost = orbits_cost,

@@ -86,6 +86,23 @@ TEST(what_takes_far_too_long_is_refused_as_it_begins) {
     api_buffer_clear(&out);
 }
 
+/* a branch of many folds, which the estimate beforehand takes for a short one */
+TEST(orbits_that_take_far_too_long_are_refused_as_they_begin) {
+    struct api_limits limits;
+    struct api_buffer out;
+    long steps = 0;
+    api_limits_init(&limits);
+    limits.compute_seconds = 1;
+    CHECK_INT(foresight_run(
+                  API_OP_ORBITS,
+                  "{\"pendulum\":{\"length\":[1,1,1,1,1,1],\"mass\":[1,1,1,1,1,1],\"parent\":[0,"
+                  "1,2,3,4,5]},\"mode\":1,\"amplitude\":2.2,\"branch\":true,\"points\":3000}",
+                  &limits, &steps, &out),
+              422);
+    CHECK_SAYING(strstr(out.data, "would compute for about") != NULL, "%.200s", out.data);
+    api_buffer_clear(&out);
+}
+
 /* by the estimate alone; the ways out are those of the request */
 TEST(what_would_take_far_longer_than_it_may_is_not_begun) {
 #define STIFF(method)                                                                              \
