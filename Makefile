@@ -126,7 +126,7 @@ ROOMS := core laws api server wire fuzz
 
 help: ## lists these targets; the default
 	@printf 'pendulumd: a server for planar pendulum trees.  Targets:\n'
-	@awk -F ': .*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 } /^#@/ { printf "\n%s\n", substr($$0, 4) }' Makefile
+	@awk -F ': .*## ' '/^[a-z-]+:.*## / { printf "  make %-18s %s\n", $$1, $$2 } /^#@/ { printf "\n%s\n", substr($$0, 4) }' Makefile
 
 NEEDED = docker/install.sh build
 
