@@ -186,6 +186,7 @@ deb: ## Debian packages of the server, the command line and the library, and wha
 
 release: ## checks, tags vX.Y.Z and makes build/dist (KEY= as dist), where CHANGELOG.md and the tree are ready for it
 	@docker/release.sh --ready
+	@docker/install.sh release
 	@$(MAKE) --no-print-directory check
 	@docker/release.sh --tag "$(or $(KEY),-)"
 	@$(MAKE) --no-print-directory deb
