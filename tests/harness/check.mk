@@ -16,7 +16,7 @@ check: $(JOBS)
 $(shell mkdir -p build/check; echo $(JOBS) > build/check/jobs)
 
 build-release build-asan: build-%:
-	$(job) $(MAKE) --no-print-directory MODE=$* build build/$*/pendulum $(ROOMS:%=build/$*/tests/%/run) build/$*/tests/drill/clock.so
+	$(job) $(MAKE) --no-print-directory MODE=$* build build/$*/pendulum $(ROOMS:%=build/$*/tests/%/run) build/$*/tests/drill/clock.so $(if $(filter release,$*),build/release/libpendulum.so)
 build-tsan:
 	$(job) $(MAKE) --no-print-directory MODE=tsan build build/tsan/tests/server/run build/tsan/tests/wire/run
 # what only computes leaves the processors to the first build; what waits for servers then waits beside it
@@ -99,10 +99,7 @@ layout types words clang openapi:
 engine: build-release
 	@$(MAKE) --no-print-directory build/release/tests/engine/native
 	$(job) tests/rules/engine.sh build/release
-clients guides: build-release
-	@$(MAKE) --no-print-directory build/release/libpendulum.so
-	$(job) /usr/bin/python3 -B tests/rules/$@.py build/release
-deploy equations gains examples nginx operators restart: build-release
+clients deploy equations gains examples guides nginx operators restart: build-release
 	$(job) /usr/bin/python3 -B tests/rules/$@.py build/release
 tour: build-release
 	$(job) /usr/bin/python3 -B tests/rules/tour.py build/release --check
