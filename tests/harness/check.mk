@@ -5,10 +5,10 @@
 ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: what others need or what waits longest, the rest
 ALL := build-release web release-core release-wire build-asan build-tsan valgrind-core release-server release-api asan-wire tsan-wire \
-	drill histories school asan-core asan-server valgrind-api same tsan-server valgrind-server valgrind-laws valgrind-fuzz clients equations gains \
-	asan-laws layers valgrind-wire readback asan-fuzz asan-api base-core base-api replies examples guides deploy nginx restart operators \
-	release-laws release-fuzz engine openapi layout measures mirror types words tour clang install instructions hardened packages docs fetch \
-	image
+	drill histories school asan-core asan-server asan-api valgrind-api tsan-server base-core clients restart clang operators valgrind-fuzz \
+	asan-fuzz base-api openapi engine asan-laws readback image types valgrind-wire same equations gains valgrind-server valgrind-laws layers \
+	nginx replies examples guides deploy release-laws release-fuzz layout measures mirror words tour install instructions hardened packages \
+	docs fetch
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
