@@ -117,6 +117,7 @@ for (const part of partsOf("en")) {
   }
 }
 check("every folder is a language that the page offers", less(readdirSync(join(WEB, "text")), [...Object.keys(LANGUAGES), "languages.js"]));
+check("every worksheet has a title", less(readdirSync(join(WEB, "sheets")).map((name) => `sheet.ours.${name.replace(".json", "")}`), Object.keys(all)));
 checkUse(all);
 checkSheets();
 console.log(`${passed} passed, ${failed} failed`);
