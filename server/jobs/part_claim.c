@@ -43,10 +43,9 @@ static void claim_spread(struct srv_part_claim *claim, long workers, int64_t eac
     claim->at = now + (int64_t)((claim->random >> 32) * most >> 32);
 }
 
-/* Rests after a claim of small parts. Fewer than were asked for were all, unless their jobs have
- * more; a worker that got half of them claims again as if there were one other: a few workers that
- * claim much cost the database less than many that claim little. If it got all, it rests the longer
- * the longer the database took. */
+/* Rests after a claim of small parts: for long if it found few; as if there were one other worker
+ * if it got half, since few workers that claim much cost the database less than many that claim
+ * little; and if it got all, the longer the longer the database took. */
 static void claim_rest(struct srv_part_claim *claim, int count, long workers, int64_t now) {
     int few = count < claim->asked.most, half = few && 2 * count >= claim->asked.most;
     claim_spread(claim, half && workers > 2 ? 2 : workers,

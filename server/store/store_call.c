@@ -4,11 +4,12 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "server/base/clock.h"
 #include "server/store/store_rows.h"
 #include "server/store/store_schema.h"
 
-/* UNSURE_NS: delay before a reconnection */
-enum { TRIES = 5, UNSURE_NS = 200000000 };
+/* UNSURE_NS: delay before a reconnection; LOST_NS: a silent database takes longer to be noticed */
+enum { TRIES = 5, UNSURE_NS = 200000000, LOST_NS = 1000000000 };
 
 static_assert((int)SQL_COUNT <= SRV_SQL_STATEMENTS, "a driver keeps every statement");
 static_assert(SRV_TALLY_CLIENTS >= (int)SQL_EXPIRED_MOST + (int)SQL_PARTS_MOST,
@@ -194,16 +195,18 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     return stored;
 }
 
-/* runs a call; repeats it on a full disk, since the first attempt may free space, and if the answer
- * to its commit was lost */
+/* runs a call; repeats it on a full disk, since the first attempt may free space, if the answer to
+ * its commit was lost, and once if the connection was found lost: the database may be back */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
-    for (int i = 0; i < TRIES; i++) {
+    for (int64_t i = 0, begun = srv_clock_now(); i < TRIES; i++) {
         call->stored = call->run(store, call);
         if (call->stored == SRV_STORED_AWAY && store->unsure) {
             nanosleep(&(struct timespec){.tv_nsec = UNSURE_NS}, NULL);
             continue;
         }
-        if (call->stored != SRV_STORED_AGAIN && (call->stored != SRV_STORED_FULL || i)) break;
+        int once = call->stored == SRV_STORED_FULL ||
+                   (call->stored == SRV_STORED_AWAY && srv_clock_now() - begun < LOST_NS);
+        if (call->stored != SRV_STORED_AGAIN && (i || !once)) break;
     }
 }
 

@@ -19,8 +19,7 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
     enum srv_stored stored = SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row, lease->job,
                                      lease->part, lease->attempt, lease_us);
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_LOST;
-    /* then nothing was written, and the other calls of a batch stay */
-    store->wrote = row.rows;
+    store->wrote = row.rows; /* a lost lease wrote nothing: the others of a batch stay */
     return srv_store_end(store, stored);
 }
 

@@ -18,7 +18,7 @@
 
 /* waits for other processes: for writers; for readers too before a checkpoint; between two attempts
  */
-enum { BUSY_MS = 5000, CARRY_MS = 100, BUSY_NAP_US = 1000 };
+enum { BUSY_MS = 5000, CARRY_MS = 250, BUSY_NAP_US = 1000 };
 
 struct sqlite_sql {
     struct srv_sql sql; /* first */
@@ -302,9 +302,8 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
 
 static enum srv_stored sqlite_post(struct srv_sql *sql, int id, const char *text,
                                    const struct srv_value value[], int count) {
-    if (strcmp(text, "{look}")) return sqlite_run(sql, id, text, value, count, NULL, NULL);
-    sqlite_leave(SRV_CONTAINER_OF(sql, struct sqlite_sql, sql));
-    return SRV_STORED;
+    return strcmp(text, "{look}") ? sqlite_run(sql, id, text, value, count, NULL, NULL)
+                                  : SRV_STORED;
 }
 
 static int sqlite_room(struct srv_sql *sql, size_t bytes) {

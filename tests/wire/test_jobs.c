@@ -757,7 +757,7 @@ TEST(a_daemon_starts_before_its_database_and_finds_it) {
 
 TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
     struct place place;
-    char id[3][ID + 1];
+    char id[3][ID + 1], path[96];
     struct test_reply right, reply;
     if (access("/usr/lib/postgresql", F_OK)) {
         test_skip("PostgreSQL is not installed");
@@ -773,6 +773,9 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
             test_sleep(0.1);
             if (i < 2) CHECK(test_postgres_restart(place.postgres, i ? SIGINT : SIGQUIT));
             CHECK_INT(ready_in_time(server, 200), 200);
+            snprintf(path, sizeof path, "/v1/jobs/%s", id[i]);
+            CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
+            test_reply_clear(&reply);
             test_sleep(0.3);
         }
         for (int i = 0; i < 3; i++) check_flips(server, id[i], &right);

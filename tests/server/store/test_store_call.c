@@ -72,6 +72,20 @@ STORE_TEST(a_lease_that_is_lost_does_not_repeat_the_calls_beside_it) {
     CHECK_INT(srv_store_job(store, "j2", &job), SRV_STORED);
 }
 
+static enum srv_stored call_finds_lost(struct srv_store *store, struct srv_store_call *call) {
+    return ((struct call_submit *)call)->runs
+               ? call_submit(store, call)
+               : (((struct call_submit *)call)->runs++, SRV_STORED_AWAY);
+}
+
+STORE_TEST(a_connection_that_was_lost_meanwhile_costs_no_answer) {
+    struct call_submit one = {.id = "j1", .call.run = call_finds_lost};
+    struct srv_store_call *all[] = {&one.call};
+    (void)ground;
+    srv_store_together(store, all, 1);
+    CHECK(one.call.stored == SRV_STORED && one.runs == 2);
+}
+
 /* a database that is out of reach for reads alone, and counts the ends of transactions */
 static int away_commits;
 

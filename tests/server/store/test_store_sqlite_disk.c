@@ -276,11 +276,12 @@ TEST(readers_without_a_pause_stop_no_writer) {
     }
     CHECK_INT(srv_sql_sqlite.run(writer, -1, "ROLLBACK", NULL, 0, NULL, NULL), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &lease, data, 1 << 20, NULL, 0), SRV_STORED);
-    while (++number < 24) {
+    for (double until = test_clock() + TEST_PATIENCE;
+         ++number < 24 || (file_bytes(&ground, "-wal") > 2 * LOG_BYTES && test_clock() < until);) {
         REQUIRE(submit_and_claim(store, number, &lease));
         CHECK_INT(srv_store_finish(store, &lease, data, 1 << 20, NULL, 0), SRV_STORED);
     }
-    CHECK_SAYING(file_bytes(&ground, "-wal") < 3 * LOG_BYTES, "a log of %.0f bytes",
+    CHECK_SAYING(file_bytes(&ground, "-wal") <= 2 * LOG_BYTES, "a log of %.0f bytes",
                  file_bytes(&ground, "-wal"));
     for (int i = 0; i < LOOKERS; i++) looker[i].over = 1;
     for (int i = 0; i < LOOKERS; i++) {
