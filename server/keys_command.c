@@ -203,11 +203,11 @@ static int command_read(struct command *command, int argc, char *const argv[]) {
                                        memcmp(argv[a] + 2, names[i], bytes - 2)))
             i++;
         if (i == COMMAND_OPTIONS) return command_wrong(argv[a], "is not an option");
-        if (!equals && a + 1 == argc) return command_wrong(argv[a], "wants a value");
+        if (!equals && a + 1 == argc) return command_wrong(argv[a], "needs a value");
         *values[i] = equals ? equals + 1 : argv[++a];
     }
     if (!command->keys) command->keys = getenv("PENDULUMD_KEYS");
-    return command->keys ? 0 : command_wrong("--keys FILE", "is wanted");
+    return command->keys ? 0 : command_wrong("--keys FILE", "is missing");
 }
 
 /* the function of each action, and whether it may create the file */

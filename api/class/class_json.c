@@ -309,7 +309,8 @@ static void class_step(const struct api_value *steps, const struct api_value *st
     class_step_question(&question, reading);
     (void)api_field_word(&need, needs, &word, problem);
     if (word && api_value_kind(&question) == API_MISSING)
-        api_value_fault(&need, problem, API_CODE_NOT_APPLICABLE "is for a step with a question");
+        api_value_fault(&need, problem,
+                        API_CODE_NOT_APPLICABLE "is only for a step with a question");
     if (class_id(&until, 0, problem) && !class_step_before(steps, step, api_value_text(&until)))
         api_value_fault(&until, problem, API_CODE_UNKNOWN_NAME "must be the id of an earlier step");
 }

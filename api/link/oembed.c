@@ -156,7 +156,7 @@ static int oembed_link(const char *url, const char *host, struct api_oembed *out
     if (ours && page && oembed_view(url, path, out)) return 1;
     api_problem_set(problem, 404,
                     "only links to the page of this server can be embedded: http://%.100s/ with "
-                    "what stands behind it, and no room of a class",
+                    "a path, a query or a fragment, except class rooms",
                     host ? host : "its.host");
     return 0;
 }

@@ -71,7 +71,7 @@ static void check_given(const struct api_measured *table, const struct api_value
                         API_CODE_OUT_OF_RANGE
                         "%s: write t, theta_1, phi_1, x_1, y_1, thetad_1 or sigma_theta_1, "
                         "followed by a unit such as (deg), \"\" to leave the column out, or null",
-                        name && why ? why : "names no quantity of a pendulum");
+                        name && why ? why : "does not name a quantity of a pendulum");
     }
 }
 

@@ -327,7 +327,8 @@ static enum pend_status model_run(struct fit_model *model, const double value[],
     struct pend_tree *tree = NULL;
     struct pend_loads loads;
     enum pend_status status = model_pendulum(model, value, run, &tree, &loads);
-    if (status != PEND_OK) return pend_fail(error, status, -1, 0, "there is no such pendulum");
+    if (status != PEND_OK)
+        return pend_fail(error, status, -1, 0, "these values are not possible for a pendulum");
     long count = model_instants(model, run, rows);
     model_parameters(model, run);
     struct pend_problem problem = {.tree = tree,
@@ -353,7 +354,8 @@ enum pend_status pend_fit_model_at(struct fit_model *model, const double value[]
     memset(residual, 0, numbers * sizeof(double));
     if (slope) memset(slope, 0, numbers * (size_t)p->unknowns * sizeof(double));
     enum pend_status status = model->modes ? model_modes(model, value, slope != NULL) : PEND_OK;
-    if (status != PEND_OK) return pend_fail(error, status, -1, 0, "there is no such pendulum");
+    if (status != PEND_OK)
+        return pend_fail(error, status, -1, 0, "these values are not possible for a pendulum");
     for (int run = 0; run < pend_fit_runs(p) && status == PEND_OK; run++)
         status = model_run(model, value, run, rows, residual, slope, error);
     return status;

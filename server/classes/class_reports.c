@@ -95,7 +95,7 @@ void srv_class_reports_room(struct srv_exchange *exchange) {
         srv_store_request_ask(asked, SRV_ASK_READ, room_run, room_answer);
         return;
     }
-    srv_exchange_problem(exchange, 422, "the query may say since=VERSION, got ?%.100s",
+    srv_exchange_problem(exchange, 422, "the query must be since=VERSION, got ?%.100s",
                          exchange->query);
     srv_store_request_end(asked);
 }
@@ -204,8 +204,7 @@ void srv_class_reports_table(struct srv_exchange *exchange) {
         return;
     }
     srv_exchange_problem(exchange, 422,
-                         "the query may say decimal=comma or decimal=point, got "
-                         "?%.100s",
+                         "the query must be decimal=comma or decimal=point, got ?%.100s",
                          exchange->query);
     srv_store_request_end(asked);
 }

@@ -395,7 +395,7 @@ void srv_classes_list(struct srv_exchange *exchange) {
         srv_store_request_ask(asked, SRV_ASK_READ, list_run, list_answer);
         return;
     }
-    srv_exchange_problem(exchange, 422, "the query may say after=CODE, got ?%.100s", query);
+    srv_exchange_problem(exchange, 422, "the query must be after=CODE, got ?%.100s", query);
     srv_store_request_end(asked);
 }
 

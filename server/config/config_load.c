@@ -331,7 +331,7 @@ static enum pend_status load_arguments(struct srv_config *config, int argc, char
             continue;
         }
         if (!equals && a + 1 == argc)
-            return pend_fail(error, PEND_INVALID, -1, 0, "%s wants a value: %s", place.text,
+            return pend_fail(error, PEND_INVALID, -1, 0, "%s needs a value: %s", place.text,
                              row.sample);
         const char *value = equals ? equals + 1 : argv[++a];
         if (only_file && strcmp(row.name, "config")) continue;

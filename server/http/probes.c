@@ -35,7 +35,7 @@ void srv_probes_readiness(struct srv_exchange *exchange) {
     const char *jobs = srv_service_jobless(service);
     int need = probes_need(exchange);
     if (need < 0) {
-        srv_exchange_problem(exchange, 422, "the query may say need=jobs, got ?%.100s",
+        srv_exchange_problem(exchange, 422, "the query must be need=jobs, got ?%.100s",
                              exchange->query);
         return;
     }

@@ -171,11 +171,11 @@ void srv_job_list(struct srv_exchange *exchange) {
     if (!asked->more)
         srv_exchange_busy(exchange, 1, "out of memory");
     else if (!list_read(exchange->query, asked->more))
-        srv_exchange_problem(exchange, 422,
-                             "the query may say, each once: status=WORD, operation=WORD, "
-                             "title=WORDS, since=INSTANT (as 2026-01-31T09:30:00Z), before=ID and "
-                             "limit=1 to %d; got ?%.100s",
-                             LIST_PAGE, exchange->query);
+        srv_exchange_problem(
+            exchange, 422,
+            "the query may contain, each once: status=WORD, operation=WORD, title=WORDS, "
+            "since=INSTANT (as 2026-01-31T09:30:00Z), before=ID and limit=1 to %d; got ?%.100s",
+            LIST_PAGE, exchange->query);
     else if (exchange->identity.kind == SRV_IDENTITY_ADDRESS)
         srv_admission_challenge(
             exchange,

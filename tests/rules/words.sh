@@ -1,5 +1,5 @@
 #!/bin/bash
-# Checks words: comments of C are free of private words and elliptic phrases; every language of the page, without a browser,
+# Checks words: comments and messages of C and the page's English are free of private words and elliptic phrases; every language of the page, without a browser,
 # says all, and nothing that the page does not show.
 # usage: words.sh
 # Leaves to others: what is checked of the page (tests/web/words.mjs), whether a page shows bare keys (tests/web/test_language.mjs).
@@ -28,7 +28,37 @@ REFUSED = {  # a phrase, and the sample that must be found
     r"whatever is returned": "must be freed whatever is returned",
     r"(?:courier|zygote|errand|dearer|deed)s?": "the courier",
 }
+SAID = {  # as above, in messages and in the page's English
+    r"who runs": "ask who runs this server",
+    r"(?:is|are|was) told": "it is told once",
+    r"by (?:it|them)sel(?:f|ves)": "it ends by itself",
+    r"as it is": "sent as it is",
+    r"is there twice": "the key is there twice",
+    r"taken for": "taken for the time",
+    r"(?:and )?here are": "and here are 3",
+    r"go(?:es)? (?:on|away)\b": "the motion goes on",
+    r"too far apart": "masses are too far apart",
+    r"(?:asked|looked) for": "events are looked for",
+    r"out of reach": "the store is out of reach",
+    r"hand(?:s|ed)? out|whoever": "as it was handed out",
+    r"has not\b": "a number that it has not",
+    r"(?:is|are) wanted|wants": "--name is wanted",
+    r"known here": "none that is known here",
+    r"any more": "not kept any more",
+    r"do(?:es)? not tell": "the data do not tell",
+    r"where there": "null where there is none",
+}
 PHRASES = {re.compile(rf"\b{phrase}\b", re.I): sample for phrase, sample in REFUSED.items()}
+
+
+SENTENCES = {re.compile(rf"\b(?:{phrase})", re.I): sample for phrase, sample in SAID.items()}
+
+
+def said(text):
+    """The refused phrases in string literals, of which parts stand one after the other."""
+    for match in re.finditer(r'(?:"(?:\\.|[^"\\\n])*"\s*)+', re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.S)):
+        words = re.sub(r'"\s*"', "", match[0])
+        yield from (hit[0] for phrase in SENTENCES for hit in phrase.finditer(words))
 
 
 def found(text):
@@ -40,10 +70,13 @@ def found(text):
 
 
 deaf = [sample for phrase, sample in PHRASES.items() if not list(found(f"/* {sample} */"))]
+deaf += [sample for phrase, sample in SENTENCES.items() if not list(said(f'"{sample}"'))]
 wrong = [f"the phrase that should find `{sample}` does not" for sample in deaf]
 for path in sorted(path for room in ("core", "api", "server") for path in Path(room).rglob("*.[ch]")):
     if not LATER.match(str(path)):
         wrong += [f"{path}: write plainly: {phrase}" for phrase in found(path.read_text(encoding="utf-8"))]
+for path in sorted([path for room in ("core", "api", "server") for path in Path(room).rglob("*.[ch]")] + [*Path("server/web/text/en").glob("*.js")]):
+    wrong += [f"{path}: say plainly: {phrase}" for phrase in said(path.read_text(encoding="utf-8"))]
 for line in wrong:
     print("FAIL", line)
 if wrong:

@@ -60,10 +60,10 @@ TEST(what_is_missing_is_suggested_and_may_be_named) {
     static const struct {
         const char *columns, *pointer, *says;
     } refused[] = {
-        {"[\"t\",\"colour\"]", "/data/columns/1", "names no quantity"},
+        {"[\"t\",\"colour\"]", "/data/columns/1", "does not name a quantity"},
         {"[\"t\",\"theta 1\",\"x 1\"]", "/data/columns/2", "after the table's last"},
         {"[\"theta 1\",\"theta 1\"]", "/data/columns/1", "the same quantity of this arm"},
-        {"[\"t\",4]", "/data/columns/1", "names no quantity"},
+        {"[\"t\",4]", "/data/columns/1", "does not name a quantity"},
         {"\"t\"", "/data/columns", "an array"},
     };
     for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {

@@ -118,7 +118,7 @@ TEST(a_bad_value_is_refused_by_name) {
         {"nope", NULL, "'nope'"},
         {"-w 3", NULL, "'-w'"},
         {"--", NULL, "--"},
-        {"--workers", NULL, "--workers wants a value"},
+        {"--workers", NULL, "--workers needs a value"},
         {"--workers -1", NULL, "--workers must be a whole number from 0 to 1024, got '-1'"},
         {"--workers 1.5", NULL, "--workers"},
         {"--workers 1025", NULL, "--workers"},

@@ -93,7 +93,7 @@ export default {
   "class.kept.not.name": "What is not stored",
   "class.kept.not":
     "No real name, no email address, no account, and no device address in the room. The page contacts no other server.",
-  "class.kept.passed.name": "Who else gets it",
+  "class.kept.passed.name": "Who else receives it",
   "class.kept.passed":
     "Nobody automatically. Your teacher can save all answers in a file and pass it on: as a table with nicknames, or for a learning platform (xAPI) with numbers instead of names. A worksheet embedded in another page reports your answers to that page, under a random number for each visit.",
   "class.kept.log.name": "The server's log",

@@ -23,7 +23,7 @@ export default {
   "plots.zoomAll": "Whole time",
   "plots.hint": "While paused: hover to show a time, click to go there, drag to zoom.",
   "plots.numbers": "Values at {time} s",
-  "plots.title": "Time, s, against:",
+  "plots.title": "Plots against time, s",
   "plots.time": "Time, s",
   "plots.picture": "Picture",
   "plots.values": "Values",

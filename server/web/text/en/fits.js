@@ -58,7 +58,7 @@ export default {
     "The model fits so badly, or its residuals are so correlated, that no standard errors can be given.",
   "fits.farthest": "Largest residual: {what}, at t = {time} s.",
   "fits.words": "The server reports:",
-  "fits.check": "Please check the columns marked with “?”. In the server’s words:",
+  "fits.check": "Please check the columns marked with “?”. The server reports:",
   "fits.findZero": "Let this zero be found",
   "fits.binary":
     "This file is no text. Save a spreadsheet, a phyphox archive or a .mat file as CSV.",
@@ -85,7 +85,7 @@ export default {
   "fits.stiffness": "Stiffness",
   "fits.friction_torque": "Dry friction",
   "fits.drag": "Drag",
-  "fits.drag_per_mass": "Drag of all masses",
+  "fits.drag_per_mass": "Linear drag on all masses",
   "fits.gravity": "Gravity",
   "fits.theta": "Initial angle θ",
   "fits.thetad": "Initial angular velocity",

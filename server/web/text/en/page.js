@@ -165,7 +165,7 @@ export default {
 
   "said.undo": "Undone: {what}",
   "said.redo": "Redone: {what}",
-  "said.added": "Arm {arm} added on arm {carrier}",
+  "said.added": "Arm {arm} added to arm {carrier}",
   "said.removed": "Arm {arm} deleted",
   "said.removed.branch": "Arm {arm} deleted with its branch, {count} arms in all",
   "said.last": "The last arm stays: a pendulum has at least one.",
