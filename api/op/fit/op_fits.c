@@ -218,11 +218,13 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
         PEND_TRY(api_buffer_text(out, "]"));
     }
     PEND_TRY(write_outliers(&fits->asked, r, out));
-    PEND_TRY(api_out_open(out, "not_told", '['));
-    for (int d = 0; d < r->blind; d++)
-        PEND_TRY(
-            api_fit_write_direction(&fits->asked, r->direction + d * fits->asked.unknowns, out));
-    PEND_TRY(api_buffer_text(out, "]"));
+    for (int old = 0; old < 2; old++) { // not_told: the deprecated name
+        PEND_TRY(api_out_open(out, old ? "not_told" : "unidentifiable", '['));
+        for (int d = 0; d < r->blind; d++)
+            PEND_TRY(api_fit_write_direction(&fits->asked, r->direction + d * fits->asked.unknowns,
+                                             out));
+        PEND_TRY(api_buffer_text(out, "]"));
+    }
     PEND_TRY(api_out_open(out, "camera", '{'));
     PEND_TRY(api_out_number(out, "scale", fits->asked.camera[PEND_FIT_SCALE], 0));
     PEND_TRY(api_out_number(out, "rotation", fits->asked.camera[PEND_FIT_ROTATION], 0));

@@ -199,11 +199,11 @@ function untold(text, sentence, { answer, found }) {
   return text(known[1], { list });
 }
 
-/** What goes together, and what is not told, a sentence each. @param {Text} text
+/** Correlated and unidentifiable unknowns, one sentence for each. @param {Text} text
  * @param {Fitted} fitted */
 function sentencesOf(text, fitted) {
   const { answer, found } = fitted;
-  const lines = answer.not_told.map((/** @type {string} */ one) => untold(text, one, fitted));
+  const lines = answer.unidentifiable.map((/** @type {string} */ one) => untold(text, one, fitted));
   found.forEach((a, i) =>
     found.slice(0, i).forEach((b, j) => {
       const value = answer.correlation[i][j];

@@ -27,7 +27,7 @@ export default {
     "The amplitude against the frequency of the drive, from half to twice its frequency: solid where the oscillation is stable, dashed where the smallest push grows.",
   "branches.driven.name": "Response to the drive",
   "branches.driven.axis": "frequency of the drive, Hz",
-  "branches.driven.swing": "half the range of the largest arm angle, °",
+  "branches.driven.swing": "amplitude of the arm that swings most, °",
   "branches.driven.stable":
     "Drive {frequency} Hz: {angle}° to each side, period {period} s; stable.",
   "branches.driven.unstable":

@@ -69,7 +69,8 @@ TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
             CHECK(isfinite(value(&reply, j, "error")) == (*tried[i].sigma != 0));
         }
         CHECK(strstr((const char *)reply.out.data, "\"at_bound\":true") == NULL);
-        CHECK(strstr((const char *)reply.out.data, "\"not_told\":[]") != NULL);
+        CHECK(strstr((const char *)reply.out.data, "\"unidentifiable\":[],\"not_told\":[]") !=
+              NULL);
         test_reply_free(&reply);
     }
 }
@@ -101,7 +102,8 @@ TEST(fits_say_what_goes_away_without_end) {
         API_OP_FITS,
         "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":1},{\"mode\":2,\"frequency\":"
         "1.05}]},\"unknowns\":[{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
-    check_says(&reply, "no_minimum undecided", "keeps falling as mass of arm 1 moves on without end");
+    check_says(&reply, "no_minimum undecided",
+               "keeps falling as mass of arm 1 moves on without end");
     test_reply_free(&reply);
 }
 
@@ -231,10 +233,10 @@ TEST(fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell) {
     struct test_reply reply = test_post(API_OP_FITS, body);
     static const char *const names[] = {"length of arm 1", "damping of arm 1", "gravity"};
     CHECK_INT(reply.status, 200);
-    CHECK_INT(test_reply_count(&reply, "/not_told"), 3);
+    CHECK_INT(test_reply_count(&reply, "/unidentifiable"), 3);
     for (int i = 0; i < 3; i++) {
         char pointer[32], said[80];
-        snprintf(pointer, sizeof pointer, "/not_told/%d", i);
+        snprintf(pointer, sizeof pointer, "/unidentifiable/%d", i);
         snprintf(said, sizeof said, "the data do not depend on %s", names[i]);
         CHECK_TEXT(test_reply_text(&reply, pointer), said);
     }

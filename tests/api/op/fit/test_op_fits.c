@@ -91,7 +91,7 @@ TEST(fits_of_angles_answer_values_errors_and_a_request) {
     CHECK(isnan(test_reply_number(&reply, "/residuals/7/0")));
     CHECK(test_reply_number(&reply, "/follows_until") == 3);
     CHECK(fabs(test_reply_number(&reply, "/request/pendulum/arms/0/length") - 0.35) < 0.01);
-    CHECK_INT(test_reply_count(&reply, "/not_told"), 0);
+    CHECK_INT(test_reply_count(&reply, "/unidentifiable"), 0);
     test_reply_free(&reply);
     test_reply_free(&from);
 }
@@ -146,7 +146,7 @@ TEST(fits_say_in_words_what_the_data_do_not_tell) {
     struct test_reply reply = test_post(API_OP_FITS, body);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(
-        test_reply_text(&reply, "/not_told/0"),
+        test_reply_text(&reply, "/unidentifiable/0"),
         "the data determine only the ratios of mass of arm 1, mass of arm 2 and damping of arm 1");
     CHECK(isnan(test_reply_number(&reply, "/unknowns/0/error")));
     CHECK(test_reply_number(&reply, "/unknowns/2/error") > 0);
