@@ -86,7 +86,7 @@ export async function tracker_s_pixels_that_another_part_hands_over_give_length_
     }, csv);
     await page.waitForSelector("[data-fit=down]");
     assert.equal(await page.inputValue("select[data-fit=place]"), "px", "hundreds of units are no metres");
-    await page.check("[data-fit=down]");
+    assert.ok(await page.isChecked("[data-fit=down]"), "that y counts downwards is seen in the table");
     await page.click("[data-fit=run]");
     await page.waitForSelector(SHOWN);
     assert.equal(await page.getAttribute(SHOWN, "data-status"), "converged");
