@@ -379,9 +379,9 @@ static void poison(struct place *place) {
         job_wait(server, id, word);
         CHECK_TEXT(word, "failed");
         CHECK_INT(job_get(server, &reply, id, "", ""), 200);
-        CHECK_SAYING(
-            strstr(reply.body, "given up: 3 workers ended or fell silent over part 1 of 1"), "%s",
-            reply.body);
+        CHECK_SAYING(strstr(reply.body, "failed: 3 workers ended or stopped responding while they "
+                                        "computed only part 1 of 1"),
+                     "%s", reply.body);
         test_reply_clear(&reply);
         snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
         refused(server, "GET", path, "", NULL, 409);

@@ -111,10 +111,10 @@ TEST(each_bad_key_has_its_status_and_its_sentence) {
     CHECK_INT(status_of(&keyed, "/v1/trees", good, ASK_LITTLE), 200);
     /* cut by a letter, and with another letter */
     snprintf(field, sizeof field, "%.*s\r\n", (int)strlen(good) - 3, good);
-    refused(&keyed, "/v1/trees", field, 401, "not whole", "invalid_token");
+    refused(&keyed, "/v1/trees", field, 401, "malformed", "invalid_token");
     snprintf(field, sizeof field, "%s", good);
     field[40] = field[40] == 'q' ? 'r' : 'q';
-    refused(&keyed, "/v1/trees", field, 401, "not whole", "invalid_token");
+    refused(&keyed, "/v1/trees", field, 401, "malformed", "invalid_token");
     /* expired, then good again, then revoked, then gone */
     CHECK_INT(COMMAND(&keyed, "expire", text, "--name", "lab", "--expires", "2020-02-29"), 0);
     test_server_signal(keyed.server, SIGHUP);
@@ -222,7 +222,7 @@ TEST(limits_of_a_role_are_kept_to) {
                    *again = test_reply_header(&reply, "Retry-After");
         CHECK_TEXT(limit ? limit : "", "3");
         if (i == 3) {
-            CHECK_SAYING(strstr(reply.body, "of the role pupil of 3 a minute") && again &&
+            CHECK_SAYING(strstr(reply.body, "of the role pupil of 3 per minute") && again &&
                              atoi(again) >= 1 && atoi(again) <= 20,
                          "%s %s", reply.body, again ? again : "");
         }
@@ -246,7 +246,7 @@ TEST(limits_of_a_role_are_kept_to) {
         status = test_request(keyed.server, &reply, "POST", "/v1/trees", tired, ASK_LITTLE);
     }
     CHECK_INT(status, 429);
-    CHECK_SAYING(strstr(reply.body, "0.001 seconds a minute") &&
+    CHECK_SAYING(strstr(reply.body, "0.001 seconds per minute") &&
                      test_reply_header(&reply, "Retry-After"),
                  "%s", reply.body);
     test_reply_clear(&reply);
