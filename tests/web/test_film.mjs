@@ -206,7 +206,7 @@ export async function marks_by_key_alone_are_kept_and_found_again_with_the_film(
   assert.ok(Math.hypot(again.tips[1][1][1] - truth[1][1], again.tips[1][1][2] - truth[1][2]) < 1, "the mark has been moved");
   await page.click("[data-drawer] [data-film=mark]");
   await page.setInputFiles(FILE, { name: "not.mp4", mimeType: "video/mp4", buffer: Buffer.from("no film") });
-  await said(page, /cannot show not\.mp4/);
+  await said(page, /cannot play not\.mp4/);
   await close(page);
 }
 
