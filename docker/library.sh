@@ -12,17 +12,16 @@ rm -rf "$include"
 install -d "$include" "$destdir$libdir/pkgconfig"
 install -m 644 "$build/libpendulum.a" "$destdir$libdir/libpendulum.a"
 for name in "$@"; do
-    # the declarations stand between the last include and the end of the guard
+    # the declarations stand behind the last include
     awk '
         { sub(/^#include "core\/[a-z\/]+\//, "#include \""); line[NR] = $0 }
-        /^#include/ || (/^#define/ && !begin) { begin = NR }
-        /^#endif/ { end = NR }
+        /^#include|^#pragma once/ { begin = NR }
         END {
             for (i = 1; i <= NR; i++) {
-                if (i == end) print "#ifdef __cplusplus\n}\n#endif\n"
                 print line[i]
                 if (i == begin) print "\n#ifdef __cplusplus\nextern \"C\" {\n#endif"
             }
+            print "\n#ifdef __cplusplus\n}\n#endif"
         }' "core/$name.h" > "$include/${name##*/}.h"
     chmod 644 "$include/${name##*/}.h"
 done

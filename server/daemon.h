@@ -2,8 +2,7 @@
  * Leaves to others: the command line and signals (main).
  * Invariant: parts are ended in the reverse order; an accepted request is answered before its
  * connection is closed. */
-#ifndef SRV_DAEMON_H
-#define SRV_DAEMON_H
+#pragma once
 
 #include "server/config/config.h"
 
@@ -64,5 +63,3 @@ int srv_daemon_drain(struct srv_daemon *daemon, int hurry);
 
 /** Ends the server; computations that still run are ended as by srv_daemon_drain in a hurry. */
 void srv_daemon_free(struct srv_daemon **daemon);
-
-#endif

@@ -2,8 +2,7 @@
  * health check of a container without a shell or an HTTP client. Leaves to others: the options
  * (config/config_load), the server's answer (http/probes). Invariant: it starts nothing, stores
  * nothing, and ends within seconds. */
-#ifndef SRV_HEALTHY_H
-#define SRV_HEALTHY_H
+#pragma once
 
 /**
  * Requests GET /healthz at the address of --probe-listen, else of --listen, from the options, the
@@ -14,5 +13,3 @@
  * seconds per step; 2 for a bad option, with a sentence on standard error.
  */
 int srv_healthy_command(int argc, char *const argv[], char *const environment[]);
-
-#endif

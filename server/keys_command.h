@@ -2,8 +2,7 @@
  * limits of roles.
  * Leaves to others: the file (keys/key_file), reloading it in a running server (keys/key_ring).
  * Invariant: a key is printed once, when it is created, and stored nowhere. */
-#ifndef SRV_KEYS_COMMAND_H
-#define SRV_KEYS_COMMAND_H
+#pragma once
 
 /**
  * Runs `pendulumd keys ACTION ...`; argv as for main.
@@ -12,5 +11,3 @@
  * sentence on standard error.
  */
 int srv_keys_command(int argc, char *const argv[]);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: reading them (config), signals (main).
  * Invariant: either all new values are in force or none is: an option that is wrong changes
  * nothing. */
-#ifndef SRV_RELOAD_H
-#define SRV_RELOAD_H
+#pragma once
 
 #include "server/work/service.h"
 
@@ -31,5 +30,3 @@ srv_reload(struct srv_service *service, const struct srv_config *next, struct pe
 
 /** Frees the options that reloads have replaced; no thread may read options any more. */
 void srv_reload_clear(struct srv_service *service);
-
-#endif

@@ -2,8 +2,7 @@
  * calls. Leaves to others: the kernel's interfaces (sandbox/sandbox_landlock,
  * sandbox/sandbox_seccomp). Invariant: neither this process nor any that it starts can leave the
  * sandbox. */
-#ifndef SRV_SANDBOX_SETUP_H
-#define SRV_SANDBOX_SETUP_H
+#pragma once
 
 #include "server/config/config.h"
 
@@ -26,5 +25,3 @@ PEND_MUST_CHECK enum pend_status srv_sandbox_root(const struct srv_config *confi
 PEND_MUST_CHECK enum pend_status srv_sandbox_enter(const struct srv_config *config,
                                                    char lack[SRV_CONFIG_TEXT],
                                                    struct pend_error *error);
-
-#endif

@@ -1,8 +1,7 @@
 /* Makes the parts of a service in the order in which they need each other, and frees them.
  * Leaves to others: threads and sockets (daemon).
  * Invariant: parts are freed in the reverse order, also after a failure on the way. */
-#ifndef SRV_SERVICE_SETUP_H
-#define SRV_SERVICE_SETUP_H
+#pragma once
 
 #include "server/work/service.h"
 
@@ -34,5 +33,3 @@ void srv_service_setup_jobs_end(struct srv_service *service);
 
 /** Frees what srv_service_setup_init made. */
 void srv_service_setup_clear(struct srv_service *service);
-
-#endif

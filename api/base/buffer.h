@@ -2,8 +2,7 @@
  * Leaves to others: the meaning of the bytes.
  * Invariant: bytes <= cap <= limit; after a failure the buffer keeps its contents and stays
  * usable. */
-#ifndef API_BUFFER_H
-#define API_BUFFER_H
+#pragma once
 
 #include <stddef.h>
 
@@ -47,5 +46,3 @@ PEND_MUST_CHECK enum pend_status api_buffer_text(struct api_buffer *buffer, cons
  * doubles. */
 PEND_MUST_CHECK enum pend_status api_buffer_format(struct api_buffer *buffer, const char *format,
                                                    ...) __attribute__((format(printf, 2, 3)));
-
-#endif

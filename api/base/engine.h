@@ -1,8 +1,7 @@
 /* The engine's version: a digest of the sources of core and api, made by the build.
  * Leaves to others: reporting it (stats_text, server).
  * Invariant: engines of different sources have different digests. */
-#ifndef API_ENGINE_H
-#define API_ENGINE_H
+#pragma once
 
 /* The version in responses: the same for all builds between two releases. */
 #define API_VERSION "0.1.0"
@@ -13,5 +12,3 @@ extern const char api_version[];
 
 /* 64 hexadecimal digits; and the first 16 of them, which responses report. */
 extern const char api_engine[], api_engine_name[];
-
-#endif

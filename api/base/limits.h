@@ -3,8 +3,7 @@
  * server/work/admission).
  * Invariant: the help, the OpenAPI document and the error texts call a limit by its name in this
  * table, or by the name of the option that widens it for jobs. */
-#ifndef API_LIMITS_H
-#define API_LIMITS_H
+#pragma once
 
 /* field, option name, default, least, greatest, unit, what it bounds */
 #define API_LIMITS_LIST(X)                                                                         \
@@ -50,5 +49,3 @@ const char *api_limits_name(const struct api_limits *limits, const double *field
 
 /** Returns where the value of row i is in `limits`, for reading and for setting. */
 double *api_limits_value(struct api_limits *limits, int i);
-
-#endif

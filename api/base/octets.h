@@ -1,8 +1,7 @@
 /* Numbers as little-endian bytes, whatever the processor's own order is.
  * Leaves to others: the meaning of the numbers (encode_octets, encode_npz, encode_mat).
  * Invariant: on a little-endian processor every function is a memcpy. */
-#ifndef API_OCTETS_H
-#define API_OCTETS_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -49,5 +48,3 @@ static inline char *api_octets_spread(char *at, size_t count, const double x[], 
     for (size_t i = 0; i < count; i++) at = api_octets_double(at, x[i * step]);
     return at;
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* An RFC 9457 problem: a status, a sentence, and every fault of a request with its JSON pointer.
  * Leaves to others: finding the faults (read, op); sending the response (server).
  * Invariant: at most API_PROBLEM_FAULTS faults are kept; further ones are counted. */
-#ifndef API_PROBLEM_H
-#define API_PROBLEM_H
+#pragma once
 
 #include <stdarg.h>
 
@@ -136,5 +135,3 @@ PEND_MUST_CHECK enum pend_status api_problem_write(const struct api_problem *pro
  * Returns 0 for PEND_OK, else the problem's HTTP status.
  */
 int api_problem_end(struct api_problem *problem, enum pend_status status, struct api_buffer *out);
-
-#endif

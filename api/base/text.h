@@ -1,8 +1,7 @@
 /* Text for JSON: checking UTF-8, quoting and escaping strings.
  * Leaves to others: reading JSON (json_in), numbers (number).
  * Invariant: the output is a valid JSON string in valid UTF-8 whatever the input was. */
-#ifndef API_TEXT_H
-#define API_TEXT_H
+#pragma once
 
 #include "api/base/buffer.h"
 
@@ -35,5 +34,3 @@ PEND_MUST_CHECK enum pend_status api_text_escape(struct api_buffer *out, const c
  */
 PEND_MUST_CHECK enum pend_status api_text_quote(struct api_buffer *out, const char *text,
                                                 size_t bytes);
-
-#endif

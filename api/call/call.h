@@ -2,8 +2,7 @@
  * Leaves to others: receiving and sending the bytes, threads and clocks (server).
  * Invariant: one thread at a time uses a call; the same request and limits give the same answer,
  * except compute_seconds. */
-#ifndef API_CALL_H
-#define API_CALL_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/base/limits.h"
@@ -186,5 +185,3 @@ struct api_answer api_call_answer(const struct api_call *call);
 
 /** Returns the integration steps so far, for the log; 0 for operations that do not integrate. */
 long api_call_steps(const struct api_call *call);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: which values need it (request, scene).
  * Invariant: values that differ only in key order and in the notation of numbers and texts give the
  * same bytes; the bytes parse to the same value. */
-#ifndef API_CANONICAL_H
-#define API_CANONICAL_H
+#pragma once
 
 #include "api/json/json_in.h"
 #include "api/json/json_out.h"
@@ -18,5 +17,3 @@
  */
 PEND_MUST_CHECK enum pend_status api_canonical_write(const struct api_value *value,
                                                      struct api_buffer *out);
-
-#endif

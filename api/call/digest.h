@@ -2,8 +2,7 @@
  * Leaves to others: comparing digests (server).
  * Invariant: SHA-256, so that no client can make two requests collide; requests that differ only in
  * the order of keys, in blanks or in the spelling of numbers have the same digest. */
-#ifndef API_DIGEST_H
-#define API_DIGEST_H
+#pragma once
 
 #include "api/json/json_in.h"
 
@@ -33,5 +32,3 @@ enum { API_SEAL_BYTES = 16 };
  */
 void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
               size_t bytes);
-
-#endif

@@ -1,8 +1,7 @@
 /* Forecasts whether a computation can end within its limits.
  * Leaves to others: running it (call), estimates before it begins (the operations).
  * Invariant: a running computation is judged only by the steps and seconds it has used. */
-#ifndef API_FORECAST_H
-#define API_FORECAST_H
+#pragma once
 
 #include "api/op/op.h"
 
@@ -37,5 +36,3 @@ int api_forecast_begins(const struct api_op *op, const void *state, const struct
  */
 int api_forecast_good(struct api_forecast *forecast, const struct api_op *op, void *state,
                       const struct api_limits *limits, double seconds, struct api_problem *problem);
-
-#endif

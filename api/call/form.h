@@ -4,8 +4,7 @@
  * Invariant: the result is JSON that the client could have sent itself, with the tables in
  * `data.csv` or, one each and in order, in the `csv` of the runs in `data.runs`; no part is
  * silently ignored. */
-#ifndef API_FORM_H
-#define API_FORM_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/base/limits.h"
@@ -40,5 +39,3 @@ PEND_MUST_CHECK enum pend_status api_form_json(const char *content_type, const c
  */
 PEND_MUST_CHECK enum pend_status api_form_text(const char *text, size_t bytes, int number,
                                                struct api_buffer *out, struct api_problem *problem);
-
-#endif

@@ -1,8 +1,7 @@
 /* Jobs as JSON for their client: one job, or a page of them.
  * Leaves to others: storing jobs, and who may see them (server).
  * Invariant: the same job gives the same bytes, except remaining_seconds. */
-#ifndef API_JOB_JSON_H
-#define API_JOB_JSON_H
+#pragma once
 
 #include <stdint.h>
 
@@ -49,5 +48,3 @@ PEND_MUST_CHECK enum pend_status api_job_write(const struct api_job *job, struct
  */
 PEND_MUST_CHECK enum pend_status api_jobs_write(const struct api_job job[], int count,
                                                 const char *next, struct api_buffer *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* The OpenAPI document, compiled in from api/call/openapi.yaml as JSON, whole or for some tags.
  * Leaves to others: serving it (server).
  * Invariant: the bytes are valid JSON with the same content as the YAML. */
-#ifndef API_OPENAPI_H
-#define API_OPENAPI_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/base/problem.h"
@@ -25,5 +24,3 @@ extern const char api_openapi_names[];       /* the same as "compute, jobs, ..."
 PEND_MUST_CHECK enum pend_status api_openapi_write(const struct api_openapi *document,
                                                    const char *query, struct api_buffer *out,
                                                    struct api_problem *problem);
-
-#endif

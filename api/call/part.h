@@ -2,8 +2,7 @@
  * then each continues from the end of the previous one. Leaves to others: when and where a part is
  * computed and stored (server), the answer (results). Invariant: a part's bytes do not depend on
  * when and where it is computed, except compute_seconds. */
-#ifndef API_PART_H
-#define API_PART_H
+#pragma once
 
 #include "api/call/call.h"
 
@@ -92,5 +91,3 @@ void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *co
  */
 PEND_MUST_CHECK enum pend_status api_part_run(struct api_part *part, struct api_buffer *out,
                                               int *done, struct pend_error *error);
-
-#endif

@@ -1,8 +1,7 @@
 /* A received request; parses its body for the operation.
  * Leaves to others: representations (negotiate), running the operation (call, part, results).
  * Invariant: a refused request has a problem. */
-#ifndef API_REQUEST_H
-#define API_REQUEST_H
+#pragma once
 
 #include "api/call/digest.h"
 #include "api/op/op.h"
@@ -39,5 +38,3 @@ PEND_MUST_CHECK enum pend_status
 api_request_read(const struct api_request *request, const struct api_format *format,
                  const struct api_limits *limits, struct api_problem *problem, void **state,
                  char digest[API_DIGEST_BYTES], struct api_buffer *canonical);
-
-#endif

@@ -1,8 +1,7 @@
 /* Encodes a job's answer from its stored parts.
  * Leaves to others: the request and the head of the answer (call), fetching the parts in order
  * (server). Invariant: the answer does not depend on how the parts are divided into pieces. */
-#ifndef API_RESULTS_H
-#define API_RESULTS_H
+#pragma once
 
 #include "api/call/digest.h"
 #include "api/encode/stats_text.h"
@@ -104,5 +103,3 @@ PEND_MUST_CHECK enum pend_status api_results_end(struct api_results *results,
 /** Returns non-zero if the parts are read once more from the first; the source is already
  * restarted. Call after each api_results_end that is not done. */
 int api_results_again(struct api_results *results, const struct api_source *source);
-
-#endif

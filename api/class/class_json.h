@@ -2,8 +2,7 @@
  * Leaves to others: storing items, and who may read them (server/store/store_classes,
  * server/classes). Invariant: an item is stored in its canonical form, so equal items have equal
  * bytes; a pendulum in an item is accepted by /v1/trajectories. */
-#ifndef API_CLASS_JSON_H
-#define API_CLASS_JSON_H
+#pragma once
 
 #include <stdint.h>
 
@@ -89,5 +88,3 @@ struct api_class_room {
 /** Appends a room as a JSON object, without its closing brace; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status api_class_room_write(const struct api_class_room *room,
                                                       struct api_buffer *out);
-
-#endif

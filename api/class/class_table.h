@@ -2,8 +2,7 @@
  * Leaves to others: reading the items, in the order of their changes (server/classes).
  * Invariant: a spreadsheet never reads a pupil's text as a formula; numbers are the shortest that
  * read back to the same double. */
-#ifndef API_CLASS_TABLE_H
-#define API_CLASS_TABLE_H
+#pragma once
 
 #include "api/class/class_json.h"
 
@@ -73,5 +72,3 @@ PEND_MUST_CHECK enum pend_status api_class_tally_add(const struct api_class_item
  */
 PEND_MUST_CHECK enum pend_status api_class_tally_write(struct api_class_tally *tally,
                                                        struct api_buffer *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* Cells of a table of text, and the numbers in them, as people and programs write them.
  * Leaves to others: which lines are rows and what separates them (csv_layout), names (csv_names).
  * Invariant: reads text only up to its end; the locale does not matter. */
-#ifndef API_CSV_CELLS_H
-#define API_CSV_CELLS_H
+#pragma once
 
 enum { API_CSV_COLUMNS = 64 };
 
@@ -42,5 +41,3 @@ enum api_csv_kind api_csv_read(const struct api_csv_cell *cell, int comma, doubl
 
 /** What a cell says of the decimal mark: 1 a comma, -1 a point, 0 nothing ("5", "1,234"). */
 int api_csv_mark(const struct api_csv_cell *cell);
-
-#endif

@@ -2,8 +2,7 @@
  * columns, and what its columns hold.
  * Leaves to others: what a column is of a pendulum (csv_roles).
  * Invariant: rows begin at line `first`; a line that is no row below is counted and passed over. */
-#ifndef API_CSV_LAYOUT_H
-#define API_CSV_LAYOUT_H
+#pragma once
 
 #include "api/csv/csv_cells.h"
 
@@ -59,5 +58,3 @@ int api_csv_center(const struct api_csv_column *column, double *center, double *
  * Returns 0 at the end of the text.
  */
 int api_csv_row(const struct api_csv *csv, const char **at, int *line, double value[]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the layout (csv_layout), what a fit does with it (op/fit).
  * Invariant: no column is taken for two things, no two columns for the same; what was not certain
  * is said. */
-#ifndef API_CSV_ROLES_H
-#define API_CSV_ROLES_H
+#pragma once
 
 #include "api/csv/csv_layout.h"
 
@@ -55,5 +54,3 @@ int api_csv_is_angle(enum api_csv_role role);
 
 /** The word for a role: "t", "theta", "phi", "joint", "x", "y", "thetad", "sigma", or "". */
 const char *api_csv_role_name(enum api_csv_role role);
-
-#endif

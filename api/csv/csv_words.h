@@ -2,8 +2,7 @@
  * tables.
  * Leaves to others: what follows from them (csv_roles).
  * Invariant: upper and lower case are alike. */
-#ifndef API_CSV_WORDS_H
-#define API_CSV_WORDS_H
+#pragma once
 
 #include "api/csv/csv_cells.h"
 
@@ -37,5 +36,3 @@ struct api_csv_words api_csv_words_of(const struct api_csv_cell *name,
 
 /** Whether a cell holds nothing but a unit, such as "deg" or "(s)". O(bytes). */
 int api_csv_is_unit(const struct api_csv_cell *cell);
-
-#endif

@@ -1,8 +1,7 @@
 /* The colours of a picture: 254 perceptually uniform shades, for every kind of colour vision.
  * Leaves to others: mapping numbers to shades (encode_png).
  * Invariant: each shade is lighter than the one before by the same amount. */
-#ifndef API_COLORMAP_H
-#define API_COLORMAP_H
+#pragma once
 
 enum { API_COLORMAP_SHADES = 254 };
 
@@ -14,5 +13,3 @@ enum { API_COLORMAP_SHADES = 254 };
  * alone orders the shades, so the order survives colour blindness and grey prints.
  */
 void api_colormap_shade(int shade, unsigned char rgb[3]);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: choosing the representation (negotiate), the meaning of the columns (op_*).
  * Invariant: text contains no NaN or Infinity; a table's bytes do not depend on how its rows are
  * divided into blocks. */
-#ifndef API_ENCODE_H
-#define API_ENCODE_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -291,5 +290,3 @@ PEND_MUST_CHECK enum pend_status api_writer_finite_block(struct api_writer *writ
 PEND_MUST_CHECK enum pend_status api_writer_finish(struct api_writer *writer,
                                                    const struct api_stats *stats,
                                                    struct api_buffer *out, int *done);
-
-#endif

@@ -1,8 +1,7 @@
 /* Grouping a table's columns into the named arrays of a file: re and im become one complex array.
  * Leaves to others: the files (encode_npz, encode_mat).
  * Invariant: every column belongs to exactly one array, in column order. */
-#ifndef API_ENCODE_ARRAYS_H
-#define API_ENCODE_ARRAYS_H
+#pragma once
 
 #include "api/encode/encode.h"
 
@@ -49,5 +48,3 @@ char *api_array_write(char *at, const struct api_array *array, size_t count, con
 /** Writes the shape of one row as in a Python tuple: "4" or "4, 2"; nothing for a scalar. Returns
  * the end. */
 char *api_array_shape(char *at, const struct api_array *array);
-
-#endif

@@ -1,8 +1,7 @@
 /* The storage format of a job's parts: writing and reading.
  * Leaves to others: whole parts and whole answers (part, results).
  * Invariant: reading arbitrary bytes returns rows or an error. */
-#ifndef API_ENCODE_RAW_H
-#define API_ENCODE_RAW_H
+#pragma once
 
 #include "api/encode/encode.h"
 
@@ -51,5 +50,3 @@ int api_raw_add(struct api_raw_figures *figures, const char *data, size_t bytes)
 
 /** Converts the statistics for a writer. `stats` points into `figures`. */
 void api_raw_stats(const struct api_raw_figures *figures, struct api_stats *stats);
-
-#endif

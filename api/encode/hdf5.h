@@ -3,8 +3,7 @@
  * (2008) and later read them.
  * Leaves to others: the layout of a file (encode_hdf5).
  * Invariant: a record depends only on the arguments; integers are little-endian. */
-#ifndef API_ENCODE_HDF5_H
-#define API_ENCODE_HDF5_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -92,5 +91,3 @@ uint64_t api_hdf5_nodes(uint64_t pieces);
  */
 void api_hdf5_node(char *at, const struct api_hdf5_array *array, uint64_t i, uint64_t tree,
                    uint64_t first, uint64_t apart);
-
-#endif

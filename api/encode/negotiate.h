@@ -1,8 +1,7 @@
 /* Content negotiation by the header fields Content-Type and Accept (RFC 9110).
  * Leaves to others: the representations (encode), other header fields (server).
  * Invariant: a malformed element of a field is ignored. */
-#ifndef API_NEGOTIATE_H
-#define API_NEGOTIATE_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/base/problem.h"
@@ -41,5 +40,3 @@ const struct api_format *api_negotiate_format(const char *accept, int samples);
 
 /** Sets a problem with status 406 that names the media types available. */
 void api_negotiate_refuse(struct api_problem *problem, int samples);
-
-#endif

@@ -2,8 +2,7 @@
  * HTTP header or trailer fields.
  * Leaves to others: computing them (op_*), sending fields (server).
  * Invariant: no text contains a comma, a quote or a control character, so none needs an escape. */
-#ifndef API_STATS_TEXT_H
-#define API_STATS_TEXT_H
+#pragma once
 
 #include "api/encode/encode.h"
 
@@ -32,5 +31,3 @@ PEND_MUST_CHECK enum pend_status api_stats_comments(const struct api_stats *stat
 
 /** Writes the HTTP fields of the statistics; no fields if stats is NULL. */
 void api_stats_fields(struct api_stats_headers *stat_fields, const struct api_stats *stats);
-
-#endif

@@ -3,8 +3,7 @@
  * sections 4.3.14, 4.3.15, 4.5.3); small archives stay readable without ZIP64.
  * Leaves to others: the members' bytes and checksums (encode_npz).
  * Invariant: the same members give the same bytes; no time of day, no attributes. */
-#ifndef API_ENCODE_ZIP64_H
-#define API_ENCODE_ZIP64_H
+#pragma once
 
 #include <stdint.h>
 
@@ -68,5 +67,3 @@ char *api_zip64_central(char *at, const struct api_zip64_member *member, uint64_
  * Returns the end. O(1).
  */
 char *api_zip64_end(char *at, int members, uint64_t begin, uint64_t bytes, uint64_t most);
-
-#endif

@@ -2,8 +2,7 @@
  * belongs in, or by edit distance.
  * Leaves to others: the message (json_in, read/field).
  * Invariant: the result is an allowed name; a suggestion never makes a request acceptable. */
-#ifndef API_DID_YOU_MEAN_H
-#define API_DID_YOU_MEAN_H
+#pragma once
 
 /* upper bound of the number of fields in api_name_place */
 enum { API_NAME_PLACES = 40 };
@@ -38,5 +37,3 @@ int api_name_outer(const char *name);
 /** The header field that expresses `name`, such as "Accept: text/csv" for "csv"; NULL for others.
  */
 const char *api_name_head(const char *name);
-
-#endif

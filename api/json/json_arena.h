@@ -2,8 +2,7 @@
  * would take longer than the rest of parsing.
  * Leaves to others: the contents and their limits (json_scan).
  * Invariant: a piece keeps its address until the arena is cleared. */
-#ifndef API_JSON_ARENA_H
-#define API_JSON_ARENA_H
+#pragma once
 
 #include <stddef.h>
 
@@ -29,5 +28,3 @@ void *api_arena_take(struct api_arena *arena, size_t bytes);
 
 /** Frees all pieces; the arena can be used again. O(chunks). */
 void api_arena_clear(struct api_arena *arena);
-
-#endif

@@ -1,8 +1,7 @@
 /* Fast paths for the most frequent numbers: short integers, and four single digits at once.
  * Leaves to others: all other numbers (number_read), the grammar around them (json_scan).
  * Invariant: the value equals that of number_read; other text is not consumed. */
-#ifndef API_JSON_DIGITS_H
-#define API_JSON_DIGITS_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -52,5 +51,3 @@ static inline int api_digits_four(const char *p, double x[4]) {
     for (int i = 0; i < 4; i++) x[i] = (double)(int)(word >> 16 * i & 15);
     return 1;
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* Escapes in JSON strings, such as \n and \u20ac.
  * Leaves to others: the rest of a string (json_scan), writing escapes (text).
  * Invariant: the result is one character in UTF-8, never U+0000 and never a lone surrogate. */
-#ifndef API_JSON_ESCAPE_H
-#define API_JSON_ESCAPE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -17,5 +16,3 @@
  */
 const char *api_escape_read(const char *text, size_t bytes, size_t *taken, char utf8[4],
                             size_t *length);
-
-#endif

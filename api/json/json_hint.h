@@ -1,8 +1,7 @@
 /* Hints for text that is not JSON: habits from other languages and tools.
  * Leaves to others: the grammar, and the position of the error (json_scan).
  * Invariant: a hint only explains; it never makes text acceptable. */
-#ifndef API_JSON_HINT_H
-#define API_JSON_HINT_H
+#pragma once
 
 #include <stddef.h>
 
@@ -14,5 +13,3 @@
  * O(blank bytes before at).
  */
 const char *api_json_hint(const char *text, size_t bytes, size_t at);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the grammar (json_scan), the meaning of the fields (tree_json, op_*).
  * Invariant: no other file sees cJSON's nodes but json_scan, which builds them; arrays of numbers
  * are arrays of doubles and have no nodes for their items. */
-#ifndef API_JSON_IN_H
-#define API_JSON_IN_H
+#pragma once
 
 #include "api/base/problem.h"
 
@@ -145,5 +144,3 @@ int api_value_meant(const struct api_value *object, const char *key,
  */
 int api_value_read_number(const struct api_value *value, double least, double greatest,
                           const char *unit, double *out, struct api_problem *problem);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: decoding a key, so that equal keys have equal bytes (json_scan).
  * Invariant: keys of inner objects follow those of outer ones, and are dropped when their object
  * closes. */
-#ifndef API_JSON_KEYS_H
-#define API_JSON_KEYS_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -42,5 +41,3 @@ PEND_MUST_CHECK enum pend_status api_keys_add(struct api_keys *keys, size_t firs
 
 /** Frees the memory of the table; it can be used again. */
 void api_keys_clear(struct api_keys *keys);
-
-#endif

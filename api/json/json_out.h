@@ -2,8 +2,7 @@
  * Leaves to others: which members there are (op_*, encode_json), limits (buffer).
  * Invariant: the last byte of the buffer decides whether a comma is written, so callers do not
  * count members; NaN and infinity are never written. */
-#ifndef API_JSON_OUT_H
-#define API_JSON_OUT_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/number/number.h"
@@ -69,5 +68,3 @@ PEND_MUST_CHECK enum pend_status api_out_numbers(struct api_buffer *out, const c
  * api_out_numbers does. */
 PEND_MUST_CHECK enum pend_status api_out_matrix(struct api_buffer *out, const char *name, int n,
                                                 const double value[], int digits);
-
-#endif

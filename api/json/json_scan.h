@@ -3,8 +3,7 @@
  * Leaves to others: reading the values of the tree (json_in), the number formats (number_read).
  * Invariant: an array of numbers has no nodes for its items; its doubles are contiguous in one
  * table. The tree is read-only: `prev` of its nodes is not set. */
-#ifndef API_JSON_SCAN_H
-#define API_JSON_SCAN_H
+#pragma once
 
 #include "api/json/json_arena.h"
 #include "api/base/problem.h"
@@ -44,5 +43,3 @@ PEND_MUST_CHECK enum pend_status api_scan_run(struct api_json *document, const c
 
 /** Frees the tree and the table of a document. */
 void api_scan_clear(struct api_json *document);
-
-#endif

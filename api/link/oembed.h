@@ -2,8 +2,7 @@
  * page's document. Leaves to others: which sites may frame the page (server/http/assets), the view
  * of a link (the page). Invariant: only links to the page on the requested host become frames; the
  * parts of a link in HTML have valid characters (RFC 3986) and are escaped. */
-#ifndef API_OEMBED_H
-#define API_OEMBED_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/base/problem.h"
@@ -59,5 +58,3 @@ PEND_MUST_CHECK enum pend_status api_oembed_tag(const char *scheme, const char *
 /** True for a query that selects a view, so that a frame makes sense: readable links
  * (/?length=1,1&theta=90,45) and built-in worksheets (/?sheet=period). */
 int api_oembed_tells(const char *query);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: storing it (server), the contents of `view` (the page).
  * Invariant: equal scenes have the same id, whatever the order of keys and the format of numbers;
  * `request` is a valid body for /v1/trajectories. */
-#ifndef API_SCENE_H
-#define API_SCENE_H
+#pragma once
 
 #include "api/call/request.h"
 
@@ -42,5 +41,3 @@ int api_scene_read(const struct api_request *request, const struct api_limits *l
 PEND_MUST_CHECK enum pend_status api_scene_check_request(const struct api_value *value,
                                                          const struct api_limits *limits,
                                                          struct api_problem *problem);
-
-#endif

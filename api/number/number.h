@@ -2,8 +2,7 @@
  * Leaves to others: JSON's grammar around them (json_in), buffers (encode_*).
  * Invariant: the locale does not matter; api_number_read reads back the same double that
  * api_number_write has written. */
-#ifndef API_NUMBER_H
-#define API_NUMBER_H
+#pragma once
 
 #ifdef __cplusplus
 extern "C" {
@@ -70,6 +69,4 @@ double api_number_read(const char *text, const char *end);
 
 #ifdef __cplusplus
 }
-#endif
-
 #endif

@@ -1,8 +1,7 @@
 /* Converts two 8-digit numbers to 16 characters at once, with SSE2 or in 64-bit arithmetic.
  * Leaves to others: computing the digits, and the characters around them (number_write).
  * Invariant: both versions give the same bytes; only bytes [out, out + 17) are written. C++17. */
-#ifndef API_NUMBER_DIGITS_H
-#define API_NUMBER_DIGITS_H
+#pragma once
 
 #include <stdint.h>
 #include <string.h>
@@ -146,5 +145,3 @@ using digits16 = digits16_plain;
 #endif
 
 } // namespace api
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the conversions (number_write).
  * Invariant: 10^p = (significand + e) * 2^exponent with 2^127 <= significand < 2^128 and 0 <= e
  * < 1; e = 0 for 0 <= p <= 55. C++17. */
-#ifndef API_NUMBER_POWERS_H
-#define API_NUMBER_POWERS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -98,5 +97,3 @@ class threshold_table {
 constexpr threshold_table thresholds{};
 
 } // namespace api
-
-#endif

@@ -2,8 +2,7 @@
  * the next step, because the steps of one number depend on each other and would not overlap.
  * Leaves to others: all other numbers, the characters between them (number_write).
  * Invariant: the text equals that of api_number_write_digits, byte for byte. C++17. */
-#ifndef API_NUMBER_SHORT_H
-#define API_NUMBER_SHORT_H
+#pragma once
 
 #include <math.h>
 #include <stdint.h>
@@ -168,5 +167,3 @@ class short_batch {
 };
 
 } // namespace api
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the derivatives (core/derivatives), the outputs (samples, op_*).
  * Invariant: the columns of derivatives are parts of one name, in the order of the outputs, and
  * their last axis is the parameter, in the order of the request. */
-#ifndef API_DERIVED_H
-#define API_DERIVED_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/op/varied.h"
@@ -114,5 +113,3 @@ double api_swing(const struct api_tree *tree, const struct api_states *start);
  * fifth of the rate of springs and drives, a twentieth of the decay rate of friction. O(n +
  * harmonics). */
 double api_terms_pace(const struct api_tree *tree);
-
-#endif

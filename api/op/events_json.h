@@ -2,8 +2,7 @@
  * passages, and these as JSON or as the rows of a table. Leaves to others: the search itself
  * (events/events), the rest of a trajectory (op_trajectories). Invariant: passages are kept
  * in the order of time, arms in the caller's. */
-#ifndef API_EVENTS_JSON_H
-#define API_EVENTS_JSON_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/op/op.h"
@@ -100,5 +99,3 @@ double api_events_times(const struct api_events *events);
 
 /** Returns the bytes of passages until the next turn ends. O(1). */
 double api_events_bytes(const struct api_events *events);
-
-#endif

@@ -1,8 +1,7 @@
 /* Reading the format of the numbers of an answer: digits, kind, and the text of a missing number.
  * Leaves to others: writing them (encode).
  * Invariant: the format does not affect the computation. */
-#ifndef API_FORM_JSON_H
-#define API_FORM_JSON_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/json/json_in.h"
@@ -11,5 +10,3 @@
  * added to the problem. */
 void api_form_read(struct api_table *table, const struct api_value *root,
                    struct api_problem *problem);
-
-#endif

@@ -1,8 +1,7 @@
 /* A measured table in a request: reading it, and what its columns were taken for, as JSON.
  * Leaves to others: the layout and the guesses (api/csv), what a fit does with it (op/fit).
  * Invariant: what the request says of a column goes before what is guessed. */
-#ifndef API_MEASURED_JSON_H
-#define API_MEASURED_JSON_H
+#pragma once
 
 #include "api/csv/csv_roles.h"
 #include "api/op/op.h"
@@ -55,5 +54,3 @@ double *api_measured_rows(const struct api_measured *table);
  * table's unit; NaN = not measured, as what has no standard error where the others have: that is 1
  * then. O(1). */
 double api_measured_value(const struct api_measured *table, int column, const double row[]);
-
-#endif

@@ -2,8 +2,7 @@
  * and free it.
  * Leaves to others: the sequence of a request (call), the operations themselves (op_*).
  * Invariant: an operation's state holds no pointer into the request once it was read. */
-#ifndef API_OP_H
-#define API_OP_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/base/limits.h"
@@ -214,5 +213,3 @@ PEND_MUST_CHECK enum pend_status api_table_grow(const struct api_table *table, l
 
 /** Returns the row of an operation; NULL if there is none. */
 const struct api_op *api_op_at(enum api_op_id id);
-
-#endif

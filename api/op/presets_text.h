@@ -2,8 +2,7 @@
  * Leaves to others: finding one and serving them (op_presets).
  * Invariant: JSON with parents before children; line ends inside a preset are no part of it, and an
  * empty line follows each but the last. */
-#ifndef API_PRESETS_TEXT_H
-#define API_PRESETS_TEXT_H
+#pragma once
 
 #ifdef __cplusplus
 extern "C" {
@@ -13,6 +12,4 @@ extern const char api_presets_text[];
 
 #ifdef __cplusplus
 }
-#endif
-
 #endif

@@ -2,8 +2,7 @@
  * answer's columns.
  * Leaves to others: filling it (core/integrate/run/run), writing it (encode).
  * Invariant: column 0 is t; the others are in the order of the request's outputs. */
-#ifndef API_SAMPLES_H
-#define API_SAMPLES_H
+#pragma once
 
 #include "api/op/derived.h"
 #include "api/read/field.h"
@@ -68,5 +67,3 @@ void api_samples_free(struct api_samples **samples);
 
 /** Computes the outputs that are functions of other outputs, in the rows that are filled. */
 void api_samples_derive(struct api_samples *samples);
-
-#endif

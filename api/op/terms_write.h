@@ -1,8 +1,7 @@
 /* Writing the terms of a real pendulum in the format of requests.
  * Leaves to others: the arms themselves (op_trees), reading it (read/terms_json).
  * Invariant: reading the text gives the same list of numbers, bit for bit. */
-#ifndef API_TERMS_WRITE_H
-#define API_TERMS_WRITE_H
+#pragma once
 
 #include "api/json/json_out.h"
 #include "core/tree/loads.h"
@@ -24,5 +23,3 @@ PEND_MUST_CHECK enum pend_status api_terms_write_whole(const struct pend_tree *t
 
 /** Returns the largest number of bytes of all this text. O(1). */
 double api_terms_write_bytes(const struct pend_loads *loads);
-
-#endif

@@ -1,8 +1,7 @@
 /* The estimated time and memory of a trajectory.
  * Leaves to others: the limits (op), the computation (op_trajectories).
  * Invariant: bytes are an upper bound; seconds are an estimate. */
-#ifndef API_TRAJECTORY_COST_H
-#define API_TRAJECTORY_COST_H
+#pragma once
 
 #include "api/op/events_json.h"
 #include "api/op/samples.h"
@@ -40,5 +39,3 @@ int api_trajectory_stiff(struct api_trajectory_size size, long steps, char text[
 
 /** Returns an upper bound of the bytes of memory. O(harmonics). */
 double api_trajectory_cost_bytes(struct api_trajectory_size size);
-
-#endif

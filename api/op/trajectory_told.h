@@ -1,8 +1,7 @@
 /* What the stats of a trajectory tell of its digits: horizon, energy drift, and warnings in words.
  * Leaves to others: the computation (op_trajectories), how the stats are written (encode).
  * Invariant: the horizon does not contradict the exact comparison where there is one. */
-#ifndef API_TRAJECTORY_TOLD_H
-#define API_TRAJECTORY_TOLD_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/read/method_json.h"
@@ -27,5 +26,3 @@ struct api_trajectory_motion {
 void api_trajectory_tell(struct api_trajectory_told *told,
                          const struct api_trajectory_motion *motion,
                          const struct pend_run_stats *run, struct api_stats *stats);
-
-#endif

@@ -1,8 +1,7 @@
 /* Writing the arms of a pendulum in the format of requests.
  * Leaves to others: reading them (tree_json), terms (terms_write).
  * Invariant: reading the text gives the same pendulum, bit for bit. */
-#ifndef API_TREE_WRITE_H
-#define API_TREE_WRITE_H
+#pragma once
 
 #include "api/op/terms_write.h"
 #include "api/read/tree_json.h"
@@ -12,5 +11,3 @@
  */
 PEND_MUST_CHECK enum pend_status api_tree_write_arms(const struct api_tree *tree,
                                                      struct api_buffer *out);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: axes and draws (members_json), the terms (core/tree/terms).
  * Invariant: a name, together with an arm or a harmonic if it needs one, stands for one number of
  * the list of terms. */
-#ifndef API_VARIED_H
-#define API_VARIED_H
+#pragma once
 
 #include "api/read/tree_json.h"
 
@@ -59,5 +58,3 @@ int api_varied_of_arm(int i);
  * Returns the place; -1 if the pendulum does not have the number. O(harmonics).
  */
 int api_varied_place(const struct api_tree *tree, int i, int arm, int harmonic);
-
-#endif

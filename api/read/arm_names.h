@@ -2,8 +2,7 @@
  * refer to names.
  * Leaves to others: the rest of an arm (tree_json).
  * Invariant: a name belongs to one arm, or a fault was added. */
-#ifndef API_ARM_NAMES_H
-#define API_ARM_NAMES_H
+#pragma once
 
 #include "api/json/json_in.h"
 
@@ -53,5 +52,3 @@ int api_arm_names_parent(const struct api_arm_names *names, const struct api_val
  */
 PEND_MUST_CHECK enum pend_status api_arm_names_keep(const struct api_arm_names *names,
                                                     const char ***kept);
-
-#endif

@@ -1,8 +1,7 @@
 /* Reading the controllers of a pendulum: `control`.
  * Leaves to others: what their laws compute (core/integrate/pieces/control).
  * Invariant: every fault is added; numbers are in stored order. */
-#ifndef API_CONTROL_JSON_H
-#define API_CONTROL_JSON_H
+#pragma once
 
 #include "api/read/rules_json.h"
 
@@ -31,5 +30,3 @@ PEND_MUST_CHECK enum pend_status api_control_read(struct api_rules *rules,
                                                   const struct api_controlled *of,
                                                   const struct api_value *value,
                                                   struct api_problem *problem);
-
-#endif

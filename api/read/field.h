@@ -4,8 +4,7 @@
  * op_*).
  * Invariant: a fault says what was expected and what was found; every fault of a field is added,
  * not only the first. */
-#ifndef API_FIELD_H
-#define API_FIELD_H
+#pragma once
 
 #include "api/json/json_in.h"
 
@@ -65,5 +64,3 @@ int api_field_word(const struct api_value *value, const char *const words[], int
  */
 unsigned api_field_words(const struct api_value *list, const char *const words[],
                          struct api_problem *problem);
-
-#endif

@@ -2,8 +2,7 @@
  * accuracy.
  * Leaves to others: the methods and their ranges (core/integrate/methods/method).
  * Invariant: settings are in the range of the chosen method. */
-#ifndef API_METHOD_JSON_H
-#define API_METHOD_JSON_H
+#pragma once
 
 #include "api/read/tree_json.h"
 #include "core/integrate/methods/method.h"
@@ -33,5 +32,3 @@ const char *api_method_advice(const struct api_method *method);
 
 /** Reads the field accuracy of a request; returns 1e-6 if it is left out or faulty. */
 double api_accuracy_read(const struct api_value *root, struct api_problem *problem);
-
-#endif

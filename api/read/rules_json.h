@@ -1,8 +1,7 @@
 /* Reading what makes a pendulum's motion a list of pieces: inputs by tables, dry friction, stops.
  * Leaves to others: the fields in which they stand (terms_json), what they do (core/tree/rules).
  * Invariant: what was made holds no pointer into the document. */
-#ifndef API_RULES_JSON_H
-#define API_RULES_JSON_H
+#pragma once
 
 #include "api/read/field.h"
 #include "core/tree/rules.h"
@@ -72,5 +71,3 @@ PEND_MUST_CHECK enum pend_status api_rules_read_stop(struct api_rules *rules, in
 PEND_MUST_CHECK enum pend_status api_rules_make(const struct api_rules *rules,
                                                 const struct pend_tree *tree,
                                                 struct pend_rules **made);
-
-#endif

@@ -1,8 +1,7 @@
 /* Reading states of a tree from JSON: angles and velocities, or one of the tree's modes.
  * Leaves to others: the tree (tree_json), the use of the states (op_*).
  * Invariant: states are in the tree's stored order and hold no pointer into the document. */
-#ifndef API_STATE_JSON_H
-#define API_STATE_JSON_H
+#pragma once
 
 #include "api/read/tree_json.h"
 
@@ -60,5 +59,3 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
  */
 PEND_MUST_CHECK enum pend_status
 api_states_settle(struct api_states *states, const struct api_tree *tree, struct pend_error *error);
-
-#endif

@@ -2,8 +2,7 @@
  * terms.
  * Leaves to others: reading them (terms_json), writing them (op/terms_write), their effect
  * (core/tree/terms). */
-#ifndef API_TERMS_FIELDS_H
-#define API_TERMS_FIELDS_H
+#pragma once
 
 #include "core/tree/terms.h"
 
@@ -67,5 +66,3 @@ const char *api_terms_varied(enum pend_term_row row);
 /** Returns the default of a number of an arm; NAN for its position along its parent, whose default
  * is the parent's length. O(1). */
 double api_terms_usual(enum pend_term_row row);
-
-#endif

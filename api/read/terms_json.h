@@ -3,8 +3,7 @@
  * its effect (core/tree/terms).
  * Invariant: a field that is missing, null or equal to its default does not become a term, so that
  * such a pendulum is exactly the ideal one. */
-#ifndef API_TERMS_JSON_H
-#define API_TERMS_JSON_H
+#pragma once
 
 #include "api/read/field.h"
 #include "api/read/rules_json.h"
@@ -107,5 +106,3 @@ PEND_MUST_CHECK enum pend_status api_terms_make(const struct api_terms *terms,
                                                 struct pend_terms **made, double **value,
                                                 struct pend_rules **rules,
                                                 api_terms_fault_fn *fault, void *context);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: computing samples at them (core/integrate/run/run).
  * Invariant: instants that were read are finite, strictly monotonic within the resolution of
  * doubles, and within the limits. */
-#ifndef API_TIMES_JSON_H
-#define API_TIMES_JSON_H
+#pragma once
 
 #include "api/read/field.h"
 #include "api/base/limits.h"
@@ -34,5 +33,3 @@ PEND_MUST_CHECK enum pend_status api_times_read(struct api_times *times,
 
 /** Frees the list, if there is one. */
 void api_times_clear(struct api_times *times);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: checking and building the tree (core/tree/tree), its state (state_json).
  * Invariant: a tree that was read is valid, within the limits, and holds no pointer into the
  * document. */
-#ifndef API_TREE_JSON_H
-#define API_TREE_JSON_H
+#pragma once
 
 #include "api/read/field.h"
 #include "api/base/limits.h"
@@ -89,5 +88,3 @@ void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, 
 void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count,
                             const char *what, const struct api_limits *limits,
                             struct api_problem *problem);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: which parts there are (the owners' `carry`), where the bytes are kept (server).
  * Invariant: one function of the owner passes the parts for all three, so that exactly the saved
  * parts are restored. */
-#ifndef PEND_CHECKPOINT_H
-#define PEND_CHECKPOINT_H
+#pragma once
 
 #include <stddef.h>
 
@@ -53,5 +52,3 @@ int pend_checkpoint_whole(const struct pend_checkpoint *checkpoint);
 
 /** Returns true if the invariants of the structure hold. O(1). For assertions. */
 int pend_checkpoint_valid(const struct pend_checkpoint *checkpoint);
-
-#endif

@@ -2,8 +2,7 @@
  * supports.
  * Leaves to others: the kernels (kernel_*), compiling them once for each set (Makefile).
  * Invariant: the result is the same for every call in a process. */
-#ifndef PEND_ISA_H
-#define PEND_ISA_H
+#pragma once
 
 /* Vectors hold 2, 4 and 8 doubles. Results agree to the last bit between avx2 and avx512; base
  * has no fused multiply-add and rounds differently. */
@@ -26,6 +25,4 @@ enum pend_isa pend_isa_best(void);
 #else
 #define PEND_ISA_EACH(type, name) extern const type name##_base
 #define PEND_ISA_PICK(name, isa) ((void)(isa), &name##_base)
-#endif
-
 #endif

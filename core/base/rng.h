@@ -3,8 +3,7 @@
  * Leaves to others: the use of the numbers (api).
  * Invariant: the bits are the same on every machine, because only integer operations, additions,
  * products, quotients and square roots are used. */
-#ifndef PEND_RNG_H
-#define PEND_RNG_H
+#pragma once
 
 #include <stdint.h>
 
@@ -28,5 +27,3 @@ double pend_rng_uniform(uint64_t seed, uint64_t i, uint32_t place);
  * within 1e-15, from -8.3 to 8.3. O(1).
  */
 double pend_rng_normal(uint64_t seed, uint64_t i, uint32_t place);
-
-#endif

@@ -1,8 +1,7 @@
 /* Result codes, error detail and fault reports of the whole project.
  * Leaves to others: how a code is shown to a user (api/base/problem).
  * Invariant: 0 is success; codes and texts come from the one list below. */
-#ifndef PEND_STATUS_H
-#define PEND_STATUS_H
+#pragma once
 
 /* name, text */
 #define PEND_STATUS_LIST(X)                                                                        \
@@ -94,5 +93,3 @@ struct pend_fault_sink {
     void *context;
     long worded; /* 0 = all faults have a text */
 };
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: ideal pendulums, for which there are faster forms (dynamics), series of any
  * order (jets).
  * Invariant: no allocation; arms in the tree's stored order. */
-#ifndef PEND_BODIES_H
-#define PEND_BODIES_H
+#pragma once
 
 #include <stddef.h>
 
@@ -62,5 +61,3 @@ void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tr
                         const struct pend_loads *loads, int order, void *memory);
 size_t pend_bodies_system_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                                 int order);
-
-#endif

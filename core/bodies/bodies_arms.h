@@ -3,8 +3,7 @@
  * root, the hyperbolic tangent with its distance to 1.
  * Leaves to others: arithmetic (number), drives (bodies_number).
  * Invariant: an arm's result does not depend on other arms, nor on the width of vectors. */
-#ifndef PEND_BODIES_ARMS_H
-#define PEND_BODIES_ARMS_H
+#pragma once
 
 #include <math.h>
 
@@ -144,5 +143,3 @@ static inline arms arms_tanh(arms x, arms *w) {
     *w = arms_div(arms_of(1), arms_add(two, u));
     return arms_div(u, arms_add(two, u));
 }
-
-#endif

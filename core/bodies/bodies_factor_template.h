@@ -22,8 +22,7 @@
  * from nu, the moments on the parent without the arm's own, as D F = (P B + det P p p^T) a + (D' P
  * p - K' w + det P |p|^2 p) kr + w nu + (D' - p (i w)^T) beta, B is N at p without the arm, D' and
  * K' the parent's D and K without it. */
-#ifndef PEND_BODIES_FACTOR_TEMPLATE_H
-#define PEND_BODIES_FACTOR_TEMPLATE_H
+#pragma once
 
 #include "core/bodies/bodies_number.h"
 #include "core/bodies/bodies_system.h"
@@ -415,5 +414,3 @@ static inline void bodies_factor(const struct bodies_system *s) {
         if (k) bodies_carry(s, k);
     }
 }
-
-#endif

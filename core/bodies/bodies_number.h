@@ -1,8 +1,7 @@
 /* The sine and cosine of an angle and of a drive, for every kind of number.
  * Leaves to others: arithmetic (number).
  * Invariant: a lane's result does not depend on other lanes, nor on the width of vectors. */
-#ifndef PEND_BODIES_NUMBER_H
-#define PEND_BODIES_NUMBER_H
+#pragma once
 
 #include <math.h>
 
@@ -76,6 +75,4 @@ static inline void num_drive(num omega, num time, num late, num phase, num *sine
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
     num_sincos(num_fma(omega, num_add(time, late), phase), sine, cosine);
 }
-#endif
-
 #endif

@@ -3,8 +3,7 @@
  * ensemble, extended).
  * Invariant: a series is stored in tiles of eight arms, all orders of a tile together, like those
  * of the ideal pendulum. */
-#ifndef PEND_BODIES_SYSTEM_H
-#define PEND_BODIES_SYSTEM_H
+#pragma once
 
 #include <stddef.h>
 
@@ -218,5 +217,3 @@ static inline void bodies_lay(struct bodies_system *s, size_t seats, size_t seri
     s->pivot_force_x = at + 4 * pivot, s->pivot_force_y = at + 5 * pivot;
     s->share = at + 6 * pivot;
 }
-
-#endif

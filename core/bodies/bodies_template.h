@@ -28,8 +28,7 @@
  *     beta = z kr + X mu - N_tip^T f + sum N_c^T R beta_c,    N = 1 - e X^T,
  *     z = h + sum N_c^T P p,   K = sum <e, P p>,   a_c = R^T N_c a + conj(R) p (kr + i m / D).
  * bodies_factor_template computes Phi, N and their products without cancellation. */
-#ifndef PEND_BODIES_TEMPLATE_H
-#define PEND_BODIES_TEMPLATE_H
+#pragma once
 
 #include "core/bodies/bodies_factor_template.h"
 #include "core/bodies/drives_template.h"
@@ -360,5 +359,3 @@ static inline void bodies_forces(const struct bodies_system *s, int order) {
             arms_put(s->force + last, arms_add(along, across));
         }
 }
-
-#endif

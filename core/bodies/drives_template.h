@@ -2,8 +2,7 @@
  * non-conservative ones. For any kind of number.
  * Leaves to others: the motion (bodies_template, which includes this).
  * Invariant: a term that a pendulum does not have costs only a test. */
-#ifndef PEND_DRIVES_TEMPLATE_H
-#define PEND_DRIVES_TEMPLATE_H
+#pragma once
 
 #include <assert.h>
 
@@ -380,5 +379,3 @@ static inline void bodies_power(const struct bodies_system *s, num unit, int ord
             heat[k] = num_fma(cart, bodies_cart_sweep(s, k, low), heat[k]);
     }
 }
-
-#endif

@@ -2,8 +2,7 @@
  * number; used by the general kernel and the quick ones.
  * Leaves to others: torques other than drives (drives_template, loads_template).
  * Invariant: a harmonic costs one sine and one cosine per expansion. */
-#ifndef PEND_HARMONIC_TEMPLATE_H
-#define PEND_HARMONIC_TEMPLATE_H
+#pragma once
 
 #include "core/bodies/bodies_factor_template.h"
 
@@ -61,5 +60,3 @@ static inline void bodies_drive_pivot(const struct bodies_system *s,
         s->lift_y[j] = num_fma(twice, s->slide_y[j], s->lift_y[j]);
     }
 }
-
-#endif

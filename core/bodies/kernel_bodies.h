@@ -2,8 +2,7 @@
  * Leaves to others: memory (bodies), many pendulums side by side (ensemble), more digits
  * (extended).
  * Invariant: a kernel of an unsupported set is never called. */
-#ifndef PEND_KERNEL_BODIES_H
-#define PEND_KERNEL_BODIES_H
+#pragma once
 
 #include "core/bodies/bodies_system.h"
 #include "core/tree/loads.h"
@@ -48,5 +47,3 @@ extern const struct bodies_kernel pend_kernel_bodies_avx2, pend_kernel_bodies_av
 
 /** Returns the kernel of the best instruction set of this processor. O(1). */
 const struct bodies_kernel *pend_kernel_bodies(void);
-
-#endif

@@ -10,8 +10,7 @@
  * outputs to the state, newest first, of which the oldest acts. Margins follow from 1 + L(z) = prod
  * (z - c_i) / prod (z - o_i) on the unit circle, c the multipliers of the closed loop, o of the
  * loop that is open at one actuator. */
-#ifndef PEND_LOOP_H
-#define PEND_LOOP_H
+#pragma once
 
 #include "core/modes/damped.h"
 #include "core/tree/loads.h"
@@ -103,5 +102,3 @@ PEND_MUST_CHECK enum pend_status pend_loop_reach(const struct pend_loop *loop,
                                                  const struct pend_damped *modes, int count,
                                                  const double vectors[], double reach[]);
 #define PEND_LOOP_REACHED 1e-7
-
-#endif

@@ -8,8 +8,7 @@
  * Control 77, 2004). Two steps of Newton's method follow, X = sum (A_c^T)^k (Q + K^T R K) A_c^k
  * with A_c = A - B K, in units in which X has a diagonal of about 1. Against 40 digits this page is
  * 100 times as exact as the QZ method of SciPy, and SLICOT would bring LAPACK. */
-#ifndef PEND_RICCATI_H
-#define PEND_RICCATI_H
+#pragma once
 
 #include "core/base/status.h"
 
@@ -31,5 +30,3 @@ void pend_product(int n, int k, int m, const double a[], int ta, const double b[
  */
 PEND_MUST_CHECK enum pend_status pend_riccati(int n, int m, const double a[], const double b[],
                                               const double q[], const double r[], double gains[]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the systems (method_radau). GSL's functions are not available in browsers.
  * Invariant: matrices are n rows of n, real and imaginary parts apart; the places of the pivots
  * hold their inverses. */
-#ifndef PEND_COMPLEX_FACTOR_H
-#define PEND_COMPLEX_FACTOR_H
+#pragma once
 
 #include <math.h>
 
@@ -63,5 +62,3 @@ static inline void complex_solve(int n, const double re[], const double im[], co
         y[k] = a * im[k * n + k] + b * re[k * n + k];
     }
 }
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: names of parameters (api), motions alone (run).
  * Invariant: arrays of results are in the CALLER's order of arms, the last axis is the parameter;
  * the same problem gives the same bits, whatever the sizes of the blocks. */
-#ifndef PEND_DERIVATIVES_H
-#define PEND_DERIVATIVES_H
+#pragma once
 
 #include "core/derivatives/derived_rows.h"
 #include "core/derivatives/parameter.h"
@@ -86,5 +85,3 @@ int pend_derivatives_valid(const struct pend_derivatives *derivatives);
  */
 PEND_MUST_CHECK enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
                                                         struct pend_checkpoint *checkpoint);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: computing them (derivatives), the parameters (parameter).
  * Invariant: arms are in the caller's order, a cart is not one of them; the last axis of a
  * derivative is the parameter. */
-#ifndef PEND_DERIVED_ROWS_H
-#define PEND_DERIVED_ROWS_H
+#pragma once
 
 /* The quantities. The energies and those of a cart have one number per row, all others one for each
  * arm, without a cart. FORCE is the compression at the tip; joint forces are as in struct
@@ -47,5 +46,3 @@ static inline int pend_derived_from(int what) {
                                PEND_DERIVED_JOINT_ACROSS};
     return what < PEND_DERIVED_CART_PLACE ? what : from[what - PEND_DERIVED_CART_PLACE];
 }
-
-#endif

@@ -2,8 +2,7 @@
  * the motion by the quick kernels, once, and its derivatives in groups of eight. Leaves to others:
  * steps and rows (derivatives), arithmetic (jets, kernel_ideal). Invariant: one block of the
  * caller's memory; the motion depends on the derivatives only by the length of its steps. */
-#ifndef PEND_IDEAL_H
-#define PEND_IDEAL_H
+#pragma once
 
 #include "core/derivatives/ideal_loads.h"
 #include "core/derivatives/kernel_derivatives.h"
@@ -64,5 +63,3 @@ void pend_ideal_view(const struct ideal *ideal, int first, const struct derivati
 
 /** Saves the state to a checkpoint, or restores it. */
 void pend_ideal_carry(struct ideal *ideal, struct pend_checkpoint *checkpoint);
-
-#endif

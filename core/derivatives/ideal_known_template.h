@@ -3,8 +3,7 @@
  * Leaves to others: the orders (kernel_ideal, which includes this), the factorization
  * (jets_factor, ideal_loads_template). Invariant: the sweeps of point masses are those of
  * jets_template, with numbers as coefficients. */
-#ifndef PEND_IDEAL_KNOWN_TEMPLATE_H
-#define PEND_IDEAL_KNOWN_TEMPLATE_H
+#pragma once
 
 #include <assert.h>
 #include <string.h>
@@ -325,5 +324,3 @@ static void ideal_know(const struct ideal_known *s) {
     if (s->loaded) ideal_forces(s);
     if (s->n <= IDEAL_DENSE) ideal_table(s);
 }
-
-#endif

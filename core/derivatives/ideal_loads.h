@@ -5,8 +5,7 @@
  * Leaves to others: memory (ideal), arithmetic (kernel_ideal).
  * Invariant: the choice depends on the pendulum and the parameters, so that all passes of a motion
  * use one kernel. */
-#ifndef PEND_IDEAL_LOADS_H
-#define PEND_IDEAL_LOADS_H
+#pragma once
 
 #include "core/derivatives/ideal_system.h"
 #include "core/derivatives/parameter.h"
@@ -32,5 +31,3 @@ void pend_ideal_load(struct ideal_known *known, const struct pend_tree *tree,
 void pend_ideal_vary(struct ideal_known *known, struct ideal_group *group, int lane,
                      const struct pend_tree *tree, const struct pend_loads *loads,
                      struct pend_parameter by, double seed);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the choice of pendulums (ideal_loads), point masses (ideal_known_template,
  * which includes this).
  * Invariant: nothing here is a product of two series of derivatives. */
-#ifndef PEND_IDEAL_LOADS_TEMPLATE_H
-#define PEND_IDEAL_LOADS_TEMPLATE_H
+#pragma once
 
 #include <math.h>
 
@@ -141,5 +140,3 @@ VEC_INLINE wide ideal_resist(const struct ideal_known *s, const struct ideal_gro
                        wide_of(-s->across[ideal_place(s, a, k)]), sum);
     return sum;
 }
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: memory (ideal), arithmetic (kernel_ideal).
  * Invariant: series of the motion are in tiles of eight arms, those of derivatives in rows of eight
  * parameters. */
-#ifndef PEND_IDEAL_SYSTEM_H
-#define PEND_IDEAL_SYSTEM_H
+#pragma once
 
 #include "core/taylor/jets_system.h"
 
@@ -73,5 +72,3 @@ struct ideal_group {
     double *work;           /* IDEAL_WORK rows per arm */
     double *out[4];         /* phi, rate, acc, force at an instant */
 };
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the choice of parameters, steps and instants (derivatives).
  * Invariant: a number is a value and, from DERIVATIVES_FIRST on, eight derivatives; a kernel of an
  * unsupported set is never called. */
-#ifndef PEND_KERNEL_DERIVATIVES_H
-#define PEND_KERNEL_DERIVATIVES_H
+#pragma once
 
 #include <stddef.h>
 
@@ -80,5 +79,3 @@ extern const struct derivatives_kernel pend_kernel_derivatives_avx2, pend_kernel
 
 /** Returns the kernel of the best instruction set of this processor. O(1). */
 const struct derivatives_kernel *pend_kernel_derivatives(void);
-
-#endif

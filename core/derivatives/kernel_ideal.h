@@ -3,8 +3,7 @@
  * Leaves to others: the motion, memory, the choice of parameters (ideal).
  * Invariant: a derivative does not depend on the other lanes; a kernel of an unsupported set is
  * never called. */
-#ifndef PEND_KERNEL_IDEAL_H
-#define PEND_KERNEL_IDEAL_H
+#pragma once
 
 #include "core/derivatives/ideal_system.h"
 
@@ -35,5 +34,3 @@ extern const struct ideal_kernel pend_kernel_ideal_avx2, pend_kernel_ideal_avx51
 
 /** Returns the kernel of the best instruction set of this processor. O(1). */
 const struct ideal_kernel *pend_kernel_ideal(void);
-
-#endif

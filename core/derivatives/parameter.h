@@ -1,8 +1,7 @@
 /* Parameters with respect to which a motion is differentiated.
  * Leaves to others: names of parameters (api), derivatives (derivatives).
  * Invariant: arms are counted in stored order. */
-#ifndef PEND_PARAMETER_H
-#define PEND_PARAMETER_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -40,5 +39,3 @@ static inline double pend_parameter_value(const struct pend_tree *tree,
         return 0;
     }
 }
-
-#endif

@@ -12,8 +12,7 @@
  * system and one complex one for each pair, with as many unknowns as arms. R is computed without
  * 1/a, so that its rounding does not grow. There is only one order, because orders 5 and 9 took
  * more evaluations at every tolerance from 1e-4 on. */
-#ifndef PEND_RADAU_H
-#define PEND_RADAU_H
+#pragma once
 
 #include "core/derivatives/kernel_derivatives.h"
 #include "core/derivatives/radau_table.h"
@@ -93,5 +92,3 @@ double pend_radau_try(struct radau *r, double h, double *longer);
 
 /** The method's `spread`. */
 void pend_radau_spread(struct radau *r, double phi[], double rate[]);
-
-#endif

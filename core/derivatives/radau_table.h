@@ -2,8 +2,7 @@
  * rounded.
  * Leaves to others: steps (method_radau).
  * Invariant: the last node is 1, so that the last stage is the end of the step. */
-#ifndef PEND_RADAU_TABLE_H
-#define PEND_RADAU_TABLE_H
+#pragma once
 
 enum { RADAU_STAGES = 7, RADAU_POLES = (RADAU_STAGES + 1) / 2 };
 
@@ -74,5 +73,3 @@ static const double radau_from[2][RADAU_POLES][RADAU_STAGES] = {
       -0x1.8bb245070754ap-3, -0x1.1a25b03d9d468p-2, 0x0.0p+0},
      {-0x1.1fd1e87d8734ep-7, 0x1.60acbeb1e0799p-6, -0x1.e21a8149adf6cp-5, 0x1.536dd24148f21p-3,
       -0x1.1820faaf29e23p-2, -0x1.f1fe9d1a481e0p-2, 0x0.0p+0}}};
-
-#endif

@@ -1,8 +1,7 @@
 /* Angular accelerations and arm forces of a moving tree in O(n), without a matrix.
  * Leaves to others: positions and energies (kinematics).
  * Invariant: no allocation; arms in the tree's stored order. */
-#ifndef PEND_DYNAMICS_H
-#define PEND_DYNAMICS_H
+#pragma once
 
 #include <stddef.h>
 
@@ -127,5 +126,3 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
 void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree,
                            const struct pend_loads *loads, const double phi[], const double rate[],
                            void *work, double acc[], double force[]);
-
-#endif

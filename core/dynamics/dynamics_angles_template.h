@@ -2,8 +2,7 @@
  * arm's angle to its parent, and w = l phi'^2.
  * Leaves to others: the sweeps (dynamics_one_template).
  * Invariant: the operations are those of dynamics_vec_template, so the bits are the same. */
-#ifndef PEND_DYNAMICS_ANGLES_TEMPLATE_H
-#define PEND_DYNAMICS_ANGLES_TEMPLATE_H
+#pragma once
 
 #include "core/dynamics/dynamics_template.h"
 
@@ -78,5 +77,3 @@ VEC_INLINE void block_turns(struct turns *turns, const struct pend_tree *tree, c
     turns_some(turns, i, wide_load_some(phi + i, count, 0), wide_load_some(base + i, count, 0),
                wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
 }
-
-#endif

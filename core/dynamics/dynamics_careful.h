@@ -2,8 +2,7 @@
  * between heavy arms that are nearly aligned or without tension.
  * Leaves to others: all other states (kernel_dynamics), the choice between the forms (dynamics).
  * Invariant: no allocation; arms in the tree's stored order. */
-#ifndef PEND_DYNAMICS_CAREFUL_H
-#define PEND_DYNAMICS_CAREFUL_H
+#pragma once
 
 #include <stddef.h>
 
@@ -24,5 +23,3 @@ size_t pend_dynamics_careful_bytes(int n);
 void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads *loads,
                            const double phi[], const double rate[], void *work, double acc[],
                            double force[]);
-
-#endif

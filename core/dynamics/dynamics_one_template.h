@@ -2,8 +2,7 @@
  * Leaves to others: angles (dynamics_angles_template), several states (dynamics_vec_template),
  * memory (dynamics).
  * Invariant: the operations are those of dynamics_vec_template, so the bits are the same. */
-#ifndef PEND_DYNAMICS_ONE_TEMPLATE_H
-#define PEND_DYNAMICS_ONE_TEMPLATE_H
+#pragma once
 
 #include "core/dynamics/dynamics_angles_template.h"
 
@@ -281,5 +280,3 @@ static int kernel_blocks(const struct pend_tree *tree, const struct pend_loads *
     const struct one one = {tree, loads->gravity, phi, rate, acc, force, turns, joint};
     return one_sweeps(&one);
 }
-
-#endif

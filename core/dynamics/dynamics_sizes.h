@@ -1,8 +1,7 @@
 /* Sizes shared by the quick forms of the dynamics and their callers.
  * Leaves to others: the forms (dynamics_*_template), memory (dynamics).
  * Invariant: DYNAMICS_VEC is a multiple of every width of vectors. */
-#ifndef PEND_DYNAMICS_SIZES_H
-#define PEND_DYNAMICS_SIZES_H
+#pragma once
 
 /* Number of arms whose scratch is contiguous: one base address serves all arrays of a sweep. */
 enum { DYNAMICS_BLOCK = 64, DYNAMICS_VEC = 8 };
@@ -10,5 +9,3 @@ enum { DYNAMICS_BLOCK = 64, DYNAMICS_VEC = 8 };
 /* Values of scratch per arm in a block of DYNAMICS_BLOCK arms of one state. For DYNAMICS_VEC states
  * each value is DYNAMICS_VEC numbers. */
 enum { DYNAMICS_VALUES = 7 };
-
-#endif

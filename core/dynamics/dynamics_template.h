@@ -2,8 +2,7 @@
  * which a form rejects a state because it may lose digits.
  * Leaves to others: the sweeps (dynamics_*_template).
  * Invariant: a power of 2 times all masses, and its inverse, are finite. */
-#ifndef PEND_DYNAMICS_TEMPLATE_H
-#define PEND_DYNAMICS_TEMPLATE_H
+#pragma once
 
 #include <limits.h>
 #include <math.h>
@@ -34,5 +33,3 @@ VEC_INLINE double kernel_unit(double mass) {
     memcpy(&mass, &bits, sizeof bits);
     return mass;
 }
-
-#endif

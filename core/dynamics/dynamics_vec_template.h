@@ -3,8 +3,7 @@
  * Leaves to others: single states (dynamics_one_template, with the same operations), memory
  * (dynamics).
  * Invariant: lanes never mix; a state's result has the same bits as if computed alone. */
-#ifndef PEND_DYNAMICS_VEC_TEMPLATE_H
-#define PEND_DYNAMICS_VEC_TEMPLATE_H
+#pragma once
 
 #include "core/dynamics/dynamics_template.h"
 
@@ -200,5 +199,3 @@ static unsigned kernel_lanes(const struct pend_tree *tree, const struct pend_loa
     }
     return kept;
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* The quick forms of the dynamics, by instruction set.
  * Leaves to others: states on which the quick forms may lose digits (dynamics), memory (dynamics).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
-#ifndef PEND_KERNEL_DYNAMICS_H
-#define PEND_KERNEL_DYNAMICS_H
+#pragma once
 
 #include "core/dynamics/dynamics_sizes.h"
 #include "core/tree/loads.h"
@@ -33,6 +32,4 @@ struct dynamics_kernel {
 extern const struct dynamics_kernel pend_kernel_dynamics_base;
 #ifdef __x86_64__
 extern const struct dynamics_kernel pend_kernel_dynamics_avx2, pend_kernel_dynamics_avx512;
-#endif
-
 #endif

@@ -2,8 +2,7 @@
  * accelerations.
  * Leaves to others: finding the accelerations (dynamics).
  * Invariant: no allocation; arms in the tree's stored order; outputs never alias inputs. */
-#ifndef PEND_KINEMATICS_H
-#define PEND_KINEMATICS_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -79,5 +78,3 @@ double pend_kinematics_energy_scale(const struct pend_tree *tree, const struct p
 void pend_kinematics_force(const struct pend_tree *tree, const struct pend_loads *loads,
                            const double phi[], const double rate[], const double acc[],
                            double force[]);
-
-#endif

@@ -1,8 +1,7 @@
 /* Positions, velocities and energies of an ideal or real pendulum at a given time.
  * Leaves to others: ideal pendulums (kinematics), which it calls.
  * Invariant: arms in the tree's stored order; no allocation. */
-#ifndef PEND_KINEMATICS_AT_H
-#define PEND_KINEMATICS_AT_H
+#pragma once
 
 #include "core/dynamics/kinematics.h"
 #include "core/tree/loads.h"
@@ -69,5 +68,3 @@ void pend_kinematics_energies_at(const struct pend_tree *tree, const struct pend
  */
 double pend_kinematics_energy_scale_at(const struct pend_tree *tree, const struct pend_loads *loads,
                                        double kinetic);
-
-#endif

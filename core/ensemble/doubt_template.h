@@ -2,8 +2,7 @@
  * Included by the kernel, after its series. Leaves to others: the series of a step
  * (kernel_ensemble), those of a neighbour of a real pendulum (real_template). Invariant: no lane's
  * estimate depends on another lane. */
-#ifndef PEND_DOUBT_TEMPLATE_H
-#define PEND_DOUBT_TEMPLATE_H
+#pragma once
 
 /* number of terms to which the recurrence is fitted, and of terms extrapolated by it */
 enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
@@ -219,5 +218,3 @@ static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets
                            num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
     doubt_note(doubt, next, doubt_ratio(lanes, lanes->to.rate) * grown);
 }
-
-#endif

@@ -3,8 +3,7 @@
  * Invariant: a member's result depends neither on its lane, nor on its neighbours, nor on how
  * the members are divided among threads: the bits are the same for every number of threads, and
  * the same on avx2 and avx512 (base, without fused multiply-add, differs in rounding). */
-#ifndef PEND_ENSEMBLE_H
-#define PEND_ENSEMBLE_H
+#pragma once
 
 #include "core/ensemble/member.h"
 
@@ -53,5 +52,3 @@ void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count)
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps,
                                                   int *done);
-
-#endif

@@ -1,8 +1,7 @@
 /* Conditions on the members of an ensemble: their passages, found on the series of each lane.
  * Leaves to others: finding them in a step (event_search), other events (ensemble_watch).
  * Invariant: a member's passages depend neither on its lane nor on its neighbours. */
-#ifndef PEND_ENSEMBLE_EVENTS_H
-#define PEND_ENSEMBLE_EVENTS_H
+#pragma once
 
 #include "core/ensemble/ensemble_work.h"
 
@@ -23,5 +22,3 @@ void pend_ensemble_events_start(struct pend_ensemble *e, int i);
  * end it. No allocation.
  */
 double pend_ensemble_events_step(struct pend_ensemble *e, int i);
-
-#endif

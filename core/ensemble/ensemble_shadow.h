@@ -3,8 +3,7 @@
  * Leaves to others: the steps, which the member and its neighbour take together (kernel_ensemble).
  * Invariant: the distance is small enough for a linear law, and large enough to stand out from
  * rounding. */
-#ifndef PEND_ENSEMBLE_SHADOW_H
-#define PEND_ENSEMBLE_SHADOW_H
+#pragma once
 
 #include "core/ensemble/ensemble_work.h"
 
@@ -20,5 +19,3 @@ void pend_ensemble_shadow_step(struct pend_ensemble *e, int i);
 /** Returns the logarithm of the growth of the neighbour's distance up to the end of the step,
  * divided by the time, 1/s; NaN where the time is 0. */
 double pend_ensemble_shadow_exponent(const struct pend_ensemble *e, int i);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: which steps may hold an event (kernel_ensemble), where members start and end
  * (ensemble).
  * Invariant: the events found do not depend on where the steps begin and end, beyond rounding. */
-#ifndef PEND_ENSEMBLE_WATCH_H
-#define PEND_ENSEMBLE_WATCH_H
+#pragma once
 
 #include "core/ensemble/ensemble_work.h"
 
@@ -52,5 +51,3 @@ void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now);
 /** Begins the next piece of a lane that has reached its stop; returns 0 if that is the member's
  * end. */
 int pend_ensemble_watch_piece(struct pend_ensemble *e, int i);
-
-#endif

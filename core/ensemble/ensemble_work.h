@@ -1,8 +1,7 @@
 /* The workspace of an ensemble on one thread.
  * Leaves to others: the computations in it (ensemble_watch, ensemble_shadow, ensemble).
  * Invariant: one block of memory; lane i belongs to seat i / (1 + paired). */
-#ifndef PEND_ENSEMBLE_WORK_H
-#define PEND_ENSEMBLE_WORK_H
+#pragma once
 
 #include <math.h>
 
@@ -75,5 +74,3 @@ static inline int ensemble_spread(const struct pend_tree *tree, double gravity, 
     for (; swings > SWINGS && order < JETS_SPREAD + MORE; swings /= 10) order += 2;
     return order < known ? order : known;
 }
-
-#endif

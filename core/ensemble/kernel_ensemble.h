@@ -1,8 +1,7 @@
 /* One step of several members of an ensemble at once, one member per lane, by instruction set.
  * Leaves to others: which member is in which lane, and the delivery of its outcome (ensemble).
  * Invariant: no lane's result depends on another lane, except within a pair of lanes. */
-#ifndef PEND_KERNEL_ENSEMBLE_H
-#define PEND_KERNEL_ENSEMBLE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -111,5 +110,3 @@ struct ensemble_kernel {
 };
 
 PEND_ISA_EACH(struct ensemble_kernel, pend_kernel_ensemble);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the steps, which the motion and its neighbours take side by side (ensemble).
  * Invariant: neighbours are close enough for a linear law of their distances; otherwise an interval
  * is computed again in shorter pieces. */
-#ifndef PEND_LYAPUNOV_H
-#define PEND_LYAPUNOV_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -85,5 +84,3 @@ double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov);
 
 /** Returns the number of integration steps of all motions so far. */
 long pend_lyapunov_steps(const struct pend_lyapunov *lyapunov);
-
-#endif

@@ -1,8 +1,7 @@
 /* The members of an ensemble: their starts, the requested quantities, and their outcomes.
  * Leaves to others: the computation (ensemble).
  * Invariant: arrays of one value per arm are in the tree's stored order. */
-#ifndef PEND_MEMBER_H
-#define PEND_MEMBER_H
+#pragma once
 
 #include "core/base/isa.h"
 #include "core/integrate/events/event.h"
@@ -121,5 +120,3 @@ struct pend_ensemble_problem {
     pend_hit_fn *hit;   /* may be NULL without conditions */
     void *context;
 };
-
-#endif

@@ -2,8 +2,7 @@
  * energies, and the propagation of small errors. Included by the kernel, after the numbers.
  * Leaves to others: the equations of motion (bodies_template), steps (kernel_ensemble).
  * Invariant: lanes may differ in the numbers of the list of terms, and as ideal pendulums do. */
-#ifndef PEND_REAL_TEMPLATE_H
-#define PEND_REAL_TEMPLATE_H
+#pragma once
 
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/jets_bodies.h"
@@ -164,5 +163,3 @@ static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *la
     }
     return force;
 }
-
-#endif

@@ -2,8 +2,7 @@
  * against it.
  * Leaves to others: instants and samples (run, by way of method_extended).
  * Invariant: its bits are the same on avx2 and avx512. */
-#ifndef PEND_EXTENDED_H
-#define PEND_EXTENDED_H
+#pragma once
 
 #include "core/base/checkpoint.h"
 #include "core/base/isa.h"
@@ -98,5 +97,3 @@ void pend_extended_at(const struct pend_extended *extended, int count, const dou
  * each, J times unit^2, rounded to doubles. Returns the unit, s. O(n order^2).
  */
 double pend_extended_power(const struct pend_extended *extended, double work[], double heat[]);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the solution for the next coefficients (extended_orders_template), memory
  * (kernel_extended).
  * Invariant: a sum has all digits of its largest term, unless the order needs one double only. */
-#ifndef PEND_EXTENDED_KNOWN_TEMPLATE_H
-#define PEND_EXTENDED_KNOWN_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/jets_system.h"
 
@@ -162,5 +161,3 @@ VEC_INLINE struct extended_known extended_find(const struct jets_system *s,
                                                int a) {
     return packs->packed ? extended_convolve_packed(packs, n, k, a) : extended_convolve(s, n, k, a);
 }
-
-#endif

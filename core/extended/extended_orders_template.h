@@ -2,8 +2,7 @@
  * inverse of the tree system, for others by its sweeps.
  * Leaves to others: the known parts (extended_known_template), the step (kernel_extended).
  * Invariant: from order `precise` on one double of each number is computed, the other is 0. */
-#ifndef PEND_EXTENDED_ORDERS_TEMPLATE_H
-#define PEND_EXTENDED_ORDERS_TEMPLATE_H
+#pragma once
 
 #include "core/extended/extended_known_template.h"
 #include "core/taylor/jets_template.h"
@@ -178,5 +177,3 @@ static void extended_orders(const struct jets_system *s, const struct extended_p
         extended_pack(s, packs, k + 1);
     }
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* One step of a trajectory in numbers of 32 digits, by instruction set.
  * Leaves to others: its start and end (extended).
  * Invariant: the same bits in every instruction set with fused multiply-add. */
-#ifndef PEND_KERNEL_EXTENDED_H
-#define PEND_KERNEL_EXTENDED_H
+#pragma once
 
 #include <stddef.h>
 
@@ -67,5 +66,3 @@ struct extended_kernel {
 };
 
 PEND_ISA_EACH(struct extended_kernel, pend_kernel_extended);
-
-#endif

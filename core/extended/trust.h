@@ -3,8 +3,7 @@
  * Leaves to others: the samples of the response (run).
  * Invariant: both runs have the same start, instants and limits; neither is more than a block
  * ahead of the comparison. */
-#ifndef PEND_TRUST_H
-#define PEND_TRUST_H
+#pragma once
 
 #include "core/integrate/methods/method.h"
 
@@ -51,5 +50,3 @@ double pend_trust_progress(const struct pend_trust *trust);
 /** Saves a comparison to a checkpoint or restores it; parameters and errors as pend_run_carry. */
 PEND_MUST_CHECK enum pend_status pend_trust_carry(struct pend_trust *trust,
                                                   struct pend_checkpoint *checkpoint);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: reading data and naming parameters (api), the motion (core/derivatives).
  * Invariant: a converged fit is a minimum of the sum of squares within the bounds, to first or, if
  * the slopes are not sufficient, to second order, and its motion follows the data. */
-#ifndef PEND_FIT_H
-#define PEND_FIT_H
+#pragma once
 
 #include "core/fit/fit_problem.h"
 #include "core/fit/fit_result.h"
@@ -55,5 +54,3 @@ double pend_fit_bytes(const struct pend_fit_problem *problem);
 
 /** Returns true if the invariants hold. O(1). For assertions. */
 int pend_fit_valid(const struct pend_fit *fit);
-
-#endif

@@ -1,8 +1,7 @@
 /* One of several motions as a separate problem: its rows, its start, and the unknowns that it
  * depends on. Leaves to others: the search (fit), which starts all motions from their separate
  * solutions. Invariant: a separate solution is only a start. */
-#ifndef PEND_FIT_ALONE_H
-#define PEND_FIT_ALONE_H
+#pragma once
 
 #include "core/fit/fit_problem.h"
 
@@ -15,5 +14,3 @@ struct fit_alone {
 /** Extracts a run, 0 .. runs - 1, from a problem of several, which must outlive it; it gets half of
  * the iterations. Returns NULL if memory is short; released by free. O(rows columns). */
 struct fit_alone *pend_fit_alone(const struct pend_fit_problem *problem, int run);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the fit (fit).
  * Invariant: a value is between its bounds for any inner number: by a sine for two bounds, an
  * exponential for one. */
-#ifndef PEND_FIT_BOUNDS_H
-#define PEND_FIT_BOUNDS_H
+#pragma once
 
 #include <math.h>
 
@@ -42,5 +41,3 @@ static inline int fit_bounds_at(const struct pend_fit_unknown *u, double value) 
     if (isfinite(u->low) && isfinite(u->high)) size = u->high - u->low;
     return value - u->low < 1e-6 * size || u->high - value < 1e-6 * size;
 }
-
-#endif

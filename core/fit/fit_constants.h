@@ -2,8 +2,7 @@
  * that fails at three times the value or a third. A row without has none yet.
  * Leaves to others: limits of requests (api/base/limits). Invariant: no other file of the folder
  * has such a number by name. */
-#ifndef PEND_FIT_CONSTANTS_H
-#define PEND_FIT_CONSTANTS_H
+#pragma once
 
 /* Step of the search at which a window of rows that will grow is done. Unit: relative.
  * [wrong_requests_of_fits_are_told_what_helps] */
@@ -117,5 +116,3 @@ enum { FIT_PIECE_NUMBERS = 16384 };
 static const double fit_gape = 10;
 /* Length of a piece: a tip over the top takes as long for half a turn. Unit: swing. */
 static const double fit_piece = 0.25;
-
-#endif

@@ -4,8 +4,7 @@
  * a step of any size seems to gain.
  * Leaves to others: first derivatives (fit_told), how a fit ends (fit_end).
  * Invariant: value, residual, slope and held of the fit are restored. */
-#ifndef PEND_FIT_CURVE_H
-#define PEND_FIT_CURVE_H
+#pragma once
 
 #include "core/fit/fit_state.h"
 
@@ -31,5 +30,3 @@ PEND_MUST_CHECK enum pend_status pend_fit_curve_along(struct pend_fit *fit,
  */
 PEND_MUST_CHECK enum pend_status pend_fit_curve_gain(struct pend_fit *fit, double *gain,
                                                      double covariance[]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the search (fit).
  * Invariant: a fit has converged only at a minimum of the sum of squares within the bounds whose
  * motion follows the data. */
-#ifndef PEND_FIT_END_H
-#define PEND_FIT_END_H
+#pragma once
 
 #include "core/fit/fit_state.h"
 
@@ -13,5 +12,3 @@
  * PEND_NO_MEMORY; the failures of pend_fit_model_at.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error);
-
-#endif

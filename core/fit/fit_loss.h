@@ -3,8 +3,7 @@
  * residuals.
  * Leaves to others: the choice of loss and knees (api).
  * Invariant: the transformation is the identity to first order at 0. */
-#ifndef PEND_FIT_LOSS_H
-#define PEND_FIT_LOSS_H
+#pragma once
 
 #include <math.h>
 
@@ -42,5 +41,3 @@ static inline double fit_loss_straight(enum pend_fit_loss loss, double knee, dou
     if (loss == PEND_FIT_CAUCHY) z = expm1(u);
     return copysign(knee * sqrt(z), bent);
 }
-
-#endif

@@ -2,8 +2,7 @@
  * changes with each of them.
  * Leaves to others: the minimum (fit).
  * Invariant: the problem is not changed; rows beyond the window are 0. */
-#ifndef PEND_FIT_MODEL_H
-#define PEND_FIT_MODEL_H
+#pragma once
 
 #include "core/fit/fit_problem.h"
 
@@ -48,5 +47,3 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
 PEND_MUST_CHECK enum pend_status pend_fit_model_at(struct fit_model *model, const double value[],
                                                    long rows, double residual[], double slope[],
                                                    struct pend_error *error);
-
-#endif

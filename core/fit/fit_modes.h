@@ -1,8 +1,7 @@
 /* Frequencies of the modes of a hanging pendulum, as measured with a stopwatch.
  * Leaves to others: the modes (core/modes), comparison with data (fit_model).
  * Invariant: the slowest swinging mode comes first. */
-#ifndef PEND_FIT_MODES_H
-#define PEND_FIT_MODES_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -18,5 +17,3 @@
  */
 PEND_MUST_CHECK enum pend_status pend_fit_modes(const struct pend_tree *tree,
                                                 const struct pend_loads *loads, double omega[]);
-
-#endif

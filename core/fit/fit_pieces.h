@@ -3,8 +3,7 @@
  * motion has many minima; that of its pieces has few, which lead to the lowest.
  * Leaves to others: the search with the whole motion (fit), which continues from the result.
  * Invariant: the result is only an initial value, never reported as a minimum. */
-#ifndef PEND_FIT_PIECES_H
-#define PEND_FIT_PIECES_H
+#pragma once
 
 #include "core/fit/fit_problem.h"
 
@@ -54,5 +53,3 @@ const double *pend_fit_pieces_inner(const struct fit_pieces *pieces);
 /** Returns the approximate bytes of pieces; 0 if multiple shooting is not possible. O(arms rows
  * columns). */
 double pend_fit_pieces_bytes(const struct pend_fit_problem *problem, double swing);
-
-#endif

@@ -1,8 +1,7 @@
 /* Measurements of a pendulum, of one motion or of several, and what is to be found from them.
  * Leaves to others: the model (fit_model), the minimum (fit).
  * Invariant: all pointers belong to the caller. */
-#ifndef PEND_FIT_PROBLEM_H
-#define PEND_FIT_PROBLEM_H
+#pragma once
 
 #include "core/derivatives/derivatives.h"
 
@@ -117,5 +116,3 @@ static inline double pend_fit_since(const struct pend_fit_problem *problem, long
  * squared). */
 PEND_MUST_CHECK enum pend_status pend_fit_check(const struct pend_fit_problem *problem,
                                                 struct pend_error *error);
-
-#endif

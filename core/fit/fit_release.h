@@ -1,8 +1,7 @@
 /* Active bounds of a fit: whether they remain active, and restarts from inside.
  * Leaves to others: the search (fit), inner numbers (fit_bounds).
  * Invariant: a bound is released only if the sum of squares decreases inwards. */
-#ifndef PEND_FIT_RELEASE_H
-#define PEND_FIT_RELEASE_H
+#pragma once
 
 #include "core/fit/fit_state.h"
 
@@ -47,5 +46,3 @@ int pend_fit_release_move(struct pend_fit *fit, int all, double variance);
  * PEND_NO_MEMORY  one motion if a start is at a bound.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_release_begin(struct pend_fit *fit, long rows);
-
-#endif

@@ -1,8 +1,7 @@
 /* The result of a fit.
  * Leaves to others: the search (fit).
  * Invariant: all arrays belong to the fit. */
-#ifndef PEND_FIT_RESULT_H
-#define PEND_FIT_RESULT_H
+#pragma once
 
 /* How a fit ended. */
 enum pend_fit_end {
@@ -58,5 +57,3 @@ struct pend_fit_result {
     int blind;
     const double *direction;
 };
-
-#endif

@@ -1,8 +1,7 @@
 /* Where a fit begins, as its data have it: angles of arms, starts of runs, the camera.
  * Leaves to others: what of it is unknown (api), the start of pieces (fit_pieces).
  * Invariant: nothing here is an answer; a search goes on from it. */
-#ifndef PEND_FIT_START_H
-#define PEND_FIT_START_H
+#pragma once
 
 #include "core/fit/fit_problem.h"
 
@@ -59,5 +58,3 @@ int pend_fit_start_noisy(const struct pend_fit_problem *problem, const double re
  * Returns 1; 0 where no tip is measured. O(rows columns).
  */
 int pend_fit_start_camera(const struct pend_fit_problem *problem, double camera[PEND_FIT_CAMERA]);
-
-#endif

@@ -1,8 +1,7 @@
 /* A fit under way, and how it looks at the data with the values that it has.
  * Leaves to others: the search (fit), what is told at its end (fit_end), bounds (fit_release).
  * Invariant: slopes and residuals are those of the last look; one block of memory. */
-#ifndef PEND_FIT_STATE_H
-#define PEND_FIT_STATE_H
+#pragma once
 
 #include "core/fit/fit_alone.h"
 #include "core/fit/fit_model.h"
@@ -96,5 +95,3 @@ double pend_fit_state_size(const struct pend_fit *fit);
 /** The sum of squares of the data about their mean, or what is left of it by rounding; angles by
  * whole turns less, as residuals are. O(measurements). */
 double pend_fit_state_total(const struct pend_fit *fit);
-
-#endif

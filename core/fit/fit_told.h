@@ -2,8 +2,7 @@
  * Jacobian matrix and their directions.
  * Leaves to others: the slopes (fit_model), the search (fit).
  * Invariant: an unknown at a bound has no component in any identifiable direction. */
-#ifndef PEND_FIT_TOLD_H
-#define PEND_FIT_TOLD_H
+#pragma once
 
 #include <stddef.h>
 
@@ -98,5 +97,3 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_newton(const struct fit_told *tol
  */
 int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]);
-
-#endif

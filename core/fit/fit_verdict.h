@@ -3,8 +3,7 @@
  * Leaves to others: whether the minimum was found (fit_end), sentences (api).
  * Invariant: standard errors are never decreased; a model that one test rejects is not accepted by
  * another. */
-#ifndef PEND_FIT_VERDICT_H
-#define PEND_FIT_VERDICT_H
+#pragma once
 
 #include "core/fit/fit_state.h"
 
@@ -27,5 +26,3 @@
  */
 PEND_MUST_CHECK enum pend_status pend_fit_verdict(struct pend_fit *fit, double *variance,
                                                   int minimum);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the equilibrium (rest), many arms (still, lossy), ideal pendulums, whose modes
  * need no matrix (modes). Invariant: the equations are M x'' + C x' + K x = 0 in the angles x from
  * the equilibrium; drives that depend on time are ignored. */
-#ifndef PEND_DAMPED_H
-#define PEND_DAMPED_H
+#pragma once
 
 #include "core/modes/matrix.h"
 #include "core/modes/still.h"
@@ -114,5 +113,3 @@ PEND_MUST_CHECK enum pend_status pend_damped_step(struct pend_damped **damped, i
 
 /** Frees modes and clears the pointer; NULL is accepted. */
 void pend_damped_free(struct pend_damped **damped);
-
-#endif

@@ -1,8 +1,7 @@
 /* Memory for large arrays of numbers.
  * Leaves to others: the contents.
  * Invariant: a block is released with free. */
-#ifndef PEND_HUGEPAGE_H
-#define PEND_HUGEPAGE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -14,5 +13,3 @@
  * Returns NULL if memory is short. The contents are not initialized.
  */
 void *pend_hugepage(size_t bytes);
-
-#endif

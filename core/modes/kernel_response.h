@@ -2,8 +2,7 @@
  * compiled once for each instruction set.
  * Leaves to others: the constants of the arms (linear_arms), the results (response).
  * Invariant: lanes never mix, so that the bits of a frequency do not depend on the others. */
-#ifndef PEND_KERNEL_RESPONSE_H
-#define PEND_KERNEL_RESPONSE_H
+#pragma once
 
 #include "core/base/isa.h"
 #include "core/modes/linear_arms.h"
@@ -52,6 +51,4 @@ typedef void pend_response_fn(const struct linear_arms *arms, struct response_sw
 pend_response_fn pend_response_base;
 #ifdef __x86_64__
 pend_response_fn pend_response_avx2, pend_response_avx512;
-#endif
-
 #endif

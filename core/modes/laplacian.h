@@ -4,8 +4,7 @@
  * (modes_symmetry).
  * Invariant: L is never assembled; parent[k] < k, and of siblings the one with the largest sub-tree
  * comes last. */
-#ifndef PEND_LAPLACIAN_H
-#define PEND_LAPLACIAN_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -57,5 +56,3 @@ int pend_laplacian_valid(const struct pend_laplacian *laplacian);
  */
 double pend_laplacian_spring(const struct pend_tree *tree, const struct pend_loads *loads,
                              const unsigned char up[], int k);
-
-#endif

@@ -2,8 +2,7 @@
  * linearized equations.
  * Leaves to others: the equilibrium (rest), solving the equations (still, lossy, damped, response).
  * Invariant: the constants are those at the given angles, even if these are not an equilibrium. */
-#ifndef PEND_LINEAR_ARMS_H
-#define PEND_LINEAR_ARMS_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -47,5 +46,3 @@ PEND_MUST_CHECK enum pend_status pend_linear_arms_init(struct linear_arms *arms,
 
 /** Frees the memory. */
 void pend_linear_arms_clear(struct linear_arms *arms);
-
-#endif

@@ -12,8 +12,7 @@
  * starting from the roots of p^2 + p x^T C x + omega^2 for the undamped modes x. The root and its
  * shape are then refined to rounding by solving with the form at p: y = (form)^-1 (form)' x and p
  * <- p - y^T (form) y / y^T (form)' y, the Rayleigh quotient of the symmetric form. */
-#ifndef PEND_LOSSY_H
-#define PEND_LOSSY_H
+#pragma once
 
 #include <complex.h>
 
@@ -51,5 +50,3 @@ void pend_lossy_free(struct pend_lossy **lossy);
 PEND_MUST_CHECK enum pend_status pend_lossy_step(struct pend_lossy *lossy,
                                                  enum pend_lossy_stage *stage, double complex *root,
                                                  double complex shape[]);
-
-#endif

@@ -2,8 +2,7 @@
  * S, B, and the matrices of damping C and stiffness K.
  * Leaves to others: whole matrices of the tree alone (tree), of a real pendulum (damped).
  * Invariant: no entry is a small difference of large numbers; arms are in the caller's order. */
-#ifndef PEND_MATRIX_H
-#define PEND_MATRIX_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -38,5 +37,3 @@ extern const char *const pend_matrix_names[PEND_MATRIX_COUNT + 1];
  */
 void pend_matrix_row(const struct pend_tree *tree, const struct pend_loads *loads,
                      const unsigned char up[], enum pend_matrix which, int arm, double row[]);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: drawing and time (method_linear, api).
  * Invariant: omega ascending; vectors orthogonal in the mass inner product, in the tree's stored
  * order. */
-#ifndef PEND_MODES_H
-#define PEND_MODES_H
+#pragma once
 
 #include "core/modes/modes_store.h"
 #include "core/tree/loads.h"
@@ -104,5 +103,3 @@ PEND_MUST_CHECK enum pend_status pend_modes_new(struct pend_modes **modes,
                                                 const struct pend_tree *tree,
                                                 const struct pend_loads *loads, int vectors,
                                                 struct pend_error *error);
-
-#endif

@@ -2,8 +2,7 @@
  * the choice of the instruction set.
  * Leaves to others: the choice of shifts (modes_values), orthogonality (modes_vectors).
  * Invariant: a lane's bits depend only on its shift, not on other lanes or their number. */
-#ifndef PEND_MODES_KERNEL_H
-#define PEND_MODES_KERNEL_H
+#pragma once
 
 #include "core/base/isa.h"
 #include "core/modes/laplacian.h"
@@ -49,5 +48,3 @@ struct pend_modes_kernel {
 };
 
 PEND_ISA_EACH(struct pend_modes_kernel, pend_modes_kernel);
-
-#endif

@@ -2,8 +2,7 @@
  * eigenvalues over all parts.
  * Leaves to others: eigenvalues of one part (modes_values), combining modes (modes).
  * Invariant: eigenvalues are signed, negative for modes that grow. */
-#ifndef PEND_MODES_SPECTRUM_H
-#define PEND_MODES_SPECTRUM_H
+#pragma once
 
 #include "core/modes/modes_symmetry.h"
 #include "core/modes/modes_values.h"
@@ -99,5 +98,3 @@ void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, i
  * PEND_NO_MEMORY  O(count).
  */
 PEND_MUST_CHECK enum pend_status pend_spectrum_step(struct pend_spectrum *spectrum, int *done);
-
-#endif

@@ -2,8 +2,7 @@
  * and bases.
  * Leaves to others: computing eigenvalues and vectors (modes).
  * Invariant: vectors are combined only within a group of frequencies that agree to round-off. */
-#ifndef PEND_MODES_STORE_H
-#define PEND_MODES_STORE_H
+#pragma once
 
 #include "core/tree/tree.h"
 
@@ -103,5 +102,3 @@ PEND_MUST_CHECK enum pend_status pend_modes_decompose(const struct pend_modes *m
                                                       const unsigned char up[],
                                                       const double theta[], const double rate[],
                                                       double first[], double second[]);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: eigenvalues and vectors of the smaller trees (modes_values, modes_vectors).
  * Invariant: like branches are equal to the last bit, arm by arm; modes of different parts are
  * orthogonal by construction. */
-#ifndef PEND_MODES_SYMMETRY_H
-#define PEND_MODES_SYMMETRY_H
+#pragma once
 
 #include "core/modes/laplacian.h"
 #include "core/tree/loads.h"
@@ -100,5 +99,3 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
  */
 int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which,
                          const double angle[], double zero, const int place[], double vector[]);
-
-#endif

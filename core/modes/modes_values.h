@@ -2,8 +2,7 @@
  * Leaves to others: vectors (modes_vectors), merging several trees' values (modes).
  * Invariant: every value lies between two counted shifts, so that none is missed and none is found
  * twice. */
-#ifndef PEND_MODES_VALUES_H
-#define PEND_MODES_VALUES_H
+#pragma once
 
 #include "core/modes/modes_kernel.h"
 
@@ -38,5 +37,3 @@ void pend_values_free(struct pend_values **values);
 
 /** Returns the number of eigenvalues below a shift, 1/s^2. O(n). */
 int pend_values_below(const struct pend_laplacian *laplacian, double shift);
-
-#endif

@@ -3,8 +3,7 @@
  * (modes_store).
  * Invariant: vectors are orthogonal in the mass inner product, and their residuals are zero, both
  * to round-off. */
-#ifndef PEND_MODES_VECTORS_H
-#define PEND_MODES_VECTORS_H
+#pragma once
 
 #include "core/modes/modes_kernel.h"
 
@@ -44,5 +43,3 @@ PEND_MUST_CHECK enum pend_status pend_vectors_step(struct pend_vectors *vectors,
 
 /** Frees a computation, not the vectors, and clears the pointer; NULL is accepted. */
 void pend_vectors_free(struct pend_vectors **vectors);
-
-#endif

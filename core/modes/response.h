@@ -3,8 +3,7 @@
  * Leaves to others: the equilibrium (rest), its free motion (damped), large swings (integrate).
  * Invariant: with a drive Re(f e^{i w t}) the motion about the equilibrium is Re(x e^{i w t}),
  * (K - w^2 M + i w C) x = f; no matrix is formed. */
-#ifndef PEND_RESPONSE_H
-#define PEND_RESPONSE_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -83,5 +82,3 @@ void pend_response_at(struct pend_response *response, int count, const double om
 
 /** Returns the bytes of a response of n arms. O(1). */
 double pend_response_bytes(int n);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: motion about it (damped, response), drives that depend on time.
  * Invariant: at an equilibrium the torques of gravity, springs, constant torques and a constant
  * acceleration of the pivot cancel at every arm, to the rounding error of the largest of them. */
-#ifndef PEND_REST_H
-#define PEND_REST_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -81,5 +80,3 @@ PEND_MUST_CHECK enum pend_status pend_rest_torques(const struct pend_tree *tree,
 PEND_MUST_CHECK enum pend_status pend_rest_find(const struct pend_tree *tree,
                                                 const struct pend_loads *loads, double phi[],
                                                 int *stable, struct pend_error *error);
-
-#endif

@@ -12,8 +12,7 @@
  * is eliminated. With D the coefficient of x^2 and <a, w> that of x, the remaining form of w and
  * x_p is P - a a^T / D, k a / D, k - k^2 / D; substituting w = w_p + i p x_p gives a form for the
  * parent. By Sylvester's law as many D are negative as eigenvalues are below s. */
-#ifndef PEND_STILL_H
-#define PEND_STILL_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -49,5 +48,3 @@ int pend_still_below(struct pend_still *still, double s);
  * omega^2 agree to seven digits of the largest.
  */
 int pend_still_step(struct pend_still *still, double square[], double vector[]);
-
-#endif

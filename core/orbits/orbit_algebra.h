@@ -2,8 +2,7 @@
  * Leaves to others: the matrices (orbits).
  * Invariant: the only file of this folder that uses the GNU Scientific Library; matrices are
  * row-major. */
-#ifndef PEND_ORBIT_ALGEBRA_H
-#define PEND_ORBIT_ALGEBRA_H
+#pragma once
 
 #include <stddef.h>
 
@@ -111,5 +110,3 @@ PEND_MUST_CHECK enum pend_status pend_orbit_mirrored(struct orbit_algebra *algeb
 PEND_MUST_CHECK enum pend_status pend_orbit_kept(struct orbit_algebra *algebra, int n, double A[],
                                                  const double left[], double right[], double v[],
                                                  double re[], double im[]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: bifurcations between two of them (orbit_change), the first orbit (orbits).
  * Invariant: an orbit is accepted only if the motion from its start returns, and a step only if the
  * branch turns little in it. */
-#ifndef PEND_ORBIT_BRANCH_H
-#define PEND_ORBIT_BRANCH_H
+#pragma once
 
 #include "core/orbits/orbit_change.h"
 
@@ -19,5 +18,3 @@
 PEND_MUST_CHECK enum pend_status pend_orbit_branch_next(struct pend_orbits *o, double work,
                                                         enum pend_orbits_found *found,
                                                         struct pend_error *error);
-
-#endif

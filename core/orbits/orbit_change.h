@@ -2,8 +2,7 @@
  * branch there.
  * Leaves to others: multipliers (orbit_floquet), steps along the branch (orbit_branch).
  * Invariant: a reported bifurcation is an orbit of the branch. */
-#ifndef PEND_ORBIT_CHANGE_H
-#define PEND_ORBIT_CHANGE_H
+#pragma once
 
 #include "core/orbits/orbit_search.h"
 
@@ -57,5 +56,3 @@ void pend_orbit_change_aside(struct pend_orbits *o);
 /** Returns true if the orbit found is so far from the bifurcation that it may belong to another
  * branch. O(n). */
 int pend_orbit_change_far(const struct pend_orbits *o);
-
-#endif

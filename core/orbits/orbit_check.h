@@ -2,8 +2,7 @@
  * independently of the search.
  * Leaves to others: finding orbits (orbit_newton).
  * Invariant: reported properties of an orbit are those of this motion. */
-#ifndef PEND_ORBIT_CHECK_H
-#define PEND_ORBIT_CHECK_H
+#pragma once
 
 #include "core/integrate/run/run.h"
 #include "core/orbits/orbit_form.h"
@@ -60,5 +59,3 @@ PEND_MUST_CHECK enum pend_status pend_orbit_check_begin(struct orbit_check *chec
 PEND_MUST_CHECK enum pend_status pend_orbit_check_next(struct orbit_check *check,
                                                        const struct orbit_form *form, double work,
                                                        int *done, struct pend_error *error);
-
-#endif

@@ -3,8 +3,7 @@
  * yet.
  * Leaves to others: limits of requests (api/base/limits). Invariant: all named tuning constants of
  * the folder are in this file. */
-#ifndef PEND_ORBIT_CONSTANTS_H
-#define PEND_ORBIT_CONSTANTS_H
+#pragma once
 
 /* After a step with at most this many, the next one is longer. Unit: corrections.
  * [orbits_switch_through_a_cascade_of_doublings_as_feigenbaum_says] */
@@ -89,5 +88,3 @@ static const double orbits_piece = 20000;
 /* First swing of a branch from rest, and its first step. Unit: rad.
  * [a_branch_ends_once_where_a_bifurcation_lies_just_before_its_end] */
 static const double orbits_begin = 0.02;
-
-#endif

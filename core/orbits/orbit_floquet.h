@@ -2,8 +2,7 @@
  * Leaves to others: finding the orbit (orbit_newton), changes along a branch (orbits).
  * Invariant: multipliers of orbits between two states of rest come in exact pairs x, 1 / x. Without
  * a drive the pair of the orbit itself and of its energy is exactly 1. */
-#ifndef PEND_ORBIT_FLOQUET_H
-#define PEND_ORBIT_FLOQUET_H
+#pragma once
 
 #include "core/orbits/orbit_newton.h"
 
@@ -63,5 +62,3 @@ PEND_MUST_CHECK enum pend_status pend_orbit_floquet_at(struct orbit_floquet *flo
 PEND_MUST_CHECK enum pend_status pend_orbit_floquet_half(struct orbit_floquet *floquet,
                                                          const struct orbit_newton *newton,
                                                          int *breaks);
-
-#endif

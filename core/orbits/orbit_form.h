@@ -11,8 +11,7 @@
  * them follows from the others by conservation of energy; instead, one arm has rate 0 at the start.
  * Unknowns are angles, rates relative to a frequency, the period relative to the mode's, and the
  * progress of the varied number from its first value to its last one, 0 .. 1. */
-#ifndef PEND_ORBIT_FORM_H
-#define PEND_ORBIT_FORM_H
+#pragma once
 
 #include "core/orbits/orbit_map.h"
 #include "core/orbits/orbit_problem.h"
@@ -142,5 +141,3 @@ double pend_orbit_form_period(const struct orbit_form *form);
 
 /** Returns the varied number, in its unit, for a list of unknowns. O(1). */
 double pend_orbit_form_value(const struct orbit_form *form, const double u[]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the equations of an orbit (orbit_form), the motion (derivatives).
  * Invariant: everything is in the tree's stored order; the map of the same start has the same
  * bits, however it is divided into calls. */
-#ifndef PEND_ORBIT_MAP_H
-#define PEND_ORBIT_MAP_H
+#pragma once
 
 #include "core/derivatives/derivatives.h"
 
@@ -66,5 +65,3 @@ PEND_MUST_CHECK enum pend_status pend_orbit_map_next(struct orbit_map *map, doub
 
 /** Returns the steps of the map so far. O(1). */
 long pend_orbit_map_steps(const struct orbit_map *map);
-
-#endif

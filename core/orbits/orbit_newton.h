@@ -1,8 +1,7 @@
 /* Newton's method for the equations of an orbit and one more that selects it on its branch.
  * Leaves to others: the choice of orbits, and whether a solution is one (orbits).
  * Invariant: the last correction of a solution has the size of round-off. */
-#ifndef PEND_ORBIT_NEWTON_H
-#define PEND_ORBIT_NEWTON_H
+#pragma once
 
 #include "core/orbits/orbit_algebra.h"
 #include "core/orbits/orbit_form.h"
@@ -82,5 +81,3 @@ double pend_orbit_newton_slope(const struct orbit_newton *newton, const double a
 /** Switches to the equations and unknowns of free orbits; also converts the solution and a
  * direction, which have space for them. */
 void pend_orbit_newton_free(struct orbit_newton *newton, int turning, double direction[]);
-
-#endif

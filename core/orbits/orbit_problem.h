@@ -2,8 +2,7 @@
  * results for one.
  * Leaves to others: finding them (orbits), names and JSON (api).
  * Invariant: stored order. */
-#ifndef PEND_ORBIT_PROBLEM_H
-#define PEND_ORBIT_PROBLEM_H
+#pragma once
 
 #include "core/derivatives/derivatives.h"
 
@@ -101,5 +100,3 @@ struct pend_orbit {
     enum pend_orbits_kind kind; /* of a bifurcation */
     int turns;                  /* of a bifurcation: the branch turns back there */
 };
-
-#endif

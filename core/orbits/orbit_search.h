@@ -1,8 +1,7 @@
 /* The state of a search for orbits, and functions that its parts share.
  * Leaves to others: steps along a branch (orbit_branch), bifurcations between them (orbit_change).
  * Invariant: the equations that Newton's method solves are those of the current branch. */
-#ifndef PEND_ORBIT_SEARCH_H
-#define PEND_ORBIT_SEARCH_H
+#pragma once
 
 #include "core/orbits/orbit_check.h"
 #include "core/orbits/orbit_floquet.h"
@@ -109,5 +108,3 @@ void pend_orbit_search_over(struct pend_orbits *o, enum pend_orbits_end end);
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_search_tell(struct pend_orbits *o, const double u[],
                                                         struct pend_error *error);
-
-#endif

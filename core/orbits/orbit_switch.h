@@ -1,8 +1,7 @@
 /* Switching from a branch to one that crosses it or begins on it: its direction.
  * Leaves to others: finding the bifurcation, and the orbits of the other branch (orbit_change).
  * Invariant: the direction is orthogonal to the branch that is left. */
-#ifndef PEND_ORBIT_SWITCH_H
-#define PEND_ORBIT_SWITCH_H
+#pragma once
 
 #include "core/orbits/orbit_newton.h"
 
@@ -35,5 +34,3 @@ PEND_MUST_CHECK enum pend_status pend_orbit_switch_direction(struct orbit_newton
 /** Returns the arm with the largest acceleration at the start of an orbit between two states of
  * rest. O(n). */
 int pend_orbit_switch_turning(const struct orbit_newton *newton);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the equations (orbit_form), multipliers (orbit_floquet), JSON (api).
  * Invariant: every reported orbit returned to its start in a motion computed independently of the
  * search; the remaining distance is reported. */
-#ifndef PEND_ORBITS_H
-#define PEND_ORBITS_H
+#pragma once
 
 #include "core/base/checkpoint.h"
 #include "core/orbits/orbit_problem.h"
@@ -89,5 +88,3 @@ PEND_MUST_CHECK enum pend_status pend_orbits_carry(struct pend_orbits *orbits,
 
 /** Returns the approximate part of the way that is done, 0 .. 1. O(1). */
 double pend_orbits_progress(const struct pend_orbits *orbits);
-
-#endif

@@ -1,8 +1,7 @@
 /* Cosines and sines of many angles, by instruction set.
  * Leaves to others: vectors computed from them (kinematics).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
-#ifndef PEND_KERNEL_SINCOS_H
-#define PEND_KERNEL_SINCOS_H
+#pragma once
 
 enum { PEND_TURN_CAP = 64 };
 
@@ -18,6 +17,4 @@ typedef void pend_sincos_fn(const double phi[], int count, double re[], double i
 pend_sincos_fn pend_kernel_sincos_base;
 #ifdef __x86_64__
 pend_sincos_fn pend_kernel_sincos_avx2, pend_kernel_sincos_avx512;
-#endif
-
 #endif

@@ -25,8 +25,7 @@
  * and NUM_(name) is a function that only one kind has.
  * Leaves to others: the arithmetic (vec, double_double, tangent).
  * Invariant: every kind passes the static checks at the end of this file. */
-#ifndef PEND_NUMBER_H
-#define PEND_NUMBER_H
+#pragma once
 
 #include <assert.h>
 
@@ -95,5 +94,3 @@ NUMBER_IS(num_of2(1.0, 0.0));
 /* templates store numbers in blocks of doubles, and memory is counted in doubles */
 static_assert(sizeof(num) % sizeof(double) == 0 && _Alignof(num) <= 64,
               "a num must be laid out as doubles");
-
-#endif

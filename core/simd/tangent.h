@@ -3,8 +3,7 @@
  * Leaves to others: vectors (vec), functions beyond arithmetic (core/bodies/bodies_number).
  * Invariant: the value has the bits of the same operation on doubles; a derivative affects neither
  * the value nor other derivatives. */
-#ifndef PEND_TANGENT_H
-#define PEND_TANGENT_H
+#pragma once
 
 #include "core/simd/vec_isa.h"
 
@@ -73,5 +72,3 @@ VEC_INLINE struct tangent tangent_chain(struct tangent x, double value, double s
     for (int p = 0; p < TANGENT_PARTS; p++) x.part[p] = x.part[p] * slope;
     return tangent_with(x, value);
 }
-
-#endif

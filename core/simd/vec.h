@@ -2,8 +2,7 @@
  * including kernel has it.
  * Leaves to others: choosing the instruction set (the Makefile compiles kernels once for each).
  * Invariant: lanes never mix; with avx2 and avx512 a lane's result is the same to the last bit. */
-#ifndef PEND_VEC_H
-#define PEND_VEC_H
+#pragma once
 
 #ifdef __x86_64__
 #include <immintrin.h>
@@ -105,5 +104,3 @@ static const double lanes_sixteenths[20] __attribute__((aligned(64), unused)) = 
 #include "core/simd/vec_math.h"
 #define LANES 8
 #include "core/simd/vec_math.h"
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the meaning of the numbers (blocks_template).
  * Invariant: the same operations in the same order for every width, so that avx2 and avx512
  * agree to the last bit. */
-#ifndef PEND_VEC8_TEMPLATE_H
-#define PEND_VEC8_TEMPLATE_H
+#pragma once
 
 #include <string.h>
 
@@ -94,5 +93,3 @@ VEC_INLINE struct vec8 vec8_product(const double *rows, const struct vec8 *x) {
 #undef VEC8_BEAM
     return product;
 }
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the vectors (vec, double_double), which set runs (isa), compiling once for
  * each set (Makefile).
  * Invariant: the width is a literal that the preprocessor can compare and paste. */
-#ifndef PEND_VEC_ISA_H
-#define PEND_VEC_ISA_H
+#pragma once
 
 #include <string.h>
 
@@ -49,5 +48,3 @@ typedef KERNEL_OF(bits, ) wide_mask;
 
 /** KERNEL_NAME(pend_x_) is pend_x_base, pend_x_avx2 or pend_x_avx512. */
 #define KERNEL_NAME(stem) KERNEL_PASTE(stem, PEND_ISA, )
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: its own arrays (bodies_lay), memory (the including file).
  * Invariant: rates, forces and turns are stored once, so that readers of a series need not know
  * which kernel computed it. */
-#ifndef PEND_JETS_BODIES_H
-#define PEND_JETS_BODIES_H
+#pragma once
 
 #include "core/bodies/bodies_system.h"
 #include "core/taylor/jets_system.h"
@@ -25,5 +24,3 @@ static inline struct bodies_system jets_bodies(const struct jets_system *s,
                                   .turn_re = s->turn_re,
                                   .turn_im = s->turn_im};
 }
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: memory, sines and cosines (jets), the kinds of number (number), the orders
  * (*_template).
  * Invariant: one division per arm, no cancellation; every arm does the same operations. */
-#ifndef PEND_JETS_FACTOR_H
-#define PEND_JETS_FACTOR_H
+#pragma once
 
 #include "core/taylor/jets_system.h"
 
@@ -59,5 +58,3 @@ static void jets_factor(const struct jets_system *s) {
     s->kappa[0] = s->tau[0] = num_of(0);
     s->nu[0] = num_of(1);
 }
-
-#endif

@@ -4,8 +4,7 @@
  * pendulums with other terms (jets_bodies).
  * Invariant: the choice depends on which terms are present, not on their numbers, so that all
  * members of an ensemble use one kernel. */
-#ifndef PEND_JETS_LOADS_H
-#define PEND_JETS_LOADS_H
+#pragma once
 
 #include <stddef.h>
 
@@ -175,5 +174,3 @@ size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_ter
 void pend_jets_loads_init(struct jets_loads *loads, const struct pend_tree *tree,
                           const struct pend_terms *terms, int order_cap,
                           const struct loads_layout *layout, void *memory);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the numbers and the arithmetic (jets_template), memory (jets).
  * Invariant: one block; a series is stored in tiles of eight arms, all orders of a tile
  * together. */
-#ifndef PEND_JETS_SYSTEM_H
-#define PEND_JETS_SYSTEM_H
+#pragma once
 
 #include <stddef.h>
 
@@ -90,5 +89,3 @@ struct jets_spread {
 static inline size_t jets_row(const struct jets_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
-
-#endif

@@ -2,8 +2,7 @@
  * forms (small, chain, blocks) give the same coefficients up to rounding.
  * Leaves to others: memory, sines and cosines (jets), the kinds of number (number).
  * Invariant: no division in the orders; every arm does the same operations. */
-#ifndef PEND_JETS_TEMPLATE_H
-#define PEND_JETS_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/jets_factor.h"
 
@@ -177,5 +176,3 @@ static inline void jets_orders(const struct jets_system *s, num gravity, int ord
         jets_learn(s, k);
     }
 }
-
-#endif

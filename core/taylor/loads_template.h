@@ -2,8 +2,7 @@
  * acceleration and the velocity of the pivot; and products of series.
  * Leaves to others: the orders of the motion (small_loads_template), lanes of members.
  * Invariant: a harmonic costs one sine and one cosine per expansion. */
-#ifndef PEND_LOADS_TEMPLATE_H
-#define PEND_LOADS_TEMPLATE_H
+#pragma once
 
 #include <string.h>
 
@@ -191,5 +190,3 @@ static void loads_pivot_force(const struct jets_system *s, int order, double *su
     loads_product(force[0], loads->slide_x, order, sum);
     loads_product(force[1], loads->slide_y, order, sum);
 }
-
-#endif

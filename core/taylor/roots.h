@@ -3,8 +3,7 @@
  * Leaves to others: which intervals and which steps are examined (ensemble).
  * Invariant: no pair of turning points is missed between which the quantity changes by more than
  * its rounding error, however close they are. */
-#ifndef PEND_ROOTS_H
-#define PEND_ROOTS_H
+#pragma once
 
 enum { PEND_ROOTS_DEGREE = 40 };
 
@@ -58,5 +57,3 @@ double pend_roots_node(int i, int count);
 
 /** The polynomial through values at `count` nodes: coefficients 0 .. count - 1. O(count^2). */
 void pend_roots_through(int count, const double at[], double out[]);
-
-#endif

@@ -3,8 +3,7 @@
  * Invariant: without gravity all coefficients of the rate except the first are exactly 0. With the
  * tree's recurrences a constant rate would involve a difference, and drift by a rounding error per
  * step. */
-#ifndef PEND_SINGLE_TEMPLATE_H
-#define PEND_SINGLE_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/jets_system.h"
 
@@ -55,5 +54,3 @@ VEC_INLINE void single_orders(const struct jets_system *s, num gravity, int orde
         s->rate[(size_t)(k + 1) * s->stride] = rate[k + 1];
     }
 }
-
-#endif

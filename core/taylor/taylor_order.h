@@ -2,8 +2,7 @@
  * first neglected term.
  * Leaves to others: memory (method_taylor caps the order of huge trees).
  * Invariant: all members of an ensemble have the same order. */
-#ifndef PEND_TAYLOR_ORDER_H
-#define PEND_TAYLOR_ORDER_H
+#pragma once
 
 #include "core/tree/loads.h"
 
@@ -49,5 +48,3 @@ int pend_taylor_order(double rtol, int alone);
  */
 double pend_taylor_first_unit(int n, const struct pend_loads *loads, const double length[],
                               const double rate[]);
-
-#endif

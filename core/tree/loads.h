@@ -2,8 +2,7 @@
  * Leaves to others: the equations that use it (dynamics, taylor, modes, integrate).
  * Invariant: a computation never changes its loads; their owner keeps them unchanged until it
  * ends. */
-#ifndef PEND_LOADS_H
-#define PEND_LOADS_H
+#pragma once
 
 #include "core/base/status.h"
 #include "core/tree/terms.h"
@@ -62,5 +61,3 @@ double pend_loads_decay(const struct pend_loads *loads, const struct pend_tree *
  */
 PEND_MUST_CHECK enum pend_status pend_loads_check_linear(const struct pend_loads *loads,
                                                          struct pend_error *error);
-
-#endif

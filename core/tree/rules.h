@@ -1,8 +1,7 @@
 /* The rules that divide a motion into pieces: what changes between two pieces.
  * Leaves to others: the loop over pieces (core/integrate/pieces), their JSON (api).
  * Invariant: immutable while a motion is computed; a motion without rules is one piece. */
-#ifndef PEND_RULES_H
-#define PEND_RULES_H
+#pragma once
 
 #include <stddef.h>
 
@@ -111,5 +110,3 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
 PEND_MUST_CHECK enum pend_status pend_rules_check(const struct pend_rules *rules, const int order[],
                                                   double first, double last,
                                                   struct pend_error *error);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: their effect in the equations of motion (bodies), their JSON (api).
  * Invariant: immutable once made; every term's numbers occur in the list once, so that an entry of
  * the list is a parameter of the pendulum. Members of an ensemble differ in entries. */
-#ifndef PEND_TERMS_H
-#define PEND_TERMS_H
+#pragma once
 
 #include "core/base/status.h"
 #include "core/tree/tree.h"
@@ -204,5 +203,3 @@ double pend_terms_drive_rate(const struct pend_terms *terms, const double value[
 
 /** Returns true if the layout is consistent. O(n). For assertions and tests. */
 int pend_terms_valid(const struct pend_terms *terms);
-
-#endif

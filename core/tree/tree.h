@@ -2,8 +2,7 @@
  * paper's S, B and S^T m.
  * Leaves to others: angles and motion (dynamics), names and JSON (api).
  * Invariant: parent[k] < k, parent[0] = -1, and the sub-tree of arm k is the run k .. end[k]-1. */
-#ifndef PEND_TREE_H
-#define PEND_TREE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -106,5 +105,3 @@ void pend_tree_force_map(const struct pend_tree *tree, double force_map[]);
  * Returns true if every invariant of the structure holds. O(n). For assertions and tests.
  */
 int pend_tree_valid(const struct pend_tree *tree);
-
-#endif

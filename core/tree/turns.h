@@ -3,8 +3,7 @@
  * Leaves to others: which angles are reduced (run, section, ensemble, lyapunov, modes, and the
  * API for forces).
  * Invariant: angles up to PEND_TURNS_FROM are their own remainder, to the last bit. */
-#ifndef PEND_TURNS_H
-#define PEND_TURNS_H
+#pragma once
 
 #include <math.h>
 
@@ -57,5 +56,3 @@ static inline struct pend_sum pend_turns_hanging(double theta) {
 static inline double pend_turns_add(double phi, double turns_high, double turns_low) {
     return turns_high == 0 ? phi : turns_high + (turns_low + phi);
 }
-
-#endif

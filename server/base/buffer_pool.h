@@ -2,8 +2,7 @@
  * the system each time.
  * Leaves to others: the contents of the buffers.
  * Invariant: a pool has at most SRV_BUFFER_POOL buffers of at most SRV_SPARE_BYTES each. */
-#ifndef SRV_BUFFER_POOL_H
-#define SRV_BUFFER_POOL_H
+#pragma once
 
 #include <pthread.h>
 
@@ -35,5 +34,3 @@ void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffe
 /** Moves the memory of a buffer into the pool, or frees it if the pool is full or the buffer
  * large; the buffer then has no memory. Any thread. */
 void srv_buffer_pool_give(struct srv_buffer_pool *pool, struct api_buffer *buffer);
-
-#endif

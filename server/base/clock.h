@@ -1,8 +1,7 @@
 /* Time: a monotonic clock for durations and deadlines, and the wall clock for people.
  * Leaves to others: sleeping, and the consequences of a deadline.
  * Invariant: every duration and deadline of the server is in nanoseconds of srv_clock_now. */
-#ifndef SRV_CLOCK_H
-#define SRV_CLOCK_H
+#pragma once
 
 #include <stdint.h>
 #include <time.h>
@@ -31,5 +30,3 @@ struct timespec srv_clock_timespec(int64_t ns);
 
 /** Writes the wall clock's time to stamp->text, in UTC as RFC 3339; a stamp begins as {0}. */
 void srv_clock_stamp(struct srv_stamp *stamp);
-
-#endif

@@ -1,8 +1,7 @@
 /* Waiting for another thread until an instant of the monotonic clock.
  * Leaves to others: the mutex, the awaited condition, waking (pthread_cond_signal).
  * Invariant: a change of the wall clock makes no wait shorter or longer. */
-#ifndef SRV_CONDITION_H
-#define SRV_CONDITION_H
+#pragma once
 
 #include <pthread.h>
 #include <stdint.h>
@@ -22,5 +21,3 @@ void srv_condition_init(pthread_cond_t *condition);
  * Returns false once that instant has passed.
  */
 int srv_condition_wait(pthread_cond_t *condition, pthread_mutex_t *mutex, int64_t until);
-
-#endif

@@ -2,8 +2,7 @@
  * owner's structure, such as a list's link or a question to the store, leads back to its owner.
  * Leaves to others: the structures.
  * Invariant: the compiler checks the member's name and the type of the structure. */
-#ifndef SRV_CONTAINER_OF_H
-#define SRV_CONTAINER_OF_H
+#pragma once
 
 #include <stddef.h>
 
@@ -12,5 +11,3 @@
 #define SRV_CONTAINER_OF(pointer, type, member)                                                    \
     ((type *)((char *)(pointer)-offsetof(type, member) +                                           \
               0 * sizeof((pointer) == &((type *)0)->member)))
-
-#endif

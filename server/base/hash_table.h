@@ -2,8 +2,7 @@
  * Leaves to others: the objects and the memory of their keys, locks, the number of objects.
  * Invariant: a client that does not know the salt cannot choose keys that share a row; two nodes
  * of a table never have the same key. */
-#ifndef SRV_HASH_TABLE_H
-#define SRV_HASH_TABLE_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -52,5 +51,3 @@ void srv_hash_table_remove(struct srv_hash_table *table, struct srv_hash_node *n
 
 /** Counts the nodes anew and checks that each is in the row of its key. O(rows and nodes). */
 int srv_hash_table_valid(const struct srv_hash_table *table);
-
-#endif

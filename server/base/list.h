@@ -2,8 +2,7 @@
  * Leaves to others: the objects, locks.
  * Invariant: an object is in at most one list by each of its links; a link that is in no list is
  * {NULL, NULL}, and so is an empty list that was never used. */
-#ifndef SRV_LIST_H
-#define SRV_LIST_H
+#pragma once
 
 #include <assert.h>
 
@@ -63,5 +62,3 @@ static inline struct srv_list *srv_list_take(struct srv_list *list) {
 static inline void srv_list_move(struct srv_list *from, struct srv_list *to) {
     for (struct srv_list *link; (link = srv_list_take(from));) srv_list_append(to, link);
 }
-
-#endif

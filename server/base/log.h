@@ -2,8 +2,7 @@
  * Leaves to others: what is logged.
  * Invariant: only the log's own thread writes; a caller never waits for a reader; lines that do not
  * fit are dropped and counted, and the count is logged. */
-#ifndef SRV_LOG_H
-#define SRV_LOG_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -69,5 +68,3 @@ void srv_log_audit_entry(struct srv_log *log, const struct srv_log_audit_entry *
  * reader. */
 void srv_log_message(struct srv_log *log, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-
-#endif

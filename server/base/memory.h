@@ -2,8 +2,7 @@
  * Leaves to others: limits (hold), the owners (exchange, inflight, response_body, part_run,
  * connection).
  * Invariant: added bytes are subtracted exactly once; accounting takes no lock. */
-#ifndef SRV_MEMORY_H
-#define SRV_MEMORY_H
+#pragma once
 
 #include <assert.h>
 #include <stdatomic.h>
@@ -58,5 +57,3 @@ void srv_memory_settle(int threads);
  * thread.
  */
 void srv_memory_look(struct srv_memory *memory);
-
-#endif

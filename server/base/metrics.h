@@ -1,8 +1,7 @@
 /* The counters of the running server, and their text for Prometheus.
  * Leaves to others: counting (http, compute, cache), access to the text (router).
  * Invariant: counting takes no lock and never waits; every metric is a row of a table here. */
-#ifndef SRV_METRICS_H
-#define SRV_METRICS_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdint.h>
@@ -144,5 +143,3 @@ PEND_MUST_CHECK enum pend_status srv_metrics_write(struct srv_metrics *metrics,
                                                    const struct srv_gauges *gauges,
                                                    const char *(*label)(int route),
                                                    struct api_buffer *out);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the time of each message.
  * Invariant: without a supervisor nothing happens; a supervisor that does not read delays
  * nothing. */
-#ifndef SRV_NOTIFY_H
-#define SRV_NOTIFY_H
+#pragma once
 
 /**
  * Sends a state to the socket that the environment names in NOTIFY_SOCKET (sd_notify(3)).
@@ -13,5 +12,3 @@
  * Returns 1 if the message was sent, 0 if there is no supervisor or sending failed.
  */
 int srv_notify(const char *state);
-
-#endif

@@ -3,8 +3,7 @@
  * class rooms take turns by it.
  * Leaves to others: locks, what waits, bounds.
  * Invariant: a road is linked while one of its lanes is, a lane while something waits in it. */
-#ifndef SRV_TURNS_H
-#define SRV_TURNS_H
+#pragma once
 
 #include "server/base/list.h"
 
@@ -41,5 +40,3 @@ void srv_turns_remove(struct srv_turns_road *road, struct srv_turns_lane *lane,
  * lanes of a road take turns; the first link of a lane is returned. O(1).
  */
 struct srv_list *srv_turns_next(struct srv_turns *turns);
-
-#endif

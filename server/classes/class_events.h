@@ -4,8 +4,7 @@
  * Invariant: a listener receives the latest state of every item that it may read, in the order of
  * changes; at most one page is pending per listener. New changes come before backlogs; rooms take
  * turns, and so do the clients within a room. */
-#ifndef SRV_CLASS_EVENTS_H
-#define SRV_CLASS_EVENTS_H
+#pragma once
 
 #include "server/jobs/events.h"
 #include "server/store/store_classes.h"
@@ -37,5 +36,3 @@ struct srv_topic *srv_class_events_new(void);
  */
 void srv_class_events_open(struct srv_exchange *exchange, const struct srv_class *room,
                            const char *who, int64_t since, struct srv_class_report *report);
-
-#endif

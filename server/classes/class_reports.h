@@ -1,8 +1,7 @@
 /* The routes that read a whole room: its items, its answers as a table, and histograms of answers.
  * Leaves to others: the formats (api/class/class_json, class_table).
  * Invariant: a room is read page by page; other requests take their turn between pages. */
-#ifndef SRV_CLASS_REPORTS_H
-#define SRV_CLASS_REPORTS_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -16,5 +15,3 @@ void srv_class_reports_table(struct srv_exchange *exchange);
 /** GET /v1/classes/{code}/histograms/{id}: the frequency of each answer to a question, for the
  * teacher. */
 void srv_class_reports_histogram(struct srv_exchange *exchange);
-
-#endif

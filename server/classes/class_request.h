@@ -2,8 +2,7 @@
  * Leaves to others: the operations (classes, class_reports).
  * Invariant: only members and clients that try to join learn whether a code exists; wrong codes are
  * counted by address, by network and globally. */
-#ifndef SRV_CLASS_REQUEST_H
-#define SRV_CLASS_REQUEST_H
+#pragma once
 
 #include "api/class/class_json.h"
 #include "server/jobs/store_request.h"
@@ -97,5 +96,3 @@ struct api_class_room srv_class_request_view(const struct srv_class *room);
 
 /** Answers with the problem for a result of the store. */
 void srv_class_request_refuse(struct srv_store_request *asked, enum srv_stored stored);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the format of items (api/class/class_json), storing them (store_classes),
  * reading a whole room (class_reports). Invariant: the finish of every exchange is called exactly
  * once; a success is answered only after the store has committed. */
-#ifndef SRV_CLASSES_H
-#define SRV_CLASSES_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -31,5 +30,3 @@ void srv_classes_remove(struct srv_exchange *exchange);
 
 /** GET /v1/classes/{code}/events: a stream of changes. */
 void srv_classes_events(struct srv_exchange *exchange);
-
-#endif

@@ -1,8 +1,7 @@
 /* Folds nicknames so that look-alikes are equal.
  * Leaves to others: which nicknames are in a room, and their numbers (store_class_pupils).
  * Invariant: names that look the same at a glance have the same fold. */
-#ifndef SRV_NICKNAME_H
-#define SRV_NICKNAME_H
+#pragma once
 
 #include <stddef.h>
 
@@ -16,5 +15,3 @@
  * Returns the length of the fold; 0 if the name has no visible character. Any thread. O(bytes).
  */
 int srv_nickname_fold(const char *name, char fold[], size_t cap);
-
-#endif

@@ -1,8 +1,7 @@
 /* The folds of characters; nickname_table.py generates the table from nickname_alike.txt.
  * Leaves to others: folding a name (nickname).
  * Invariant: rows and marks are in the order of their characters. */
-#ifndef SRV_NICKNAME_TABLE_H
-#define SRV_NICKNAME_TABLE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -15,5 +14,3 @@ extern const struct srv_nickname_row srv_nickname_rows[];
 extern const unsigned srv_nickname_marks[][2]; /* first and last of combining characters */
 extern const char srv_nickname_text[];
 extern const size_t srv_nickname_row_count, srv_nickname_mark_count;
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: reading values (config_load), acting on them.
  * Invariant: an option is one field of struct srv_config or one row of api/base/limits.h, and
  * one row here; help and documents are generated from the table. */
-#ifndef SRV_CONFIG_H
-#define SRV_CONFIG_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/base/limits.h"
@@ -111,5 +110,3 @@ PEND_MUST_CHECK enum pend_status srv_config_help(struct api_buffer *out);
 
 /** Writes the table as Markdown, for README.md; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status srv_config_table(struct api_buffer *out);
-
-#endif

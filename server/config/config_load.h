@@ -1,8 +1,7 @@
 /* The four places that set the options: default, file, environment, command line.
  * Leaves to others: the list of options (config), using the values.
  * Invariant: loaded values have passed all checks of the table. */
-#ifndef SRV_CONFIG_LOAD_H
-#define SRV_CONFIG_LOAD_H
+#pragma once
 
 #include "server/config/config.h"
 
@@ -18,5 +17,3 @@
 PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int argc,
                                                  char *const argv[], char *const environment[],
                                                  struct pend_error *error);
-
-#endif

@@ -3,8 +3,7 @@
  * to others: answering 421 (router). Invariant: a server on loopback answers only to this machine's
  * names, unless its options allow more.
  */
-#ifndef SRV_HOSTS_H
-#define SRV_HOSTS_H
+#pragma once
 
 /**
  * True for a list of hosts that can be one.
@@ -39,5 +38,3 @@ int srv_hosts_allow(const char *list, const char *host);
 
 /** True for a host that is a numeric address, with or without a port, and so was not resolved. */
 int srv_hosts_numeric(const char *host);
-
-#endif

@@ -1,8 +1,7 @@
 /* The listening socket: HOST:PORT or unix:PATH becomes a bound socket and its actual address.
  * Leaves to others: accepting connections (http).
  * Invariant: a returned socket listens, does not block and is not inherited by other programs. */
-#ifndef SRV_LISTEN_H
-#define SRV_LISTEN_H
+#pragma once
 
 #include "core/base/status.h"
 
@@ -34,5 +33,3 @@ PEND_MUST_CHECK enum pend_status srv_listen_open(const char *address, int *fd,
  * the very end may be reset.
  */
 int srv_listen_settle(int fd);
-
-#endif

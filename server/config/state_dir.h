@@ -1,8 +1,7 @@
 /* The url of the store: a file in the user's state directory if the option names none.
  * Leaves to others: opening it (storage).
  * Invariant: a directory that is made here is readable by its user only. */
-#ifndef SRV_STATE_DIR_H
-#define SRV_STATE_DIR_H
+#pragma once
 
 #include "server/config/config.h"
 
@@ -17,5 +16,3 @@
  */
 PEND_MUST_CHECK enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT],
                                                struct pend_error *error);
-
-#endif

@@ -1,8 +1,7 @@
 /* Records a finished request in the metrics, the access log and the audit log.
  * Leaves to others: when and how a request ends (connection).
  * Invariant: every request is recorded once. */
-#ifndef SRV_ACCESS_LOG_H
-#define SRV_ACCESS_LOG_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -13,5 +12,3 @@
  * status   HTTP status sent to the client, 0 = none.
  */
 void srv_access_log_enter(const struct srv_exchange *exchange, const char *outcome, int status);
-
-#endif

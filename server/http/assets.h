@@ -4,8 +4,7 @@
  * Leaves to others: the files themselves (web/), making them C (assets_embed.py), reading a link
  * (api/link/oembed).
  * Invariant: files under /page/DIGEST never change, so a browser may cache them for ever. */
-#ifndef SRV_ASSETS_H
-#define SRV_ASSETS_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -52,5 +51,3 @@ void srv_assets_description(struct srv_exchange *exchange);
 
 /** GET /page/{digest}/{file}: scripts, styles and fonts of both. 404 for another build's digest. */
 void srv_assets_file(struct srv_exchange *exchange);
-
-#endif

@@ -4,8 +4,7 @@
  * (response), reading from sockets (recv_hook).
  * Invariant: nothing here computes or waits; while a worker has an exchange its connection is
  * suspended, and the exchange is not used here. */
-#ifndef SRV_CONNECTION_H
-#define SRV_CONNECTION_H
+#pragma once
 
 #include <microhttpd.h>
 
@@ -44,5 +43,3 @@ enum MHD_Result srv_connection_request(void *connections, struct MHD_Connection 
 /** MHD_OPTION_NOTIFY_COMPLETED: a request has ended, in any way. */
 void srv_connection_completed(void *connections, struct MHD_Connection *mhd, void **state,
                               enum MHD_RequestTerminationCode code);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the count itself (work/clients), answers to clients (connection).
  * Invariant: connections of a trusted proxy are not limited, because they are those of its
  * clients. */
-#ifndef SRV_CONNECTION_SHARE_H
-#define SRV_CONNECTION_SHARE_H
+#pragma once
 
 #include <sys/socket.h>
 
@@ -33,5 +32,3 @@ enum srv_surplus {
 
 /** Answers a request on a connection that exceeds a limit: 429 for the client's own, else 503. */
 void srv_connection_share_refuse(struct srv_exchange *exchange, enum srv_surplus surplus);
-
-#endif

@@ -1,8 +1,7 @@
 /* Serves HTTP on a listening socket by libmicrohttpd.
  * Leaves to others: connections and their requests (connection), slow and absent clients (watch).
  * Invariant: its one thread never computes, and waits for sockets only. */
-#ifndef SRV_HTTP_H
-#define SRV_HTTP_H
+#pragma once
 
 #include "server/work/service.h"
 #include "server/http/watch.h"
@@ -34,5 +33,3 @@ int srv_http_quiesce(struct srv_http *http);
 
 /** Closes every connection and ends the thread; no worker may have an exchange. */
 void srv_http_free(struct srv_http **http);
-
-#endif

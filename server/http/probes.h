@@ -2,8 +2,7 @@
  * Leaves to others: metrics (metrics).
  * Invariant: they answer at once, from memory; an unreachable store affects only functions that
  * need it. */
-#ifndef SRV_PROBES_H
-#define SRV_PROBES_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -21,5 +20,3 @@ void srv_probes_version(struct srv_exchange *exchange);
  * checks that. 503 with Retry-After if not, 422 for another query.
  */
 void srv_probes_readiness(struct srv_exchange *exchange);
-
-#endif

@@ -1,8 +1,7 @@
 /* The recv that libmicrohttpd calls: the strict reader sees every byte before libmicrohttpd does.
  * Leaves to others: libmicrohttpd and connections (http), the bytes (http_strict).
  * Invariant: on a thread that has not called srv_recv_hooks_here, recv is the C library's. */
-#ifndef SRV_RECV_HOOK_H
-#define SRV_RECV_HOOK_H
+#pragma once
 
 #include "server/protocol/http_strict.h"
 
@@ -35,5 +34,3 @@ int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hoo
 
 /** Removes a connection before its socket is closed. */
 void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd);
-
-#endif

@@ -2,8 +2,7 @@
  * the body, the target.
  * Leaves to others: the syntax of messages (http_strict), the meaning of paths (router).
  * Invariant: a field that may occur once and occurs twice with different values is refused. */
-#ifndef SRV_REQUEST_HEAD_H
-#define SRV_REQUEST_HEAD_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -27,5 +26,3 @@ int srv_request_head_relayed(const char *name);
  * Returns 1 if it is well-formed. Otherwise answers the exchange (400, 413, 414, 415 or 417).
  */
 int srv_request_head_head(struct srv_exchange *exchange);
-
-#endif

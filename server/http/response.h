@@ -2,8 +2,7 @@
  * answer to the socket if libmicrohttpd accepts none.
  * Leaves to others: connections and requests (connection), the contents of answers (exchange).
  * Invariant: every answer has its request id. */
-#ifndef SRV_RESPONSE_H
-#define SRV_RESPONSE_H
+#pragma once
 
 #include <microhttpd.h>
 
@@ -38,5 +37,3 @@ struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
 /** Writes an exchange's answer to a socket without waiting; the connection must be closed after
  * it. */
 void srv_response_refuse(struct srv_exchange *exchange, int fd);
-
-#endif

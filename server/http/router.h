@@ -3,8 +3,7 @@
  * (admission).
  * Invariant: a path of the table is answered for every method: the route, HEAD as GET, OPTIONS,
  * or 405 with Allow. */
-#ifndef SRV_ROUTER_H
-#define SRV_ROUTER_H
+#pragma once
 
 #include "api/op/op.h"
 #include "server/work/exchange.h"
@@ -65,5 +64,3 @@ int srv_router_body(struct srv_exchange *exchange);
 
 /** Passes an exchange after all stages to the route's `begin`, to jobs or to compute. */
 void srv_router_hand(struct srv_exchange *exchange);
-
-#endif

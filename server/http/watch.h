@@ -3,8 +3,7 @@
  * Leaves to others: reading and writing (http); an inactive connection in general
  * (libmicrohttpd's own timeout).
  * Invariant: a socket is used only while it is watched, and its owner cannot close it meanwhile. */
-#ifndef SRV_WATCH_H
-#define SRV_WATCH_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdint.h>
@@ -118,5 +117,3 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience);
  * fd  a duplicate, closed by the watch; the owner may close its own at once.
  */
 void srv_watch_linger(struct srv_watch *watch, int fd);
-
-#endif

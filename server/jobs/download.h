@@ -4,8 +4,7 @@
  * (inflight).
  * Invariant: no lock is held during a query; the memory of pieces is accounted until the store has
  * answered, even if the client has left. */
-#ifndef SRV_DOWNLOAD_H
-#define SRV_DOWNLOAD_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -23,5 +22,3 @@
  */
 enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange,
                                const char *id, long parts, void *body, size_t body_bytes);
-
-#endif

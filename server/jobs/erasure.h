@@ -4,8 +4,7 @@
  * Invariant: after 204 no row of the store names the client; large results are deleted within
  * seconds.
  */
-#ifndef SRV_ERASURE_H
-#define SRV_ERASURE_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -15,5 +14,3 @@
  * any other name.
  */
 void srv_erasure(struct srv_exchange *exchange);
-
-#endif

@@ -3,8 +3,7 @@
  * classes/class_events), connections (http). Invariant: an open stream holds the memory of one
  * event, no worker and no thread; a slow reader may miss events, but not the last one; no stream
  * waits until another's backlog is read. */
-#ifndef SRV_EVENTS_H
-#define SRV_EVENTS_H
+#pragma once
 
 #include "server/base/list.h"
 #include "server/work/exchange.h"
@@ -138,5 +137,3 @@ void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why);
 /** Ends every stream of events after its last one, and answers who waits; the clients connect
  * again, to another process if this one does not listen. Any thread; NULL is accepted. */
 void srv_events_drain(struct srv_events *events);
-
-#endif

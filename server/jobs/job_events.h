@@ -1,8 +1,7 @@
 /* Streams of events about the progress of jobs, and answers that wait for a job's end.
  * Leaves to others: jobs themselves (store), the streams (events), a job as JSON (job_view).
  * Invariant: each state of a job has its own event id, and is sent once per stream. */
-#ifndef SRV_JOB_EVENTS_H
-#define SRV_JOB_EVENTS_H
+#pragma once
 
 #include "server/jobs/events.h"
 
@@ -33,5 +32,3 @@ enum { SRV_JOB_WAIT_S = 60 }; /* longest wait for a job, s */
 PEND_MUST_CHECK int
 srv_job_events_await(struct srv_exchange *exchange, const struct srv_job *job, int seconds,
                      void (*answer)(struct srv_exchange *exchange, const struct srv_job *job));
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the encoding (compute, api/call/results), the parts in the store.
  * Invariant: the same job, representation and engine give the same bytes, at any time and from any
  * process. */
-#ifndef SRV_JOB_RESULTS_H
-#define SRV_JOB_RESULTS_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -14,5 +13,3 @@ void srv_job_results(struct srv_exchange *exchange);
 /** GET /v1/jobs/{id}/request: the stored request. Anyone with the id can read it. 409 for a failed
  * or dismissed job, whose request is deleted. */
 void srv_job_request(struct srv_exchange *exchange);
-
-#endif

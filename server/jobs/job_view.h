@@ -1,8 +1,7 @@
 /* A stored job as its client sees it.
  * Leaves to others: the JSON (api/call/job_json), who may read it (jobs).
  * Invariant: every value comes from the store's row. */
-#ifndef SRV_JOB_VIEW_H
-#define SRV_JOB_VIEW_H
+#pragma once
 
 #include "api/call/job_json.h"
 #include "server/protocol/identity.h"
@@ -16,5 +15,3 @@ struct api_job srv_job_view(const struct srv_job *job);
 
 /** True for a job in a final state. */
 int srv_job_over(const struct srv_job *job);
-
-#endif

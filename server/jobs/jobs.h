@@ -3,8 +3,7 @@
  * (api/call/job_json), results and requests (job_results), lists (job_list).
  * Invariant: the finish of every exchange is called exactly once; a job is stored before it is
  * acknowledged. */
-#ifndef SRV_JOBS_H
-#define SRV_JOBS_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -38,5 +37,3 @@ void srv_jobs_events(struct srv_exchange *exchange);
  * the job was posted with one.
  */
 void srv_jobs_dismiss(struct srv_exchange *exchange);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: asking the store, slots for the parts (part_runner).
  * Invariant: under the runner's lock, except srv_part_claim_run while the store is asked; the
  * leases are the claim's until they are taken. */
-#ifndef SRV_PART_CLAIM_H
-#define SRV_PART_CLAIM_H
+#pragma once
 
 #include "server/store/store.h"
 
@@ -49,5 +48,3 @@ int srv_part_claim_due(struct srv_part_claim *claim, int room, int holds, int64_
 
 /** ns: the instant of the next claim without news. */
 int64_t srv_part_claim_next(const struct srv_part_claim *claim, int64_t now);
-
-#endif

@@ -4,8 +4,7 @@
  * (api/call/part).
  * Invariant: one thread at a time uses it, except `stop`; the request stays for the next part of
  * the same job. */
-#ifndef SRV_PART_RUN_H
-#define SRV_PART_RUN_H
+#pragma once
 
 #include "api/call/part.h"
 #include "server/work/hold.h"
@@ -60,5 +59,3 @@ void srv_part_run_say(struct srv_part_run *run, const char *message);
  */
 enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct srv_lease *lease,
                                         int level);
-
-#endif

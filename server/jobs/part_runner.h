@@ -4,8 +4,7 @@
  * (workers, storage).
  * Invariant: the result of a part is stored only by the attempt that holds its lease; requests that
  * wait for a worker are computed first. */
-#ifndef SRV_PART_RUNNER_H
-#define SRV_PART_RUNNER_H
+#pragma once
 
 #include "server/work/service.h"
 
@@ -51,5 +50,3 @@ double srv_part_runner_idle(struct srv_part_runner *runner);
  * Returns 1 when no part is held, or the store is out of reach: then the leases run out.
  */
 int srv_part_runner_drain(struct srv_part_runner *runner);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: when to ask, and what follows from an answer (part_runner), computing
  * (part_run).
  * Invariant: at most one question is under way, and at most one beat, which extends the lease. */
-#ifndef SRV_PART_SLOT_H
-#define SRV_PART_SLOT_H
+#pragma once
 
 #include "server/jobs/part_run.h"
 #include "server/store/storage.h"
@@ -77,5 +76,3 @@ int srv_part_slot_beats(const struct srv_part_slot *slot);
 
 /** Makes the slot idle: it does not hold the part any more. */
 void srv_part_slot_drop(struct srv_part_slot *slot);
-
-#endif

@@ -1,8 +1,7 @@
 /* The routes of scenes. A scene is a permanent link, until all clients that stored it have deleted
  * it. Leaves to others: the contents of a scene (api/link/scene), storing it (store). Invariant: an
  * id never changes its meaning; the finish of every exchange is called exactly once. */
-#ifndef SRV_SCENES_H
-#define SRV_SCENES_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -21,5 +20,3 @@ void srv_scenes_drop(struct srv_exchange *exchange);
 
 /** GET /v1/scenes/{id}. Anyone with the id can read it. */
 void srv_scenes_read(struct srv_exchange *exchange);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the query and the answer (jobs, job_results, scenes).
  * Invariant: the finish of every exchange is called exactly once, and not before the store has
  * answered. */
-#ifndef SRV_STORE_REQUEST_H
-#define SRV_STORE_REQUEST_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -111,5 +110,3 @@ extern const char srv_store_request_letters[];
 
 /** True for a well-formed id. */
 int srv_store_request_id_good(const char *id);
-
-#endif

@@ -1,8 +1,7 @@
 /* Reads and updates the file of API keys; one program at a time can change it.
  * Leaves to others: the changes (keys_command), which keys are active (key_ring).
  * Invariant: updates are atomic, even if the process dies; no other user can read the file. */
-#ifndef SRV_KEY_FILE_H
-#define SRV_KEY_FILE_H
+#pragma once
 
 #include <sys/stat.h>
 
@@ -32,5 +31,3 @@ PEND_MUST_CHECK enum pend_status srv_key_file_change(
     const char *path, int make,
     enum pend_status (*change)(struct srv_keys *keys, void *context, struct pend_error *error),
     void *context, struct pend_error *error);
-
-#endif

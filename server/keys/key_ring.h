@@ -1,8 +1,7 @@
 /* The active API keys of a running server; reloads their file when it changes.
  * Leaves to others: the effect of a key (identity, admission), when to check the file (daemon).
  * Invariant: the active keys come from one complete reading; an invalid file changes nothing. */
-#ifndef SRV_KEY_RING_H
-#define SRV_KEY_RING_H
+#pragma once
 
 #include "server/base/log.h"
 #include "server/keys/keys.h"
@@ -62,5 +61,3 @@ int srv_key_ring_holds(struct srv_key_ring *ring, const char digest[API_DIGEST_B
 
 /** The limits of a role. Any thread. */
 struct srv_limits srv_key_ring_role(struct srv_key_ring *ring, enum srv_role role);
-
-#endif

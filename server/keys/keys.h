@@ -2,8 +2,7 @@
  * Leaves to others: the file that holds the table (key_file), which table is active (key_ring).
  * Invariant: only digests of keys are stored; a lookup takes constant time, so that its duration
  * reveals nothing. */
-#ifndef SRV_KEYS_H
-#define SRV_KEYS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -106,5 +105,3 @@ void srv_keys_time(int64_t instant, char text[SRV_KEY_TIME]);
  * Returns 0 if the text is none of these, or later than the year 9999.
  */
 int srv_keys_instant(const char *text, int64_t now, int64_t *instant);
-
-#endif

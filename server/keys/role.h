@@ -4,8 +4,7 @@
  * store).
  * Invariant: a limit is unset, a number within its range, or infinite: then only the server's
  * option applies. */
-#ifndef SRV_ROLE_H
-#define SRV_ROLE_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "core/base/status.h"
@@ -73,5 +72,3 @@ void srv_limits_write(const struct srv_limits *limits, char text[SRV_LIMITS_TEXT
 
 /** Returns `own` with its unset limits taken from the second argument. */
 struct srv_limits srv_limits_over(const struct srv_limits *own, const struct srv_limits *other);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the contents of a key (compute).
  * Invariant: the reported size equals the bytes of all keys and response bodies, and never exceeds
  * the bound. */
-#ifndef SRV_CACHE_H
-#define SRV_CACHE_H
+#pragma once
 
 #include <stdint.h>
 
@@ -59,5 +58,3 @@ struct srv_cache_size srv_cache_size(const struct srv_cache *cache);
 
 /** Returns true if a recount of all keys and bytes agrees with the counts; for tests. */
 int srv_cache_valid(struct srv_cache *cache);
-
-#endif

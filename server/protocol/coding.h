@@ -1,8 +1,7 @@
 /* Content codings: negotiation and streaming compression.
  * Leaves to others: the libraries (coding_gzip, coding_zstd), whether to compress (compute).
  * Invariant: a client can decode all flushed bytes without those that follow. */
-#ifndef SRV_CODING_H
-#define SRV_CODING_H
+#pragma once
 
 #include "api/base/buffer.h"
 
@@ -47,5 +46,3 @@ int srv_coding_worth(const char *media_type);
 /** Compresses a whole body; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status srv_coding_whole(enum srv_coding coding, const void *data,
                                                   size_t bytes, struct api_buffer *out);
-
-#endif

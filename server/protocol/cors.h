@@ -1,8 +1,7 @@
 /* CORS: the web pages that may read answers, and the header fields that their requests may have.
  * Leaves to others: sending the fields (response), which routes are closed to other pages (router).
  * Invariant: an origin that is not allowed gets no CORS field. */
-#ifndef SRV_CORS_H
-#define SRV_CORS_H
+#pragma once
 
 /* The value of Access-Control-Expose-Headers: the fields that a page's script may read. */
 extern const char srv_cors_expose[];
@@ -34,5 +33,3 @@ int srv_cors_varies(const char *allowed);
  * host    value of Host, or NULL. A proxy may have removed the port.
  */
 int srv_cors_foreign(const char *allowed, const char *origin, const char *site, const char *host);
-
-#endif

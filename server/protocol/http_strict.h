@@ -3,8 +3,7 @@
  * receiving the bytes and answering the client (http), the meaning of a request (request_head,
  * router). Invariant: the bytes that pass can be divided into requests in one way only, that of RFC
  * 9112 without its leniencies. */
-#ifndef SRV_HTTP_STRICT_H
-#define SRV_HTTP_STRICT_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -80,5 +79,3 @@ size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t b
 
 /** Returns true between the first byte of a request and its last. */
 int srv_http_strict_within(const struct srv_http_strict *strict);
-
-#endif

@@ -4,8 +4,7 @@
  * jobs, scenes, events).
  * Invariant: of a token or account only a digest is stored or shown; different tokens, and
  * different kinds of clients, have different keys. */
-#ifndef SRV_IDENTITY_H
-#define SRV_IDENTITY_H
+#pragma once
 
 #include "server/keys/key_ring.h"
 #include "server/protocol/peer.h"
@@ -134,5 +133,3 @@ int srv_identity_named(const char *name, char key[SRV_IDENTITY_KEY]);
 
 /** The kind of an identity's key: "key", "token", "account" or "address". */
 const char *srv_identity_word(const char *key);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the meaning of a tag (result).
  * Invariant: the table has SRV_LENGTHS rows; a new tag replaces the one in its row, whose length
  * is measured again when needed. */
-#ifndef SRV_LENGTHS_H
-#define SRV_LENGTHS_H
+#pragma once
 
 #include <pthread.h>
 
@@ -31,5 +30,3 @@ void srv_lengths_note(struct srv_lengths *lengths, const char *etag, long long b
 
 /** Returns the length of the response body with that tag; -1 if unknown. Any thread; O(1). */
 long long srv_lengths_find(struct srv_lengths *lengths, const char *etag);
-
-#endif

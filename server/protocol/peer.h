@@ -2,8 +2,7 @@
  * proxy reports.
  * Leaves to others: its use (clients, log).
  * Invariant: header fields from untrusted peers have no effect. */
-#ifndef SRV_PEER_H
-#define SRV_PEER_H
+#pragma once
 
 #include "core/base/status.h"
 
@@ -61,5 +60,3 @@ void srv_peer_shorten(const char *text, char shown[SRV_PEER_BYTES]);
  */
 void srv_peer_client(const struct srv_peers *peers, const char *peer, const char *header,
                      const char *value, char client[SRV_PEER_BYTES]);
-
-#endif

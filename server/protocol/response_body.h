@@ -3,8 +3,7 @@
  * Leaves to others: computing it (compute), sending it (http), keeping it (cache).
  * Invariant: a response body with more than one reference is not changed; dropping the last
  * reference frees it. */
-#ifndef SRV_RESPONSE_BODY_H
-#define SRV_RESPONSE_BODY_H
+#pragma once
 
 #include <stdatomic.h>
 
@@ -65,5 +64,3 @@ void srv_response_body_drop(struct srv_response_body **response_body);
 
 /** Returns the memory of a response body in bytes. */
 size_t srv_response_body_bytes(const struct srv_response_body *response_body);
-
-#endif

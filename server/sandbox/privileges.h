@@ -2,8 +2,7 @@
  * Leaves to others: files (sandbox_landlock), system calls (sandbox_seccomp), when to drop
  * (server/sandbox_setup).
  * Invariant: dropped privileges are lost for every program that the process starts, too. */
-#ifndef SRV_PRIVILEGES_H
-#define SRV_PRIVILEGES_H
+#pragma once
 
 #include "core/base/status.h"
 
@@ -14,5 +13,3 @@
  * PEND_INVALID  the kernel refuses; error says which call.
  */
 PEND_MUST_CHECK enum pend_status srv_privileges_drop(struct pend_error *error);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: choosing the files (server/sandbox_setup), system calls (sandbox_seccomp).
  * Invariant: files that are not listed cannot be opened, created, renamed or executed, also by
  * root. */
-#ifndef SRV_SANDBOX_LANDLOCK_H
-#define SRV_SANDBOX_LANDLOCK_H
+#pragma once
 
 #include "core/base/status.h"
 
@@ -44,5 +43,3 @@ void srv_sandbox_add_around(struct srv_sandbox_files *files, enum srv_sandbox_us
  */
 PEND_MUST_CHECK enum pend_status srv_sandbox_landlock(const struct srv_sandbox_files *files,
                                                       struct pend_error *error);
-
-#endif

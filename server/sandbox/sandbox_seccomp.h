@@ -2,8 +2,7 @@
  * Leaves to others: files and ports (sandbox_landlock), privileges (privileges).
  * Invariant: the kernel refuses calls that are not listed; calls that only an attacker would make
  * kill the process. */
-#ifndef SRV_SANDBOX_SECCOMP_H
-#define SRV_SANDBOX_SECCOMP_H
+#pragma once
 
 #include "core/base/status.h"
 
@@ -21,5 +20,3 @@
  * says why, and nothing has changed.
  */
 PEND_MUST_CHECK enum pend_status srv_sandbox_seccomp(struct pend_error *error);
-
-#endif

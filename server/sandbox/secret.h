@@ -1,8 +1,7 @@
 /* Reads files with secrets.
  * Leaves to others: their contents (key_file, config_load).
  * Invariant: a file that other users of the machine can read is refused. */
-#ifndef SRV_SECRET_H
-#define SRV_SECRET_H
+#pragma once
 
 #include <sys/stat.h>
 
@@ -22,5 +21,3 @@
  */
 PEND_MUST_CHECK enum pend_status srv_secret_read(const char *path, struct api_buffer *out,
                                                  struct stat *seen, struct pend_error *error);
-
-#endif

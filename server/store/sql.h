@@ -3,8 +3,7 @@
  * store_postgres).
  * Invariant: a connection is used by one thread at a time; data from outside are passed as
  * parameters only. */
-#ifndef SRV_SQL_H
-#define SRV_SQL_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -149,5 +148,3 @@ const char *srv_sql_columns(const char *text);
  * out  space for SRV_SQL_TEXT bytes; a longer text is a bug.
  */
 void srv_sql_spell(const struct srv_sql_driver *driver, const char *text, char out[SRV_SQL_TEXT]);
-
-#endif

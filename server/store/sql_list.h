@@ -1,8 +1,7 @@
 /* Collects rows of values for one statement as arrays in PostgreSQL's binary format.
  * Leaves to others: the statements' dialect (sql), when they are sent (store_postgres).
  * Invariant: every column has as many values as the list has rows. */
-#ifndef SRV_SQL_LIST_H
-#define SRV_SQL_LIST_H
+#pragma once
 
 #include "server/store/sql.h"
 
@@ -45,5 +44,3 @@ void srv_sql_list_empty(struct srv_sql_list *list);
 
 /** Frees the memory of the list. */
 void srv_sql_list_free(struct srv_sql_list *list);
-
-#endif

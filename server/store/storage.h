@@ -2,8 +2,7 @@
  * Leaves to others: the queries (calls of the store), the use of the results (`done`).
  * Invariant: `done` of an accepted query is called exactly once; addresses and clients take turns;
  * with one writer, the writes of a client run in order. */
-#ifndef SRV_STORAGE_H
-#define SRV_STORAGE_H
+#pragma once
 
 #include "server/base/log.h"
 #include "server/base/turns.h"
@@ -74,5 +73,3 @@ int srv_storage_hears(const struct srv_storage *storage);
 
 /** Returns figures that are about a second old. */
 struct srv_store_figures srv_storage_figures(struct srv_storage *storage);
-
-#endif

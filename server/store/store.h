@@ -2,8 +2,7 @@
  * Leaves to others: the databases (store_sqlite, store_postgres), running the jobs.
  * Invariant: data for which a call returned SRV_STORED are on disk and survive the death of any
  * process; a part's result is accepted once, from the attempt that holds its lease. */
-#ifndef SRV_STORE_H
-#define SRV_STORE_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -414,5 +413,3 @@ enum srv_stored srv_store_carries(struct srv_store *store, int64_t *connections,
 
 /** Returns true for a database server with a limited number of connections. */
 int srv_store_distant(const struct srv_store *store);
-
-#endif

@@ -1,8 +1,7 @@
 /* Storage of the results of parts; currently rows of the database.
  * Leaves to others: who may write them (store_leases), when they are deleted (store_sweep).
  * Invariant: a result is visible once its transaction is committed, never before. */
-#ifndef SRV_STORE_BLOBS_H
-#define SRV_STORE_BLOBS_H
+#pragma once
 
 #include "server/store/store_call.h"
 
@@ -19,5 +18,3 @@ struct srv_blobs {
 };
 
 extern const struct srv_blobs srv_blobs_rows;
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the work of a call (store_jobs, store_leases, store_sweep, store_scenes).
  * Invariant: between begin and end a call's writes are kept or discarded together; no call
  * begins before the tables are known. */
-#ifndef SRV_STORE_CALL_H
-#define SRV_STORE_CALL_H
+#pragma once
 
 #include "server/store/store_tally.h"
 
@@ -105,5 +104,3 @@ enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
  * after `whole` has verified it. */
 enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name,
                                 srv_whole_fn *whole, void **data, size_t *bytes);
-
-#endif

@@ -2,8 +2,7 @@
  * nicknames, and expiry.
  * Leaves to others: folding a name (classes/nickname), writing (store_classes).
  * Invariant: two pupils in a room at the same time never have the same displayed name. */
-#ifndef SRV_STORE_CLASS_PUPILS_H
-#define SRV_STORE_CLASS_PUPILS_H
+#pragma once
 
 #include "server/store/store_call.h"
 
@@ -65,5 +64,3 @@ enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code)
 
 /** Deletes one expired room; sets *more to 1 if there was one. */
 enum srv_stored srv_store_class_sweep(struct srv_store *store, int64_t now, int *more);
-
-#endif

@@ -3,8 +3,7 @@
  * events (classes/class_events). Invariant: the changes of a room are numbered without gaps in
  * commit order, so a client that has read all items up to a number misses nothing by requesting
  * later ones. */
-#ifndef SRV_STORE_CLASSES_H
-#define SRV_STORE_CLASSES_H
+#pragma once
 
 #include "server/store/store_class_pupils.h"
 
@@ -159,5 +158,3 @@ enum srv_stored srv_store_class_end(struct srv_store *store, struct srv_class_pu
 /** Deletes a room of a client, or removes the client from one. count: 1; 0 if it is in no room.
  * SRV_STORED_AGAIN: another process is writing to the room. O(items). */
 enum srv_stored srv_store_erase_classes(struct srv_store *store, const char *client, int *count);
-
-#endif

@@ -1,8 +1,7 @@
 /* Jobs as a whole: submitting, reading, listing and ending them.
  * Leaves to others: their parts (store_leases), their deletion (store_sweep).
  * Invariant: a job ends once; a client's key creates one job, even with concurrent submissions. */
-#ifndef SRV_STORE_JOBS_H
-#define SRV_STORE_JOBS_H
+#pragma once
 
 #include "server/store/store_call.h"
 
@@ -35,5 +34,3 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job);
 
 /** As srv_store_find, and locks the row; a job with a damaged row is ended first. */
 enum srv_stored srv_store_lock(struct srv_store *store, const char *id, struct srv_job *job);
-
-#endif

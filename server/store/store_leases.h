@@ -3,8 +3,7 @@
  * Leaves to others: claiming parts (store_claims), jobs as a whole (store_jobs), when to look for
  * expired leases (store_sweep).
  * Invariant: a part's result is accepted once, from the attempt that holds it. */
-#ifndef SRV_STORE_LEASES_H
-#define SRV_STORE_LEASES_H
+#pragma once
 
 #include "server/store/store_call.h"
 
@@ -18,5 +17,3 @@
  */
 enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int64_t before,
                                struct srv_store_sweep *sweep, int *found);
-
-#endif

@@ -1,8 +1,7 @@
 /* Connecting to PostgreSQL, and converting parameters and rows for libpq.
  * Leaves to others: statements, timeouts, lost connections (store_postgres).
  * Invariant: numbers are sent in binary, in network byte order. */
-#ifndef SRV_STORE_POSTGRES_LINE_H
-#define SRV_STORE_POSTGRES_LINE_H
+#pragma once
 
 #include <libpq-fe.h>
 
@@ -45,5 +44,3 @@ long srv_postgres_server(PGresult *result, long *left);
 /** Returns non-zero if a second connection gets the same server process while the first is idle:
  * then a transaction pooler is in between. */
 int srv_postgres_pooled(const char *url, int role, long server);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the consequences of an exceeded quota (store_jobs, store_leases, store_scenes).
  * Invariant: sums change in the same transaction as the rows that they count, so they always equal
  * a recount. */
-#ifndef SRV_STORE_QUOTAS_H
-#define SRV_STORE_QUOTAS_H
+#pragma once
 
 #include "server/store/store_call.h"
 
@@ -55,5 +54,3 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *client, co
  */
 enum srv_stored srv_store_room_scene(struct srv_store *store, const char *client, size_t bytes,
                                      int anew);
-
-#endif

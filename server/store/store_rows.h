@@ -1,8 +1,7 @@
 /* The values of statements and the rows that they return.
  * Leaves to others: the statements (store_statements), rows that only one file reads (that file).
  * Invariant: a text or a list that is too long is truncated; nothing is written out of bounds. */
-#ifndef SRV_STORE_ROWS_H
-#define SRV_STORE_ROWS_H
+#pragma once
 
 #include "server/store/store.h"
 #include "server/store/store_statements.h"
@@ -124,5 +123,3 @@ struct srv_row_jobs {
 /** Reads a row into a struct srv_row_jobs. An invalid row becomes a failed job, see `flaw`; a row
  * without an id is skipped. */
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the statements on them (store_statements), when to create them (store_call).
  * Invariant: tables are created in one transaction, by one process at a time; tables of another
  * version are left unchanged. */
-#ifndef SRV_STORE_SCHEMA_H
-#define SRV_STORE_SCHEMA_H
+#pragma once
 
 #include "server/store/sql.h"
 
@@ -19,5 +18,3 @@ enum srv_stored srv_schema_settle(struct srv_sql *sql);
 
 /** Sets the complaint that the tables have another version. Returns SRV_STORED_BROKEN. */
 enum srv_stored srv_schema_other(struct srv_sql *sql, int64_t version);
-
-#endif

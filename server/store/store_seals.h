@@ -2,8 +2,7 @@
  * Leaves to others: the rows (store_rows), and the treatment of damaged ones.
  * Invariant: every job, chunk of results, scene and room item has a seal. A seal has no secret: it
  * detects accidents and exchanged rows, not an attacker who can write to the database. */
-#ifndef SRV_STORE_SEALS_H
-#define SRV_STORE_SEALS_H
+#pragma once
 
 #include "api/call/digest.h"
 #include "server/store/store.h"
@@ -46,5 +45,3 @@ void srv_seal_item(unsigned char seal[API_SEAL_BYTES], const char *code, const c
 /** Returns non-zero if an item is unchanged. O(bytes). */
 int srv_seal_item_whole(const struct srv_value *seal, const char *code, const char *name,
                         const int64_t number[3], const void *body, size_t bytes);
-
-#endif

@@ -3,8 +3,7 @@
  * Invariant: the file has space for everything that is committed, so that a checkpoint needs no
  * space and a full disk shows before the commit; only a writer runs checkpoints, because SQLite
  * then truncates the file to the pages that it knows. */
-#ifndef SRV_STORE_SQLITE_DISK_H
-#define SRV_STORE_SQLITE_DISK_H
+#pragma once
 
 #include <sqlite3.h>
 #include <stddef.h>
@@ -50,5 +49,3 @@ int srv_sqlite_disk_take(struct srv_sqlite_disk *disk);
  * doubled.
  */
 void srv_sqlite_disk_committed(struct srv_sqlite_disk *disk);
-
-#endif

@@ -3,8 +3,7 @@
  * Invariant: external data are parameters only; a statement that may match many rows has a LIMIT
  * and uses an index, so that its cost does not depend on the number of rows. Changes of many jobs
  * in one transaction are statements on rows of values ({from ...} and similar, see sql). */
-#ifndef SRV_STORE_STATEMENTS_H
-#define SRV_STORE_STATEMENTS_H
+#pragma once
 
 #include "server/store/sql.h"
 
@@ -248,5 +247,3 @@ enum {
 
 /* the text of each statement */
 extern const char *const srv_statement_text[SQL_COUNT];
-
-#endif

@@ -6,8 +6,7 @@
  * changes no client's row: it inserts a row into `changes`, which is added to the client's row
  * later. Workers therefore do not wait for each other, and a client's row never shows too few open
  * jobs. */
-#ifndef SRV_STORE_TALLY_H
-#define SRV_STORE_TALLY_H
+#pragma once
 
 #include "server/store/store_rows.h"
 
@@ -90,5 +89,3 @@ enum srv_stored srv_tally_source(struct srv_tally *tally, const char *source, in
 
 /** Writes the changes; on SQLite also notifies other processes. */
 enum srv_stored srv_tally_write(struct srv_tally *tally);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the queue's bounds (queue), memory (exchange), limits of a request's contents
  * (api), the order of the stages (http/router).
  * Invariant: a request refused here has cost only the reading of its head. */
-#ifndef SRV_ADMISSION_H
-#define SRV_ADMISSION_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -45,5 +44,3 @@ void srv_admission_forbid(struct srv_exchange *exchange, enum srv_role needed, c
  * 429 if one is exceeded, 503 without memory.
  */
 int srv_admission_count(struct srv_exchange *exchange);
-
-#endif

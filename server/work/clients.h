@@ -3,8 +3,7 @@
  * asking a client to wait (admission).
  * Invariant: a record exists while it is referenced; of records without references, the
  * SRV_CLIENTS_KEPT most recently used are kept. */
-#ifndef SRV_CLIENTS_H
-#define SRV_CLIENTS_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdint.h>
@@ -118,5 +117,3 @@ void srv_clients_charge(struct srv_clients *clients, struct srv_client *client, 
  */
 double srv_clients_pace(struct srv_clients *clients, struct srv_client *client, enum srv_pace pace,
                         double a_second, double burst, int taken, int64_t now);
-
-#endif

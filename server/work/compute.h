@@ -4,8 +4,7 @@
  * what was computed (delivery), the computation itself (api).
  * Invariant: `finish` is called exactly once for every exchange; for the reader of a stream once
  * more after each pause. */
-#ifndef SRV_COMPUTE_H
-#define SRV_COMPUTE_H
+#pragma once
 
 #include "server/work/exchange.h"
 
@@ -23,5 +22,3 @@ void srv_compute_begin(struct srv_exchange *exchange);
  * Any thread. No effect on an exchange that is answered already.
  */
 void srv_compute_leave(struct srv_exchange *exchange, enum srv_stop why);
-
-#endif

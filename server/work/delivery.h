@@ -2,8 +2,7 @@
  * more is computed.
  * Leaves to others: computing (compute), sending (http), the header fields of an answer (result).
  * Invariant: until a stream begins, the answer can still become a problem. */
-#ifndef SRV_DELIVERY_H
-#define SRV_DELIVERY_H
+#pragma once
 
 #include "server/work/inflight.h"
 
@@ -59,5 +58,3 @@ void srv_delivery_promise(struct srv_work *work, struct srv_list *others);
  * Returns 1 if the worker should continue. Otherwise the worker no longer owns the work.
  */
 int srv_delivery_pass(struct srv_work *work, int ended);
-
-#endif

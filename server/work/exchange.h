@@ -2,8 +2,7 @@
  * Leaves to others: sockets (http), the contents of answers (router, compute).
  * Invariant: one thread at a time owns an exchange; the lock named at `being computed` guards the
  * fields there. */
-#ifndef SRV_EXCHANGE_H
-#define SRV_EXCHANGE_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -233,5 +232,3 @@ const char *srv_exchange_scheme(const struct srv_exchange *exchange);
 
 /** Returns the record of the client that pays for the memory, NULL without memory for it. */
 struct srv_client *srv_exchange_payer(struct srv_exchange *exchange);
-
-#endif

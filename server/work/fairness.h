@@ -3,8 +3,7 @@
  * Leaves to others: the work of the threads (http, workers).
  * Invariant: only the sockets' thread sleeps here, for 5 ms at most, and only while every worker
  * has a short task. */
-#ifndef SRV_FAIRNESS_H
-#define SRV_FAIRNESS_H
+#pragma once
 
 #include <semaphore.h>
 #include <stdatomic.h>
@@ -44,5 +43,3 @@ void srv_fairness_end(struct srv_fairness *fairness, int level);
  * events. Checks at most every 0.4 ms.
  */
 void srv_fairness_look(struct srv_fairness *fairness);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the use of the memory (exchange, inflight, part_run), the text of refusals
  * (exchange).
  * Invariant: a hold counts its bytes once; set to 0 it counts nothing. */
-#ifndef SRV_HOLD_H
-#define SRV_HOLD_H
+#pragma once
 
 #include "server/work/service.h"
 
@@ -60,5 +59,3 @@ double srv_hold_most(const struct srv_config *config);
 /** Returns true if the process holds at most max-held-bytes, without the answers that only the
  * cache references. */
 int srv_hold_room(const struct srv_service *service);
-
-#endif

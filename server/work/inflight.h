@@ -3,8 +3,7 @@
  * Leaves to others: computing (compute), suspending and resuming a connection (http).
  * Invariant: one lock guards every field of a work that several threads use; a work is freed when
  * no worker, queue or reader has it. */
-#ifndef SRV_INFLIGHT_H
-#define SRV_INFLIGHT_H
+#pragma once
 
 #include "api/call/call.h"
 #include "server/base/hash_table.h"
@@ -164,5 +163,3 @@ long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
 /** Copies the statistics of a stream's computation, after srv_inflight_read returned
  * SRV_INFLIGHT_END; nothing before. */
 void srv_inflight_stat_fields(struct srv_exchange *exchange, struct api_stats_headers *stat_fields);
-
-#endif

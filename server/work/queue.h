@@ -3,8 +3,7 @@
  * Leaves to others: tasks and their expected duration (compute), clients (clients), running tasks
  * (workers).
  * Invariant: at any time a task is in the queue, or with one worker, or with its owner. */
-#ifndef SRV_QUEUE_H
-#define SRV_QUEUE_H
+#pragma once
 
 #include "core/base/status.h"
 #include "server/base/turns.h"
@@ -111,5 +110,3 @@ void srv_queue_close(struct srv_queue *queue);
 
 /** Returns true if links and counts are consistent; for tests and assertions. O(tasks). */
 int srv_queue_valid(struct srv_queue *queue);
-
-#endif

@@ -2,8 +2,7 @@
  * which the cache keeps them.
  * Leaves to others: computing answers and waiting for them (compute, inflight), the memory (cache).
  * Invariant: only answers with status 200 are cached. */
-#ifndef SRV_RESULT_H
-#define SRV_RESULT_H
+#pragma once
 
 #include "server/work/inflight.h"
 
@@ -42,5 +41,3 @@ void srv_result_key(struct srv_work *work, enum srv_coding coding);
 /** Looks up the answer of a work's key in the cache; compresses it if only the plain form is
  * cached. Returns NULL if there is none. */
 struct srv_response_body *srv_result_find(struct srv_work *work);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: creating and freeing it (service_setup).
  * Invariant: a service outlives every exchange; fields that change while it runs are atomic or have
  * a lock of their own. */
-#ifndef SRV_SERVICE_H
-#define SRV_SERVICE_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdint.h>
@@ -93,5 +92,3 @@ const char *srv_service_jobless(const struct srv_service *service);
 
 /** Returns the current values of the gauges of /metrics. */
 struct srv_gauges srv_service_gauges(struct srv_service *service);
-
-#endif

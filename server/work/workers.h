@@ -2,8 +2,7 @@
  * for other tasks, so it does not occupy a worker.
  * Leaves to others: the computation (a task's run), the order (queue).
  * Invariant: a worker waits only for the queue. */
-#ifndef SRV_WORKERS_H
-#define SRV_WORKERS_H
+#pragma once
 
 #include "server/work/fairness.h"
 
@@ -28,5 +27,3 @@ PEND_MUST_CHECK enum pend_status srv_workers_new(struct srv_workers **workers, i
 
 /** Closes the queue, waits until every task in it was run, and ends the threads. */
 void srv_workers_free(struct srv_workers **workers);
-
-#endif

@@ -2,8 +2,7 @@
  * pointers.
  * Leaves to others: what is asked and expected (test_*). Invariant: every JSON answer was read
  * back by api's own reader, so that an answer which is no JSON fails its test. */
-#ifndef TEST_POST_H
-#define TEST_POST_H
+#pragma once
 
 #include "api/call/call.h"
 #include "api/json/json_in.h"
@@ -57,5 +56,3 @@ void test_refused(enum api_op_id op, const char *body, const char *pointer, cons
 
 /** Checks all rows of a table of refusals, as tests/api/read/refused.txt explains it. */
 void test_refused_rows(const char *file);
-
-#endif

@@ -1,8 +1,7 @@
 /* A table of samples for tests: every kind of column, filled with wild numbers.
  * Leaves to others: what its bytes should be (test_encode_*). Invariant: every finite double may
  * occur. */
-#ifndef TEST_TABLE_H
-#define TEST_TABLE_H
+#pragma once
 
 #include "api/encode/encode.h"
 
@@ -25,5 +24,3 @@ double test_wild(unsigned long long *seed);
 /** Encodes the table cut into blocks of `cut` rows. */
 enum pend_status test_table_encode(const struct test_table *table, const struct api_format *format,
                                    long cut, struct api_buffer *out);
-
-#endif

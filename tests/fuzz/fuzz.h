@@ -3,8 +3,7 @@
  * Leaves to others: what a reader reads and what must hold of it (fuzz_X).
  * Invariant: what a reader is shown ends at a page that cannot be read, so that a reader that
  * looks a byte further ends at once in every build. */
-#ifndef FUZZ_H
-#define FUZZ_H
+#pragma once
 
 #include <stddef.h>
 
@@ -31,5 +30,3 @@ void fuzz_register(const struct fuzz_reader reader[], int count);
 
 /** Shows a reader bytes; more than FUZZ_ROOM - 1 are not shown. Returns what the reader does. */
 int fuzz_show(const struct fuzz_reader *reader, const void *data, size_t bytes);
-
-#endif

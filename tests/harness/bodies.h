@@ -1,8 +1,7 @@
 /* Real pendulums to test with: random terms and numbers for a tree.
  * Leaves to others: the trees (trees).
  * Invariant: the same seed gives the same pendulum on every machine. */
-#ifndef BODIES_H
-#define BODIES_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "tests/harness/trees.h"
@@ -37,5 +36,3 @@ void test_bodies_random(struct test_bodies *b, const struct pend_tree *tree, uns
 
 /** Frees what test_bodies_random made. */
 void test_bodies_clear(struct test_bodies *b);
-
-#endif

@@ -3,8 +3,7 @@
  * (tests/wire/test_memory.c).
  * Invariant: a group that was made here is removed here; nothing else of the machine's groups is
  * changed. */
-#ifndef TEST_FENCE_H
-#define TEST_FENCE_H
+#pragma once
 
 enum { TEST_FENCE_PATH = 700 };
 
@@ -33,5 +32,3 @@ double test_fence_peak(const struct test_fence *fence);
 /** Once its processes have ended: checks that none was killed for its memory, and removes the
  * group. No group is accepted. */
 void test_fence_close(struct test_fence *fence);
-
-#endif

@@ -2,8 +2,7 @@
  * 32 digits.
  * Leaves to others: what must hold of the orbits (core/orbits).
  * Invariant: the check shares no motion with the search. */
-#ifndef TEST_FOUND_H
-#define TEST_FOUND_H
+#pragma once
 
 #include "core/orbits/orbits.h"
 
@@ -57,5 +56,3 @@ void found_moved(const struct found *f, int row, double time, int j, double h, d
 /** Checks the sum of the multipliers of a row, and that of their squares, against central
  * differences of motions in 32 digits over the whole period. */
 void found_check_multipliers(const struct found *f, int row);
-
-#endif

@@ -2,8 +2,7 @@
  * estimates of errors with.
  * Leaves to others: their computation and the truth about them.
  * Invariant: the same seed gives the same motion on every machine. */
-#ifndef MOTIONS_H
-#define MOTIONS_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -43,5 +42,3 @@ struct pend_loads test_motion_loads(const struct test_motion *motion);
 
 /** Frees what test_motion_init made. */
 void test_motion_clear(struct test_motion *motion);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the searches (events, core/ensemble), random pendulums (trees,
  * bodies).
  * Invariant: conditions are on values that the motion takes; nothing of the search is used. */
-#ifndef PASSAGES_H
-#define PASSAGES_H
+#pragma once
 
 #include "core/integrate/events/event_search.h"
 #include "tests/harness/bodies.h"
@@ -88,5 +87,3 @@ void test_passages_grazed(const struct test_passages *found,
 double test_passages_check(const struct test_passages *found, const struct test_tree *t,
                            const struct pend_loads *loads, const struct test_record *grid,
                            const struct pend_event event[TEST_PASSAGES_CONDITIONS]);
-
-#endif

@@ -2,8 +2,7 @@
  * nowhere else.
  * Leaves to others: what is asked of it.
  * Invariant: a database that a test started is gone when the test program is. */
-#ifndef TEST_POSTGRES_H
-#define TEST_POSTGRES_H
+#pragma once
 
 struct test_postgres;
 
@@ -40,5 +39,3 @@ int test_postgres_run(const struct test_postgres *postgres, const char *command)
 
 /** Stops it and removes its directory; NULL is accepted. */
 void test_postgres_stop(struct test_postgres **postgres);
-
-#endif

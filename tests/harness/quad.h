@@ -2,8 +2,7 @@
  * measured against.
  * Leaves to others: trees (harness/trees).
  * Invariant: no formula shared with core; a 113-bit significand wherever the compiler has one. */
-#ifndef QUAD_H
-#define QUAD_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -50,5 +49,3 @@ void test_quad_solve(int n, test_quad a[], test_quad b[]);
 
 /** Largest |x - exact| over the largest |exact| (0 when all are 0); NaN when anything is. */
 double test_quad_gap(int n, const double x[], const test_quad exact[]);
-
-#endif

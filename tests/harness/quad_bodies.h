@@ -3,8 +3,7 @@
  * Leaves to others: ideal pendulums in the paper's form (quad), random pendulums (bodies).
  * Invariant: no formula shared with core; everything is in the fixed axes, by mass, first moment
  * and moment of inertia of each arm. */
-#ifndef QUAD_BODIES_H
-#define QUAD_BODIES_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -50,5 +49,3 @@ void test_quad_bodies(const struct pend_tree *tree, const struct pend_loads *loa
  */
 double test_quad_move(const struct pend_tree *tree, const struct pend_loads *loads, test_quad phi[],
                       test_quad rate[], test_quad time, test_quad span, int parts);
-
-#endif

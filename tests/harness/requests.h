@@ -4,8 +4,7 @@
  * server).
  * Invariant: each of them answers within milliseconds; every operation is there, which the tests
  * check. */
-#ifndef TEST_REQUESTS_H
-#define TEST_REQUESTS_H
+#pragma once
 
 #include "api/op/op.h"
 
@@ -202,5 +201,3 @@ static const struct test_request {
     {API_OP_PRESET, NULL, NULL},
 };
 enum { TEST_REQUESTS = sizeof test_requests / sizeof *test_requests };
-
-#endif

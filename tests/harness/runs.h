@@ -2,8 +2,7 @@
  * paper's example.
  * Leaves to others: the integration (core/integrate/run/run), random trees (harness/trees).
  * Invariant: aborts when out of memory; checks nothing by itself. */
-#ifndef RUNS_H
-#define RUNS_H
+#pragma once
 
 #include "core/integrate/run/run.h"
 
@@ -67,5 +66,3 @@ int test_paper_read(struct test_paper_row row[TEST_PAPER_ROWS]);
 /** Largest error of a record whose instants contain every 0.1 s, `stride` instants apart. */
 struct test_record_gap test_paper_gap(const struct test_record *record, long stride,
                                       const struct test_paper_row row[TEST_PAPER_ROWS]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: what is asked and what is right (tests/wire).
  * Invariant: a server that a test started is gone when the test program is; all traffic stays on
  * loopback. */
-#ifndef TEST_SERVER_H
-#define TEST_SERVER_H
+#pragma once
 
 #include <stddef.h>
 
@@ -138,5 +137,3 @@ double test_clock(void);
 
 /** Sleeps. */
 void test_sleep(double seconds);
-
-#endif

@@ -1,8 +1,7 @@
 /* Streams of requests, good and malformed, and what becomes of each: one table for the front
  * alone (server/test_front) and for a live server (wire/test_malformed). Leaves to others:
  * sending them. Invariant: what is refused is refused for the one reason that its name says. */
-#ifndef STREAMS_H
-#define STREAMS_H
+#pragma once
 
 #include <stddef.h>
 
@@ -233,5 +232,3 @@ static const struct stream streams[] = {
 };
 
 enum { STREAMS = sizeof streams / sizeof *streams };
-
-#endif

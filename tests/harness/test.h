@@ -2,8 +2,7 @@
  * both sides.
  * Leaves to others: what is tested; starting servers (harness/server).
  * Invariant: a failed check fails its test; a test that checks nothing fails. */
-#ifndef TEST_H
-#define TEST_H
+#pragma once
 
 #include <stddef.h>
 
@@ -94,5 +93,3 @@ long test_disk_faults_off(void);
 double test_random(unsigned long long *state);
 /** The same, an integer in [0, below). */
 int test_random_int(unsigned long long *state, int below);
-
-#endif

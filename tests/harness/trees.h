@@ -1,8 +1,7 @@
 /* Trees to test with: every small parent list, random big ones of several kinds, and random states.
  * Leaves to others: exact answers (harness/quad).
  * Invariant: the same seed gives the same tree on every machine. */
-#ifndef TREES_H
-#define TREES_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -71,5 +70,3 @@ void test_tree_dynamics(const struct test_tree *t, const struct pend_loads *load
 
 /** Largest |a - b| over the largest |b| (0 when both are all 0); NaN when anything is. */
 double test_gap(int n, const double a[], const double b[]);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the server of PostgreSQL (harness/postgres).
  * Invariant: a test finds the store empty, and leaves nothing but that server, which ends with
  * the program. */
-#ifndef TEST_GROUND_H
-#define TEST_GROUND_H
+#pragma once
 
 #include "server/store/store.h"
 #include "tests/harness/postgres.h"
@@ -91,5 +90,3 @@ void ground_nulls(const struct ground *ground);
 /** Checks that the sums that the store keeps equal a recount of what they count; returns 1 if
  * they do. */
 int ground_sums(const struct ground *ground);
-
-#endif

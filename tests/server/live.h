@@ -1,8 +1,7 @@
 /* A daemon inside the test program, and exchanges without one.
  * Leaves to others: the client (harness/server).
  * Invariant: what a test starts here it ends here. */
-#ifndef TEST_LIVE_H
-#define TEST_LIVE_H
+#pragma once
 
 #include "server/daemon.h"
 #include "server/work/exchange.h"
@@ -55,5 +54,3 @@ int live_await_least(const struct srv_daemon *daemon, const char *sample, double
 void live_service(struct srv_service *service, int cap);
 
 void live_service_clear(struct srv_service *service);
-
-#endif

@@ -1,8 +1,7 @@
 /* Requests that several wire tests send, and the reading of their answers.
  * Leaves to others: the wire (harness/server), what is right (each test).
  * Invariant: a text that does not parse fails the test that asked. */
-#ifndef ASK_H
-#define ASK_H
+#pragma once
 
 #include <cjson/cJSON.h>
 
@@ -60,5 +59,3 @@ int ask_await(const struct test_server *server, const char *name, double least, 
 
 /** A line of /proc/PID/status, as a number to some base; -1 where it is not there. */
 long long ask_process(int pid, const char *name, int base);
-
-#endif

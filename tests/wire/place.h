@@ -1,8 +1,7 @@
 /* Stores of a test's own, daemons on them, and jobs as a client handles them.
  * Leaves to others: what is asked and what is right (each test).
  * Invariant: a store that a test began is gone with its end. */
-#ifndef PLACE_H
-#define PLACE_H
+#pragma once
 
 #include "tests/harness/postgres.h"
 #include "tests/wire/ask.h"
@@ -45,5 +44,3 @@ int job_get(const struct test_server *server, struct test_reply *reply, const ch
 
 /** Waits until a job has ended; its last word. */
 void job_wait(const struct test_server *server, const char *id, char word[WORDS]);
-
-#endif

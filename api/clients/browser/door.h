@@ -4,8 +4,7 @@
  * caller), libraries that a browser lacks (missing, and the script's imports).
  * Invariant: one request is open at a time in each thread; the same request has the bytes that a
  * server answers, without compute_seconds: of the module, a server of the base instruction set. */
-#ifndef BROWSER_DOOR_H
-#define BROWSER_DOOR_H
+#pragma once
 
 #include <stddef.h>
 
@@ -61,5 +60,3 @@ DOOR_EXPORT(door_head) const char *door_head(void);
 
 /** Ends the request and frees what it holds; without one nothing happens. */
 DOOR_EXPORT(door_close) void door_close(void);
-
-#endif

@@ -1,7 +1,6 @@
 /* What the headers for WebAssembly lack; every source of the engine is compiled with it before.
  * Leaves to others: the functions (missing.c). Invariant: the same declaration as glibc's. */
-#ifndef BROWSER_MISSING_H
-#define BROWSER_MISSING_H
+#pragma once
 
 #ifndef __cplusplus
 #include <stddef.h>
@@ -16,6 +15,4 @@
  */
 void qsort_r(void *data, size_t count, size_t size,
              int (*order)(const void *, const void *, void *), void *context);
-#endif
-
 #endif

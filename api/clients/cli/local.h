@@ -2,8 +2,7 @@
  * Leaves to others: the computation (api/call), where the answer goes (sink).
  * Invariant: the bytes are those that a server of this version answers, but for compute_seconds,
  * which is left out. */
-#ifndef CLI_LOCAL_H
-#define CLI_LOCAL_H
+#pragma once
 
 #include "api/clients/cli/sink.h"
 
@@ -11,5 +10,3 @@
  * may have. Dies with the words of the problem where it is refused. */
 void cli_local(const char *route, const struct api_buffer *body, const char *accept,
                struct cli_sink *sink);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: what is asked (main), where the answer goes (sink).
  * Invariant: a refusal for the moment (429, 502, 503, 504) and a line that breaks are met again
  * within the patience; an answer that broke off is never taken for whole. */
-#ifndef CLI_REMOTE_H
-#define CLI_REMOTE_H
+#pragma once
 
 #include "api/clients/cli/sink.h"
 
@@ -32,5 +31,3 @@ struct cli_exchange {
  */
 long cli_remote_ask(struct cli_remote *remote, struct cli_exchange *exchange,
                     struct cli_sink *sink);
-
-#endif

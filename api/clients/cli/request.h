@@ -1,8 +1,7 @@
 /* A request's body from a file and from what the command line says on top of it.
  * Leaves to others: what the fields mean (api/op): a name that is not known here is passed on.
  * Invariant: every number of the file keeps its value to the last bit; a body is JSON. */
-#ifndef CLI_REQUEST_H
-#define CLI_REQUEST_H
+#pragma once
 
 #include "api/base/buffer.h"
 
@@ -61,5 +60,3 @@ char *cli_axis(const char *text);
 /** Appends the body. path: of the file with a request or with a pendulum alone; "-" is standard
  * input. Dies where it cannot be read or is not JSON. */
 void cli_body(struct api_buffer *out, const char *path, const struct cli_fields *fields);
-
-#endif

@@ -4,8 +4,7 @@
  * Invariant: a regular file is written as NAME.part-XXXXXX, or as NAME.part-ETAG where a later run
  * can continue it, by one process alone; a rename then puts it in its place. What is no regular
  * file is opened and written directly. */
-#ifndef CLI_SINK_H
-#define CLI_SINK_H
+#pragma once
 
 #include <stdio.h>
 
@@ -41,5 +40,3 @@ void cli_sink_close(struct cli_sink *sink);
 
 /** Writes a line over the last one, where standard error is a terminal; "" ends it. */
 void cli_progress(const char *format, ...) __attribute__((format(printf, 1, 2)));
-
-#endif

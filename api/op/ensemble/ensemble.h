@@ -2,8 +2,7 @@
  * of the answer.
  * Leaves to others: the computation of the rows (member_range), the bytes of the answer (encode).
  * Invariant: it does not change after it is prepared. */
-#ifndef API_ENSEMBLE_H
-#define API_ENSEMBLE_H
+#pragma once
 
 #include "api/op/events_json.h"
 #include "api/op/ensemble/member_derived.h"
@@ -84,5 +83,3 @@ PEND_MUST_CHECK enum pend_status api_ensemble_write(const struct api_ensemble *e
                                                     struct api_writer *writer, long rows,
                                                     const double raw[], struct api_buffer *out,
                                                     struct pend_error *error);
-
-#endif

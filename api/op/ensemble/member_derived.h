@@ -3,8 +3,7 @@
  * Leaves to others: the columns (observables), the motions (core/ensemble), the order of members
  * (member_range).
  * Invariant: a member's derivatives depend on the request and its number alone. */
-#ifndef API_MEMBER_DERIVED_H
-#define API_MEMBER_DERIVED_H
+#pragma once
 
 #include "api/op/derived.h"
 #include "api/op/ensemble/members_fill.h"
@@ -63,5 +62,3 @@ PEND_MUST_CHECK enum pend_status api_member_derived_begin(struct api_member_deri
  */
 PEND_MUST_CHECK enum pend_status api_member_derived_next(struct api_member_derived *derived,
                                                          double raw[], long stride, long *made);
-
-#endif

@@ -2,8 +2,7 @@
  * next to the member's observables, or all of them as rows.
  * Leaves to others: reading the conditions (events_json), the search (core/ensemble).
  * Invariant: numbers are finite; a passage that never came has the time -1 and zeros. */
-#ifndef API_MEMBER_EVENTS_H
-#define API_MEMBER_EVENTS_H
+#pragma once
 
 #include "api/op/events_json.h"
 
@@ -40,5 +39,3 @@ double api_member_events_cost(const struct api_events *events);
 
 /** Returns the bytes of memory of the search in an ensemble. O(1). */
 double api_member_events_bytes(const struct api_events *events);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: scheduling ranges (op_ensembles; a job's workers), the request (ensemble).
  * Invariant: raw rows have the same bits for every division of the ensemble into ranges, on any
  * thread. */
-#ifndef API_MEMBER_RANGE_H
-#define API_MEMBER_RANGE_H
+#pragma once
 
 #include "api/op/ensemble/ensemble.h"
 
@@ -44,5 +43,3 @@ struct api_member_range_stats {
 
 /** Returns the counts so far. O(1). */
 struct api_member_range_stats api_member_range_stats(const struct api_member_range *range);
-
-#endif

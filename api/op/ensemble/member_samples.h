@@ -2,8 +2,7 @@
  * computation of outputs from angles and rates.
  * Leaves to others: the motion (core/ensemble), members and their numbers (members_fill).
  * Invariant: a row's outputs are those of a trajectory of the member's own pendulum. */
-#ifndef API_MEMBER_SAMPLES_H
-#define API_MEMBER_SAMPLES_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/op/derived.h"
@@ -73,5 +72,3 @@ struct api_member_states {
  */
 void api_member_samples_rows(struct api_member_samples *samples, double member,
                              const struct api_member_states *states, double row[], long stride);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: reading and choosing the energy (members_json), energies (core/dynamics).
  * Invariant: a start whose rates cannot reach the energy has NaN for rates, never a wrong
  * energy. */
-#ifndef API_MEMBERS_ENERGY_H
-#define API_MEMBERS_ENERGY_H
+#pragma once
 
 #include "api/op/varied.h"
 #include "core/ensemble/member.h"
@@ -29,5 +28,3 @@ int api_energy_target(struct api_target *target, const struct api_value *value,
  */
 void api_energy_reach(const struct pend_tree *tree, struct pend_member *member, double energy,
                       double room[]);
-
-#endif

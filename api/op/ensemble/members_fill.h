@@ -2,8 +2,7 @@
  * Leaves to others: reading them (members_json), listed numbers (members_set), starts on an energy
  * (members_energy).
  * Invariant: member i is a function of the request and i alone. */
-#ifndef API_MEMBERS_FILL_H
-#define API_MEMBERS_FILL_H
+#pragma once
 
 #include <stdint.h>
 
@@ -58,5 +57,3 @@ int api_members_shapes(const struct api_members *members);
  */
 void api_members_fill(const struct api_members *members, const struct pend_tree *tree, long i,
                       struct pend_member *member, double room[]);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: a listed member's numbers (members_set), a member's start (members_fill), the
  * observables (observables), the computation (ensemble).
  * Invariant: no pointer into the document is kept. */
-#ifndef API_MEMBERS_JSON_H
-#define API_MEMBERS_JSON_H
+#pragma once
 
 #include "api/op/ensemble/members_fill.h"
 
@@ -30,5 +29,3 @@ void api_members_clear(struct api_members *members);
 /** Returns the bytes of memory of variations and of listed members' numbers, without the states.
  * O(1). */
 double api_members_bytes(const struct api_members *members);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the members' starts, and the use of numbers (members_json).
  * Invariant: the numbers of member i are contiguous, in the order of the request; no pointer into
  * the document is kept. */
-#ifndef API_MEMBERS_SET_H
-#define API_MEMBERS_SET_H
+#pragma once
 
 #include "api/op/varied.h"
 
@@ -61,5 +60,3 @@ PEND_MUST_CHECK enum pend_status api_sets_places(const struct api_sets *sets, in
 
 /** Returns the bytes of memory. O(1). */
 double api_sets_bytes(const struct api_sets *sets);
-
-#endif

@@ -4,8 +4,7 @@
  * (ensemble).
  * Invariant: a raw row holds the numbers of the table's columns in their order, with arms in the
  * caller's order. */
-#ifndef API_OBSERVABLES_H
-#define API_OBSERVABLES_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/op/derived.h"
@@ -92,5 +91,3 @@ enum pend_status api_observables_end(const struct api_observables *seen,
 /** Returns the number of a status in the status column: 0 valid, 1 not finite, 2 step too small, 3
  * too many steps. */
 int api_observables_status(enum pend_status status);
-
-#endif

@@ -2,8 +2,7 @@
  * scale.
  * Leaves to others: drawing it (encode_png).
  * Invariant: a valid picture is a column of the table of a grid with two axes. */
-#ifndef API_PICTURE_JSON_H
-#define API_PICTURE_JSON_H
+#pragma once
 
 #include "api/op/ensemble/members_fill.h"
 #include "api/op/ensemble/observables.h"
@@ -19,5 +18,3 @@
  */
 void api_picture_read(struct api_observables *seen, const struct api_members *members,
                       const struct api_tree *tree, const struct api_reading *reading);
-
-#endif

@@ -20,8 +20,7 @@
  *     ( Re M      c   ) (phi'')   ( the right side above, with z0'' = 0                       )
  *     ( c^T  M0+sum m ) ( x'' ) = ( F - c0 x' - k0 x - (M0 + sum m) g Im r + Re(conj(r h) u phi'^2)
  * ) and the air's forces and drag per mass on the right in the same way. */
-#ifndef API_EQUATIONS_H
-#define API_EQUATIONS_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/read/state_json.h"
@@ -59,5 +58,3 @@ const char *api_equations_formula(const struct api_tree *tree, int i);
 PEND_MUST_CHECK enum pend_status api_equations_write(const struct api_equations *equations,
                                                      enum api_equations_form form,
                                                      const char *formula, struct api_buffer *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* The templates of programs, formulas and of a request, each of a file of text.
  * Leaves to others: filling them in (template), what their names mean (equations_names).
  * Invariant: each begins with the end of a line. */
-#ifndef API_EQUATIONS_TEXT_H
-#define API_EQUATIONS_TEXT_H
+#pragma once
 
 #ifdef __cplusplus
 extern "C" {
@@ -13,6 +12,4 @@ extern const char api_equations_latex[], api_equations_matlab[], api_equations_p
 
 #ifdef __cplusplus
 }
-#endif
-
 #endif

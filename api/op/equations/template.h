@@ -8,8 +8,7 @@
  *
  * Sections nest, but not inside a section of the same name. The end of a line on which such a tag
  * stands alone does not count. */
-#ifndef API_TEMPLATE_H
-#define API_TEMPLATE_H
+#pragma once
 
 #include "api/base/buffer.h"
 
@@ -28,5 +27,3 @@ struct api_template {
  * lines of its own; NULL = all. Fails as `write` and api_buffer_add do. */
 PEND_MUST_CHECK enum pend_status api_template_fill(const struct api_template *template,
                                                    const char *section, struct api_buffer *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* A fit as it was asked for, and its camera.
  * Leaves to others: everything else of a request for one (fits_json).
  * Invariant: what was read holds no pointer into the document. */
-#ifndef API_FITS_CAMERA_H
-#define API_FITS_CAMERA_H
+#pragma once
 
 #include "api/op/measured_json.h"
 #include "api/op/op.h"
@@ -73,5 +72,3 @@ int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int a
  */
 void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
                          struct api_problem *problem);
-
-#endif

@@ -4,8 +4,7 @@
  * Invariant: the rows of all runs stand in one table, in the order of their time since the start of
  * their run; runs that measure the same share its column.
  */
-#ifndef API_FITS_DATA_H
-#define API_FITS_DATA_H
+#pragma once
 
 #include "api/op/fit/fits_camera.h"
 
@@ -20,5 +19,3 @@
  */
 PEND_MUST_CHECK enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
                                                    const struct api_reading *reading);
-
-#endif

@@ -3,8 +3,7 @@
  * a fit of its own, within a bounded number of motions.
  * Leaves to others: the fit that was asked for (op_fits).
  * Invariant: the request and its fit are not changed. */
-#ifndef API_FITS_HINTS_H
-#define API_FITS_HINTS_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/op/fit/fits_camera.h"
@@ -36,5 +35,3 @@ PEND_MUST_CHECK enum pend_status api_hints_step(struct api_hints *hints, int *do
 /** Writes `hints`, an array of sentences. */
 PEND_MUST_CHECK enum pend_status api_hints_write(const struct api_hints *hints,
                                                  struct api_buffer *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* Reading a fit from JSON: measurements, the camera, what is to be found.
  * Leaves to others: the fit (core/fit), its answer (op_fits).
  * Invariant: what was read holds no pointer into the document. */
-#ifndef API_FITS_JSON_H
-#define API_FITS_JSON_H
+#pragma once
 
 #include "api/op/fit/fits_camera.h"
 
@@ -32,5 +31,3 @@ int api_fit_bend(struct api_fit *fit, const struct pend_fit_result *result);
 
 /** Puts the values of the unknowns into the pendulum, its start and its camera. PEND_NO_MEMORY. */
 PEND_MUST_CHECK enum pend_status api_fit_put(struct api_fit *fit, const double value[]);
-
-#endif

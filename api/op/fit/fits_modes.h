@@ -1,8 +1,7 @@
 /* Counted frequencies of modes as measurements of a fit.
  * Leaves to others: everything else of a request for one (fits_json).
  * Invariant: a frequency becomes an angular one, its standard deviation with it. */
-#ifndef API_FITS_MODES_H
-#define API_FITS_MODES_H
+#pragma once
 
 #include "api/op/fit/fits_camera.h"
 
@@ -15,5 +14,3 @@
  */
 void api_fit_read_modes(struct api_fit *fit, const struct api_value *list, int first,
                         struct api_problem *problem);
-
-#endif

@@ -3,8 +3,7 @@
  * (fits_unknowns).
  * Invariant: a number of a start that was taken from the data is sought, unless the request says
  * that it is fixed or too few measurements are there; the answer names both kinds. */
-#ifndef API_FITS_START_H
-#define API_FITS_START_H
+#pragma once
 
 #include "api/op/fit/fits_camera.h"
 
@@ -29,5 +28,3 @@ PEND_MUST_CHECK enum pend_status api_fit_guess(struct api_fit *fit);
  * were. O(arms (runs + terms) unknowns). */
 PEND_MUST_CHECK enum pend_status api_fit_write_fixed(const struct api_fit *fit,
                                                      struct api_buffer *out);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: reading terms (api/read), reading unknowns (fits_unknowns).
  * Invariant: a pendulum with more terms is the same pendulum: what was added does nothing.
  */
-#ifndef API_FITS_TERMS_H
-#define API_FITS_TERMS_H
+#pragma once
 
 #include "api/read/tree_json.h"
 
@@ -19,5 +18,3 @@
  */
 PEND_MUST_CHECK enum pend_status api_fit_give_terms(struct api_tree *tree,
                                                     const struct api_value *list);
-
-#endif

@@ -1,8 +1,7 @@
 /* What a fit is to find: numbers of the pendulum and of its start, with bounds.
  * Leaves to others: the camera's (fits_camera), everything else of a request for one (fits_json).
  * Invariant: a number that was taken stands in the pendulum that was read. */
-#ifndef API_FITS_UNKNOWNS_H
-#define API_FITS_UNKNOWNS_H
+#pragma once
 
 #include "api/op/fit/fits_camera.h"
 
@@ -16,5 +15,3 @@
  */
 void api_fit_read_unknowns(struct api_fit *fit, const struct api_value *list,
                            struct api_problem *problem);
-
-#endif

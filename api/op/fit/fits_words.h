@@ -1,8 +1,7 @@
 /* How a fit ended and what the data do not tell, in sentences.
  * Leaves to others: the numbers of an answer (op_fits).
  * Invariant: a sentence about what went wrong says the way out. */
-#ifndef API_FITS_WORDS_H
-#define API_FITS_WORDS_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/op/fit/fits_camera.h"
@@ -22,5 +21,3 @@ PEND_MUST_CHECK enum pend_status api_fit_write_end(const struct api_fit *fit,
 PEND_MUST_CHECK enum pend_status api_fit_write_direction(const struct api_fit *fit,
                                                          const double direction[],
                                                          struct api_buffer *out);
-
-#endif

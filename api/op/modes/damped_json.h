@@ -2,8 +2,7 @@
  * Leaves to others: reading the request (modes_json), the modes (core/modes/damped).
  * Invariant: growing modes come first, then the others by frequency; the largest entry of a shape
  * is 1. */
-#ifndef API_DAMPED_JSON_H
-#define API_DAMPED_JSON_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "api/op/op.h"
@@ -63,5 +62,3 @@ PEND_MUST_CHECK enum pend_status api_damped_run(struct api_damped *damped, struc
  * O(1). */
 double api_damped_cost(const struct api_damped *damped);
 double api_damped_bytes(const struct api_damped *damped);
-
-#endif

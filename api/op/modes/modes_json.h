@@ -2,8 +2,7 @@
  * contents of the answer.
  * Leaves to others: the modes and the size of the answer (op_modes).
  * Invariant: holds no pointer into the document. */
-#ifndef API_MODES_JSON_H
-#define API_MODES_JSON_H
+#pragma once
 
 #include "api/op/op.h"
 #include "api/read/state_json.h"
@@ -34,5 +33,3 @@ PEND_MUST_CHECK enum pend_status api_modes_read(struct api_modes *modes,
 
 /** Frees the tree, the start and the flags. */
 void api_modes_clear(struct api_modes *modes);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the tree (tree_json), the response (core/modes/response), the answer
  * (op_response).
  * Invariant: every fault is added; a valid request has a drive and a frequency. */
-#ifndef API_RESPONSE_JSON_H
-#define API_RESPONSE_JSON_H
+#pragma once
 
 #include "api/op/op.h"
 #include "api/read/state_json.h"
@@ -54,5 +53,3 @@ void api_response_clear(struct api_response *asked);
 
 /** Returns the frequency of row i, rad/s. O(1). */
 double api_response_omega(const struct api_response *asked, long i);
-
-#endif

@@ -2,8 +2,7 @@
  * Leaves to others: the search (core/orbits), the orbits (op_orbits).
  * Invariant: bifurcations are in their order on the branch; angles and rates are in the caller's
  * order. */
-#ifndef API_BIFURCATIONS_H
-#define API_BIFURCATIONS_H
+#pragma once
 
 #include "api/base/buffer.h"
 #include "api/encode/encode.h"
@@ -69,5 +68,3 @@ PEND_MUST_CHECK enum pend_status api_bifurcations_carry(struct api_bifurcations 
 /** Writes them as a list in JSON, the member `bifurcations`. */
 PEND_MUST_CHECK enum pend_status api_bifurcations_write(const struct api_bifurcations *list,
                                                         int digits, struct api_buffer *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* Reading a request for periodic orbits: their kind, and the end of the branch.
  * Leaves to others: the tree (tree_json), the search (core/orbits), the answer (op_orbits).
  * Invariant: every fault is added; a valid request has orbits that can be searched. */
-#ifndef API_ORBITS_JSON_H
-#define API_ORBITS_JSON_H
+#pragma once
 
 #include "api/op/op.h"
 #include "api/read/state_json.h"
@@ -31,5 +30,3 @@ PEND_MUST_CHECK enum pend_status api_orbits_read(struct api_orbits *asked,
 
 /** Frees what was read. */
 void api_orbits_clear(struct api_orbits *asked);
-
-#endif

@@ -1,8 +1,7 @@
 /* The end of a search for orbits, in a word and in a sentence.
  * Leaves to others: the search (core/orbits), the answer (op_orbits).
  * Invariant: a sentence has no comma and no quote, like warnings. */
-#ifndef API_ORBITS_TOLD_H
-#define API_ORBITS_TOLD_H
+#pragma once
 
 #include "api/encode/encode.h"
 #include "core/orbits/orbits.h"
@@ -17,5 +16,3 @@ const char *api_orbits_end(enum pend_orbits_end end);
  */
 void api_orbits_sentence(const struct pend_orbit_problem *problem, const struct pend_orbits *search,
                          long orbits, char text[API_WARNING_TEXT]);
-
-#endif

@@ -1,8 +1,7 @@
 /* Conditions on a motion and their passages, as they are asked for and told.
  * Leaves to others: finding passages (event_search).
  * Invariant: arms are counted in stored order. */
-#ifndef PEND_EVENT_H
-#define PEND_EVENT_H
+#pragma once
 
 #include "core/integrate/events/section.h"
 
@@ -37,5 +36,3 @@ struct pend_hit {
     int event;         /* its number */
     enum pend_way way; /* PEND_WAY_UP or PEND_WAY_DOWN */
 };
-
-#endif

@@ -3,8 +3,7 @@
  * ensemble_watch for the members of an ensemble).
  * Invariant: the side of its level that a quantity is on passes from step to step, so that a
  * crossing is found once, however near it is to another one or to the end of a step. */
-#ifndef PEND_EVENT_SEARCH_H
-#define PEND_EVENT_SEARCH_H
+#pragma once
 
 #include "core/integrate/events/event.h"
 #include "core/integrate/events/event_series.h"
@@ -79,5 +78,3 @@ const struct pend_hit *pend_event_search_take(struct event_search *search,
 
 /** True if no condition has anything more to tell of a motion. O(count). */
 int pend_event_search_told(const struct event_search *search, const struct event_watch watch[]);
-
-#endif

@@ -3,8 +3,7 @@
  * what is looked for in them (event_search). Invariant: series are in powers of the part s of the
  * step, 0 .. 1, so that coefficients neither overflow nor vanish.
  */
-#ifndef PEND_EVENT_SERIES_H
-#define PEND_EVENT_SERIES_H
+#pragma once
 
 #include "core/integrate/methods/method.h"
 #include "core/taylor/roots.h"
@@ -82,5 +81,3 @@ void pend_event_series_square(const struct event_step *step, int k, int other,
 /** Kinetic and potential energy, J, with room. O(n order^2). */
 void pend_event_series_energy(const struct event_step *step, double kinetic[EVENT_TERMS],
                               double potential[EVENT_TERMS]);
-
-#endif

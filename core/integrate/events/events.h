@@ -5,8 +5,7 @@
  * Invariant: instants are roots of power series of each step, in order of time; a crossing that the
  * computed motion makes is found once, however near it is to another one or to the end of a step.
  */
-#ifndef PEND_EVENTS_H
-#define PEND_EVENTS_H
+#pragma once
 
 #include "core/integrate/events/event_search.h"
 
@@ -73,5 +72,3 @@ long pend_events_steps(const struct pend_events *events);
 
 /** Returns the part of the duration that was searched, 0 .. 1. */
 double pend_events_progress(const struct pend_events *events);
-
-#endif

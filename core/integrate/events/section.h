@@ -4,8 +4,7 @@
  * Invariant: an instant is computed from the step's own series, to rounding; a pair of passages at
  * a near tangent is found too, unless both lie within a thirty-second of a step and the angle
  * passes the direction by less than its rounding error. */
-#ifndef PEND_SECTION_H
-#define PEND_SECTION_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -86,5 +85,3 @@ long pend_section_steps(const struct pend_section *section);
 
 /** Returns the part of the duration that was integrated, 0 .. 1. */
 double pend_section_progress(const struct pend_section *section);
-
-#endif

@@ -13,8 +13,7 @@
  * (bodies_factor_template): its place has the momentum Im L, and the kinetic energy does not depend
  * on it.
  */
-#ifndef PEND_CONSERVED_TEMPLATE_H
-#define PEND_CONSERVED_TEMPLATE_H
+#pragma once
 
 #include "core/bodies/bodies_template.h"
 #include "core/tree/turns.h"
@@ -180,5 +179,3 @@ static void conserved_pull(const struct conserved *c, double gravity, const num 
         if (p >= 0) c->pull[p] += torque;
     }
 }
-
-#endif

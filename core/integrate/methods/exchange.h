@@ -2,8 +2,7 @@
  * integral of a power, step by step. Leaves to others: the power's series (jets, extended), which
  * motions have one (terms). Invariant: the sum is compensated, so that a million steps add no more
  * than their own rounding. */
-#ifndef PEND_EXCHANGE_H
-#define PEND_EXCHANGE_H
+#pragma once
 
 #include <assert.h>
 
@@ -120,5 +119,3 @@ static inline void pend_exchange_carry(struct pend_exchange *exchange,
                       &exchange->heat.low};
     for (int i = 0; i < 4; i++) pend_checkpoint_row(checkpoint, sums[i], 1);
 }
-
-#endif

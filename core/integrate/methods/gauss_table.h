@@ -3,8 +3,7 @@
  * Leaves to others: steps (kernel_symplectic).
  * Invariant: through[j][i] + through[i][j] is 1 without any rounding, which is what makes the
  * map symplectic; and through[7 - j][7 - i] is through[i][j], which makes it symmetric. */
-#ifndef PEND_GAUSS_TABLE_H
-#define PEND_GAUSS_TABLE_H
+#pragma once
 
 enum { GAUSS_STAGES = 8 };
 
@@ -58,5 +57,3 @@ static const _Alignas(64) double gauss_onward[GAUSS_STAGES][GAUSS_STAGES] = {
     {0x1.2feb567c6b18dp+1, 0x1.43804febcff5cp+4, 0x1.29c88193ed16dp+7, 0x1.9d33c81db5146p+9,
      0x1.865ca31763194p+11, 0x1.d9c58b31f53eep+12, 0x1.57b19c9515f5cp+13, 0x1.d1af7ccd18f39p+12},
 };
-
-#endif

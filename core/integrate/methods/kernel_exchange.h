@@ -7,8 +7,7 @@
  * first 24 orders as they are, and later ones, which fall off as the step's last coefficients or
  * as x^k / k!, to below 1e-16 of the power. Beside the product's series, 2 arms of a run take 1.2
  * times less, one 1.3 times less (bench_bodies). */
-#ifndef PEND_KERNEL_EXCHANGE_H
-#define PEND_KERNEL_EXCHANGE_H
+#pragma once
 
 #include "core/base/isa.h"
 #include "core/taylor/jets/jets.h"
@@ -42,5 +41,3 @@ static inline int pend_exchange_at_nodes(const struct pend_jets *jets) {
     return jets->system.n <= PEND_JETS_PAD ||
            (!loads->drives && loads->terms->row[PEND_TERM_TORQUE] < 0);
 }
-
-#endif

@@ -2,8 +2,7 @@
  * lane of a vector, compiled for each instruction set.
  * Leaves to others: memory, the length of the step, values inside it (method_symplectic).
  * Invariant: the map from (phi, p) to (phi, p) is symplectic and symmetric up to rounding. */
-#ifndef PEND_KERNEL_SYMPLECTIC_H
-#define PEND_KERNEL_SYMPLECTIC_H
+#pragma once
 
 #include <stddef.h>
 
@@ -50,5 +49,3 @@ struct symplectic_kernel {
 };
 
 PEND_ISA_EACH(struct symplectic_kernel, pend_kernel_symplectic);
-
-#endif

@@ -2,8 +2,7 @@
  * properties for each method.
  * Leaves to others: the methods themselves (method_*), the time loop and the samples (run).
  * Invariant: a stepper belongs to one run; its arrays are in the tree's stored order. */
-#ifndef PEND_METHOD_H
-#define PEND_METHOD_H
+#pragma once
 
 #include "core/base/checkpoint.h"
 #include "core/tree/loads.h"
@@ -212,5 +211,3 @@ const struct pend_method *pend_method_find(const char *name);
  * Returns method number i of the table, from 0, or NULL beyond its end; the first is the default.
  */
 const struct pend_method *pend_method_at(int i);
-
-#endif

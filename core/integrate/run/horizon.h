@@ -4,8 +4,7 @@
  * Leaves to others: the steps (method_*), the neighbour (neighbour), the wanted instants (run), the
  * exact comparison with 32 digits (trust).
  * Invariant: the motion's bits do not depend on it; the same problem gives the same estimate. */
-#ifndef PEND_HORIZON_H
-#define PEND_HORIZON_H
+#pragma once
 
 #include "core/integrate/methods/method.h"
 
@@ -68,5 +67,3 @@ double pend_horizon_held(const struct pend_horizon *horizon, double reached);
 /** Shows a checkpoint the state of an estimate; parameters and errors as pend_run_carry. */
 PEND_MUST_CHECK enum pend_status pend_horizon_carry(struct pend_horizon *horizon,
                                                     struct pend_checkpoint *checkpoint);
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: what errors steps make, and what is allowed (horizon); the same for small
  * ideal trees, whose equations are linearized (pend_jets_spread).
  * Invariant: the motion's series are only read. */
-#ifndef PEND_NEIGHBOUR_H
-#define PEND_NEIGHBOUR_H
+#pragma once
 
 #include "core/integrate/methods/method.h"
 #include "core/taylor/jets/jets.h"
@@ -58,5 +57,3 @@ void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_pro
  */
 double pend_neighbour_spread(struct pend_neighbour *neighbour, const struct pend_series *step,
                              double x, double least, double phi[], double rate[]);
-
-#endif

@@ -1,8 +1,7 @@
 /* An integration under way: the time loop, which returns samples block by block.
  * Leaves to others: the steps (method_*), threads, deadlines and text (server, api).
  * Invariant: the same problem gives the same bits, whatever the sizes of the blocks. */
-#ifndef PEND_RUN_H
-#define PEND_RUN_H
+#pragma once
 
 #include "core/integrate/methods/method.h"
 #include "core/integrate/run/samples.h"
@@ -76,5 +75,3 @@ int pend_run_carries(const struct pend_method *method);
  */
 PEND_MUST_CHECK enum pend_status pend_run_carry(struct pend_run *run,
                                                 struct pend_checkpoint *checkpoint);
-
-#endif

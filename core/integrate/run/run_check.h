@@ -1,8 +1,7 @@
 /* Checks of a problem before it is integrated.
  * Leaves to others: the integration (run), a method's ranges (method).
  * Invariant: a problem is changed only by replacing zeros with the method's defaults. */
-#ifndef PEND_RUN_CHECK_H
-#define PEND_RUN_CHECK_H
+#pragma once
 
 #include <stdint.h>
 #include <string.h>
@@ -56,5 +55,3 @@ PEND_MUST_CHECK enum pend_status pend_run_check_tree(const struct pend_tree *tre
 PEND_MUST_CHECK enum pend_status pend_run_check(const struct pend_method *method,
                                                 struct pend_problem *problem,
                                                 struct pend_error *error);
-
-#endif

@@ -1,8 +1,7 @@
 /* Samples of a run: states, accelerations, forces, positions and energies at the wanted instants.
  * Leaves to others: steps and the choice of instants (run).
  * Invariant: an instant's bits do not depend on the other instants of its group. */
-#ifndef PEND_RUN_SAMPLES_H
-#define PEND_RUN_SAMPLES_H
+#pragma once
 
 #include "core/integrate/run/run_work.h"
 #include "core/integrate/run/samples.h"
@@ -22,5 +21,3 @@ struct run_flaw {
 
 /** Finds the first row of a block with a number that is not finite. O(numbers of the block). */
 struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend_samples *samples);
-
-#endif

@@ -1,8 +1,7 @@
 /* The workspace of an integration under way.
  * Leaves to others: the time loop (run), the samples (run_samples).
  * Invariant: one block of memory; arrays are in the tree's stored order. */
-#ifndef PEND_RUN_WORK_H
-#define PEND_RUN_WORK_H
+#pragma once
 
 #include "core/integrate/run/horizon.h"
 
@@ -44,5 +43,3 @@ struct pend_run {
     double *room;   /* four rows, for energies */
     void *work;     /* of pend_dynamics_many, or of pend_dynamics_at of a real pendulum */
 };
-
-#endif

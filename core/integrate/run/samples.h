@@ -1,8 +1,7 @@
 /* A block of samples of a motion.
  * Leaves to others: computing them (run), encoding them (api).
  * Invariant: the arrays belong to the caller. */
-#ifndef PEND_SAMPLES_H
-#define PEND_SAMPLES_H
+#pragma once
 
 /* A block of samples, time-major in the CALLER's order of arms: phi[i * n + arm]. Arrays that
  * are not wanted are NULL. */
@@ -25,5 +24,3 @@ struct pend_samples {
     double *work, *heat; /* one value a sample, J: what drives gave and friction took since the
                             first instant */
 };
-
-#endif

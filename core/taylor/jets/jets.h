@@ -3,8 +3,7 @@
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
  * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together; one
  * thread at a time, because advance and values use scratch in the same memory. */
-#ifndef PEND_JETS_H
-#define PEND_JETS_H
+#pragma once
 
 #include <stddef.h>
 
@@ -170,5 +169,3 @@ void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double 
  * order  >= PEND_TAYLOR_ORDER_MIN.
  */
 double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol, double log_atol);
-
-#endif

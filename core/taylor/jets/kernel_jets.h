@@ -1,8 +1,7 @@
 /* The series kernels of one tree, by instruction set.
  * Leaves to others: memory, angles (jets).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
-#ifndef PEND_KERNEL_JETS_H
-#define PEND_KERNEL_JETS_H
+#pragma once
 
 #include "core/taylor/jets_system.h"
 #include "core/tree/loads.h"
@@ -94,6 +93,4 @@ struct jets_kernel {
 extern const struct jets_kernel pend_kernel_jets_base;
 #ifdef __x86_64__
 extern const struct jets_kernel pend_kernel_jets_avx2, pend_kernel_jets_avx512;
-#endif
-
 #endif

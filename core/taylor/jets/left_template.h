@@ -1,8 +1,7 @@
 /* The terms that a step of a power series neglects: those after its last one.
  * Leaves to others: the total error (horizon), the series (kernel_jets, which includes this).
  * Invariant: sums over arms use eight lanes in every instruction set. */
-#ifndef PEND_LEFT_TEMPLATE_H
-#define PEND_LEFT_TEMPLATE_H
+#pragma once
 
 /* the five products of adjacent terms for the least-squares fit */
 enum { LEFT_AA, LEFT_AB, LEFT_BB, LEFT_AC, LEFT_BC, LEFT_SUMS, LEFT_PARTS = 8 / WIDE };
@@ -77,5 +76,3 @@ static void kernel_left(const struct jets_system *s, const struct jets_left *lef
         wide_put(phi + a, turned);
     }
 }
-
-#endif

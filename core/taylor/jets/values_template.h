@@ -2,8 +2,7 @@
  * Leaves to others: the series (blocks_template, small_template), the types of vectors, states and
  * values (the including file).
  * Invariant: a row's bits depend neither on the other rows nor on the width of vectors. */
-#ifndef PEND_VALUES_TEMPLATE_H
-#define PEND_VALUES_TEMPLATE_H
+#pragma once
 
 #include <string.h>
 
@@ -268,5 +267,3 @@ static void kernel_values(const struct jets_system *s, int order, const double x
     else
         values_some(s, order, x, count, unit, from, to, (struct values_wish){0, 0});
 }
-
-#endif

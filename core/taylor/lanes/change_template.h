@@ -3,8 +3,7 @@
  * Leaves to others: the motion's series to at least the same order (dense_template, which the
  * including file includes first), the kinds of number (number).
  * Invariant: the motion's series are only read; the arrays of its sweeps are overwritten. */
-#ifndef PEND_CHANGE_TEMPLATE_H
-#define PEND_CHANGE_TEMPLATE_H
+#pragma once
 
 /* The change of the motion `s` is a system `x` of the same tree, of which only the series are
  * used. */
@@ -121,5 +120,3 @@ VEC_INLINE void change_orders(const struct jets_system *s, const struct jets_sys
     else
         change_swept(s, x, order);
 }
-
-#endif

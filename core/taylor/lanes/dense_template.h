@@ -1,8 +1,7 @@
 /* The orders of small trees by the inverse of the tree system of order 0, for any kind of number.
  * Leaves to others: memory, the sweeps (jets_template), the kinds of number (number).
  * Invariant: the stable sweeps compute the inverse, one unit right-hand side after the other. */
-#ifndef PEND_DENSE_TEMPLATE_H
-#define PEND_DENSE_TEMPLATE_H
+#pragma once
 
 #include <string.h>
 
@@ -297,5 +296,3 @@ static void dense_orders(const struct jets_system *s, num gravity, int order) {
     else
         dense_orders_of(s, gravity, order, 4);
 }
-
-#endif

@@ -5,8 +5,7 @@
  * (bodies_template).
  * Invariant: the stable sweeps compute the inverse, one unit after the other; series have the
  * places of the general kernel. */
-#ifndef PEND_LANES_BODIES_TEMPLATE_H
-#define PEND_LANES_BODIES_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/lanes/lanes_loads_template.h"
 
@@ -200,5 +199,3 @@ static inline void lanes_bodies(const struct jets_system *s, const struct bodies
     for (int k = 0; k < s->n; k++) s->force[k] = b->tip_x[k];
     if (forces) bodies_forces(b, order);
 }
-
-#endif

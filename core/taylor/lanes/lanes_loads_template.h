@@ -3,8 +3,7 @@
  * Leaves to others: other real pendulums (bodies_template), memory and angles (ensemble).
  * Invariant: the numbers of springs, friction and drives have the places of the general kernel,
  * whose function computes the power. */
-#ifndef PEND_LANES_LOADS_TEMPLATE_H
-#define PEND_LANES_LOADS_TEMPLATE_H
+#pragma once
 
 #include "core/bodies/bodies_template.h"
 #include "core/taylor/lanes/dense_template.h"
@@ -298,5 +297,3 @@ static inline void lanes_orders(const struct jets_system *s, const struct bodies
     else
         lanes_several(&x);
 }
-
-#endif

@@ -3,8 +3,7 @@
  * place, as a `wide`.
  * Leaves to others: one series alone, whose arms are in lanes (kernel_jets).
  * Invariant: no lane's step depends on another lane. */
-#ifndef PEND_STEP_TEMPLATE_H
-#define PEND_STEP_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/jets_system.h"
 #include "core/taylor/taylor_order.h"
@@ -42,5 +41,3 @@ static wide step_reach(const struct jets_system *s, int order, double log_rtol, 
     }
     return WIDE_(exp2)(WIDE_(max)(reach, wide_of(-60)));
 }
-
-#endif

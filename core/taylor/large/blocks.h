@@ -3,8 +3,7 @@
  * Leaves to others: the arithmetic (blocks_template), memory (jets).
  * Invariant: depends on the tree's shape alone; a block's arms follow each other in the tree's
  * stored order. */
-#ifndef PEND_BLOCKS_H
-#define PEND_BLOCKS_H
+#pragma once
 
 #include <stddef.h>
 
@@ -99,5 +98,3 @@ static inline int pend_blocks_place(int k) {
     return k < 0 ? -BLOCK_NUMBERS + BLOCK_ARMS - 1
                  : k / BLOCK_ARMS * BLOCK_NUMBERS + k % BLOCK_ARMS;
 }
-
-#endif

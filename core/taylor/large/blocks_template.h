@@ -3,8 +3,7 @@
  * Leaves to others: the factorization (jets_template), the cutting (blocks).
  * Invariant: an order has one sequential dependency per block, not per arm; its subtractions are
  * those of jets_template. */
-#ifndef PEND_BLOCKS_TEMPLATE_H
-#define PEND_BLOCKS_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/large/blocks.h"
 #include "core/taylor/large/convolve_template.h"
@@ -377,5 +376,3 @@ static void blocks_orders(const struct jets_system *s, double gravity, int order
 static void blocks_coupled_orders(const struct jets_system *s, double gravity, int order) {
     blocks_all(s, gravity, order, 1);
 }
-
-#endif

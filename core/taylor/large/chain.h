@@ -2,8 +2,7 @@
  * Leaves to others: the arithmetic (chain_template), memory (jets), other trees and unequal masses
  * (blocks).
  * Invariant: masses differ so little that differences of tensions keep their digits. */
-#ifndef PEND_CHAIN_H
-#define PEND_CHAIN_H
+#pragma once
 
 #include <stddef.h>
 
@@ -76,5 +75,3 @@ void pend_chain_lay(struct chain *chain, const struct pend_tree *tree, void *mem
  * memory  pend_chain_bytes(tree) bytes, all zero, aligned to 64; not owned.
  */
 void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *memory);
-
-#endif

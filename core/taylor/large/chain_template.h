@@ -4,8 +4,7 @@
  * Leaves to others: other trees (blocks_template), the choice of chains (chain).
  * Invariant: an order has no sweep from arm to arm; the inverse consists of products and sums of
  * equal sign. */
-#ifndef PEND_CHAIN_TEMPLATE_H
-#define PEND_CHAIN_TEMPLATE_H
+#pragma once
 
 #include <string.h>
 
@@ -455,5 +454,3 @@ static void chain_orders(const struct jets_system *s, double gravity, int order)
 static void chain_coupled_orders(const struct jets_system *s, double gravity, int order) {
     chain_all(s, gravity, order, 1);
 }
-
-#endif

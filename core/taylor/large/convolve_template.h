@@ -3,8 +3,7 @@
  * lambda, as in small_loads_template, and Im c is their known part.
  * Leaves to others: storing them until needed (blocks_template).
  * Invariant: `row` is the index at which the series of the arms begin; tiles of eight arms. */
-#ifndef PEND_CONVOLVE_TEMPLATE_H
-#define PEND_CONVOLVE_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/jets_loads.h"
 #include "core/taylor/jets_system.h"
@@ -71,5 +70,3 @@ VEC_INLINE struct convolved convolve_rest(const struct jets_system *s, size_t ro
     known.ci = wide_fma(first, wide_get(s->force + now - STRIDE), known.ci);
     return known;
 }
-
-#endif

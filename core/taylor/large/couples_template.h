@@ -5,8 +5,7 @@
  * (small_loads_template).
  * Invariant: one pass over the arms per order, the same for every decomposition. Ideal trees pay
  * nothing: `couples` is a compile-time constant. */
-#ifndef PEND_COUPLES_TEMPLATE_H
-#define PEND_COUPLES_TEMPLATE_H
+#pragma once
 
 #include <assert.h>
 
@@ -273,5 +272,3 @@ static void couples_power(const struct jets_system *s, int order, double *work, 
     if (loads->terms->row[PEND_TERM_TORQUE] >= 0) couples_constant(s, order, work);
     if (loads->moves) loads_pivot_force(s, order, work);
 }
-
-#endif

@@ -3,8 +3,7 @@
  * Leaves to others: the arithmetic (rods_table_template, rods_template), the sums of an order
  * (chain), other trees and unequal masses (core/bodies).
  * Invariant: masses differ so little that differences of forces keep their digits. */
-#ifndef PEND_RODS_H
-#define PEND_RODS_H
+#pragma once
 
 #include <stddef.h>
 
@@ -92,5 +91,3 @@ size_t pend_rods_bytes(const struct pend_tree *tree);
  */
 void pend_rods_init(struct rods *rods, struct chain *chain, const struct pend_tree *tree,
                     const struct pend_loads *loads, void *memory);
-
-#endif

@@ -18,8 +18,7 @@
  * I_c and J_t the inertias about center and tip: all this is linear in (d, d P, d det P), with
  * positive factors except those of P_xy, and needs no division. The form at its tip, from H at its
  * joint, is the same with J and J_t exchanged. */
-#ifndef PEND_RODS_TABLE_TEMPLATE_H
-#define PEND_RODS_TABLE_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/large/chain_template.h"
 #include "core/taylor/large/rods.h"
@@ -331,5 +330,3 @@ static void rods_prepare(const struct jets_system *s, const struct rods *rods) {
         rods_bounds(at);
     }
 }
-
-#endif

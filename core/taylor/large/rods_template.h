@@ -10,8 +10,7 @@
  * u_j Im F_{k-j} - Im u_j Re F_{k-j}). The force at an arm's tip is F minus (t - m) times the
  * acceleration of the tip, m the point mass there; that at its joint is F plus (M - t) times the
  * acceleration of the joint. */
-#ifndef PEND_RODS_TEMPLATE_H
-#define PEND_RODS_TEMPLATE_H
+#pragma once
 
 #include "core/taylor/large/rods_table_template.h"
 
@@ -222,5 +221,3 @@ static void rods_orders(const struct jets_system *s, double gravity, int order) 
 static void rods_coupled_orders(const struct jets_system *s, double gravity, int order) {
     rods_all(s, gravity, order, 1);
 }
-
-#endif

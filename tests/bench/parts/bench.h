@@ -2,8 +2,7 @@
  * slow spell hits all alike. Leaves to others: what is timed (bench_*.c), load over sockets.
  * Invariant: one thread; the figure is the median of the passes, the smallest stands beside it,
  * both in the thread's processor time. */
-#ifndef BENCH_H
-#define BENCH_H
+#pragma once
 
 enum { BENCH_PASSES = 9 };
 
@@ -38,5 +37,3 @@ int bench_go(struct bench *bench, long units);
 
 /** Ends the program with a message: what is timed did not work. */
 _Noreturn void bench_broken(const char *what);
-
-#endif

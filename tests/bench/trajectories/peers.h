@@ -2,8 +2,7 @@
  * Leaves to others: tolerances, clocks (bench_trajectories).
  * Invariant: a peer gets what helps it: the O(n) form without forces, a matrix form without a
  * needless product. */
-#ifndef BENCH_PEERS_H
-#define BENCH_PEERS_H
+#pragma once
 
 #include "tests/bench/trajectories/problem.h"
 
@@ -20,5 +19,3 @@ problem_solver peer_cvode, peer_arkode;
 problem_solver peer_mujoco;
 /** Non-zero if the peer is there. */
 int peer_sundials_there(void), peer_mujoco_there(void);
-
-#endif

@@ -1,8 +1,7 @@
 /* A trajectory to compute and its answer, for all who compute it.
  * Leaves to others: computing (ours in bench_trajectories, the others in peers).
  * Invariant: angles in the tree's stored order, one row an instant. */
-#ifndef BENCH_PROBLEM_H
-#define BENCH_PROBLEM_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -26,5 +25,3 @@ static inline double problem_time(const struct problem *problem, int i) {
 
 /** Computes phi, count rows of n; 0 on success. Both tolerances are `tolerance`. */
 typedef int problem_solver(const struct problem *problem, double tolerance, double phi[]);
-
-#endif
