@@ -17,6 +17,7 @@
 #include "api/read/method_json.h"
 #include "api/read/state_json.h"
 #include "core/integrate/events/section.h"
+#include "core/tree/rules.h"
 #include "core/tree/turns.h"
 
 static const char *const fields[] = {"pendulum", "initial", "section",  "start",  "duration",
@@ -386,7 +387,8 @@ static double sections_cost(const void *state) {
     double passages = (double)sections->table.rows;
     double most = sections->period > 0 ? passages * sections->period : 20 * passages / rate;
     double seconds = fmin(sections->duration, most);
-    return fmin(steps_a_radian * seconds * pace, sections->step_cap) *
+    double pieces = pend_rules_pieces(sections->tree.rules, sections->tree.tree->n, seconds, rate);
+    return (fmin(steps_a_radian * seconds * pace, sections->step_cap) + pieces) *
            (api_tree_stored(&sections->tree) + 2) * arm_seconds;
 }
 

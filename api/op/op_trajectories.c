@@ -92,6 +92,11 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
                         least, most);
         return;
     }
+    if (value != 0 && trajectory->tree.rules)
+        api_value_fault(&field, problem,
+                        API_CODE_UNSUPPORTED
+                        "compares with 32 digits, which motions in pieces do not have: compare "
+                        "with an rtol of 1e-15");
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
 }
 

@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/tree/rules.h"
+
 enum { SAMPLE_NUMBERS = 16384 /* of a block of samples */ };
 
 /* constants of the estimated cost: s per step, s per step and arm, s per number of the answer as
@@ -21,6 +23,9 @@ static const struct trajectory_steps {
                 {"rkf45", 30, 30, 0.5},    {"rk8pd", 20, 20, 0.5}, {"msadams", 20, 20, 1.5},
                 {"symplectic", 1.2, 1, 0}, {"radau", 4, 1, 0}},
   steps_of_others = {"", 20, 20, 1};
+
+/* the time between two pieces and of the step that ends one, in steps */
+static const double steps_a_piece = 1.6;
 
 /* the relative time of 32 digits, of the fixed step, and of a comparison with 32 digits in addition
  * to the trajectory */
@@ -89,9 +94,11 @@ double api_trajectory_cost_seconds(struct api_trajectory_size size) {
     if (size.method->method == &pend_method_symplectic) times_as_long = symplectic_times;
     if (size.events->rows) times_as_long = 0;
     times_as_long += api_events_times(size.events);
-    double rate =
-        api_swing(size.tree, size.start) + pend_loads_rate(&size.tree->loads, size.tree->tree);
-    return times_as_long * fmin(steps, (double)size.step_cap) * a_step +
+    double swing = api_swing(size.tree, size.start),
+           rate = swing + pend_loads_rate(&size.tree->loads, size.tree->tree);
+    steps = fmin(steps, (double)size.step_cap) +
+            steps_a_piece * pend_rules_pieces(size.tree->rules, size.tree->tree->n, span, swing);
+    return times_as_long * steps * a_step +
            api_derived_seconds(size.derived, size.tree, span * rate) +
            numbers * (size.format->digits ? text_seconds : binary_seconds);
 }

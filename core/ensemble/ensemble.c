@@ -1,14 +1,15 @@
 #include "core/ensemble/ensemble.h"
 
 #include <assert.h>
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/ensemble/ensemble_alone.h"
 #include "core/ensemble/ensemble_events.h"
 #include "core/ensemble/ensemble_shadow.h"
 #include "core/ensemble/ensemble_watch.h"
+#include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/horizon.h"
 #include "core/dynamics/kinematics_at.h"
@@ -48,7 +49,7 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
                          "conditions and an end at a bound exclude "
                          "each other");
     PEND_TRY(pend_event_search_check(problem->events, problem->event, problem->tree->n, error));
-    PEND_TRY(pend_pieces_check_smooth(problem->loads.terms, "ensembles", error));
+    PEND_TRY(pend_ensemble_alone_check(problem, error));
     return pend_loads_check_series(&problem->loads, error);
 }
 
@@ -68,9 +69,10 @@ static size_t ensemble_terms(const struct pend_terms *terms) {
 
 static size_t ensemble_doubles(const struct pend_terms *terms, int n_, int width_, size_t series) {
     size_t n = (size_t)n_, width = (size_t)width_, count = ensemble_terms(terms);
-    size_t real =
-        terms ? ensemble_padded(count * width) + ensemble_padded(count) + ENSEMBLE_ORDER_MAX * width
-              : 0;
+    size_t real = terms ? ensemble_padded(count * width) + ensemble_padded(count) +
+                              ENSEMBLE_ORDER_MAX * width +
+                              ensemble_padded(pend_control_numbers(terms->rules, n_) * width)
+                        : 0;
     return real + (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) +
            ENSEMBLE_SINGLE * ensemble_padded(width) + ENSEMBLE_FLAT * ensemble_padded(n) +
            8 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES + 3 * ensemble_padded(n) +
@@ -115,6 +117,8 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
         e->member.value = ensemble_take(&at, count);
         double *power = ensemble_take(&at, ENSEMBLE_ORDER_MAX * width);
         if (e->problem.observe & PEND_OBSERVE_ENERGY) lanes->power = power;
+        e->controls = pend_control_numbers(lanes->terms->rules, lanes->n);
+        if (e->controls) e->control = ensemble_take(&at, e->controls * width);
     }
     lanes->doubt.series = ensemble_take(&at, doubts);
     size_t limits = ensemble_padded(ensemble_limits(lanes->n, doubt->order) * width);
@@ -185,6 +189,8 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     ensemble_place(e, (char *)e + head, doubts);
     pend_ensemble_events_place(e, (char *)e + bytes);
     pend_ensemble_watch_place(e, (char *)e + bytes + events);
+    if (!pend_pieces_smooth(terms))
+        e->alone.method = pend_pieces_method(&pend_method_taylor, terms);
     kernel->prepare(&e->lanes);
     assert(ensemble_valid(e));
     *ensemble = e;
@@ -193,13 +199,9 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
 
 void pend_ensemble_free(struct pend_ensemble **ensemble) {
     assert(!*ensemble || ensemble_valid(*ensemble));
+    if (*ensemble) pend_ensemble_alone_close(*ensemble);
     free(*ensemble);
     *ensemble = NULL;
-}
-
-/* the tree with the lengths and masses of the current member */
-static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
-    return pend_member_tree(e->problem.tree, &e->member, e->subtree);
 }
 
 /* returns how many arms have the energy to reach their bound: an arm at its bound needs at least
@@ -259,8 +261,8 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     ensemble_doubt_start(lanes, i);
     lanes->from.time[i] = lanes->from.gain[i] = 0;
     lanes->start[i] = member->start;
-    pend_ensemble_watch_begin(e, i, member->start);
     lanes->gravity[i] = member->loads.gravity;
+    pend_ensemble_watch_begin(e, i, member->start, &lanes->from);
     lanes->unit[i] =
         copysign(pend_taylor_first_unit(lanes->n, &member->loads, member->length, member->rate),
                  e->problem.duration);
@@ -269,7 +271,7 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     int arms = lanes->n - pend_terms_cart(terms);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return arms;
-    struct pend_tree tree = ensemble_tree(e);
+    struct pend_tree tree = pend_member_tree(e->problem.tree, &e->member, e->subtree);
     struct pend_energy energy = pend_kinematics_energy_at(&tree, &member->loads, member->start,
                                                           member->phi, member->rate, e->room);
     e->seat[i].energy = energy.kinetic + energy.potential;
@@ -289,6 +291,7 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
     outcome->phi_low = e->phi_low;
     outcome->energy_drift = outcome->lyapunov = NAN;
     outcome->horizon = ensemble_horizon(&e->lanes, i, outcome->time);
+    outcome->settled = e->seat[i].settled <= 0.9 * outcome->time ? e->seat[i].settled : NAN;
     if (e->lanes.bound > 0) {
         outcome->first_crossing = e->first_crossing + own;
         outcome->crossings = e->crossings + own;
@@ -322,7 +325,7 @@ static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
         e->member.mass[k] = lanes->mass[k * width + i];
     }
     for (int j = 0; j < terms; j++) e->member.value[j] = lanes->value[j * width + i];
-    struct pend_tree tree = ensemble_tree(e);
+    struct pend_tree tree = pend_member_tree(e->problem.tree, &e->member, e->subtree);
     struct pend_loads loads = {lanes->gravity[i], lanes->terms, e->member.value};
     double time = lanes->start[i] + pend_ensemble_watch_time(e, i, part);
     struct pend_energy energy =
@@ -357,29 +360,12 @@ static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) 
     ensemble_seat_deliver(e, i, 1, &outcome, cancelled);
 }
 
-static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue *queue) {
-    const struct pend_tree *tree = e->problem.tree;
-    size_t bytes = (size_t)tree->n * sizeof(double);
-    memset(e->member.phi, 0, bytes);
-    memset(e->member.phi_low, 0, bytes);
-    memset(e->member.rate, 0, bytes);
-    memcpy(e->member.length, tree->len, bytes);
-    memcpy(e->member.mass, tree->mass, bytes);
-    e->member.loads = e->problem.loads;
-    e->member.start = 0;
-    if (e->lanes.terms) {
-        memcpy(e->member.value, e->problem.loads.value,
-               ensemble_terms(e->lanes.terms) * sizeof(double));
-        e->member.loads.value = e->member.value;
-    }
-    if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
-}
-
 /* loads the next member into lane i; if there is none, the lane stays idle in its last state */
 static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_queue *queue) {
     while (queue->next < queue->end && !queue->cancelled) {
-        ensemble_fetch(e, queue->next, queue);
-        e->seat[i] = (struct ensemble_seat){.member = queue->next++, .arm = -1, .first = NAN};
+        pend_ensemble_fetch(e, queue->next, queue);
+        e->seat[i] = (struct ensemble_seat){
+            .member = queue->next++, .arm = -1, .first = NAN, .settled = NAN};
         e->seat[i].open = ensemble_seat_start(e, i);
         if (!e->problem.spare || e->seat[i].open) return;
         ensemble_seat_spare(e, i, &queue->cancelled);
@@ -388,6 +374,12 @@ static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_q
     e->seat[i].member = -1;
     for (int lane = i; lane <= i + e->lanes.paired; lane++)
         e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
+}
+
+static int ensemble_seat_capped(const struct pend_ensemble *e, int i) {
+    long cap = e->problem.step_cap, steps = e->seat[i].steps;
+    return (cap > 0 && steps >= cap) ||
+           (e->control && steps - e->seat[i].sampled >= ENSEMBLE_SAMPLE_STEPS);
 }
 
 /* returns the part of the step of lane i at which the member ends, 0 = the member continues */
@@ -418,7 +410,7 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i,
         return part;
     }
     if (attention->done & own && !pend_ensemble_watch_piece(e, i)) return 1;
-    if (e->problem.step_cap <= 0 || e->seat[i].steps < e->problem.step_cap) return 0;
+    if (!ensemble_seat_capped(e, i)) return 0;
     outcome->stop = PEND_STOP_FAILED;
     outcome->status = PEND_TOO_MANY_STEPS;
     return 1;
@@ -432,6 +424,9 @@ static int ensemble_seat_serve(struct pend_ensemble *e, int i,
     double part = ensemble_seat_end(e, i, attention, &outcome);
     if (part == 0) return 0;
     pend_ensemble_watch_state(e, i, part);
+    if (e->problem.settle > 0)
+        pend_ensemble_watch_settled(e, i, e->phi, &e->problem.loads,
+                                    e->lanes.start[i] + outcome.time);
     ensemble_seat_deliver(e, i, part, &outcome, cancelled);
     return 1;
 }
@@ -442,11 +437,13 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
     struct ensemble_attention attention;
     int width = lanes->width, apart = 1 + lanes->paired;
     int always = lanes->paired || lanes->signs || e->problem.times_count || e->problem.events;
-    long cap = e->problem.step_cap > 0 ? e->problem.step_cap : LONG_MAX;
     unsigned capped = 0;
     memcpy(e->unit, lanes->unit, (size_t)width * sizeof(double));
     e->kernel->step(lanes, &attention);
-    for (int i = 0; i < width; i += apart) capped |= (unsigned)(++e->seat[i].steps >= cap) << i;
+    for (int i = 0; i < width; i += apart) {
+        e->seat[i].steps++;
+        capped |= (unsigned)ensemble_seat_capped(e, i) << i;
+    }
     unsigned call = always ? ~0u
                            : (unsigned)(attention.done | attention.bad | attention.near |
                                         attention.force),
@@ -469,24 +466,22 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
 void pend_ensemble_begin(struct pend_ensemble *e, long first, long count) {
     assert(ensemble_valid(e) && count >= 0);
     e->queue = (struct ensemble_queue){.next = first, .end = first + count, .left = count};
-    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired)
+    e->seat[0].member = -1;
+    pend_ensemble_alone_close(e);
+    for (int i = 0; i < e->lanes.width && !e->alone.method; i += 1 + e->lanes.paired)
         ensemble_seat_next(e, i, &e->queue);
 }
 
 enum pend_status pend_ensemble_go(struct pend_ensemble *e, long steps, int *done) {
     assert(ensemble_valid(e));
     struct ensemble_queue *queue = &e->queue;
-    for (; steps > 0 && queue->left > 0 && !queue->cancelled; steps--) ensemble_step(e, queue);
+    for (; steps > 0 && queue->left > 0 && !queue->cancelled; steps--) {
+        if (e->alone.method)
+            PEND_TRY(pend_ensemble_alone_step(e, queue));
+        else
+            ensemble_step(e, queue);
+    }
     *done = queue->left <= 0;
     assert(ensemble_valid(e) && queue->left >= 0);
     return queue->cancelled ? PEND_CANCELLED : PEND_OK;
-}
-
-enum pend_status pend_ensemble_run(struct pend_ensemble *e, long first, long count) {
-    enum { MANY = 1 << 20 };
-    enum pend_status status = PEND_OK;
-    int done = 0;
-    pend_ensemble_begin(e, first, count);
-    while (status == PEND_OK && !done) status = pend_ensemble_go(e, MANY, &done);
-    return status;
 }

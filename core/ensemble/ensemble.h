@@ -28,18 +28,10 @@ PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemb
 void pend_ensemble_free(struct pend_ensemble **ensemble);
 
 /**
- * Computes the members first .. first + count - 1; a lane whose member has ended takes the next
- * member.
- *
- * A member that fails is delivered as failed; the other members are not affected.
- *
- * PEND_CANCELLED  a callback returned non-zero. No allocation. Any number of workspaces may run at
- * once.
+ * Begins a run of the members first .. first + count - 1 that pend_ensemble_go continues; an
+ * unfinished earlier run is dropped. A lane whose member has ended takes the next member; a member
+ * that fails is delivered as failed, and the other members are not affected.
  */
-PEND_MUST_CHECK enum pend_status pend_ensemble_run(struct pend_ensemble *ensemble, long first,
-                                                   long count);
-
-/** Begins a run that pend_ensemble_go continues; an unfinished earlier run is dropped. */
 void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count);
 
 /**
@@ -48,7 +40,8 @@ void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count)
  *
  * done  out: non-zero if all members of the run were delivered.
  *
- * PEND_CANCELLED  a callback returned non-zero.
+ * PEND_CANCELLED  a callback returned non-zero. Any number of workspaces may run at once.
+ * PEND_NO_MEMORY  members whose joints may stick or hit go one by one and allocate; no others do.
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps,
                                                   int *done);

@@ -2,8 +2,10 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
 #include "core/dynamics/dynamics.h"
+#include "core/integrate/pieces/control.h"
 #include "core/taylor/roots.h"
 #include "core/tree/rules.h"
 #include "core/tree/turns.h"
@@ -361,13 +363,49 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part) {
     }
 }
 
-void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now) {
+/* the controllers of lane i see its state at the beginning of a piece, and hold their outputs */
+static void watch_control(struct pend_ensemble *e, int i, double now,
+                          const struct ensemble_state *state) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    const struct pend_rules *rules = lanes->terms->rules;
+    double *own = e->control + (size_t)i * e->controls, *phi = e->room, *rate = phi + lanes->n,
+           *input = lanes->value + lanes->terms->row[PEND_TERM_INPUT] * lanes->width + i;
+    struct pend_loads loads;
+    struct pend_tree tree = watch_member(e, i, &loads);
+    for (int k = 0; k < lanes->n; k++) {
+        phi[k] = state->phi[k * lanes->width + i];
+        rate[k] = state->rate[k * lanes->width + i];
+    }
+    e->seat[i].sampled = e->seat[i].steps;
+    if (now == lanes->start[i]) memset(own, 0, e->controls * sizeof *own);
+    pend_control_sample(&tree, &loads, lanes->start[i], now, phi, rate, own);
+    for (int c = 0; c < rules->controllers; c++)
+        input[rules->controller[c].drives * lanes->width] +=
+            pend_control_output(rules, lanes->n, c, own);
+    e->seat[i].knot =
+        fmin(e->seat[i].knot, pend_control_next(rules, lanes->n, lanes->start[i], own));
+    pend_ensemble_watch_settled(e, i, phi, &loads, now);
+}
+
+void pend_ensemble_watch_settled(struct pend_ensemble *e, int i, const double phi[],
+                                 const struct pend_loads *loads, double now) {
+    double *since = &e->seat[i].settled;
+    if (!(e->problem.settle > 0) ||
+        !pend_control_near(e->problem.tree, loads, now, phi, e->problem.settle))
+        *since = NAN;
+    else if (isnan(*since))
+        *since = now - e->lanes.start[i];
+}
+
+void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now,
+                               const struct ensemble_state *state) {
     struct ensemble_lanes *lanes = &e->lanes;
     double duration = e->problem.duration;
     int way = duration < 0 ? -1 : 1;
     for (int lane = i; lane <= i + lanes->paired; lane++) {
         double *value = lanes->value ? lanes->value + lane : NULL;
         e->seat[i].knot = pend_rules_piece(lanes->terms, now, way, value, (size_t)lanes->width);
+        if (e->control) watch_control(e, i, now, state);
         double end = e->seat[i].knot - lanes->start[i];
         lanes->stop[lane] = way > 0 ? fmin(duration, end) : fmax(duration, end);
     }
@@ -376,7 +414,7 @@ void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now) {
 int pend_ensemble_watch_piece(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     if (lanes->stop[i] == e->problem.duration) return 0;
-    pend_ensemble_watch_begin(e, i, e->seat[i].knot);
+    pend_ensemble_watch_begin(e, i, e->seat[i].knot, &lanes->to);
     // a short step to the end of a piece says nothing of the steps to come
     for (int lane = i; lane <= i + lanes->paired; lane++) lanes->unit[lane] = e->unit[lane];
     return 1;

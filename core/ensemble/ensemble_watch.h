@@ -44,9 +44,14 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part);
 /** Returns the time at `part` of the step of lane i, s. */
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part);
 
-/** Begins the piece of lane i at `now`, s, in the time of the drives: its inputs, and where the
- * lane stops. O(n). */
-void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now);
+/** Begins the piece of lane i at `now`, s, in the time of the drives: samples of its controllers
+ * from `state`, its inputs, and where the lane stops. O(n controllers). */
+void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now,
+                               const struct ensemble_state *state);
+
+/** Notes in seat i whether the member is near the reference of its controllers at `now`, s. */
+void pend_ensemble_watch_settled(struct pend_ensemble *e, int i, const double phi[],
+                                 const struct pend_loads *loads, double now);
 
 /** Begins the next piece of a lane that has reached its stop; returns 0 if that is the member's
  * end. */

@@ -10,6 +10,9 @@
 #include "core/integrate/events/event_search.h"
 #include "core/taylor/jets_system.h"
 
+/* the most steps of a member between two samples: one that was lost may whirl ever faster */
+enum { ENSEMBLE_SAMPLE_STEPS = 200 };
+
 /* a member in its lane */
 struct ensemble_seat {
     long member; /* -1 = the lane is idle */
@@ -18,6 +21,8 @@ struct ensemble_seat {
                            * and have not */
     double first;         /* s, of the first crossing of any arm */
     double knot;          /* s, in the time of the drives: the end of its piece */
+    long sampled;         /* steps at the last sample of a controller */
+    double settled;       /* s, since then the controllers see it near their reference; NaN */
     double energy, scale; /* J: at the start, and the scale of a drift */
     int unlike;           /* forces are computed from states, because a series loses their digits */
     double growth, frequency,
@@ -30,6 +35,16 @@ struct ensemble_queue {
     long next, end;
     long left; /* not delivered yet */
     int cancelled;
+};
+
+/* the member under way of those that go one by one */
+struct ensemble_alone {
+    const struct pend_method *method; /* NULL = members go side by side */
+    struct pend_tree tree;
+    struct pend_events *search; /* conditions are searched first */
+    void *stepper;
+    int searched;
+    double end, reached; /* s, after the member's start */
 };
 
 struct pend_ensemble {
@@ -55,6 +70,9 @@ struct pend_ensemble {
     struct event_truth truth;   /* space for forces of states; phi is NULL if they are not needed */
     struct event_search search; /* of the problem's conditions */
     struct event_watch *watch;  /* [lane * conditions + condition] */
+    double *control;            /* [lane * controls + number]: what controllers keep */
+    size_t controls;
+    struct ensemble_alone alone;
 };
 
 /**

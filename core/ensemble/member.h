@@ -72,6 +72,7 @@ struct pend_outcome {
                           * scale that includes them. */
     double horizon;  /* s, up to which the member keeps the problem's accuracy: `time` if it does to
                       * the end; NaN if the problem has none */
+    double settled;  /* s, since then `settle` holds; NaN = not for the last tenth of the time */
     double lyapunov; /* 1/s, logarithm of a neighbour's growth over the time; NaN if time is 0 */
     long steps;
 };
@@ -104,6 +105,8 @@ struct pend_ensemble_problem {
      * an integer i. pi finds flips. Touching the bound inside a step counts; starting on it does
      * not. 0 = none. */
     double bound;
+    double settle; /* rad, > 0: notes from when on pend_control_near holds at all samples of the
+                    * controllers; 0 = not asked */
     enum pend_until until;
     int spare; /* non-zero: the end is not needed; an ideal member without the energy for any arm to
                 * reach its bound is delivered at once, with `time` the duration and no steps */

@@ -63,6 +63,33 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
     return pend_rules_next(terms->rules, now, way);
 }
 
+/* the number of impacts between stops that are `gap` apart, or at one stop, at a swing's rate */
+static double rules_impacts(double gap, double e, double span, double rate) {
+    static const double shortest = 1e-6; // s, of a flight (core/integrate/pieces/joints.c)
+    double flight = fmin(gap, M_PI) / rate, loss = -log(e), swings = span * rate / M_PI;
+    if (!(e > 0) || !(rate > 0)) return swings;
+    if (isfinite(gap))
+        return fmax(swings, e < 1 ? log1p(span / flight * (1 / e - 1)) / loss : span / flight);
+    double flights = e < 1 ? log(fmax(flight / shortest, 1)) / loss : INFINITY,
+           part = span / flight;
+    if (e < 1 && part * (1 - e) < 1) flights = fmin(flights, -log1p(-part * (1 - e)) / loss);
+    return swings + fmin(flights, e < 1 ? flights : part);
+}
+
+double pend_rules_pieces(const struct pend_rules *rules, int n, double span, double rate) {
+    double pieces = 0;
+    if (!rules) return 0;
+    for (int i = 0; i < rules->tables; i++) pieces += rules->table[i].count;
+    for (int i = 0; i < rules->controllers; i++) pieces += span / rules->controller[i].period;
+    for (int k = 0; k < n; k++) {
+        if (rules->sliding && rules->sliding[k] > 0) pieces += span * rate / M_PI;
+        if (!rules->least || (isinf(rules->least[k]) && isinf(rules->most[k]))) continue;
+        pieces +=
+            rules_impacts(rules->most[k] - rules->least[k], rules->restitution[k], span, rate);
+    }
+    return pieces;
+}
+
 enum pend_status pend_rules_check(const struct pend_rules *rules, const int order[], double first,
                                   double last, struct pend_error *error) {
     if (rules->controllers && last < first)

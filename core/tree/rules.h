@@ -101,6 +101,16 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
                         size_t stride);
 
 /**
+ * Estimates the number of pieces of a motion, beyond one; rules may be NULL.
+ *
+ * span  s, its length.
+ * rate  rad/s, of the fastest swing: how fast joints come to their stops.
+ * Samples and instants of tables are counted, impacts are those of flights that a restitution
+ * lengthens between two stops and shortens at one. O(n + tables + controllers).
+ */
+double pend_rules_pieces(const struct pend_rules *rules, int n, double span, double rate);
+
+/**
  * Checks that the tables cover the times of a motion, and that it goes forward where controllers
  * sample.
  *

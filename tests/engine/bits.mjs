@@ -78,6 +78,19 @@ const paper = {
   output: ["phi", "phid", "lambda", "energy"],
 };
 await compare("the paper's example", { operation: "trajectories", accept: "application/octet-stream", body: paper });
+// motions in pieces: a table, dry friction and a stop, a controller
+const bar = { length: 0.5, mass: 0.2, rod: 0.3 };
+const ruled = [
+  { arms: [{ ...bar, torque: { table: { t: [0, 1, 2], value: [0, 0.5, -0.2], hold: "linear", outside: "zero" } } }] },
+  { arms: [{ ...bar, friction: { torque: 0.05, static: 0.08 }, stop: { min: -0.2, restitution: 0.7 } }] },
+  { arms: [bar], control: [{ joint: 1, period: 0.02, limit: [-1, 1], law: { pid: { p: 3, i: 1, d: 0.2, reference: 1 } } }] },
+];
+for (const [i, pendulum] of ruled.entries())
+  await compare(`motion in pieces ${i}`, {
+    operation: "trajectories",
+    accept: "application/octet-stream",
+    body: { pendulum, initial: { theta: [1.2] }, times: { stop: 5, step: 0.01 }, output: ["phi", "phid", "lambda"] },
+  });
 const draw = random(20);
 for (let i = 0; i < Number(count); i++) await compare(`request ${i}`, request(i, draw));
 child.stdin.end();

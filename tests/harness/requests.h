@@ -192,6 +192,14 @@ static const struct test_request {
      "\"law\":{\"pid\":{\"p\":1,\"reference\":0.3}},\"period\":0.1,\"delay\":2}]},"
      "\"initial\":{\"theta\":[3]},\"times\":[0,0.1,0.3],\"output\":[\"theta\",\"control\"]}",
      NULL},
+    {API_OP_ENSEMBLES,
+     "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,\"friction\":{\"torque\":0.5},\"stop\":{"
+     "\"max\":0.5,\"restitution\":0.5}}],\"control\":[{\"joint\":1,\"period\":0.1,\"law\":{"
+     "\"feedback\":{\"gains\":[3,1]}}}]},\"states\":[{\"theta\":[-1]},{\"theta\":[1]}],"
+     "\"duration\":1,"
+     "\"observables\":[\"final\",\"settled\",\"energy_drift\"],\"within\":0.3,\"events\":[{\"of\":"
+     "\"theta\",\"arm\":1,\"value\":0}]}",
+     NULL},
     {API_OP_CONTROLLERS,
      "{" TEST_CART_TREE ",\"equilibrium\":{\"theta\":[3.1,3.1,3.2],\"cart\":{\"x\":0.3}},"
      "\"actuators\":{\"joints\":[2],\"cart\":true},\"sensors\":{\"arms\":[1]},\"period\":0.02,"

@@ -7,9 +7,9 @@
 #include <string.h>
 
 #include "core/dynamics/dynamics.h"
-#include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
+#include "tests/harness/ensembles.h"
 #include "tests/harness/quad_bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
@@ -213,7 +213,7 @@ TEST(law_rows_and_extremes_of_members_have_the_forces_of_quadruple_precision) {
                                                           .rows = watched_rows,
                                                           .context = &w};
             if (!CHECK(pend_ensemble_new(&e, &problem, pend_isa_best(), NULL) == PEND_OK)) return;
-            CHECK(pend_ensemble_run(e, 0, 3) == PEND_OK);
+            CHECK(test_ensemble_run(e, 0, 3) == PEND_OK);
             pend_ensemble_free(&e);
             test_tree_clear(&t);
         }

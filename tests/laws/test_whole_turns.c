@@ -2,12 +2,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/ensemble/ensemble.h"
 #include "core/ensemble/lyapunov.h"
 #include "core/modes/modes.h"
 #include "core/integrate/events/section.h"
 #include "core/extended/trust.h"
 #include "core/tree/turns.h"
+#include "tests/harness/ensembles.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 
@@ -147,7 +147,7 @@ TEST(whole_turns_do_not_matter_to_members) {
                                                 .rows = crowd_rows,
                                                 .context = &crowd};
         REQUIRE(pend_ensemble_new(&ensemble, &problem, pend_isa_best(), NULL) == PEND_OK);
-        CHECK_INT(pend_ensemble_run(ensemble, 0, 2), PEND_OK);
+        CHECK_INT(test_ensemble_run(ensemble, 0, 2), PEND_OK);
         CHECK(!memcmp(crowd.row[0], huge_phi[i], sizeof(double[ARMS])));
         for (int k = 0; k < ARMS; k++) {
             double moved = crowd.end[1][k] - pair.rest[k];
@@ -264,7 +264,7 @@ TEST(whole_turns_of_a_free_spin_add_up) {
                                          .context = &phi};
     struct pend_ensemble *ensemble;
     REQUIRE(pend_ensemble_new(&ensemble, &many, pend_isa_best(), NULL) == PEND_OK);
-    CHECK_INT(pend_ensemble_run(ensemble, 0, 1), PEND_OK);
+    CHECK_INT(test_ensemble_run(ensemble, 0, 1), PEND_OK);
     CHECK_SAYING(phi == end, "%.17g", phi);
     pend_ensemble_free(&ensemble);
     pend_tree_free(&tree);

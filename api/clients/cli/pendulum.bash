@@ -6,7 +6,7 @@ _pendulum() {
     --method) COMPREPLY=($(compgen -W 'taylor ode23 rkf45 rk8pd msadams symplectic linear' -- "$word")) ;;
     --unit) COMPREPLY=($(compgen -W 'rad deg' -- "$word")) ;;
     --status) COMPREPLY=($(compgen -W 'accepted running successful failed dismissed' -- "$word")) ;;
-    --of) COMPREPLY=($(compgen -W 'first_flip flip_time flips lambda_max lambda_min sign_change energy_drift lyapunov horizon' -- "$word")) ;;
+    --of) COMPREPLY=($(compgen -W 'first_flip flip_time flips lambda_max lambda_min sign_change energy_drift lyapunov horizon settled' -- "$word")) ;;
     ask) COMPREPLY=($(compgen -W 'trees trajectories forces modes ensembles lyapunov sections response controllers fits tables trials orbits equations' -- "$word")) ;;
     get | cancel) COMPREPLY=($(compgen -W "$(pendulum jobs 2>/dev/null | cut -d' ' -f1)" -- "$word")) ;;
     *)

@@ -10,6 +10,8 @@
 #include "api/op/form_json.h"
 #include "api/op/ensemble/member_events.h"
 #include "api/op/ensemble/picture_json.h"
+#include "core/ensemble/ensemble_alone.h"
+#include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
 #include "core/integrate/methods/method.h"
 
@@ -17,11 +19,11 @@ static const char *const fields[] = {
     "pendulum", "initial", "states",      "members", "grid",   "random", "energy",
     "duration", "times",   "observables", "output",  "method", "rtol",   "atol",
     "digits",   "picture", "accuracy",    "start",   "events", "rows",   "derivatives",
-    "columns",  "number",  "none",        NULL};
+    "columns",  "number",  "none",        "within",  NULL};
 
 /* constants of the estimated cost: steps a radian of the fastest swing, s an arm and squared order,
- * s a number */
-static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9;
+ * s a number, the time of a member that goes alone over that of one in lanes */
+static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9, alone = 8;
 
 /* the most doubles of raw rows of one member: the memory of a range of one member */
 static const double member_numbers = 1 << 24;
@@ -249,16 +251,32 @@ static void choose_columns(struct api_ensemble *e, const struct api_reading *rea
     }
 }
 
-/* members whose pieces end at instants known beforehand go side by side, within their tables */
+/* what a motion in pieces has no answer to: derivatives and horizons through jumps, settling
+ * without a target */
 static void check_pieces(const struct api_ensemble *e, const struct api_reading *reading) {
+    const struct api_value *root = reading->root, *seen = API_MEMBER(root, "observables");
+    const struct pend_rules *rules = e->tree.rules;
+    struct pend_ensemble_problem problem = {.loads = e->tree.loads, .duration = e->duration};
     struct pend_error error;
-    if (!e->tree.rules) return;
-    if (pend_pieces_check_smooth(e->tree.terms, "ensembles", &error) == PEND_OK &&
-        pend_rules_check(e->tree.rules, e->tree.tree->order, e->origin, e->origin + e->duration,
-                         &error) == PEND_OK)
-        return;
-    api_value_fault(API_MEMBER(reading->root, "pendulum"), reading->problem,
-                    API_CODE_UNSUPPORTED "%s", error.text);
+    if (e->seen.wanted >> API_SEE_SETTLED & 1 &&
+        !(rules && rules->controllers && pend_control_last(rules, 0)->kind == PEND_LAW_FEEDBACK))
+        api_value_fault(
+            seen, reading->problem,
+            API_CODE_NOT_APPLICABLE
+            "has \"settled\", which needs a controller that ends in a \"feedback\": its "
+            "reference is the target");
+    if (!rules) return;
+    api_observables_ask(&e->seen, &problem);
+    problem.accuracy = e->seen.wanted >> API_SEE_HORIZON & 1;
+    if (pend_ensemble_alone_check(&problem, &error) != PEND_OK)
+        api_value_fault(seen, reading->problem, API_CODE_UNSUPPORTED "%s", error.text);
+    if (e->derived.count &&
+        pend_pieces_check_smooth(e->tree.terms, "derivatives", &error) != PEND_OK)
+        api_value_fault(API_MEMBER(root, "derivatives"), reading->problem,
+                        API_CODE_UNSUPPORTED "%s", error.text);
+    if (pend_rules_check(rules, e->tree.tree->order, e->origin, e->origin + e->duration, &error))
+        api_value_fault(API_MEMBER(root, "pendulum"), reading->problem, API_CODE_UNSUPPORTED "%s",
+                        error.text);
 }
 
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {
@@ -326,6 +344,8 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     // many end early, or are spared; a neighbour is as much work again
     if (problem.until != PEND_UNTIL_TIME) steps *= 0.3;
     if (problem.observe & PEND_OBSERVE_LYAPUNOV) steps *= 2;
+    steps += pend_rules_pieces(e->tree.rules, tree->n, e->duration, rate);
+    if (!pend_pieces_smooth(e->tree.terms)) steps *= alone;
     if (e->events.count && problem.until != PEND_UNTIL_TIME) steps /= 0.3;
     double numbers = (double)api_ensemble_rows(e) * (double)e->numbers;
     double search = steps * api_member_events_cost(&e->events);

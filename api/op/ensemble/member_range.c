@@ -7,6 +7,7 @@
 
 #include "api/op/ensemble/member_events.h"
 #include "core/ensemble/ensemble.h"
+#include "core/integrate/pieces/pieces.h"
 
 struct api_member_range {
     const struct api_ensemble *ensemble;
@@ -233,18 +234,19 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
     if (found) s->found = (long *)(void *)(s->room + API_ENERGY_ROOM * n);
     /* about half a millisecond */
     s->slice = 1 + 500 / (long)n;
-    struct pend_ensemble_problem problem = {.tree = e->tree.tree,
-                                            .loads = e->tree.loads,
-                                            .duration = e->duration,
-                                            .rtol = e->rtol,
-                                            .atol = e->atol,
-                                            .accuracy = e->accuracy,
-                                            .step_cap = e->step_cap,
-                                            .fetch = range_fetch,
-                                            .deliver = range_deliver,
-                                            .rows = range_rows,
-                                            .hit = range_hit,
-                                            .context = s};
+    struct pend_ensemble_problem problem = {
+        .tree = e->tree.tree,
+        .loads = e->tree.loads,
+        .duration = e->duration,
+        .rtol = e->rtol,
+        .atol = e->atol,
+        .accuracy = pend_pieces_estimated(e->tree.terms) ? e->accuracy : 0,
+        .step_cap = e->step_cap,
+        .fetch = range_fetch,
+        .deliver = range_deliver,
+        .rows = range_rows,
+        .hit = range_hit,
+        .context = s};
     range_ask(e, &problem);
     if (e->instants) {
         problem.times = e->instants;

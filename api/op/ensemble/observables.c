@@ -27,6 +27,7 @@ static const struct columns observables[API_SEE_COUNT] = {
     [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}, 0},
     [API_SEE_HORIZON] = {"horizon", {NULL}, {0}, 0},
     [API_SEE_CART] = {"cart", {"x", "v"}, {0, 0}, 0},
+    [API_SEE_SETTLED] = {"settled", {NULL}, {0}, 1},
     [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
 };
 
@@ -42,10 +43,16 @@ void api_observables_read(struct api_observables *seen, const struct api_value *
                           struct api_problem *problem) {
     const char *names[API_SEE_COUNT + 1] = {0};
     struct api_value list = api_value_member(root, "observables"),
-                     output = api_value_member(root, "output");
+                     output = api_value_member(root, "output"),
+                     within = api_value_member(root, "within");
     for (int i = 0; i < API_SEE_COUNT; i++) names[i] = observables[i].name;
     *seen = (struct api_observables){.wanted = api_field_words(&list, names, problem)};
     if (api_value_kind(&list) == API_MISSING) seen->wanted = 1u << API_SEE_FINAL;
+    seen->within = 0.1;
+    (void)api_value_read_number(&within, 1e-9, M_PI, "rad", &seen->within, problem);
+    if (api_value_kind(&within) != API_MISSING && !(seen->wanted >> API_SEE_SETTLED & 1))
+        api_value_fault(&within, problem,
+                        API_CODE_NOT_APPLICABLE "is for the observable \"settled\": leave it out");
     int rows = seen->wanted >> API_SEE_TRAJECTORY & 1;
     if (rows && seen->wanted != 1u << API_SEE_TRAJECTORY)
         api_value_fault(&list, problem,
@@ -124,6 +131,7 @@ void api_observables_ask(const struct api_observables *seen,
         problem->observe |= PEND_OBSERVE_EXTREMES;
     if (wanted >> API_SEE_SIGN_CHANGE & 1) problem->observe |= PEND_OBSERVE_SIGNS;
     if (wanted >> API_SEE_ENERGY_DRIFT & 1) problem->observe |= PEND_OBSERVE_ENERGY;
+    if (wanted >> API_SEE_SETTLED & 1) problem->settle = seen->within;
     if (wanted >> API_SEE_LYAPUNOV & 1) problem->observe |= PEND_OBSERVE_LYAPUNOV;
     if (!wanted || wanted & ~flips) return;
     // nothing else depends on the end: members need not be integrated further than necessary
@@ -136,6 +144,7 @@ int api_observables_status(enum pend_status status) {
     return status == PEND_OK               ? 0
            : status == PEND_NOT_FINITE     ? 1
            : status == PEND_STEP_TOO_SMALL ? 2
+           : status == PEND_INVALID        ? 4
                                            : 3;
 }
 
@@ -191,6 +200,9 @@ static double *write_one(enum api_observable observable, const struct api_tree *
                          const struct pend_member *start, const struct pend_outcome *outcome,
                          double *at) {
     const struct pend_force_range *force = &outcome->force;
+    const double one[API_SEE_COUNT] = {[API_SEE_ENERGY_DRIFT] = outcome->energy_drift,
+                                       [API_SEE_HORIZON] = outcome->horizon,
+                                       [API_SEE_LYAPUNOV] = outcome->lyapunov};
     switch (observable) {
     case API_SEE_START:
         return put_start(at, tree, start);
@@ -213,14 +225,12 @@ static double *write_one(enum api_observable observable, const struct api_tree *
         return put(put(at, tree, force->least, NAN), tree, force->least_time, never);
     case API_SEE_SIGN_CHANGE:
         return put(at, tree, outcome->sign_change, never);
-    case API_SEE_ENERGY_DRIFT:
-        return put_one(at, outcome->energy_drift, NAN);
-    case API_SEE_HORIZON:
-        return put_one(at, outcome->horizon, NAN);
+    case API_SEE_SETTLED:
+        return put_one(at, outcome->settled, never);
     case API_SEE_CART:
         return put_cart(at, outcome);
     default:
-        return put_one(at, outcome->lyapunov, NAN);
+        return put_one(at, one[observable], NAN);
     }
 }
 
@@ -253,6 +263,7 @@ void api_observables_write(const struct api_observables *seen, const struct api_
                                                 .first = NAN,
                                                 .energy_drift = NAN,
                                                 .horizon = NAN,
+                                                .settled = NAN,
                                                 .lyapunov = NAN};
     double *at = row;
     *at++ = (double)member;

@@ -27,6 +27,7 @@ enum api_observable {
     API_SEE_LYAPUNOV,
     API_SEE_HORIZON,
     API_SEE_CART,
+    API_SEE_SETTLED,
     API_SEE_TRAJECTORY,
     API_SEE_COUNT
 };
@@ -35,6 +36,7 @@ struct api_observables {
     unsigned wanted; /* bit i for observable i */
     unsigned output; /* of a trajectory (member_samples) */
     struct api_table table;
+    double within;                     /* rad, of API_SEE_SETTLED */
     int at[API_SEE_COUNT];             /* first column of each wanted observable */
     const struct api_members *members; /* whose variations are in the parameters; not owned */
 };
@@ -89,5 +91,5 @@ enum pend_status api_observables_end(const struct api_observables *seen,
                                      const struct pend_outcome *outcome);
 
 /** Returns the number of a status in the status column: 0 valid, 1 not finite, 2 step too small, 3
- * too many steps. */
+ * too many steps, 4 a start beyond a stop. */
 int api_observables_status(enum pend_status status);

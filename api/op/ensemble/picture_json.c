@@ -8,10 +8,10 @@ enum { PIXELS_MOST = 16384 }; /* of a side */
 
 /* observables that can be drawn, and those of them that suit a logarithmic scale: times and tiny
  * numbers */
-static const unsigned drawn = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
-                              1u << API_SEE_FLIPS | 1u << API_SEE_LAMBDA_MAX |
-                              1u << API_SEE_LAMBDA_MIN | 1u << API_SEE_SIGN_CHANGE |
-                              1u << API_SEE_ENERGY_DRIFT | 1u << API_SEE_LYAPUNOV;
+static const unsigned drawn =
+    1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS |
+    1u << API_SEE_LAMBDA_MAX | 1u << API_SEE_LAMBDA_MIN | 1u << API_SEE_SIGN_CHANGE |
+    1u << API_SEE_ENERGY_DRIFT | 1u << API_SEE_LYAPUNOV | 1u << API_SEE_SETTLED;
 static const unsigned logarithmic = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
                                     1u << API_SEE_SIGN_CHANGE | 1u << API_SEE_ENERGY_DRIFT;
 
@@ -30,7 +30,7 @@ static int picture_of(const struct api_observables *seen, const struct api_value
             picture, problem,
             API_CODE_MISSING
             "needs an observable to draw: first_flip, flip_time, flips, lambda_max, lambda_min, "
-            "sign_change, energy_drift or lyapunov");
+            "sign_change, energy_drift, lyapunov or settled");
         return -1;
     }
     return api_field_word(of, names, &chosen, problem) < 0 ? -1 : number[chosen];

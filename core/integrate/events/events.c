@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "core/integrate/pieces/pieces.h"
-#include "core/integrate/pieces/pieces_rows.h"
 #include "core/integrate/run/horizon.h"
 #include "core/integrate/run/run_check.h"
 #include "core/taylor/jets/jets.h"

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/dynamics/kinematics_at.h"
+#include "core/simd/kernel_sincos.h"
 
 /* an arm: its direction, the acceleration and the velocity of its joint, the force that it asks of
  * the joint, and what acts at its tip but for the acceleration of the mass there */
@@ -27,6 +28,12 @@ static double balance_one(const struct pend_loads *loads, enum pend_term_one one
 
 static int balance_cart(const struct pend_loads *loads, int k) {
     return !k && pend_terms_cart(loads->terms);
+}
+
+double complex pend_balance_turn(double phi) {
+    _Alignas(64) double re[PEND_TURN_CAP], im[PEND_TURN_CAP];
+    pend_kernel_sincos_base(&phi, 1, re, im);
+    return re[0] + I * im[0];
 }
 
 double complex pend_balance_hangs(const struct pend_tree *tree, const struct pend_loads *loads,
@@ -60,11 +67,11 @@ static void balance_move(const struct pend_tree *tree, const struct pend_loads *
     double twice = 2 * balance_one(loads, PEND_TERM_DRAG_PER_MASS), t = s->time;
     struct at_vector v = pend_kinematics_pivot(loads, t, 1), a = pend_kinematics_pivot(loads, t, 2);
     double complex speed = v.x + I * v.y, acc = a.x + I * a.y;
-    double complex rail = cexp(I * balance_one(loads, PEND_TERM_RAIL));
+    double complex rail = pend_balance_turn(balance_one(loads, PEND_TERM_RAIL));
     for (int k = 0; k < tree->n; k++) {
         struct balance_arm *own = &arm[k];
         int p = tree->parent[k];
-        own->turn = balance_cart(loads, k) ? rail : cexp(I * s->phi[k]);
+        own->turn = balance_cart(loads, k) ? rail : pend_balance_turn(s->phi[k]);
         own->speed = p < 0 ? speed : arm[p].speed;
         own->acc = p < 0 ? acc + twice * speed + I * loads->gravity : arm[p].acc;
         if (p < 0) continue;
@@ -88,7 +95,8 @@ static double complex balance_air(const struct pend_tree *tree, const struct pen
     double complex v = own->speed + I * s->rate[k] * tree->len[k] * own->turn;
     double least = balance_get(loads, PEND_TERM_DRAG_SPEED, k);
     return -(balance_get(loads, PEND_TERM_DRAG, k) +
-             balance_get(loads, PEND_TERM_DRAG_QUADRATIC, k) * hypot(cabs(v), least)) *
+             balance_get(loads, PEND_TERM_DRAG_QUADRATIC, k) *
+                 sqrt(creal(v * conj(v)) + least * least)) *
            v;
 }
 

@@ -9,6 +9,9 @@
 #include "core/bodies/bodies.h"
 #include "core/tree/loads.h"
 
+/** Returns e^(i phi), phi up to 1e12 rad; the same bits on every machine. O(1). */
+double complex pend_balance_turn(double phi);
+
 /** Returns the position of arm k's joint in its parent's frame, m; k is not on a cart. O(1). */
 double complex pend_balance_hangs(const struct pend_tree *tree, const struct pend_loads *loads,
                                   int k);

@@ -18,6 +18,7 @@ static size_t control_width(const struct pend_controller *controller, int n) {
 }
 
 size_t pend_control_numbers(const struct pend_rules *rules, int n) {
+    if (!rules || !rules->controllers) return 0;
     size_t count = 6 * (size_t)n;
     for (int i = 0; i < rules->controllers; i++) count += control_width(&rules->controller[i], n);
     return count;
@@ -173,6 +174,18 @@ static void law_hand_over(const struct control_view *v, const struct pend_law *l
         if (fabs(off - turns[i]) > law->within[0] || fabs(v->rate[i]) > law->within[1]) return;
     }
     own[LAW]++;
+}
+
+int pend_control_near(const struct pend_tree *tree, const struct pend_loads *loads, double now,
+                      const double phi[], double bound) {
+    const struct pend_rules *rules = loads->terms->rules;
+    const struct pend_law *law = pend_control_last(rules, 0);
+    assert(law->kind == PEND_LAW_FEEDBACK);
+    for (int i = pend_terms_cart(loads->terms); i < tree->n; i++) {
+        double off = phi[i] + M_PI_2 - schedule_at(rules, &law->reference, now, i);
+        if (!(fabs(remainder(off, 2 * M_PI)) <= bound)) return 0;
+    }
+    return 1;
 }
 
 /* the output of a controller's law, within its limits */

@@ -10,8 +10,8 @@
 #include "core/tree/rules.h"
 #include "core/tree/tree.h"
 
-/** Returns the number of doubles in the state of all controllers of a pendulum of n coordinates.
- * O(controllers). */
+/** Returns the number of doubles in the state of all controllers of a pendulum of n coordinates; 0
+ * without controllers; rules may be NULL. O(controllers). */
 size_t pend_control_numbers(const struct pend_rules *rules, int n);
 
 /** Returns the time of the next sample of any controller, s. O(controllers). */
@@ -36,5 +36,17 @@ double pend_control_output(const struct pend_rules *rules, int n, int i, const d
  * before the first sample. */
 double pend_control_saturated(const struct pend_rules *rules, int n, const double own[],
                               int *controller);
+
+/** True if all angles of arms are within a bound, rad, of the reference of the first controller's
+ * last law, whole turns apart; that law is a feedback. O(n). */
+int pend_control_near(const struct pend_tree *tree, const struct pend_loads *loads, double now,
+                      const double phi[], double bound);
+
+/** The law that acts in the end, where every swing-up has handed over. O(laws). */
+static inline const struct pend_law *pend_control_last(const struct pend_rules *rules, int i) {
+    const struct pend_law *law = rules->law + rules->controller[i].law;
+    while (law->kind == PEND_LAW_SWING_UP) law = rules->law + law->next;
+    return law;
+}
 
 #endif

@@ -1,4 +1,4 @@
-#include "core/integrate/pieces/joint_events.h"
+#include "core/integrate/pieces/joints.h"
 
 #include <assert.h>
 #include <math.h>

@@ -86,4 +86,31 @@ static inline double pend_joints_rate(const struct pend_joints *joints, const do
 /** Returns the angle of joint k, rad, for a root from hanging; for a cart its place, m. O(1). */
 double pend_joints_angle(const struct pend_joints *joints, const double phi[], int k);
 
+/* the nodes of a step at which torques are computed */
+enum { PEND_JOINT_NODES = 13 };
+
+/* most phase of a drive per step, rad: the polynomial through the nodes then follows it to 1e-10 */
+#define PEND_JOINT_TURN 4.0
+
+/* A step of a piece. */
+struct pend_joint_step {
+    const struct pend_method *method;
+    void *stepper;
+    const struct pend_stuck
+        *stuck;   /* the contracted pendulum of the step; NULL = the whole pendulum */
+    int fresh;    /* the first step of the piece */
+    double to;    /* end of the search, s after the first instant */
+    double start; /* the first instant, s */
+    double *room; /* (5 + PEND_JOINT_NODES) n numbers */
+};
+
+/**
+ * Returns the first instant of a step at which a joint ends the piece, s after the motion's first
+ * instant; infinity if none does. Marks the joints in `forced`, `struck` and `stopped`.
+ *
+ * Rates and angles: roots of their power series. Torques: roots of a polynomial through nodes,
+ * refined with the torques themselves. O(n order), plus O(n order) for each holding joint.
+ */
+double pend_joint_events(struct pend_joints *joints, const struct pend_joint_step *step);
+
 #endif

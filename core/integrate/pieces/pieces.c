@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/integrate/pieces/pieces_rows.h"
 #include "core/integrate/pieces/pieces_work.h"
 
 /* inputs given at instants: a piece ends at each; with their values every list of inputs begins */

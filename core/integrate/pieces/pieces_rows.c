@@ -1,4 +1,4 @@
-#include "core/integrate/pieces/pieces_rows.h"
+#include "core/integrate/pieces/pieces.h"
 
 #include <assert.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #ifndef PEND_PIECES_WORK_H
 #define PEND_PIECES_WORK_H
 
-#include "core/integrate/pieces/joint_events.h"
+#include "core/integrate/pieces/joints.h"
 #include "core/integrate/pieces/rule.h"
 #include "core/tree/turns.h"
 

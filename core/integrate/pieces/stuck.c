@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/bodies/bodies.h"
+#include "core/integrate/pieces/balance.h"
 
 /* kg m^2, the inertia of an arm that is held by the ground: its rate stays 0 to all digits */
 static const double stuck_inertia = 1e40;
@@ -68,7 +69,7 @@ static double complex stuck_hang(const struct pend_tree *tree, const struct pend
     double complex own = tree->len[p];
     if (loads->terms->hung[k])
         own = stuck_get(loads, PEND_TERM_AT_X, k) + I * stuck_get(loads, PEND_TERM_AT_Y, k);
-    return base[p] + cexp(I * s->offset[p]) * own;
+    return base[p] + pend_balance_turn(s->offset[p]) * own;
 }
 
 /* the harmonics of what is left: what each drives, and where its numbers are; returns how many */
@@ -164,7 +165,8 @@ static void stuck_fill(struct pend_stuck *s, const struct pend_tree *tree,
         int top = s->of[s->rep[k]] == k, p = tree->parent[k];
         base[k] = top || p < 0 || (!p && cart) ? 0 : stuck_hang(tree, loads, s, base, k);
         if (!k && cart) continue;
-        stuck_bodies(tree, loads, k, top, base[k], cexp(I * s->offset[k]), &heap[s->rep[k]]);
+        stuck_bodies(tree, loads, k, top, base[k], pend_balance_turn(s->offset[k]),
+                     &heap[s->rep[k]]);
     }
     for (int c = 0; c < s->tree->n; c++) stuck_arm(s, tree, loads, base, &heap[c], s->of[c], c);
     for (int i = 0; i < PEND_TERM_ONES; i++)

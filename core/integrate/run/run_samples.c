@@ -9,7 +9,6 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
-#include "core/integrate/pieces/pieces_rows.h"
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 

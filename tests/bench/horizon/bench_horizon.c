@@ -12,9 +12,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run.h"
 #include "core/integrate/events/section.h"
+#include "tests/harness/ensembles.h"
 #include "tests/harness/motions.h"
 
 enum {
@@ -254,7 +254,7 @@ static double members_run(const struct pend_ensemble_problem *problem) {
     struct pend_ensemble *ensemble;
     double begun = seconds();
     check(pend_ensemble_new(&ensemble, problem, pend_isa_best(), NULL) == PEND_OK, "an ensemble");
-    check(pend_ensemble_run(ensemble, 0, MEMBERS) == PEND_OK, "an ensemble");
+    check(test_ensemble_run(ensemble, 0, MEMBERS) == PEND_OK, "an ensemble");
     pend_ensemble_free(&ensemble);
     return seconds() - begun;
 }
@@ -455,7 +455,7 @@ static void kind_ensemble(const struct test_motion *motion, const struct pend_pr
                                             .times_count = INSTANTS,
                                             .context = &of};
     check(pend_ensemble_new(&ensemble, &problem, pend_isa_best(), NULL) == PEND_OK, "an ensemble");
-    check(pend_ensemble_run(ensemble, 0, 1) == PEND_OK, "an ensemble");
+    check(test_ensemble_run(ensemble, 0, 1) == PEND_OK, "an ensemble");
     pend_ensemble_free(&ensemble);
 }
 

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run.h"
 #include "core/taylor/jets/jets.h"
 #include "tests/bench/parts/bench.h"
+#include "tests/harness/ensembles.h"
 
 enum { ARMS_MAX = 1000, ORDER = 20 };
 
@@ -157,7 +157,7 @@ static void members(struct bench *bench, int n, enum shape shape, enum kind kind
     if (pend_ensemble_new(&work, &problem, pend_isa_best(), NULL) != PEND_OK)
         bench_broken("ensemble");
     for (; bench_go(bench, MEMBERS); first += MEMBERS)
-        if (pend_ensemble_run(work, first, MEMBERS) != PEND_OK) bench_broken("ensemble");
+        if (test_ensemble_run(work, first, MEMBERS) != PEND_OK) bench_broken("ensemble");
     pend_ensemble_free(&work);
     subject_close(&s);
 }

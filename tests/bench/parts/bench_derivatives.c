@@ -11,9 +11,9 @@
 #include <string.h>
 
 #include "core/derivatives/derivatives.h"
-#include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run.h"
 #include "tests/bench/parts/bench.h"
+#include "tests/harness/ensembles.h"
 
 enum { ARMS = 16, MEMBERS = 8 };
 
@@ -146,7 +146,7 @@ static void members(struct bench *bench, int n, int real) {
     if (pend_ensemble_new(&work, &problem, pend_isa_best(), NULL) != PEND_OK)
         bench_broken("ensemble");
     while (bench_go(bench, 1))
-        if (pend_ensemble_run(work, 0, MEMBERS) != PEND_OK) bench_broken("ensemble");
+        if (test_ensemble_run(work, 0, MEMBERS) != PEND_OK) bench_broken("ensemble");
     pend_ensemble_free(&work);
     pend_terms_free(&on.terms);
     pend_tree_free(&tree);

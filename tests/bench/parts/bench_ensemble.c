@@ -4,9 +4,9 @@
  * so that 15 000 members a second are 66 667. */
 #include <math.h>
 
-#include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run.h"
 #include "tests/bench/parts/bench.h"
+#include "tests/harness/ensembles.h"
 
 enum { MEMBERS = 64, SIDE = 256 };
 
@@ -72,7 +72,7 @@ static void ensemble(struct bench *bench, struct pend_ensemble_problem problem, 
         bench_broken("ensemble");
     long first = 0;
     while (bench_go(bench, members)) {
-        if (pend_ensemble_run(work, first, members) != PEND_OK) bench_broken("ensemble");
+        if (test_ensemble_run(work, first, members) != PEND_OK) bench_broken("ensemble");
         first += members;
     }
     pend_ensemble_free(&work);

@@ -10,10 +10,10 @@
 #include <string.h>
 #include <time.h>
 
-#include "core/ensemble/ensemble.h"
 #include "core/integrate/methods/method.h"
 #include "core/integrate/run/run.h"
 #include "tests/bench/trajectories/peers.h"
+#include "tests/harness/ensembles.h"
 
 extern const struct pend_method pend_method_taylor_extended;
 
@@ -214,7 +214,7 @@ static int lanes(const struct problem *problem, double tolerance, double phi[]) 
                                         .rows = crowd_rows,
                                         .context = &crowd};
     if (pend_ensemble_new(&ensemble, &ask, pend_isa_best(), NULL) != PEND_OK) return 1;
-    enum pend_status status = pend_ensemble_run(ensemble, 0, problem->members);
+    enum pend_status status = test_ensemble_run(ensemble, 0, problem->members);
     pend_ensemble_free(&ensemble);
     return status != PEND_OK;
 }

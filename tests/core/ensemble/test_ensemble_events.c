@@ -3,7 +3,6 @@
  * Leaves to others: the search in one motion (test_events), what members start from (api).
  * Invariant: every instruction set that this processor has is tested; pendulums are random, from
  * seeds; EVENTS_RUNS in the environment makes there more of them. */
-#include "core/ensemble/ensemble.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,6 +10,7 @@
 
 #include "core/tree/turns.h"
 #include "tests/harness/bodies.h"
+#include "tests/harness/ensembles.h"
 #include "tests/harness/passages.h"
 #include "tests/harness/test.h"
 
@@ -91,7 +91,7 @@ static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long
     if (!CHECK_SAYING(status == PEND_OK, "%s", error.text)) return;
     long allocations = test_alloc_count();
     crowd->delivered = 0;
-    CHECK(pend_ensemble_run(ensemble, first, count) == PEND_OK);
+    CHECK(test_ensemble_run(ensemble, first, count) == PEND_OK);
     CHECK_INT(crowd->delivered, count);
     CHECK_INT(test_alloc_count(), allocations);
     pend_ensemble_free(&ensemble);

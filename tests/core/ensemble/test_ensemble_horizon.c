@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/ensemble/ensemble.h"
+#include "tests/harness/ensembles.h"
 #include "tests/harness/motions.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
@@ -39,7 +39,7 @@ static void horizon_run(struct horizon_bag *bag, double accuracy, double duratio
                                                   .deliver = horizon_deliver,
                                                   .context = bag};
     if (!CHECK(pend_ensemble_new(&ensemble, &problem, isa, NULL) == PEND_OK)) return;
-    CHECK(pend_ensemble_run(ensemble, 0, 24) == PEND_OK);
+    CHECK(test_ensemble_run(ensemble, 0, 24) == PEND_OK);
     pend_ensemble_free(&ensemble);
 }
 
@@ -128,7 +128,7 @@ TEST(ensemble_horizons_of_motions_of_every_kind_are_near_those_of_single_runs) {
         test_record(&record, "taylor", &alone);
         enum pend_isa isa = i % 2 ? pend_isa_best() : PEND_ISA_BASE;
         if (!CHECK(pend_ensemble_new(&ensemble, &problem, isa, NULL) == PEND_OK)) return;
-        CHECK(pend_ensemble_run(ensemble, 0, 1) == PEND_OK);
+        CHECK(test_ensemble_run(ensemble, 0, 1) == PEND_OK);
         double want = record.stats.horizon;
         CHECK_SAYING(motion_told > 0.6 * want && motion_told < 1.5 * want,
                      "%s motion %d: %g, alone %g of %g", test_motion_name(kind), i, motion_told,

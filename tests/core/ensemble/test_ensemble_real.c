@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
+#include "tests/harness/ensembles.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
@@ -83,7 +83,7 @@ static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long
     CHECK_SAYING(status == PEND_OK, "%s", error.text);
     if (!ensemble) return;
     long allocations = test_alloc_count();
-    CHECK(pend_ensemble_run(ensemble, first, count) == PEND_OK);
+    CHECK(test_ensemble_run(ensemble, first, count) == PEND_OK);
     CHECK_INT(test_alloc_count(), allocations);
     pend_ensemble_free(&ensemble);
 }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/ensemble/ensemble.h"
+#include "tests/harness/ensembles.h"
 #include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
@@ -156,7 +156,7 @@ TEST(lyapunov_exponent_is_about_the_one_of_an_ensembles_member) {
                                                   .context = &estimate};
     struct pend_ensemble *ensemble;
     REQUIRE(pend_ensemble_new(&ensemble, &problem, pend_isa_best(), NULL) == PEND_OK);
-    CHECK(pend_ensemble_run(ensemble, 0, 1) == PEND_OK);
+    CHECK(test_ensemble_run(ensemble, 0, 1) == PEND_OK);
     pend_ensemble_free(&ensemble);
     run(&t, 1, 0.1, 4000, 1000, exponent, phi, rate);
     CHECK_SAYING(fabs(exponent[0] - estimate.value) < 0.15 * estimate.value, "%g and %g",

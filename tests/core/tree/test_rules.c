@@ -67,3 +67,26 @@ TEST(motions_beyond_a_table_are_refused_unless_it_says_what_it_gives_there) {
     table.outside = PEND_OUTSIDE_HOLD;
     CHECK(pend_rules_check(&rules, order, -9, 9, &error) == PEND_OK);
 }
+
+/* flights that each last e or 1 / e times the one before, as long as the motion */
+TEST(pieces_are_counted_by_samples_instants_and_impacts) {
+    static const struct {
+        double gap, e, span, rate;
+    } tries[] = {
+        {1e-6, 1, 0.5, 2}, {1e-3, 0.9, 1, 1}, {INFINITY, 0.999, 100, 3}, {INFINITY, 0.5, 10, 3}};
+    const struct pend_table table = {.count = 3, .t = t, .value = value};
+    const struct pend_controller controller = {.period = 0.01};
+    for (size_t i = 0; i < sizeof tries / sizeof *tries; i++) {
+        double least = 0, most = tries[i].gap, e = tries[i].e, span = tries[i].span,
+               rate = tries[i].rate;
+        struct pend_rules rules = {.least = &least, .most = &most, .restitution = &e};
+        double pieces = pend_rules_pieces(&rules, 1, span, rate), flight = fmin(most, M_PI) / rate,
+               sum = 0;
+        long count = 0;
+        for (; (sum += flight) < span && flight > 1e-6 * (most > 1); count++)
+            flight *= most > 1 ? e : 1 / e;
+        CHECK_SAYING(fabs(pieces - (double)count) <= 2 + span * rate, "%g for %ld", pieces, count);
+        rules.tables = rules.controllers = 1, rules.table = &table, rules.controller = &controller;
+        CHECK(fabs(pend_rules_pieces(&rules, 1, span, rate) - pieces - 3 - span / 0.01) < 1e-6);
+    }
+}
