@@ -13,6 +13,7 @@ import { DRAWERS } from "./state.js";
 const WORDS = {
   physics: ["physics"],
   compare: ["physics"],
+  control: ["physics"],
   measure: ["measure"],
   class: ["class"],
   worksheet: ["class"],

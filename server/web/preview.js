@@ -4,6 +4,8 @@
 // Invariant: one question at a time, the newest shape next; a failure is silent, the motion that
 // follows will tell.
 
+import { smoothOf } from "./terms.js";
+
 /** Begins; answers what ends it. @param {{motion: Motion, client: Client}} parts @returns {End} */
 export function followForces({ motion, client }) {
   let asking = false;
@@ -16,7 +18,7 @@ export function followForces({ motion, client }) {
     const { pendulum, initial } = motion.track.doc;
     try {
       const { lambda } = await client.forces({
-        pendulum,
+        pendulum: smoothOf(pendulum),
         state: { phi: initial.phi, phid: initial.phid },
       });
       motion.foresee(lambda);

@@ -48,6 +48,7 @@ export const DRAWERS = [
   "measure",
   "plots",
   "modes",
+  "control",
   "compare",
   "method",
   "equations",

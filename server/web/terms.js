@@ -14,8 +14,9 @@ export const ROWS = /** @type {const} */ ([
   "friction",
   "torque",
   "drag",
+  "stop",
 ]);
-const ONES = /** @type {const} */ (["drag_per_mass", "pivot"]);
+const ONES = /** @type {const} */ (["drag_per_mass", "pivot", "control"]);
 
 /** @typedef {typeof ROWS[number]} Row */
 
@@ -55,11 +56,33 @@ export function listsOf(arms) {
   return termsOf(Object.fromEntries(lists));
 }
 
+/**
+ * A pendulum without what divides its motion into pieces: controllers, stops, tables, friction that
+ * sticks.
+ * @param {Tree} tree @returns {Tree}
+ */
+export function smoothOf(tree) {
+  const smooth = { ...tree };
+  delete smooth.control;
+  delete smooth.stop;
+  const untabled = withTerm(smooth, "torque", (k) => {
+    const torque = termOf(tree, "torque", k);
+    if (!torque || typeof torque === "number" || !torque.table) return torque;
+    const { constant = 0, harmonics = [] } = torque;
+    return { constant, harmonics };
+  });
+  return withTerm(untabled, "friction", (k) => {
+    const friction = termOf(tree, "friction", k);
+    return friction?.speed ? friction : null;
+  });
+}
+
 /** Whether drives or friction change the energy of a pendulum. @param {Tree} tree */
-export function exchanges({ damping, friction, torque, drag, drag_per_mass: air, pivot }) {
+export function exchanges(tree) {
+  const { damping, friction, torque, drag, drag_per_mass: air, pivot, stop, control } = tree;
   const moved = pivot && (pivot.x || pivot.y || pivot.acceleration);
   const cart = pivot?.cart && (pivot.cart.damping || pivot.cart.force);
-  return Boolean(damping || friction || torque || drag || air || moved || cart);
+  return Boolean(damping || friction || torque || drag || air || moved || cart || stop || control);
 }
 
 const number = Number.isFinite;
@@ -84,9 +107,10 @@ const SOUND = {
   damping: number,
   stiffness: number,
   rest: number,
-  friction: (value) => number(value.torque) && number(value.speed),
+  friction: (value) => number(value.torque),
   torque: (value) => number(value) || (typeof value === "object" && waves(value.harmonics)),
   drag: (value) => typeof value === "object",
+  stop: (value) => number(value.min ?? 0) && number(value.max ?? 0),
 };
 
 /**
@@ -170,7 +194,19 @@ export function shakes({ pivot }) {
 export function torqueAt(tree, k, t) {
   const torque = termOf(tree, "torque", k);
   if (torque === null || typeof torque === "number") return torque ?? 0;
-  return (torque.constant ?? 0) + waveAt(torque.harmonics, t);
+  return (torque.constant ?? 0) + waveAt(torque.harmonics, t) + tableAt(torque.table, t);
+}
+
+/** @param {TorqueTable | undefined} table @param {number} time s */
+function tableAt(table, time) {
+  if (!table) return 0;
+  const { t, value, hold, outside } = table;
+  const last = t.length - 1;
+  if (time < t[0] || time > t[last]) return outside === "hold" ? value[time < t[0] ? 0 : last] : 0;
+  let k = 0;
+  while (k < last && t[k + 1] <= time) k++;
+  if (hold === "zero" || k === last) return value[k];
+  return value[k] + ((value[k + 1] - value[k]) * (time - t[k])) / (t[k + 1] - t[k]);
 }
 
 /** The largest torque that a motor can have, N m. @param {Tree} tree @param {number} k */
@@ -179,7 +215,9 @@ export function strongest(tree, k) {
   if (torque === null || typeof torque === "number") return Math.abs(torque ?? 0);
   const waves = torque.harmonics ?? [];
   return (
-    Math.abs(torque.constant ?? 0) + waves.reduce((sum, one) => sum + Math.abs(one.amplitude), 0)
+    Math.abs(torque.constant ?? 0) +
+    waves.reduce((sum, one) => sum + Math.abs(one.amplitude), 0) +
+    (torque.table?.value ?? []).reduce((most, one) => Math.max(most, Math.abs(one)), 0)
   );
 }
 

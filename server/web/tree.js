@@ -199,6 +199,8 @@ export function withArm(doc, carrier, { length, mass, phi }) {
     mass: [...pendulum.mass, mass],
     parent: [...pendulum.parent, carrier],
   };
+  // gains are of so many arms
+  delete grown.control;
   for (const name of ROWS) {
     const like = ALIKE.includes(name) ? termOf(pendulum, name, carrier - 1) : null;
     if (pendulum[name])
@@ -235,6 +237,7 @@ export function withoutBranch(doc, arm) {
     mass: pick(pendulum.mass),
     parent: pick(pendulum.parent).map((carrier) => number.get(carrier) ?? 0),
   };
+  delete rest.control;
   for (const name of ROWS)
     if (pendulum[name]) rest = withTerm(rest, name, (k) => termOf(pendulum, name, keep[k]));
   return {

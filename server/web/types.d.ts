@@ -29,6 +29,21 @@ interface Cart {
     force?: number | { constant?: number; harmonics?: Harmonic[] };
 }
 
+/** Stops of a joint, rad. */
+interface Stop {
+    min?: number;
+    max?: number;
+    restitution?: number;
+}
+
+/** A torque at instants, N m, linear between them or held. */
+interface TorqueTable {
+    t: number[];
+    value: number[];
+    hold: "zero" | "linear";
+    outside?: "hold" | "zero";
+}
+
 interface Axis {
     harmonics?: Harmonic[];
 }
@@ -41,11 +56,13 @@ interface Terms {
     damping?: (number | null)[];
     stiffness?: (number | null)[];
     rest?: (number | null)[];
-    friction?: ({ torque: number; speed: number } | null)[];
-    torque?: (number | { constant?: number; harmonics?: Harmonic[] } | null)[];
+    friction?: ({ torque: number; static?: number; speed?: number } | null)[];
+    torque?: (number | { constant?: number; harmonics?: Harmonic[]; table?: TorqueTable } | null)[];
+    stop?: (Stop | null)[];
     drag?: ({ linear?: number; quadratic?: number; speed?: number } | null)[];
     drag_per_mass?: number;
     pivot?: { x?: Axis; y?: Axis; acceleration?: number[]; cart?: Cart };
+    control?: object[];
 }
 
 /** Arms are numbered from 1; parent[k - 1] is the arm that carries arm k, 0 is the pivot. */

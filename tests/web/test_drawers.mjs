@@ -5,7 +5,7 @@ import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { close, drawn } from "./rig.mjs";
 
-const DRAWERS = ["plots", "modes", "compare", "method", "equations", "share", "worksheet"];
+const DRAWERS = ["plots", "modes", "control", "compare", "method", "equations", "share", "worksheet"];
 
 const SMALL = { pendulum: { length: [1, 1], mass: [1, 1], parent: [0, 1], gravity: 9.81 }, initial: { phi: [0, 0], phid: [0, 0] }, ghosts: [], preset: null,
   view: { trails: [2], selected: 0 } };
@@ -14,6 +14,7 @@ const SMALL = { pendulum: { length: [1, 1], mass: [1, 1], parent: [0, 1], gravit
 const READY = {
   plots: ".plot[aria-label]",
   modes: "[data-mode='1'] canvas",
+  control: "[data-map=compute]",
   compare: "[data-map=compute]",
   method: "[data-fact=atEnd]",
   equations: "[data-part=bbb] .katex",

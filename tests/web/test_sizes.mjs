@@ -103,7 +103,7 @@ export async function the_page_is_whole_in_every_size_with_every_drawer(rig) {
   const bad = [];
   const page = await rig.open();
   bad.push(...await look(page, "closed", SIZES, ["[data-act=play]"]));
-  for (const id of ["presets", "physics", "measure", "plots", "modes", "compare", "method", "equations", "share", "worksheet", "class"]) {
+  for (const id of ["presets", "physics", "measure", "plots", "modes", "control", "compare", "method", "equations", "share", "worksheet", "class"]) {
     await page.setViewportSize({ width: 1366, height: 768 });
     await openDrawer(page, id);
     bad.push(...await look(page, id, SIZES, []));

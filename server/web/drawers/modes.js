@@ -7,7 +7,7 @@
 import { foldedTheta } from "../angles.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
-import { pendulumOf, termsOf } from "../terms.js";
+import { pendulumOf, smoothOf, termsOf } from "../terms.js";
 import { aborted, button, figure, later, settled, tick } from "./kit/kit.js";
 import { lazyPart } from "./kit/lazy.js";
 import { createMini } from "./kit/mini.js";
@@ -193,7 +193,7 @@ async function load(view, chosen = false) {
 async function loadReal(view, pendulum, chosen) {
   const { client, text, store } = view.app;
   const signal = view.stop?.signal;
-  const body = { pendulum: pendulumOf(pendulum) };
+  const body = { pendulum: pendulumOf(smoothOf(pendulum)) };
   const near = { ...body, initial: { phi: store.get().initial.phi } };
   let answer = await client.modes(view.near.box.checked ? near : body, { signal });
   const grows = answer.decay.some((/** @type {number} */ rate) => rate < -LITTLE);

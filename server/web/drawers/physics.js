@@ -12,6 +12,7 @@ import { button, choice, figure, toggle } from "./kit/kit.js";
 import { lazyPart } from "./kit/lazy.js";
 import { MORE_FIELDS } from "./physics/physics_cart.js";
 import { FIELDS, scaleOf, withoutLosses } from "./physics/physics_fields.js";
+import { STOP_FIELDS, createTorqueTable } from "./physics/physics_stop.js";
 
 const PLACES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.79, none: 0 };
 const GROUPS = [
@@ -22,6 +23,7 @@ const GROUPS = [
   "air",
   "spring",
   "motor",
+  "stop",
   "shaking",
   "cart",
   "body",
@@ -253,7 +255,8 @@ function placesOf({ app }) {
 }
 
 /** @param {View} view @param {string} group */
-function groupOf({ app: { text }, rows, places, table }, group) {
+function groupOf({ app, rows, places, table }, group) {
+  const { text } = app;
   const label = text(`physics.group.${group}`);
   const hint = `physics.hint.${group}`;
   const own = rows.filter(({ field }) => field.group === group).map((one) => one.element);
@@ -263,6 +266,7 @@ function groupOf({ app: { text }, rows, places, table }, group) {
   if (group === "gravity") section.append(h("div", row, ...places));
   section.append(...own);
   if (group === "arms") section.append(table.element);
+  if (group === "motor") section.append(createTorqueTable(app));
   return section;
 }
 
@@ -311,7 +315,7 @@ async function mount(element, app) {
     table: createArmsTable(app),
     folds: new Map(),
   };
-  view.rows = [...FIELDS, ...MORE_FIELDS].map((field) => rowOf(view, field));
+  view.rows = [...FIELDS, ...STOP_FIELDS, ...MORE_FIELDS].map((field) => rowOf(view, field));
   view.places = placesOf(view);
   bag(lay(element, view));
   bag(

@@ -13,7 +13,9 @@ import { FIELDS, scaleOf } from "../physics/physics_fields.js";
 
 const TURN = 2 * Math.PI;
 const NATURAL = 1e-6; // of the largest value, where 0 is none
-const ANGLE = "theta"; // with the arm's number behind it: the axis of its angle at the start
+// with the arm's number behind it: the axis of its angle, of its rate at the start
+const ANGLE = "theta";
+const RATE = "thetad";
 
 /**
  * What a field is called in ensembles, and how much of the server's unit its unit has.
@@ -77,6 +79,13 @@ export const OBSERVED = {
     low: 0,
     high: null,
   },
+  caught: {
+    observable: "settled",
+    read: ({ settled }, i) => (settled[i] < 0 ? NaN : settled[i]),
+    low: 0,
+    high: null,
+    scale: "linear",
+  },
   chaos: {
     observable: "lyapunov",
     read: ({ lyapunov }, i) => lyapunov[i],
@@ -122,7 +131,8 @@ const armOf = ({ view }) => Math.max(view.selected, 1) - 1;
 export function offered(doc, text) {
   const fields = VARYING.filter((field) => has(field, doc.pendulum, armOf(doc)));
   const angles = Array.from(doc.initial.phi, (_, k) => ANGLE + (k + 1));
-  const names = [...fields.map(({ name }) => name), ...angles];
+  const rates = angles.map((_, k) => RATE + (k + 1));
+  const names = [...fields.map(({ name }) => name), ...angles, ...rates];
   return names.map((value) => ({ value, words: axisOf(doc, value).words(text) }));
 }
 
@@ -149,8 +159,25 @@ const angleAxis = ({ initial }, arm) => ({
   },
 });
 
+/** The start's rate of an arm. @param {Doc} doc @param {number} arm @returns {Axis} */
+const rateAxis = ({ initial }, arm) => ({
+  words: (text) => text("map.thetad", { arm }),
+  unit: "rad/s",
+  ends: [-10, 10],
+  marks: 5,
+  own: initial.phid[arm - 1],
+  vary: { vary: "thetad", arm },
+  factor: 1,
+  set: (begun, value) => {
+    const phid = [...begun.initial.phid];
+    phid[arm - 1] = value;
+    return { ...begun, initial: { ...begun.initial, phid } };
+  },
+});
+
 /** @param {Doc} doc @param {string} name @returns {Axis} */
 function axisOf(doc, name) {
+  if (name.startsWith(RATE)) return rateAxis(doc, Number(name.slice(RATE.length)));
   if (name.startsWith(ANGLE)) return angleAxis(doc, Number(name.slice(ANGLE.length)));
   const [field] = VARYING.filter((one) => one.name === name);
   const k = armOf(doc);
@@ -268,7 +295,8 @@ export function scaleOfMap({ what, values, duration }) {
 export function wordsOf(map, { i, j }, text) {
   const at = j * map.count + i;
   const value = figure(text, map.values[at], 3);
-  const never = text("compare.never", { time: text.short(map.duration) });
+  const none = map.what === "caught" ? "map.caught.never" : "compare.never";
+  const never = text(none, { time: text.short(map.duration) });
   const told =
     map.what === "flip"
       ? text("compare.flips", { arm: map.arms[at], time: value })

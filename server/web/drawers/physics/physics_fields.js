@@ -214,11 +214,14 @@ export const FIELDS = [
     name: "dry",
     group: "friction",
     unit: "N\u00b7m",
-    get: (tree, k) => termOf(tree, "friction", k)?.torque ?? 0,
+    get: (tree, k) => {
+      const friction = termOf(tree, "friction", k);
+      return friction?.speed ? friction.torque : 0;
+    },
     set: (tree, arms, torque) =>
       withTerm(tree, "friction", (k) => {
         const old = termOf(tree, "friction", k);
-        if (!arms.has(k)) return old;
+        if (!arms.has(k) || (!torque && old && !old.speed)) return old;
         return torque ? { torque, speed: old?.speed ?? SLOW } : null;
       }),
     most: ({ torque }) => torque / 2,

@@ -22,6 +22,7 @@ export default {
   "drawer.measure": "Messen",
   "drawer.plots": "Kurven",
   "drawer.modes": "Moden",
+  "drawer.control": "Regelung",
   "drawer.compare": "Vergleich",
   "drawer.method": "Verfahren",
   "drawer.equations": "Formeln",

@@ -101,4 +101,23 @@ export default {
   "physics.fasterAside": "Nach rechts",
   "physics.fasterUp": "Nach oben",
   "physics.route": "Der Weg ins Chaos",
+  "map.thetad": "θ̇ von Arm {arm}",
+  "map.caught": "vom Regler gefangen: nach welcher Zeit",
+  "map.caught.value": "nach {value} s an seinem Platz",
+  "map.caught.never": "nicht gefangen innerhalb von {time} s",
+  "map.caught.scale": "Zeit bis zum Fangen, s (leer: nicht gefangen)",
+  "physics.group.stop": "Anschläge des Gelenks",
+  "physics.hint.stop":
+    "Das Gelenk dreht sich zwischen zwei Anschlägen, gemessen vom Hängen oder vom tragenden Arm aus.",
+  "physics.coulomb": "Trockene Reibung mit Haften",
+  "physics.holding": "Haftreibung, höchstens",
+  "physics.stopRange": "Freier Bereich (±)",
+  "physics.stopMiddle": "Mitte des Bereichs",
+  "physics.restitution": "Stoßzahl (1: elastisch)",
+  "physics.table": "Drehmoment als Tabelle",
+  "physics.tableHint":
+    "Zeit in s und Drehmoment in N·m, zwei Zahlen je Zeile, für den gewählten Arm. Dazwischen linear, außerhalb 0.",
+  "physics.tableUse": "Tabelle verwenden",
+  "physics.tableWrong":
+    "Eine Tabelle braucht mindestens zwei Zeilen mit zwei Zahlen und aufsteigenden Zeiten.",
 };

@@ -24,6 +24,7 @@ export default {
   "drawer.measure": "Measure",
   "drawer.plots": "Plots",
   "drawer.modes": "Modes",
+  "drawer.control": "Control",
   "drawer.compare": "Compare",
   "drawer.method": "Method",
   "drawer.equations": "Equations",

@@ -101,4 +101,23 @@ export default {
   "physics.fasterAside": "To the right",
   "physics.fasterUp": "Upwards",
   "physics.route": "Route to chaos",
+  "map.thetad": "θ̇ of arm {arm}",
+  "map.caught": "caught by the controller: after how long",
+  "map.caught.value": "at its place after {value} s",
+  "map.caught.never": "not caught within {time} s",
+  "map.caught.scale": "Time until it is caught, s (blank: not caught)",
+  "physics.group.stop": "Stops of the joint",
+  "physics.hint.stop":
+    "The joint turns between two stops, measured from hanging or from the arm that carries it.",
+  "physics.coulomb": "Dry friction that sticks",
+  "physics.holding": "Static friction, at most",
+  "physics.stopRange": "Free range (±)",
+  "physics.stopMiddle": "Middle of the range",
+  "physics.restitution": "Restitution (1: elastic)",
+  "physics.table": "Torque as a table",
+  "physics.tableHint":
+    "Time in s and torque in N·m, two numbers a line, for the chosen arm. Linear in between, 0 outside.",
+  "physics.tableUse": "Use the table",
+  "physics.tableWrong":
+    "A torque table needs at least two lines with two numbers, times ascending.",
 };

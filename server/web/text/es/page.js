@@ -21,6 +21,7 @@ export default {
   "drawer.measure": "Medir",
   "drawer.plots": "Gráficas",
   "drawer.modes": "Modos",
+  "drawer.control": "Control",
   "drawer.compare": "Comparar",
   "drawer.method": "Método",
   "drawer.equations": "Ecuaciones",

@@ -99,4 +99,23 @@ export default {
   "physics.fasterAside": "Hacia la derecha",
   "physics.fasterUp": "Hacia arriba",
   "physics.route": "El camino al caos",
+  "map.thetad": "θ̇ del brazo {arm}",
+  "map.caught": "atrapado por el regulador: tras cuánto tiempo",
+  "map.caught.value": "en su sitio tras {value} s",
+  "map.caught.never": "no lo atrapa en {time} s",
+  "map.caught.scale": "Tiempo hasta atraparlo, s (vacío: no lo atrapa)",
+  "physics.group.stop": "Topes de la articulación",
+  "physics.hint.stop":
+    "La articulación gira entre dos topes, medidos desde la vertical o desde el brazo que la sostiene.",
+  "physics.coulomb": "Rozamiento seco con adherencia",
+  "physics.holding": "Rozamiento estático, como máximo",
+  "physics.stopRange": "Margen libre (±)",
+  "physics.stopMiddle": "Centro del margen",
+  "physics.restitution": "Coeficiente de restitución (1: elástico)",
+  "physics.table": "Par dado por una tabla",
+  "physics.tableHint":
+    "Tiempo en s y par en N·m, dos números por línea, para el brazo elegido. Lineal entre líneas, 0 fuera.",
+  "physics.tableUse": "Usar la tabla",
+  "physics.tableWrong":
+    "La tabla necesita al menos dos líneas con dos números y tiempos crecientes.",
 };

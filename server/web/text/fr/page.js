@@ -21,6 +21,7 @@ export default {
   "drawer.measure": "Mesurer",
   "drawer.plots": "Courbes",
   "drawer.modes": "Modes",
+  "drawer.control": "Commande",
   "drawer.compare": "Comparer",
   "drawer.method": "Méthode",
   "drawer.equations": "Équations",

@@ -101,4 +101,23 @@ export default {
   "physics.fasterAside": "Vers la droite",
   "physics.fasterUp": "Vers le haut",
   "physics.route": "La route vers le chaos",
+  "map.thetad": "θ̇ du bras {arm}",
+  "map.caught": "rattrapé par le régulateur : au bout de combien de temps",
+  "map.caught.value": "à sa place au bout de {value} s",
+  "map.caught.never": "non rattrapé en {time} s",
+  "map.caught.scale": "Temps de rattrapage, s (vide : non rattrapé)",
+  "physics.group.stop": "Butées de l’articulation",
+  "physics.hint.stop":
+    "L’articulation tourne entre deux butées, mesurées depuis la verticale ou depuis le bras porteur.",
+  "physics.coulomb": "Frottement sec avec adhérence",
+  "physics.holding": "Frottement statique, au plus",
+  "physics.stopRange": "Plage libre (±)",
+  "physics.stopMiddle": "Milieu de la plage",
+  "physics.restitution": "Coefficient de restitution (1 : élastique)",
+  "physics.table": "Couple donné par un tableau",
+  "physics.tableHint":
+    "Temps en s et couple en N·m, deux nombres par ligne, pour le bras choisi. Linéaire entre deux lignes, 0 en dehors.",
+  "physics.tableUse": "Utiliser le tableau",
+  "physics.tableWrong":
+    "Le tableau doit avoir au moins deux lignes de deux nombres, avec des temps croissants.",
 };

@@ -21,6 +21,7 @@ export default {
   "drawer.measure": "Meten",
   "drawer.plots": "Grafieken",
   "drawer.modes": "Trillingen",
+  "drawer.control": "Regelen",
   "drawer.compare": "Vergelijken",
   "drawer.method": "Methode",
   "drawer.equations": "Formules",

@@ -101,4 +101,23 @@ export default {
   "physics.fasterAside": "Naar rechts",
   "physics.fasterUp": "Omhoog",
   "physics.route": "De weg naar chaos",
+  "map.thetad": "θ̇ van arm {arm}",
+  "map.caught": "opgevangen door de regelaar: na hoeveel tijd",
+  "map.caught.value": "na {value} s op zijn plaats",
+  "map.caught.never": "niet opgevangen binnen {time} s",
+  "map.caught.scale": "Tijd tot het opvangen, s (leeg: niet opgevangen)",
+  "physics.group.stop": "Aanslagen van het gewricht",
+  "physics.hint.stop":
+    "Het gewricht draait tussen twee aanslagen, gemeten vanaf hangen of vanaf de arm die het draagt.",
+  "physics.coulomb": "Droge wrijving die vasthoudt",
+  "physics.holding": "Statische wrijving, hoogstens",
+  "physics.stopRange": "Vrij bereik (±)",
+  "physics.stopMiddle": "Midden van het bereik",
+  "physics.restitution": "Restitutiecoëfficiënt (1: elastisch)",
+  "physics.table": "Koppel als tabel",
+  "physics.tableHint":
+    "Tijd in s en koppel in N·m, twee getallen per regel, voor de gekozen arm. Ertussen lineair, erbuiten 0.",
+  "physics.tableUse": "Gebruik de tabel",
+  "physics.tableWrong":
+    "Een tabel heeft minstens twee regels met twee getallen nodig, met oplopende tijden.",
 };

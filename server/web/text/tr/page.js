@@ -21,6 +21,7 @@ export default {
   "drawer.measure": "Ölçme",
   "drawer.plots": "Grafikler",
   "drawer.modes": "Modlar",
+  "drawer.control": "Denetim",
   "drawer.compare": "Karşılaştır",
   "drawer.method": "Yöntem",
   "drawer.equations": "Denklemler",

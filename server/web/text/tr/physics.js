@@ -99,4 +99,23 @@ export default {
   "physics.fasterAside": "Sağa",
   "physics.fasterUp": "Yukarı",
   "physics.route": "Kaosa giden yol",
+  "map.thetad": "Kol {arm}, θ̇",
+  "map.caught": "denetleyici yakalar: ne kadar sürede",
+  "map.caught.value": "{value} s sonra yerinde",
+  "map.caught.never": "{time} s içinde yakalanmaz",
+  "map.caught.scale": "Yakalanana kadar geçen süre, s (boş: yakalanmaz)",
+  "physics.group.stop": "Eklemin dayanakları",
+  "physics.hint.stop":
+    "Eklem iki dayanak arasında döner; açı düşey konumdan ya da taşıyan koldan ölçülür.",
+  "physics.coulomb": "Tutan kuru sürtünme",
+  "physics.holding": "Statik sürtünme, en çok",
+  "physics.stopRange": "Serbest aralık (±)",
+  "physics.stopMiddle": "Aralığın ortası",
+  "physics.restitution": "Geri sıçrama katsayısı (1: esnek)",
+  "physics.table": "Tablo olarak tork",
+  "physics.tableHint":
+    "Seçilen kol için her satırda s cinsinden zaman ve N·m cinsinden tork. Arada doğrusal, dışarıda 0.",
+  "physics.tableUse": "Tabloyu kullan",
+  "physics.tableWrong":
+    "Tabloda en az iki satır, her satırda iki sayı ve artan zamanlar olmalıdır.",
 };
