@@ -1,8 +1,7 @@
 /* Members whose joints may stick or hit, one after the other through the loop of pieces.
  * Leaves to others: the members' order and delivery (ensemble), the loop (core/integrate/pieces).
  * Invariant: the member under way is in the workspace's `member` and in seat 0. */
-#ifndef PEND_ENSEMBLE_ALONE_H
-#define PEND_ENSEMBLE_ALONE_H
+#pragma once
 
 #include "core/ensemble/ensemble_work.h"
 
@@ -29,5 +28,3 @@ void pend_ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue 
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_alone_step(struct pend_ensemble *e,
                                                           struct ensemble_queue *queue);
-
-#endif

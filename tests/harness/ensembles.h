@@ -1,7 +1,6 @@
 /* A run of an ensemble from its first to its last member, for tests and benches.
  * Leaves to others: what is computed. */
-#ifndef TEST_ENSEMBLES_H
-#define TEST_ENSEMBLES_H
+#pragma once
 
 #include "core/ensemble/ensemble.h"
 
@@ -14,5 +13,3 @@ static inline enum pend_status test_ensemble_run(struct pend_ensemble *ensemble,
     while (status == PEND_OK && !done) status = pend_ensemble_go(ensemble, 1 << 20, &done);
     return status;
 }
-
-#endif
