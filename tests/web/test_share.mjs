@@ -95,7 +95,7 @@ export async function a_server_without_a_store_says_so_and_the_long_link_works(r
     page.forgiven.push(/404/);
     await openDrawer(page, "share");
     await page.click("[data-share=make]");
-    await page.waitForFunction(() => document.querySelector("[data-drawer=share]").innerText.includes("This server stores no scenes"));
+    await page.waitForFunction(() => document.querySelector("[data-drawer=share]").innerText.includes("This server cannot make short links"));
     await page.waitForFunction(() => document.querySelector("[data-link=long]").value.includes("#d="));
     await close(page);
   } finally {

@@ -7,7 +7,7 @@ export default {
   "branches.hint":
     "Klicke auf einen Punkt eines Zweigs oder wähle unten einen: Er wird in Bewegung gesetzt.",
   "branches.plot": "Frequenz der Moden darüber, wie weit sie schwingen",
-  "branches.far": "Verfolgen bis",
+  "branches.far": "Verfolgen bis zur Amplitude",
   "branches.over": "Über",
   "branches.amplitude": "die Amplitude",
   "branches.energy": "der Energie",

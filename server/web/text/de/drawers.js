@@ -72,7 +72,7 @@ export default {
   "modes.linearName": "linearisiert",
   "modes.chart": "Winkel θ von Arm {arm}, Grad",
   "modes.chartArm": "Arm",
-  "modes.identity": "Eine Probe",
+  "modes.identity": "Probe: Summe der 1/ω²",
   "modes.identityText":
     "Die Summe von 1/ω² über alle Moden ist die Summe aller Längen durch g, welche Massen auch immer.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",

@@ -6,7 +6,7 @@ export default {
   "branches.running": "The branches are being computed.",
   "branches.hint": "Click a point of a branch, or choose one below, to set it in motion.",
   "branches.plot": "Frequency of the modes against amplitude",
-  "branches.far": "Follow up to",
+  "branches.far": "Trace up to an amplitude of",
   "branches.over": "Against",
   "branches.amplitude": "amplitude",
   "branches.energy": "energy",
@@ -21,7 +21,7 @@ export default {
   "branches.fold": "Mode {mode} at {angle}°: the branch turns back.",
   "branches.branch": "Mode {mode} at {angle}°: another branch crosses it.",
   "branches.symmetry": "Mode {mode} at {angle}°: asymmetric oscillations branch off.",
-  "branches.doubling": "Mode {mode} at {angle}°: oscillations of twice the period branch off.",
+  "branches.doubling": "Mode {mode} at {angle}°: period-doubled oscillations branch off here.",
   "branches.torus": "Mode {mode} at {angle}°: its stability changes by a rotating disturbance.",
   "branches.driven.intro":
     "The amplitude against the frequency of the drive, from half to twice its frequency: solid where the oscillation is stable, dashed where the smallest push grows.",

@@ -76,7 +76,7 @@ export default {
 
   legend: "Forces in the arms",
   "legend.tension": "tension: pulls the tip towards the joint",
-  "legend.compression": "compression: pushes the tip away from it",
+  "legend.compression": "compression: pushes the tip away from the joint",
   "legend.arrows": "Forces as arrows",
   "legend.palette": "Red and blue, as in the paper",
 
@@ -108,7 +108,7 @@ export default {
   "preset.single": "Single pendulum",
   "preset.double": "Double pendulum",
   "preset.triple": "Triple pendulum",
-  "preset.non-standard-triple": "Non-standard triple",
+  "preset.non-standard-triple": "Branched triple pendulum",
   "preset.chain-10": "Chain of ten",
   "preset.star": "Star of eight",
   "preset.binary-4": "Binary tree",

@@ -55,7 +55,7 @@ export default {
   "map.title": "Map of two numbers",
   "map.intro":
     "Each point is this pendulum with two numbers changed, from the same start: it shows resonance, stable upside-down positions, and the onset of chaos. Click a point to load it.",
-  "map.label": "Map of two numbers: arrow keys move the cross, Enter takes its numbers",
+  "map.label": "Map over two quantities: arrow keys move the cross, Enter uses the values there",
   "map.across": "Across",
   "map.up": "Upwards",
   "map.what": "Color shows",

@@ -6,7 +6,7 @@ export default {
   "branches.running": "Se están calculando las ramas.",
   "branches.hint": "Haz clic en un punto de una rama o elígelo abajo: se pone en movimiento.",
   "branches.plot": "Frecuencia de los modos según lo lejos que oscilan",
-  "branches.far": "Seguirlas hasta",
+  "branches.far": "Seguirlas hasta la amplitud",
   "branches.over": "Según",
   "branches.amplitude": "la amplitud",
   "branches.energy": "la energía",

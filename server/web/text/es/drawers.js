@@ -71,7 +71,7 @@ export default {
   "modes.linearName": "linealizadas",
   "modes.chart": "Ángulo θ del brazo {arm}, grados",
   "modes.chartArm": "Brazo",
-  "modes.identity": "Una comprobación",
+  "modes.identity": "Comprobación: suma de 1/ω²",
   "modes.identityText":
     "La suma de 1/ω² de todos los modos es la suma de todas las longitudes dividida por g, sean cuales sean las masas.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",

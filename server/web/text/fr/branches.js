@@ -7,7 +7,7 @@ export default {
   "branches.hint":
     "Cliquez sur un point d’une branche, ou choisissez-le plus bas : il est mis en mouvement.",
   "branches.plot": "Fréquence des modes selon l’ampleur de leur oscillation",
-  "branches.far": "Suivre jusqu’à",
+  "branches.far": "Suivre jusqu’à l’amplitude",
   "branches.over": "Selon",
   "branches.amplitude": "l’amplitude",
   "branches.energy": "l’énergie",

@@ -71,7 +71,7 @@ export default {
   "modes.linearName": "linéarisées",
   "modes.chart": "Angle θ du bras {arm}, degrés",
   "modes.chartArm": "Bras",
-  "modes.identity": "Une vérification",
+  "modes.identity": "Vérification : somme des 1/ω²",
   "modes.identityText":
     "La somme de 1/ω² sur tous les modes est la somme de toutes les longueurs divisée par g, quelles que soient les masses.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",

@@ -7,7 +7,7 @@ export default {
   "branches.hint":
     "Klik op een punt van een tak, of kies er hieronder een: het wordt in beweging gezet.",
   "branches.plot": "Frequentie van de eigentrillingen tegen hoe ver ze slingeren",
-  "branches.far": "Volgen tot",
+  "branches.far": "Volgen tot de amplitude",
   "branches.over": "Tegen",
   "branches.amplitude": "de amplitude",
   "branches.energy": "de energie",

@@ -71,7 +71,7 @@ export default {
   "modes.linearName": "gelineariseerd",
   "modes.chart": "Hoek θ van arm {arm}, graden",
   "modes.chartArm": "Arm",
-  "modes.identity": "Een controle",
+  "modes.identity": "Controle: som van 1/ω²",
   "modes.identityText":
     "De som van 1/ω² over alle eigentrillingen is de som van alle lengtes gedeeld door g, wat de massa’s ook zijn.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",

@@ -6,7 +6,7 @@ export default {
   "branches.running": "Dallar hesaplanıyor.",
   "branches.hint": "Bir dalın noktasına tıklayın ya da aşağıdan seçin: harekete geçirilir.",
   "branches.plot": "Modların frekansı, ne kadar genişçe salındıklarına göre",
-  "branches.far": "Şuraya kadar izle",
+  "branches.far": "Şu genliğe kadar izle",
   "branches.over": "Yatay eksen",
   "branches.amplitude": "genlik",
   "branches.energy": "enerji",

@@ -72,7 +72,7 @@ export default {
   "modes.linearName": "doğrusallaştırılmış",
   "modes.chart": "Kol {arm}, açı θ, derece",
   "modes.chartArm": "Kol",
-  "modes.identity": "Bir sağlama",
+  "modes.identity": "Sağlama: 1/ω² toplamı",
   "modes.identityText":
     "Bütün modlar üzerinden 1/ω² toplamı, kütleler ne olursa olsun, bütün uzunlukların toplamı bölü g’dir.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",
