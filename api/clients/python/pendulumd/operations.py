@@ -205,8 +205,9 @@ class Operations:
         duration: Optional[float] = None,
         start: Optional[float] = None,
         times: Optional[Any] = None,
-        observables: Optional[Sequence[Literal["start", "parameters", "final", "first_flip", "flip_time", "flips", "lambda_max", "lambda_min", "sign_change", "energy_drift", "lyapunov", "horizon", "cart", "trajectory"]]] = None,
+        observables: Optional[Sequence[Literal["start", "parameters", "final", "first_flip", "flip_time", "flips", "lambda_max", "lambda_min", "sign_change", "energy_drift", "lyapunov", "horizon", "cart", "settled", "trajectory"]]] = None,
         output: Optional[Sequence[Literal["phi", "phid", "theta", "thetad", "lambda", "cart", "phidd", "z", "zd", "energy"]]] = None,
+        within: Optional[float] = None,
         method: Optional[Literal["taylor"]] = None,
         rtol: Optional[float] = None,
         atol: Optional[float] = None,
@@ -245,6 +246,7 @@ class Operations:
         observables: What to find out.
         output: What trajectories tell, as `output` of `POST /v1/trajectories`, of each member's own pendulum; `cart` is the place `x` and the speed `v` of a
             cart, m and m/s.
+        within: The bound of the observable `settled`, rad.
         method: The method is always `taylor`.
         rtol: Relative tolerance, as of `POST /v1/trajectories`.
         atol: Absolute tolerance, as of `POST /v1/trajectories`.
