@@ -27,13 +27,13 @@ struct taylor {
     struct pend_loads loads;
     double start;              /* s, the first instant in the request's own time */
     double log_rtol, log_atol; /* binary logarithms */
-    double kinetic;   /* J, of the start, which no step of several arms without gravity changes; 0 =
-                         it may change */
+    double kinetic; /* J, of the start, which no step of several arms without gravity changes; 0 =
+                       it may change */
     int order, beyond; /* of the step, and how many more are known */
     int beyond_most;   /* > 0 where a horizon is asked for */
     int stands;        /* pend_series */
-    double unit;      /* s, of the series */
-    double next_unit; /* s, > 0 */
+    double unit;       /* s, of the series */
+    double next_unit;  /* s, > 0 */
     double time,
         reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;

@@ -241,8 +241,7 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
     most *= turn * fabs(inverse);
     for (int k = 0; k < tree->n; k++) {
         double faster = left * horizon->left_rate[k] * inverse,
-               turned = left * horizon->left_phi[k] * x,
-               push = most * jets->system.inv_len[k],
+               turned = left * horizon->left_phi[k] * x, push = most * jets->system.inv_len[k],
                shift = push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn;
         // of rounding no side is known: a smaller part with a side could cancel with it only here
         if (push < fabs(faster)) {

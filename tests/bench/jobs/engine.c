@@ -8,7 +8,6 @@
 
 #include "tests/harness/ensembles.h"
 
-
 struct map {
     long side;
     long flipped;

@@ -201,7 +201,8 @@ static void faults_loop(const struct srv_daemon *daemon, const struct test_reque
         CHECK_SAYING(status == usual || status == 503 || status == 500 || status == 0,
                      "%s, allocation %ld: %d", one->body, n, status);
     }
-    CHECK_SAYING(faults * FAULTS_STRIDE > 2, "%s met %d faults only", one->body ? one->body : "a GET", faults);
+    CHECK_SAYING(faults * FAULTS_STRIDE > 2, "%s met %d faults only",
+                 one->body ? one->body : "a GET", faults);
     /* and the next is as it was */
     CHECK_INT(faults_ask(daemon, one, 1000000000, kind, &over), usual);
 }
