@@ -32,7 +32,7 @@ struct form {
 /* sets the problem at a position; returns 0 */
 static int form_fault(const struct form *form, const char *at, const char *text) {
     assert(at >= form->body && at <= form->end);
-    api_problem_set(form->problem, 400, "the form is malformed: byte %zu of the body %s",
+    api_problem_set(form->problem, 400, "the form is malformed at byte %zu of the body: %s",
                     (size_t)(at - form->body) + 1, text);
     return 0;
 }
@@ -69,14 +69,14 @@ static const char *form_behind(const struct form *form, const char *at) {
     if (end - at >= 2 && !memcmp(at, "--", 2)) {
         for (at += 2; at < end; at++)
             if (!strchr(" \t\r\n", *at) || !*at) {
-                (void)form_fault(form, at, "comes after the last boundary");
+                (void)form_fault(form, at, "nothing may follow the last boundary");
                 break;
             }
         return NULL;
     }
     while (at < end && (*at == ' ' || *at == '\t')) at++;
     if (end - at >= 2 && !memcmp(at, "\r\n", 2)) return at + 2;
-    (void)form_fault(form, at, "must end the line of a boundary");
+    (void)form_fault(form, at, "the line of a boundary must end here");
     return NULL;
 }
 
@@ -86,22 +86,21 @@ static int form_line(const struct form *form, struct span line, struct span *nam
                       coding[] = "Content-Transfer-Encoding:";
     const char *at = line.at;
     if (!memchr(at, ':', line.bytes) || memchr(at, 0, line.bytes))
-        return form_fault(form, at,
-                          "begins a line in the head of a part that is not a header field");
+        return form_fault(form, at, "this line of a part's header is not a header field");
     if (line.bytes >= sizeof coding && !strncasecmp(at, coding, sizeof coding - 1)) {
         struct span base64 = {memmem(at, line.bytes, "64", 2), 2},
                     quoted = {memmem(at, line.bytes, "uoted", 5), 5};
         if (base64.at || quoted.at)
-            return form_fault(form, at,
-                              "begins a Content-Transfer-Encoding: send parts without encoding");
+            return form_fault(
+                form, at, "this part has a Content-Transfer-Encoding header; send parts unencoded");
     }
     if (line.bytes < sizeof disposition || strncasecmp(at, disposition, sizeof disposition - 1))
         return 1;
     size_t skip = sizeof disposition - 1;
-    if (name->at) return form_fault(form, at, "begins a second Content-Disposition of a part");
+    if (name->at) return form_fault(form, at, "this part has a second Content-Disposition header");
     if (!api_negotiate_parameter(at + skip, line.bytes - skip, "form-data", "name", &name->at,
                                  &name->bytes))
-        return form_fault(form, at, "begins a Content-Disposition that is not form-data");
+        return form_fault(form, at, "this Content-Disposition is not form-data");
     return 1;
 }
 
@@ -118,8 +117,8 @@ static const char *form_head(const struct form *form, const char *at, struct spa
         at = stop + 2;
     }
     (void)form_fault(form, at,
-                     "is in the head of a part, which must be a few lines, one of them "
-                     "Content-Disposition: form-data with a name, and an empty line");
+                     "a part begins with a few header lines, one of them Content-Disposition: "
+                     "form-data with a name, and an empty line");
     return NULL;
 }
 
@@ -135,16 +134,17 @@ static int form_take(struct form *form, struct span name, struct span part) {
             form->table[form->tables++] = part;
             return 1;
         }
-        api_problem_set(form->problem, 422, "the form has more than %d parts csv", API_FORM_TABLES);
+        api_problem_set(form->problem, 422, "the form has more than %d parts named csv",
+                        API_FORM_TABLES);
         return 0;
     }
     int shown = name.bytes < SHOWN ? (int)name.bytes : SHOWN;
-    api_problem_set(form->problem, 422,
-                    request
-                        ? "the form has two parts %.*s"
-                        : "the form has a part \"%.*s\": its parts are request, the JSON of the "
-                          "request, and csv, a table as a file",
-                    shown, name.at);
+    api_problem_set(
+        form->problem, 422,
+        request ? "the form has two parts named %.*s"
+                : "the form has an unknown part \"%.*s\"; its parts are request (the request "
+                  "as JSON) and csv (a table)",
+        shown, name.at);
     return 0;
 }
 
@@ -152,7 +152,8 @@ static int form_take(struct form *form, struct span name, struct span part) {
 static int form_cut(struct form *form) {
     size_t first = form->length - 2, bytes = (size_t)(form->end - form->body);
     if (bytes < first || memcmp(form->body, form->delimiter + 2, first) != 0)
-        return form_fault(form, form->body, "must begin the boundary that Content-Type names");
+        return form_fault(form, form->body,
+                          "the body must start with the boundary given in Content-Type");
     const char *at = form->body + first;
     while ((at = form_behind(form, at))) {
         struct span name;
@@ -161,7 +162,7 @@ static int form_cut(struct form *form) {
         // a part without bytes may end with the empty line of its head
         const char *stop =
             memmem(from - 2, (size_t)(form->end - from) + 2, form->delimiter, form->length);
-        if (!stop) return form_fault(form, from, "begins a part without a closing boundary");
+        if (!stop) return form_fault(form, from, "this part has no closing boundary");
         struct span part = {from, stop > from ? (size_t)(stop - from) : 0};
         if (!form_take(form, name, part)) return 0;
         at = stop + form->length;
@@ -170,7 +171,7 @@ static int form_cut(struct form *form) {
         form->request = (struct span){"{}", 2};
     if (!form->problem->status && !form->request.at)
         api_problem_set(form->problem, 422,
-                        "the form has no part request, the JSON of the request");
+                        "the form has no part named request, the request as JSON");
     return !form->problem->status;
 }
 
@@ -278,7 +279,7 @@ static enum pend_status form_runs(const struct form *form, const struct api_valu
     if (!objects || count != form->tables) {
         api_value_fault(runs, form->problem,
                         API_CODE_WRONG_COUNT
-                        "must be an array of %d objects, one for each part csv of the form",
+                        "must be an array of %d objects, one for each part named csv",
                         form->tables);
         return PEND_INVALID;
     }
@@ -300,7 +301,7 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
         return PEND_INVALID;
     if (!several && form->tables > 1) {
         api_value_fault(&runs, form->problem,
-                        API_CODE_MISSING "is required with several parts csv: an array of %d "
+                        API_CODE_MISSING "is required with several parts named csv: an array of %d "
                                          "objects, one for each run, {} at least",
                         form->tables);
         return PEND_INVALID;

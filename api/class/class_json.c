@@ -301,7 +301,7 @@ static void class_step(const struct api_value *steps, const struct api_value *st
     int word = 0;
     (void)api_value_only(step, fields, problem);
     if (class_id(&id, 1, problem) && class_step_before(steps, step, api_value_text(&id)))
-        api_value_fault(&id, problem, API_CODE_DUPLICATE "is the id of an earlier step");
+        api_value_fault(&id, problem, API_CODE_DUPLICATE "is already the id of an earlier step");
     class_text(API_MEMBER(step, "title"), 0, CLASS_TITLE, 1, problem);
     class_text(API_MEMBER(step, "text"), 0, CLASS_TEXT, 0, problem);
     class_text(API_MEMBER(step, "hint"), 0, CLASS_TEXT, 0, problem);

@@ -53,7 +53,7 @@ const char *api_json_hint(const char *text, size_t bytes, size_t at) {
     if (!bytes) return ": the body is empty";
     if (!left) return ": the text is cut off";
     if ((*p == '}' || *p == ']') && hint_before(text, at) == ',')
-        return ": no comma stands before it";
+        return ": a comma is missing before it";
     if (at >= 2 && api_digit((unsigned char)*p) && p[-1] == ',' && api_digit((unsigned char)p[-2]))
         return ": the decimal mark is a point";
     for (size_t i = 0; i < sizeof hint_words / sizeof *hint_words; i++) {

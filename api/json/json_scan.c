@@ -323,7 +323,7 @@ static enum pend_status scan_run(struct scan *s) {
         int length = c < 0x80 ? 1 : api_text_utf8(p, (size_t)(end - p));
         if (!length)
             return scan_fail(s, 400, (size_t)(p - s->text),
-                             "the byte 0x%02X begins no UTF-8 character", c);
+                             "the byte 0x%02X does not begin a UTF-8 character", c);
         p += length;
     }
     s->at = (size_t)(p - s->text);

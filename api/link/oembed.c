@@ -168,7 +168,7 @@ enum pend_status api_oembed_read(const char *query, const char *host, struct api
     assert(wanted && problem && !problem->status);
     if (!oembed_parameters(query, &asked, problem)) return PEND_INVALID;
     if (*asked.format && strcmp(asked.format, "json")) {
-        api_problem_set(problem, 501, "the format is json, got %.32s", asked.format);
+        api_problem_set(problem, 501, "format must be json, got %.32s", asked.format);
         return PEND_INVALID;
     }
     if (!*asked.url || strlen(asked.url) > API_OEMBED_URL) {

@@ -156,7 +156,8 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
                 "is XML, not a table: save Tracker's data by File "
                 "> Export > Data File"
                                                : API_CODE_MISSING
-                "has no rows of two or more numbers: instants in s, and angles or positions");
+                "has no row of two or more numbers: each row needs a time in s, then angles or "
+                "positions");
         return 0;
     }
     // where no pendulum could be read, that has been said

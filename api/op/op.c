@@ -96,9 +96,8 @@ void api_reading_check_size(const struct api_reading *reading, const struct api_
     api_format_list(flowing, 1, 1);
     api_value_fault(value, reading->problem,
                     API_CODE_LIMIT
-                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than %s of %.0f: ask "
-                    "for %s%s, or for a "
-                    "representation without such a limit: %s",
+                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than %s of %.0f. Ask "
+                    "for %s%s, or choose a format without this limit: %s",
                     table->rows, what, api_table_numbers(table, 0), bytes, reason, most, fewer,
                     format->digits ? ", or round the numbers by \"digits\"" : "", flowing);
 }

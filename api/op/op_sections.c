@@ -111,17 +111,18 @@ static void sections_drive_period(struct sections *sections, const struct api_va
         *(omega == 0 ? &omega : &other) = own;
     }
     if (other > 0)
-        api_value_fault(period, problem,
-                        API_CODE_CONFLICT
-                        "is not a single period: drives have the angular frequencies %.17g and "
-                        "%.17g rad/s; give the period as a number of seconds",
-                        omega, other);
+        api_value_fault(
+            period, problem,
+            API_CODE_CONFLICT
+            "is unknown: the drives have no common period (angular frequencies %.17g and "
+            "%.17g rad/s); give the period in seconds",
+            omega, other);
     else if (omega > 0)
         sections->period = 2 * M_PI / omega;
     else
         api_value_fault(period, problem,
                         API_CODE_NOT_APPLICABLE "is unknown: the pendulum has no periodic drive; "
-                                                "give the period as a number of seconds");
+                                                "give the period in seconds");
 }
 
 /* a stroboscopic section */

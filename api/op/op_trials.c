@@ -108,7 +108,7 @@ static enum pend_status trials_read(void *state, const struct api_reading *readi
     (void)api_field_word(&unit, units, &degrees, problem);
     (void)api_value_read_number(&sigma, 1e-12, 1e12, "", &trials->sigma, problem);
     if (trials->law == PENDULUM && (trials->x != LENGTH || trials->y != PERIOD))
-        api_value_fault(&law, problem, API_CODE_CONFLICT "is of \"length\" and \"period\"");
+        api_value_fault(&law, problem, API_CODE_CONFLICT "needs x \"length\" and y \"period\"");
     if (api_value_kind(&list) != API_ARRAY || count < 1 || count > MOST_TRIALS)
         api_value_fault(&list, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d trials",
                         MOST_TRIALS);

@@ -68,8 +68,8 @@ int api_trajectory_stiff(struct api_trajectory_size size, long steps, char text[
     enum { MANY = 2000 };
     if (steps < MANY || !trajectory_fades(&size)) return 0;
     snprintf(text, API_WARNING_TEXT,
-             "friction stops an arm in about %.2g s, and that made %ld steps necessary, not "
-             "accuracy: friction does not shorten the steps of method radau.",
+             "friction stops an arm in about %.2g s; this, not accuracy, made %ld steps necessary. "
+             "Friction does not shorten the steps of method radau.",
              1 / pend_loads_decay(&size.tree->loads, size.tree->tree), steps);
     return 1;
 }

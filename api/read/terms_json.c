@@ -56,10 +56,11 @@ static void read_point(struct api_terms *terms, const struct api_terms_part *par
         terms_put(terms, part->row + 1, i, pair[1]);
     } else if (!api_problem_full(terms->problem)) {
         api_value_found(value, found);
-        api_value_fault(value, terms->problem,
-                        API_CODE_WRONG_TYPE
-                        "must be a number, m along the arm, or two, [along, across], got %s",
-                        found);
+        api_value_fault(
+            value, terms->problem,
+            API_CODE_WRONG_TYPE
+            "must be one number (metres along the arm) or two ([along, across]), got %s",
+            found);
     }
 }
 

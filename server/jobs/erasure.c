@@ -70,7 +70,7 @@ static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY
     }
     if (srv_identity_named(exchange->argument, key)) return 1;
     srv_exchange_problem(exchange, 404,
-                         "a client is me, key:NAME, account:NAME or address:ADDRESS, got %.100s",
+                         "client must be me, key:NAME, account:NAME or address:ADDRESS, got %.100s",
                          exchange->argument);
     return 0;
 }

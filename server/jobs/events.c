@@ -180,10 +180,12 @@ static void events_refuse(struct srv_events *events, struct srv_listener *listen
     if (status == PEND_NO_MEMORY) {
         srv_exchange_busy(exchange, 1, "out of memory");
     } else if (own) {
-        srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA "you have a quarter of max-event-streams, %d, open or "
-                                            "waiting, or your address has three quarters",
-                             events->most);
+        srv_exchange_problem(
+            exchange, 429,
+            API_TYPE_QUOTA
+            "too many streams of events: you may have %d (a quarter of "
+            "max-event-streams) open or waiting, and your address three times as many",
+            events->most);
         srv_exchange_retry(exchange, 5);
     } else {
         srv_exchange_busy(exchange, 5, "too many streams of events are open: max-event-streams");

@@ -169,7 +169,8 @@ static void jobs_accepted(struct srv_exchange *exchange, const struct srv_job *j
     int seconds = jobs_waits(exchange), done = 0;
     char *location = srv_exchange_text(exchange, 64), *applied = srv_exchange_text(exchange, 64);
     if (!job) {
-        srv_exchange_problem(exchange, 404, "the job was erased during the wait for its end");
+        srv_exchange_problem(exchange, 404,
+                             "the job was deleted while this request waited for it to finish");
         return;
     }
     done = seconds && job->state == SRV_JOB_SUCCESSFUL;
@@ -317,7 +318,8 @@ static void jobs_awaited(struct srv_exchange *exchange, const struct srv_job *jo
     if (job)
         jobs_answer_job(exchange, 200, job);
     else
-        srv_exchange_problem(exchange, 404, "the job was erased during the wait for its end");
+        srv_exchange_problem(exchange, 404,
+                             "the job was deleted while this request waited for it to finish");
 }
 
 /* Continues GET /v1/jobs/{id}?wait=N. */
@@ -339,8 +341,7 @@ static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job
     if (named || (strcmp(owner, "token") != 0 && strcmp(owner, "key") != 0))
         srv_exchange_problem(
             exchange, 403,
-            API_TYPE_OWNER
-            "you may not end this job: it was submitted %s, and can be ended only from there",
+            API_TYPE_OWNER "you may not end this job: it was submitted %s, which alone can end it",
             !strcmp(owner, "token")     ? "with another token"
             : !strcmp(owner, "key")     ? "with another key"
             : !strcmp(owner, "account") ? "from another account"

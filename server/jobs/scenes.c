@@ -31,10 +31,11 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
     case SRV_STORED_QUOTA:
         srv_exchange_problem(
             exchange, 429,
-            API_TYPE_QUOTA "no more scenes can be stored: a limit is reached, of the client "
-                           "(max-client-scenes, %.0f, max-client-scene-bytes, %.0f), of its "
-                           "address (max-address-clients times these), or of all clients "
-                           "(max-store-scene-bytes, %.0f); DELETE scenes that are not needed",
+            API_TYPE_QUOTA
+            "the stored scenes have reached a limit: %.0f scenes (max-client-scenes) or "
+            "%.0f bytes (max-client-scene-bytes) per client, max-address-clients "
+            "times as many per address, or %.0f bytes (max-store-scene-bytes) for "
+            "all clients; DELETE scenes that are not needed",
             exchange->service->config.client_scenes, exchange->service->config.client_scene_bytes,
             exchange->service->config.store_scene_bytes);
         srv_exchange_retry(exchange, 3600);

@@ -189,6 +189,6 @@ enum pend_status srv_sandbox_seccomp(struct pend_error *error) {
     if (!failed) failed = calls_load(filter);
     if (filter) seccomp_release(filter);
     if (!failed) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0, "there is no filter of system calls: %s",
-                     strerror(-failed));
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "cannot install the system-call filter (seccomp): %s", strerror(-failed));
 }

@@ -327,7 +327,7 @@ static int compute_first(struct srv_work *work, int64_t now) {
     work->begun = now;
     if (now - work->queued <= srv_clock_span(limit)) return compute_open(work);
     srv_metrics_count(&work->service->metrics.refused_wait, 1);
-    srv_delivery_fail(work, "no worker was free for longer than max-wait-seconds");
+    srv_delivery_fail(work, "no worker became free within max-wait-seconds");
     return 0;
 }
 

@@ -118,7 +118,7 @@ export async function what_is_wrong_with_a_table_is_said_with_its_line_and_what_
   };
   await page.waitForSelector(".fit-text");
   page.forgiven.push(/422/); // what is no table
-  assert.match(await said("nothing but words"), /not a table.*has no rows of two or more numbers/);
+  assert.match(await said("nothing but words"), /not a table.*has no row of two or more numbers/);
   assert.match(await said("<?xml version='1.0'?>"), /not a table.*is XML/);
   assert.match(await said("t,theta_1\n0,20\n0.1,wet\n0.2,10"), /line 3: field 2 must be a number/);
   assert.match(await said("a,theta_1\n3,20\n1,21\n2,10"), /No column is the time/);

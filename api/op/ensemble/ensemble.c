@@ -170,9 +170,10 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
     }
     if ((double)api_ensemble_rows(e) * (double)e->numbers > member_numbers) {
         api_value_fault(reading->root, reading->problem,
-                        API_CODE_LIMIT "asks for %.15g numbers for each member, more than the %.0f "
-                                       "that an ensemble stores for one: ask for fewer instants or "
-                                       "passages, or for members one by one as trajectories",
+                        API_CODE_LIMIT
+                        "asks for %.15g numbers for each member, more than the %.0f "
+                        "that an ensemble stores for one: ask for fewer instants or "
+                        "passages, or request each member separately as a trajectory",
                         (double)api_ensemble_rows(e) * (double)e->numbers, member_numbers);
         return;
     }

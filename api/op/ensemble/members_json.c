@@ -438,10 +438,10 @@ enum pend_status api_members_read(struct api_members *members, const struct api_
         way[i] = api_value_member(root, ways[i]);
         if (api_value_kind(&way[i]) == API_MISSING) continue;
         if (chosen >= 0)
-            api_value_fault(&way[i], problem,
-                            API_CODE_CONFLICT
-                            "does not go together with \"%s\": give one of the two%s",
-                            ways[chosen], chosen ? "" : "; where all members start is \"initial\"");
+            api_value_fault(
+                &way[i], problem,
+                API_CODE_CONFLICT "does not go together with \"%s\": give one of the two%s",
+                ways[chosen], chosen ? "" : "; \"initial\" is the common start of all members");
         else
             chosen = i;
     }

@@ -30,8 +30,7 @@ struct part {
     double zero[API_FIT_SERIES]; /* rad, of an angle that was given as 0 */
 };
 
-/* whether so many rows of so many columns fit into the limit max-answer-bytes beside what is
- * taken; else a fault is added */
+/* adds a fault if a run of this size, with the runs before it, exceeds max-answer-bytes */
 static int part_fits(double rows, double columns, double *taken, const struct api_value *data,
                      const struct api_reading *reading) {
     double most = reading->limits->answer_bytes;
@@ -150,7 +149,10 @@ static void read_series(struct part *run, const struct api_tree *tree, const str
     for (int i = 0; i < (int)(sizeof kinds / sizeof *kinds); i++) {
         struct api_value arm = api_value_member(item, kinds[i].name);
         if (api_value_kind(&arm) == API_MISSING) continue;
-        if (found++) api_value_fault(&arm, problem, API_CODE_CONFLICT "is a second quantity");
+        if (found++)
+            api_value_fault(&arm, problem,
+                            API_CODE_CONFLICT "is one quantity too many: give only one of phi, "
+                                              "theta, joint, x, y, phid and thetad");
         series_of(run, c, tree, i, api_tree_read_arm(tree, &arm, problem));
     }
     if (!found)
@@ -242,8 +244,7 @@ static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *rol
     return count;
 }
 
-/* every series of a table that a fit can use; the errors that the table lists, where `sigma` is
- * absent */
+/* every series of a table that a fit can use; with the table's errors unless `sigma` is given */
 static enum pend_status read_csv(struct part *run, const struct api_tree *tree,
                                  const struct api_value *data, const struct api_reading *reading) {
     struct api_value text = api_value_member(data, "csv"), sigma = api_value_member(data, "sigma"),
@@ -293,8 +294,7 @@ static int place_before(const void *left, const void *right) {
     return (a->row > b->row) - (a->row < b->row);
 }
 
-/* The column of a run's series: that of the same quantity in another run, or a new one. A standard
- * deviation that is not known stays so. */
+/* the column of a series, shared by all runs that measure it; an unknown sigma stays unknown */
 static int data_column(struct api_fit *fit, const struct pend_fit_column *column, int run) {
     struct api_fit_run *own = &fit->run[run];
     int c = 0;

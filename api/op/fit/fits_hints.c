@@ -419,7 +419,7 @@ enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *o
     }
     if (far >= 0) {
         snprintf(text, sizeof text,
-                 "%s results as %.3g times the given value: are instants in s, not in ms or "
+                 "the fit gives %s %.3g times its given value: are instants in s, not in ms or "
                  "frames, positions in m, and is gravity right?",
                  h->fit->label[far], h->result->value[far] / h->fit->unknown[far].start);
         PEND_TRY(api_out_text(out, NULL, text));

@@ -23,7 +23,11 @@ static void read_mode(struct api_fit *fit, const struct api_value *item,
     for (int i = 1; i <= 3; i++) {
         struct api_value value = api_value_member(item, mode_fields[i]);
         if (api_value_kind(&value) == API_MISSING) continue;
-        if (found++) api_value_fault(&value, problem, API_CODE_CONFLICT "is a second quantity");
+        if (found++)
+            api_value_fault(
+                &value, problem,
+                API_CODE_CONFLICT
+                "is one quantity too many: give only one of omega, frequency and period");
         if (api_value_read_number(&value, 1e-9, 1e9, "", &x, problem) <= 0) continue;
         // what a frequency is over what was given, and how it changes with that
         double scale = i == 1 ? 1 : 2 * pi;

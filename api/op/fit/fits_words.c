@@ -206,12 +206,12 @@ enum pend_status api_fit_write_end(const struct api_fit *fit, const struct pend_
     if (r->end == PEND_FIT_STOPPED)
         (void)end_follows(fit, r, text);
     else if (r->end == PEND_FIT_AWAY)
-        snprintf(
-            text, sizeof text,
-            "no minimum was found: the sum of squares keeps falling as %s moves on without end, "
-            "here to %.6g, where the data no longer determine it. Give it a \"high\" and a "
-            "\"low\", or leave it out.",
-            fit->label[r->away], r->value[r->away] + fit->shift[r->away]);
+        snprintf(text, sizeof text,
+                 "no minimum was found: the sum of squares keeps falling as %s grows or shrinks "
+                 "without limit, "
+                 "here to %.6g, where the data no longer determine it. Give it a \"high\" and a "
+                 "\"low\", or leave it out.",
+                 fit->label[r->away], r->value[r->away] + fit->shift[r->away]);
     else
         end_minimum(fit, r, text);
     PEND_TRY(api_out_text(out, "status", ends[r->end]));

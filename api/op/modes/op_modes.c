@@ -106,10 +106,8 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
         api_value_fault(reading->root, reading->problem,
                         API_CODE_LIMIT
                         "asks for %.0f numbers, up to %.0f bytes, more than the limit "
-                        "max-answer-bytes of %.0f: ask for "
-                        "%s, include fewer matrices, round the numbers by \"digits\", or ask for a "
-                        "representation "
-                        "without such a limit: %s",
+                        "max-answer-bytes of %.0f. Ask for %s, include fewer matrices, round the "
+                        "numbers by \"digits\", or choose a format without this limit: %s",
                         numbers, bytes, most, fewer, flowing);
 }
 

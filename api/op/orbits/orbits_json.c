@@ -145,7 +145,9 @@ static void check_end(const struct api_orbits *asked, const struct api_value *to
     if (!size && kind == PEND_PARAMETER_TERM)
         good = pend_terms_fits(asked->tree.loads.terms, asked->problem.by.at, last);
     if (last == from)
-        api_value_fault(to, problem, API_CODE_NOT_APPLICABLE "is where the branch begins: %.15g",
+        api_value_fault(to, problem,
+                        API_CODE_NOT_APPLICABLE
+                        "must differ from the value at which the branch begins, %.15g",
                         from);
     else if (!good)
         api_value_fault(to, problem,
@@ -192,8 +194,8 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     if (!pend_orbit_drive(&asked->tree.loads, &asked->omega))
         api_value_fault(&pendulum, problem,
                         API_CODE_NOT_APPLICABLE
-                        "has drives without a common period: their frequencies must be multiples "
-                        "of one frequency, up to 12 times");
+                        "has drives without a common period: their frequencies must be integer "
+                        "multiples (at most 12) of one frequency");
     int air = terms->row[PEND_TERM_DRAG] >= 0 || terms->row[PEND_TERM_DRAG_QUADRATIC] >= 0 ||
               terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
     if (air && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0)
@@ -242,8 +244,8 @@ static void read_switch(struct api_orbits *asked, const struct api_value *root,
             number == 0)
             api_value_fault(&item, problem,
                             API_CODE_OUT_OF_RANGE "must be 1 for the first bifurcation of a "
-                                                  "branch, 2 for the next; with a minus sign its "
-                                                  "other side");
+                                                  "branch, 2 for the next; a minus sign selects "
+                                                  "the other side");
         asked->problem.leave[i] = (int)number;
     }
     asked->problem.switches = count;

@@ -44,7 +44,8 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
                  others[kind]);
     else
         snprintf(text, API_WARNING_TEXT,
-                 "the branch turns back and returns to its first number: it does not reach the "
+                 "the branch turns back and returns to the parameter value where it "
+                 "started: it does not reach the "
                  "requested end");
 }
 

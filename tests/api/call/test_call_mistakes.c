@@ -51,7 +51,7 @@ TEST(what_is_not_json_is_told_what_json_has) {
         {ALL("\"trust\":True"), "JSON writes true"},
         {ALL("\"trust\":None"), "JSON writes null"},
         {"{'pendulum':1}", "double quotes"},
-        {"{" PAPER "," TIMES ",}", "no comma stands before it"},
+        {"{" PAPER "," TIMES ",}", "a comma is missing before it"},
         {"{ // arms\n" PAPER "}", "JSON has no comments"},
         {ALL("\"rtol\":.5"), "begins with a digit"},
         {ALL("\"accuracy\":0,5"), "the decimal mark is a point"},

@@ -156,14 +156,14 @@ TEST(forms_are_refused_where_they_are_malformed) {
         int status;
         const char *says;
     } tried[] = {
-        {"", 400, "byte 1 of the body must begin the boundary"},
+        {"", 400, "byte 1 of the body: the body must start with the boundary"},
         {"--AaB03", 400, "byte 1 of the body"},
-        {"--AaB03x", 400, "byte 9 of the body must end the line"},
+        {"--AaB03x", 400, "byte 9 of the body: the line of a boundary must end here"},
         {"\r\n" PART("request") "{}\r\n" END, 400, "byte 1 of the body"},
-        {PART("request") "{}", 400, "without a closing boundary"},
-        {PART("request") "{}\n--AaB03x--", 400, "without a closing boundary"},
-        {PART("request") "{}\r\n--AaB03xy\r\n" END, 400, "must end the line of a boundary"},
-        {PART("request") "{}\r\n--AaB03x--\r\nmore", 400, "after the last boundary"},
+        {PART("request") "{}", 400, "no closing boundary"},
+        {PART("request") "{}\n--AaB03x--", 400, "no closing boundary"},
+        {PART("request") "{}\r\n--AaB03xy\r\n" END, 400, "the line of a boundary must end here"},
+        {PART("request") "{}\r\n--AaB03x--\r\nmore", 400, "nothing may follow the last boundary"},
         {"--AaB03x\r\nContent-Disposition: form-data; name=request\r\n{}\r\n" END, 400,
          "is not a header field"},
         {"--AaB03x\r\n\r\n{}\r\n" END, 400, "Content-Disposition: form-data with a name"},
@@ -173,10 +173,10 @@ TEST(forms_are_refused_where_they_are_malformed) {
         {"--AaB03x\r\nContent-Disposition: form-data; name=csv\r\nContent-Disposition: form-data; "
          "name=csv\r\n\r\n{}\r\n" END,
          400, "a second"},
-        {"--AaB03x\r\nContent-Transfer-Encoding: base64\r\n\r\n" END, 400, "without encoding"},
-        {END, 422, "no part request"},
-        {PART("request") "{}\r\n" PART("request") "{}\r\n" END, 422, "two parts request"},
-        {PART("request") "{}\r\n" PART("cvs") "{}\r\n" END, 422, "a part \"cvs\""},
+        {"--AaB03x\r\nContent-Transfer-Encoding: base64\r\n\r\n" END, 400, "send parts unencoded"},
+        {END, 422, "no part named request"},
+        {PART("request") "{}\r\n" PART("request") "{}\r\n" END, 422, "two parts named request"},
+        {PART("request") "{}\r\n" PART("cvs") "{}\r\n" END, 422, "an unknown part \"cvs\""},
         {PART("request") "{\r\n" ONE_TABLE END, 400, "not JSON"},
         {PART("request") "{}\r\n" PART("csv") "t\1\r\n" END, 422, "byte 2 of part csv number 1"},
     };
@@ -237,13 +237,13 @@ TEST(forms_are_bounded) {
     sprintf(at, END);
     struct test_reply reply = post_form(TYPE, body, strlen(body));
     CHECK_INT(reply.status, 422);
-    CHECK(strstr(test_reply_text(&reply, "/detail"), "more than 64 parts csv"));
+    CHECK(strstr(test_reply_text(&reply, "/detail"), "more than 64 parts named csv"));
     test_reply_free(&reply);
     at = body + sprintf(body, "--AaB03x\r\n");
     memset(at, ':', 70000), at[70000] = 0;
     reply = post_form(TYPE, body, strlen(body));
     CHECK_INT(reply.status, 400);
-    CHECK(strstr(test_reply_text(&reply, "/detail"), "in the head of a part"));
+    CHECK(strstr(test_reply_text(&reply, "/detail"), "begins with a few header lines"));
     test_reply_free(&reply);
     struct api_limits limits;
     api_limits_init(&limits);
@@ -255,7 +255,7 @@ TEST(forms_are_bounded) {
         .op = API_OP_FITS, .content_type = TYPE, .body = body, .body_bytes = strlen(body)};
     reply = test_send(&request, &limits);
     // names of columns stand in the first lines
-    CHECK(test_reply_has_fault(&reply, "/data/csv", "no rows of two or more"));
+    CHECK(test_reply_has_fault(&reply, "/data/csv", "no row of two or more"));
     test_reply_free(&reply);
 }
 

@@ -13,7 +13,7 @@ TEST(a_hint_names_the_habit_behind_a_text_that_is_not_json) {
         {"[", "True]", "true"},
         {"[", "None]", "null"},
         {"{", "'a':1}", "double quotes"},
-        {"[1, ", "]", "no comma stands before"},
+        {"[1, ", "]", "a comma is missing before"},
         {"{", "// x\n}", "no comments"},
         {"[", ".5]", "0.5"},
         {"[1,", "5x", "decimal mark"},

@@ -152,10 +152,10 @@ TEST(json_that_is_none_is_refused_with_what_was_expected_and_found) {
     refuses("\"\\udc00\"", "a low surrogate stands alone");
     refuses("\"\\u0000\"", "may not hold the character U+0000");
     refuses("{\"\\u0000\":1}", "may not hold the character U+0000");
-    refuses("\"\xc0\x80\"", "the byte 0xC0 begins no UTF-8 character");
-    refuses("\"\xed\xa0\x80\"", "the byte 0xED begins no UTF-8 character");
-    refuses("\"\xe2\x82\"", "the byte 0xE2 begins no UTF-8 character");
-    refuses("\"\x80\"", "the byte 0x80 begins no UTF-8 character");
+    refuses("\"\xc0\x80\"", "the byte 0xC0 does not begin a UTF-8 character");
+    refuses("\"\xed\xa0\x80\"", "the byte 0xED does not begin a UTF-8 character");
+    refuses("\"\xe2\x82\"", "the byte 0xE2 does not begin a UTF-8 character");
+    refuses("\"\x80\"", "the byte 0x80 does not begin a UTF-8 character");
     refuses("[1e999]", "the number 1e999 is beyond the range of a double");
     refuses("-1e400", "the number -1e400 is beyond the range of a double");
     refuses("{\"a\":1,\"b\":2,\"a\":3}", "the key \"a\" occurs twice");

@@ -103,7 +103,7 @@ TEST(fits_say_what_goes_away_without_end) {
         "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":1},{\"mode\":2,\"frequency\":"
         "1.05}]},\"unknowns\":[{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
     check_says(&reply, "no_minimum undecided",
-               "keeps falling as mass of arm 1 moves on without end");
+               "keeps falling as mass of arm 1 grows or shrinks without limit");
     test_reply_free(&reply);
 }
 
