@@ -21,7 +21,7 @@ int pend_fit_valid(const struct pend_fit *fit) {
     return fit->problem.unknowns >= 1 && fit->window >= 1 && fit->window <= fit->problem.rows;
 }
 
-/* ---- what GSL asks for */
+/* ---- the functions that GSL calls */
 
 static void fit_values(struct pend_fit *fit, const gsl_vector *x) {
     for (int j = 0; j < fit->problem.unknowns; j++)
@@ -90,7 +90,7 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
     return used + pend_fit_model_lay(&fit->model, p, block ? block + used : NULL);
 }
 
-/* s, about the time of a swing, or of a turn where an arm goes round faster: what is fitted first
+/* the approximate time, s, of a swing, or of a turn if an arm rotates faster: the first window
  */
 static double fit_swing(const struct pend_fit_problem *problem) {
     double length = 0;
@@ -105,14 +105,14 @@ static double fit_swing(const struct pend_fit_problem *problem) {
 double pend_fit_bytes(const struct pend_fit_problem *problem) {
     struct pend_fit sketch = {.problem = *problem};
     double q = problem->unknowns, m = (double)problem->rows * problem->columns;
-    // GSL keeps the slopes, their factorization and a copy
+    // GSL stores the slopes, their factorization and a copy
     double own = (double)fit_lay(&sketch, NULL) + 8 * (4 * m * q + 9 * m + 10 * q * q);
-    // a run alone is no larger than all, and may be cut
+    // a single run is not larger than the whole problem, and may be divided too
     if (pend_fit_runs(problem) > 1) return 4 * own;
     return own + pend_fit_pieces_bytes(problem, fit_swing(problem));
 }
 
-/* the first rows: a swing, and twice as many measurements as unknowns */
+/* the rows of the first window: one swing, and at least twice as many measurements as unknowns */
 static long fit_first(const struct pend_fit_problem *problem) {
     double until = pend_fit_since(problem, 0) + fit_swing(problem);
     long rows = 0, count = 0;
@@ -124,7 +124,7 @@ static long fit_first(const struct pend_fit_problem *problem) {
     return rows;
 }
 
-/* a motion of so many steps is one of wild values, where the search has nothing to find */
+/* more steps than this occur only for extreme values of the unknowns, where no minimum lies */
 static void fit_cap(struct pend_fit_problem *problem) {
     double swings = pend_fit_since(problem, problem->rows - 1) / fit_swing(problem);
     double most = FIT_STEPS + FIT_STEPS * problem->n * swings;
@@ -179,7 +179,7 @@ void pend_fit_free(struct pend_fit **fit) {
 
 /* ---- windows */
 
-/* the standard deviation with which a measurement is foretold, over what it may be */
+/* the largest standard deviation of a predicted measurement, relative to the allowed one */
 static double fit_doubt(const struct pend_fit *fit, long row, int c, double variance) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns;
@@ -196,7 +196,7 @@ static double fit_doubt(const struct pend_fit *fit, long row, int c, double vari
     return sqrt(sum * variance) * sigma / most;
 }
 
-/* takes in rows that are foretold, at least a few */
+/* adds the rows that are predicted well enough, but at least a few */
 static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error) {
     const struct pend_fit_problem *p = &fit->problem;
     long rows = fit->window, ahead = 4 * rows + 8, least = rows + 1 + rows / 20, count;
@@ -209,7 +209,7 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     pend_fit_told_clear(&told);
     if (status != PEND_OK) return pend_fit_state_lost(status, error);
     if (ahead > p->rows) ahead = p->rows;
-    // a motion that has no later rows is told only as far as it goes
+    // if no later rows are left, the prediction ends with the last row
     status = pend_fit_state_look(fit, ahead, error);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK)
@@ -224,7 +224,7 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
 
 /* ---- iterations */
 
-/* puts the workspace to the window */
+/* restarts the solver on the rows of the window */
 static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error) {
     size_t bytes = (size_t)fit->problem.unknowns * sizeof(double);
     if (!fit->result.iterations && pend_fit_release_begin(fit, fit->window) != PEND_OK)
@@ -242,8 +242,8 @@ static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error
     return pend_fit_state_wild(fit, fit->status, error);
 }
 
-/* Takes the place that the search has come to; returns 0, and stays, where that is none: of slopes
- * that vanish or run over GSL takes a step that is no number. */
+/* Copies the current iterate of the solver. Returns 0 and copies nothing if it is not finite: GSL
+ * takes such a step if the slopes vanish or overflow. */
 static int fit_keep(struct pend_fit *fit) {
     const gsl_vector *x = gsl_multifit_nlinear_position(fit->search->work);
     int q = fit->problem.unknowns, whole = 1;
@@ -252,7 +252,7 @@ static int fit_keep(struct pend_fit *fit) {
     return whole;
 }
 
-/* keeps the lowest minimum so far and goes back to it; returns whether that is this one */
+/* Stores the lowest minimum so far and restores it. Returns whether it is the current one. */
 static int fit_lowest(struct pend_fit *fit, double squares) {
     size_t q = (size_t)fit->problem.unknowns, bytes = q * sizeof(double);
     int lower = squares < fit->least * (1 - 1e-6);
@@ -267,8 +267,8 @@ static int fit_lowest(struct pend_fit *fit, double squares) {
     return lower;
 }
 
-/* Looks at all rows and puts unknowns to bounds that they run into. The sum of squares is infinite
- * where there is no motion. */
+/* Evaluates all rows and fixes unknowns that reach a bound. The sum of squares is infinite if the
+ * motion cannot be computed. */
 static enum pend_status fit_put(struct pend_fit *fit, double *squares, double *variance, int *put,
                                 struct pend_error *error) {
     const struct pend_fit_problem *p = &fit->problem;
@@ -283,15 +283,15 @@ static enum pend_status fit_put(struct pend_fit *fit, double *squares, double *v
     return status == PEND_OK ? PEND_OK : pend_fit_state_lost(status, error);
 }
 
-/* Whether a search of all rows that has come to an end goes on: from the inside of a bound that
- * held it wrongly; or, once, with all that are at bounds inside, as another minimum may be there.
+/* Whether the search continues after it has converged on all rows. It continues inside a bound that
+ * was active without need, or once with all bounded unknowns moved inside, to find another minimum.
  */
 static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
                                   struct pend_error *error) {
     double gain = 0, squares, variance;
     int put;
     enum pend_status status = fit_put(fit, &squares, &variance, &put, error);
-    // where there is no motion, what was found before is the answer
+    // if the motion cannot be computed, the previous minimum is the answer
     if (status == PEND_NO_MEMORY || (status != PEND_OK && isinf(fit->least))) return status;
     *again = put && !used;
     if (*again) fit->begun = 0;
@@ -302,17 +302,17 @@ static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
     if (free && fit->inside) return PEND_OK;
     *again = pend_fit_release_move(fit, free, variance) > 0;
     if (free) fit->inside = 1;
-    // next to a curved valley of a chaotic motion steps are short long before its lowest place
+    // in the curved valley of a chaotic motion, steps become short long before the minimum
     if (!free && !*again) *again = fit->anew = 1;
     fit->begun = !*again;
     return PEND_OK;
 }
 
-/* one iteration in the window; over: none follows there */
+/* one iteration in the window; over: set if no further iteration follows */
 static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend_error *error) {
     double squares, variance;
     int put = 0, whole = fit->window == fit->problem.rows, why = 0;
-    // the slope's is squared: it is of residuals that may be met exactly
+    // the tolerance of the slope is squared, because the residuals may be exactly 0
     double tolerance = !whole ? fit_rough : fit->anew ? fit_finest : fit_fine;
     int stuck = gsl_multifit_nlinear_iterate(fit->search->work);
     fit->here++;
@@ -322,21 +322,21 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
             gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why,
                                       fit->search->work) == GSL_SUCCESS;
     if (*over || !whole || fit->here % FIT_BOUND_ITERATIONS) return PEND_OK;
-    // a bound beyond which an unknown would go is never reached, but by a creep
+    // a bound that cuts off the minimum is only approached, very slowly
     if (fit_put(fit, &squares, &variance, &put, error) == PEND_NO_MEMORY) return PEND_NO_MEMORY;
     if (put) fit->begun = 0;
     return PEND_OK;
 }
 
-/* Whether the iterations are used up, those of the first search where another may follow: one in
- * pieces takes half of them, one that begins with what runs found alone is near its end. */
+/* Whether the iterations are used up. A first search that multiple shooting may follow gets half of
+ * them; a search that starts from separately fitted runs is already near its end. */
 static int fit_used(const struct pend_fit *fit) {
     int most = fit->problem.iterations,
         other = pend_fit_runs(&fit->problem) > 1 ? most / 8 : most / 2;
     return fit->result.iterations >= (fit->apt && !fit->cut ? most - other : most);
 }
 
-/* begins the search of a run alone; a run without data for its unknowns ends that */
+/* starts the search of a single run; if a run has too few data, the separate searches end */
 static enum pend_status fit_single(struct pend_fit *fit, int run, struct pend_error *error) {
     free(fit->alone);
     enum pend_status status = PEND_NO_MEMORY;
@@ -347,8 +347,8 @@ static enum pend_status fit_single(struct pend_fit *fit, int run, struct pend_er
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
 }
 
-/* Cuts the motion where the search from the first swing on has not converged, has elsewhere, or has
- * come to where there is no motion. */
+/* Divides the motion into pieces if the first search has not converged, has found a wrong minimum,
+ * or has reached values without a motion. */
 static enum pend_status fit_cut(struct pend_fit *fit, enum pend_status ended,
                                 struct pend_error *error) {
     int left = fit->result.iterations < fit->problem.iterations;
@@ -368,17 +368,17 @@ static enum pend_status fit_cut(struct pend_fit *fit, enum pend_status ended,
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
 }
 
-/* after the last iteration in a window: the next window, another round, or the end */
+/* after the last iteration in a window: takes the next window, another round, or ends the fit */
 static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error) {
     int used = fit_used(fit), again = 0;
     if (fit->window < fit->problem.rows && !used) return fit_grow(fit, error);
-    // a second search may end before it has all rows, and higher than the first
+    // a second search may end before it uses all rows, and at a higher minimum than the first
     if (fit->window == fit->problem.rows || fit->cut) PEND_TRY(fit_again(fit, used, &again, error));
     if (again) return PEND_OK;
     return pend_fit_end(fit, error);
 }
 
-/* one iteration of the pieces, from which all rows are searched */
+/* one iteration of multiple shooting; after the last one, the search uses all rows */
 static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *error) {
     int over = 0;
     if (pend_fit_pieces_step(fit->pieces, &over, &fit->result.evaluations) != PEND_OK)
@@ -388,7 +388,7 @@ static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *erro
     for (int j = 0; j < fit->problem.unknowns; j++) {
         const struct pend_fit_unknown *u = &fit->problem.unknown[j];
         double x = pend_fit_pieces_inner(fit->pieces)[j];
-        // one that went to its bound begins again where it did
+        // an unknown that ran into its bound restarts from its start value
         int lost = fit_bounds_at(u, fit_bounds_outer(u, x));
         fit->inner[j] = lost ? fit->origin[j] : x;
         fit->edge[j] = 0;
@@ -398,9 +398,9 @@ static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *erro
     return PEND_OK;
 }
 
-/* One iteration of a run alone. Once every run is explained, all begin with the starts that they
- * found, and with the other numbers of the one that is explained best; else the search of all goes
- * on where it was. */
+/* One iteration on a single run. Once every run is explained, the whole problem starts from the
+ * states that the runs found, with the other unknowns of the best explained run. Otherwise the
+ * search of the whole problem continues. */
 static enum pend_status fit_runs_alone(struct pend_fit *fit, struct pend_error *error) {
     const struct pend_fit_problem *p = &fit->alone->problem;
     int over = 0, next = fit->alone->run + 1, q = fit->problem.unknowns;
@@ -439,7 +439,8 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
         PEND_TRY(fit_iterate(fit, &over, error));
     else if (status == PEND_NO_MEMORY || isinf(fit->least))
         return fit->result.iterations > 1 ? fit_cut(fit, status, error) : status;
-    else // where a search goes on there may be no motion: what was found before is the answer
+    else // if the continued search reaches values without a motion, the previous minimum is the
+         // answer
         (void)fit_lowest(fit, INFINITY);
     status = over || fit_used(fit) ? fit_next(fit, error) : PEND_OK;
     if (status != PEND_OK || fit->ready) status = fit_cut(fit, status, error);

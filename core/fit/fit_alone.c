@@ -10,7 +10,7 @@ static size_t alone_bytes(const struct pend_fit_problem *p) {
            columns * sizeof *p->column + rows * (1 + 2 * columns) * sizeof(double);
 }
 
-/* the run's own numbers of a row's list */
+/* copies the values of the rows that belong to the run; returns where they begin */
 static const double *alone_rows(const struct pend_fit_problem *p, int run, const double from[],
                                 double **at) {
     double *to = *at;

@@ -26,7 +26,7 @@ static inline double fit_bounds_inner(const struct pend_fit_unknown *u, double v
     return value;
 }
 
-/** Returns the derivative of the value by its inner number. O(1). */
+/** Returns the derivative of the value with respect to its inner number. O(1). */
 static inline double fit_bounds_stretch(const struct pend_fit_unknown *u, double x) {
     if (isfinite(u->low) && isfinite(u->high)) return (u->high - u->low) * 0.5 * cos(x);
     if (isfinite(u->low)) return exp(x);
@@ -34,8 +34,8 @@ static inline double fit_bounds_stretch(const struct pend_fit_unknown *u, double
     return 1;
 }
 
-/** Returns whether a value is at a bound, which no inner number reaches exactly: closer than a
- * millionth of the distance between the bounds, or of its size if there is only one. O(1). */
+/** Returns whether a value is at a bound, which no inner number reaches exactly: the distance is
+ * below a millionth of the interval, or of the bound's size if there is only one bound. O(1). */
 static inline int fit_bounds_at(const struct pend_fit_unknown *u, double value) {
     double size = fmax(fabs(u->start), 1e-3);
     if (isfinite(u->low) && isfinite(u->high)) size = u->high - u->low;

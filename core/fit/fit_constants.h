@@ -1,118 +1,119 @@
-/* The tuning constants of fits, a row each: value, unit, what it decides, and in brackets the test
- * that fails at three times the value or a third. A row without has none yet.
- * Leaves to others: limits of requests (api/base/limits). Invariant: no other file of the folder
- * has such a number by name. */
+/* The tuning constants of fits. Each comment gives the meaning, the unit, and in brackets the test
+ * that fails if the constant is three times larger or smaller, if there is one.
+ * Leaves to others: limits of requests (api/base/limits). Invariant: no other file of this
+ * directory defines such a constant. */
 #pragma once
 
-/* Step of the search at which a window of rows that will grow is done. Unit: relative.
+/* Relative step at which the search in a window ends before more rows are added. Unit: relative.
  * [wrong_requests_of_fits_are_told_what_helps] */
 static const double fit_rough = 1e-3;
 /* Step at which the search of all rows has converged. Unit: relative.
  * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_fine = 1e-6;
-/* The same of a search that begins anew in a curved valley. Unit: relative. */
+/* The same for a search that restarts in a curved valley. Unit: relative. */
 static const double fit_finest = 1e-12;
-/* Most iterations in a window that will grow. [wrong_requests_of_fits_are_told_what_helps] */
+/* Most iterations in a window before more rows are added.
+ * [wrong_requests_of_fits_are_told_what_helps] */
 enum { FIT_WINDOW_ITERATIONS = 12 };
-/* Iterations of all rows after which bounds are examined. */
+/* Iterations on all rows after which bounds are examined. */
 enum { FIT_BOUND_ITERATIONS = 16 };
-/* Later rows are taken in while they are foretold to this standard deviation. Unit: rad, or the
+/* Rows are added while the standard deviation of their prediction is smaller. Unit: rad, or the
  * reach. [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_foretold = 0.4;
-/* Cap of a motion's steps, and as many for each arm and swing. Unit: steps. */
+/* Maximum number of steps of a motion, and additional steps per arm and swing. Unit: steps. */
 enum { FIT_STEPS = 200 };
-/* Residual where there is no motion. Unit: residual. */
+/* Residual reported to the solver if the motion cannot be computed. Unit: residual. */
 static const double fit_nowhere = 1e6;
-/* A motion that explains less does not follow the data. Unit: of the squares.
+/* A motion that explains a smaller fraction does not follow the data. Unit: of the squares.
  * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_explained = 0.9;
-/* A motion that explains more follows them without further tests. Unit: of the squares.
- * [fits_of_synthetic_data_are_within_three_standard_errors] */
+/* A motion that explains a larger fraction follows the data without further tests. Unit: of the
+ * squares. [fits_of_synthetic_data_are_within_three_standard_errors] */
 static const double fit_clear = 0.99;
-/* What is left is rounding: the data are met exactly. Unit: of the squares. */
+/* A smaller remaining sum of squares is rounding: the fit is exact. Unit: of the squares. */
 static const double fit_exact = 1e-12;
-/* Mean residual from which on they are no noise. Unit: sigma. */
+/* A larger mean residual is not noise. Unit: sigma. */
 static const double fit_strange = 3;
-/* Neighbouring residuals with more in common are no noise. Unit: of the squares. */
+/* Residuals with a larger autocorrelation are not noise. Unit: of the squares. */
 static const double fit_common = 0.5;
-/* Neighbours that are needed to tell. Unit: pairs. */
+/* Pairs of adjacent residuals that this test needs. Unit: pairs. */
 enum { FIT_PAIRS = 16 };
-/* An unknown that moved farther is reported as not identifiable. Unit: of its start. */
+/* An unknown that moved by more is reported as not identifiable. Unit: of its start. */
 static const double fit_away = 1e6;
-/* A smaller fall of the squares is rounding, after a search begun anew. Unit: of the variance. */
+/* A smaller decrease of the sum of squares after a restart is rounding. Unit: of the variance. */
 static const double fit_fall = 0.01;
 /* Most unknowns whose second derivatives are computed. Unit: unknowns. */
 enum { FIT_BENDS = 16 };
-/* What one more step may gain at a minimum, beside fit_step. Unit: of the squares.
- * [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
+/* Decrease that one more step may still predict at a minimum, in addition to fit_step. Unit: of the
+ * squares. [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_minimum = 1e-6;
-/* The same in squared standard errors. Unit: of the variance. */
+/* The same limit in squared standard errors. Unit: of the variance. */
 static const double fit_step = 1e-4;
-/* By how much data that are met exactly may be missed. Unit: rtol. */
+/* Allowed misfit of data that are met exactly. Unit: rtol. */
 static const double fit_loose = 300;
-/* Rounding of a motion; smaller effects of an unknown are none. Unit: relative. */
+/* Rounding error of a motion; smaller effects of an unknown count as none. Unit: relative. */
 static const double fit_rounding = 1e-13;
-/* Least singular value, over the largest, whose direction is identifiable. Unit: relative.
+/* Least ratio to the largest singular value at which a direction is identifiable. Unit: relative.
  * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_least = 1e-9;
-/* Largest standard error at which a smaller one is identifiable. Unit: sizes. */
+/* Largest standard error at which a direction below fit_least is identifiable. Unit: sizes. */
 static const double fit_unsure = 1e3;
-/* Slopes whose squares can still be summed. */
+/* Largest slope whose square can still be summed. */
 static const double fit_largest = 1e140;
-/* Part in blind directions from which on an unknown is reported alone. Unit: of a square.
+/* Squared component in null directions above which an unknown is reported alone. Unit: of a square.
  * [fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell] */
 static const double fit_alone = (1 - 1e-6);
-/* A blind direction with less of its own repeats others. Unit: of a length. */
+/* A null direction whose own remainder is shorter repeats the others. Unit: of a length. */
 static const double fit_left = 0.1;
-/* A smaller bend of the squares is no minimum. Unit: of the slopes'. */
+/* A smaller curvature of the sum of squares is not a minimum. Unit: of the slopes'. */
 static const double fit_flat = 1e-6;
-/* Steps of differences of slopes. Unit: relative. */
+/* Step of finite differences of the slopes. Unit: relative. */
 static const double fit_curve_step = 1e-4;
 /* Error of a motion in those differences. Unit: rtol. */
 static const double fit_curve_margin = 10;
-/* Effect of an unknown at its bound that counts as none. Unit: of the data. */
+/* Smaller effects of an unknown at its bound count as none. Unit: of the data. */
 static const double fit_unmoved = 1e-6;
-/* How far inside the bound such an unknown begins again. Unit: of the interval. */
+/* Distance from the bound at which such an unknown restarts. Unit: of the interval. */
 static const double fit_little = 1e-3;
 /* Significance of the tests of the model. Unit: p-value. */
 static const double fit_level = 1e-3;
-/* Least noise of measurements without a sigma. Unit: of a column. */
+/* Least noise assumed for measurements without a sigma. Unit: of a column. */
 static const double fit_known_best = 1e-6;
-/* Errors are withheld where less is left to tell the noise by. Unit: of the data. */
+/* Errors are withheld if fewer effective data remain to estimate the noise. Unit: of the data. */
 static const double fit_freedom = 0.25;
-/* One of so many may be an outlier. Unit: measurements.
+/* One outlier is allowed in this many measurements. Unit: measurements.
  * [fits_list_outliers_and_robust_losses_pass_them_by] */
 enum { FIT_OUTLIERS = 10 };
-/* Degrees of freedom that are needed to accept a model untested. */
+/* Degrees of freedom needed to accept a model that no test has checked. */
 enum { FIT_FREEDOM = 3 };
-/* Places on less of a circle give no scale. Unit: of the spread. */
+/* Positions on a shorter arc of a circle give no scale. Unit: of the spread. */
 static const double fit_circle_flat = 1e-9;
-/* Residuals beyond it are those of another motion. Unit: noise. */
+/* Larger residuals belong to another motion. Unit: noise. */
 static const double fit_noisy = 10;
-/* By how much the first rows may leave a steady pace. Unit: rad. */
+/* Largest deviation of the first rows from a constant rate. Unit: rad. */
 static const double fit_bent = 0.1;
-/* The first step over the longest of the next, above which the first row is an outlier. Of a
- * parabola it is at most 5 / 3. */
+/* The first row is an outlier if its step exceeds the longest following step by this factor. The
+ * ratio of a parabola is at most 5 / 3. */
 static const double fit_outlier = 5;
-/* On each side, through which a parabola goes. Unit: rows. */
+/* Rows on each side through which a parabola is fitted. Unit: rows. */
 enum { FIT_BESIDE = 2 };
-/* First rows whose pace is the rate, and places that a circle needs. Unit: rows. */
+/* First rows that give the rate, and positions that a circle needs. Unit: rows. */
 enum { FIT_FIRST = 5 };
-/* Most arms where one without a tip is placed in a line with others. Unit: arms. */
+/* Most arms for which an arm without a tip is assumed in line with others. Unit: arms. */
 enum { FIT_LINE_ARMS = 30 };
-/* First rows in which such an arm is looked for. Unit: rows. */
+/* First rows in which such an arm is searched. Unit: rows. */
 enum { FIT_LINE_ROWS = 64 };
 /* Least rows of a piece. Unit: rows. */
 enum { FIT_PIECE_ROWS = 4 };
 /* Most pieces. Unit: pieces. */
 enum { FIT_PIECES = 24 };
-/* Rounds of tighter joints. Unit: rounds. */
+/* Rounds with increasing weight of the joins between pieces. Unit: rounds. */
 enum { FIT_ROUNDS = 4 };
-/* Iterations in a round. */
+/* Iterations per round. */
 enum { FIT_ROUND_ITERATIONS = 15 };
-/* Most measurements that are cut. Unit: numbers. */
+/* Most measurements that are divided into pieces. Unit: numbers. */
 enum { FIT_PIECE_NUMBERS = 16384 };
-/* How far joints gape at first; a tenth of that in each round after it. Unit: sigma. */
+/* Initial standard deviation of a gap between pieces; each round divides it by ten. Unit: sigma. */
 static const double fit_gape = 10;
-/* Length of a piece: a tip over the top takes as long for half a turn. Unit: swing. */
+/* Length of a piece. A passage over the top takes as long for half a turn. Unit: swing. */
 static const double fit_piece = 0.25;

@@ -35,8 +35,7 @@ static void end_errors(struct pend_fit *fit, double variance) {
         }
 }
 
-/* the last row of a run up to which the residuals of adjacent rows together do not exceed two
- * sigma */
+/* the last row of a run up to which the mean residual of adjacent rows does not exceed two sigma */
 static double end_follows(const struct pend_fit *fit, int run, double variance) {
     enum { TOGETHER = 8 };
     const struct pend_fit_problem *p = &fit->problem;
@@ -58,7 +57,8 @@ static double end_follows(const struct pend_fit *fit, int run, double variance) 
 }
 
 /* Determines how far each run follows the data: to its end if the model is accepted. Without a
- * sigma the limit is `most`, a tenth of the data's own size, if the motion explains that much. */
+ * sigma, the limit of the residual is `most`, a tenth of the data's own size, if the motion
+ * explains that much. */
 static void end_follow(struct pend_fit *fit, double variance, double most) {
     int known = pend_fit_state_known(fit);
     double far = known ? 1 : fmax(variance, most / 600);
@@ -111,8 +111,9 @@ static int end_away(const struct pend_fit *fit) {
     return -1;
 }
 
-/* Directions with zero slope along which the second derivative is large enough are identifiable: if
- * a step of relative size 1 exceeds a standard error. Returns the number of such directions. */
+/* A direction with zero slope still counts as identifiable if its second derivative is large
+ * enough: a relative step of 1 must change the sum of squares by more than the variance. Returns
+ * the number of such directions. */
 static enum pend_status end_bends(struct pend_fit *fit, double variance,
                                   const struct fit_told *told, long *found) {
     struct pend_fit_result *result = &fit->result;
@@ -136,7 +137,7 @@ static enum pend_status end_bends(struct pend_fit *fit, double variance,
     return PEND_OK;
 }
 
-/* the identifiability of the unknowns, and whether this is a minimum */
+/* sets which unknowns are identifiable, and whether this is a minimum */
 static enum pend_status end_told(struct pend_fit *fit, double variance, long *found, int *minimum) {
     struct fit_told told;
     double gain = 0;
@@ -148,11 +149,12 @@ static enum pend_status end_told(struct pend_fit *fit, double variance, long *fo
         fit->result.blind =
             pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
     if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
-    // a decrease that even a restarted search did not find, within a fraction of a standard error
+    // a restarted search could not find the predicted decrease, which is below a fraction of a
+    // standard error
     double fall = fit->anew ? fit_fall * variance : 0;
     if (status == PEND_OK)
         *minimum = pend_fit_state_flat(fit, fmax(gain - fall, 0), fit->result.chi_squared);
-    // near a zero slope along a direction, the slopes predict decreases that do not exist
+    // along a direction of nearly zero slope, the slopes predict a decrease that does not exist
     if (status == PEND_OK && !*minimum && fit->problem.unknowns <= FIT_BENDS) {
         int free = !memchr(fit->bounded, 1, (size_t)fit->problem.unknowns);
         status = pend_fit_curve_gain(fit, &gain, free ? fit->covariance : NULL);

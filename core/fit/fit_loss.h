@@ -9,7 +9,8 @@
 
 #include "core/fit/fit_problem.h"
 
-/** A loss at z: `rho`, its derivative `slope`, and psi', that of residual times slope. O(1). */
+/** Computes a loss at z: `rho`, its derivative `slope`, and the derivative of residual times slope,
+ * psi'. O(1). */
 struct fit_loss {
     double rho, slope, psi;
 };
@@ -24,8 +25,8 @@ static inline struct fit_loss fit_loss_at(enum pend_fit_loss loss, double z) {
     return (struct fit_loss){z, 1, 1};
 }
 
-/** Returns the transformed residual, whose square is knee^2 rho(z); `by`: its derivative by the
- * residual. O(1). */
+/** Returns the transformed residual, whose square is knee^2 rho(z); `by`: its derivative with
+ * respect to the residual. O(1). */
 static inline double fit_loss_bend(enum pend_fit_loss loss, double knee, double r, double *by) {
     double z = r / knee * (r / knee);
     struct fit_loss at = fit_loss_at(loss, z);
@@ -33,7 +34,7 @@ static inline double fit_loss_bend(enum pend_fit_loss loss, double knee, double 
     return z > 1e-30 ? r * sqrt(at.rho / z) : r;
 }
 
-/** Returns the residual of a transformed one. O(1). */
+/** Returns the residual of a transformed residual. O(1). */
 static inline double fit_loss_straight(enum pend_fit_loss loss, double knee, double bent) {
     double u = bent / knee * (bent / knee), z = u;
     if (loss == PEND_FIT_HUBER && u > 1) z = (u + 1) * (u + 1) / 4;

@@ -16,7 +16,7 @@ static double *model_take(char *base, size_t *used, size_t numbers) {
     return part;
 }
 
-/* what is measured, and what of it is to be found */
+/* sets which quantities are measured, and whether the time shift is unknown */
 static void model_kinds(struct fit_model *model, const struct pend_fit_problem *problem) {
     for (int j = 0; j < problem->unknowns; j++)
         model->shifts |= problem->unknown[j].camera == PEND_FIT_SHIFT;
@@ -66,12 +66,12 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
 
 /* ---- the pendulum with values of the unknowns */
 
-/* whether an unknown is a number of the start of another run */
+/* whether an unknown belongs to the start of another run */
 static int model_elsewhere(const struct pend_fit_unknown *u, int run) {
     return u->camera < 0 && u->by.kind <= PEND_PARAMETER_RATE && u->run != run;
 }
 
-/* the unknowns that a run's motion depends on */
+/* the unknowns on which the motion of a run depends */
 static void model_parameters(struct fit_model *model, int run) {
     const struct pend_fit_problem *p = model->problem;
     model->parameters = 0;
@@ -116,13 +116,13 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     return pend_tree_new_bare(tree, p->n, model->length, model->mass, p->bare, p->parent, NULL);
 }
 
-/* whether a row is another of the same instant; such rows are next to each other */
+/* whether a row has the same instant as another; such rows are adjacent */
 static int model_next(const struct pend_fit_problem *p, long row, long first) {
     return pend_fit_run(p, row) == pend_fit_run(p, first) && p->t[row] == p->t[first];
 }
 
-/* a run's instants among the first rows in the motion's time, behind that of the start; returns
- * how many */
+/* Collects the instants of a run among the first rows, in the motion's time, after the instant of
+ * the start. Returns their number. */
 static long model_instants(struct fit_model *model, int run, long rows) {
     const struct pend_fit_problem *p = model->problem;
     double shift = model->camera[PEND_FIT_SHIFT], start = pend_fit_start(p, run);
@@ -140,7 +140,7 @@ static long model_instants(struct fit_model *model, int run, long rows) {
     return count;
 }
 
-/* the modes of a pendulum with given values; all frequencies are 0 where there is none */
+/* the modes of a pendulum with given values; all frequencies are 0 if it has no modes */
 static enum pend_status model_omega(struct fit_model *model, const double value[], double omega[]) {
     struct pend_tree *tree = NULL;
     struct pend_loads loads;
@@ -151,14 +151,14 @@ static enum pend_status model_omega(struct fit_model *model, const double value[
     return status;
 }
 
-/* a value beside that of an unknown, at most half of the way to its bound */
+/* a value near that of an unknown, at most half way to its bound */
 static double model_step(const struct pend_fit_unknown *u, double value, double step) {
     double bound = step > 0 ? u->high : u->low;
     return fabs(step) < fabs(bound - value) / 2 ? value + step : value + (bound - value) / 2;
 }
 
-/* frequencies of the modes, and how they change with the unknowns: central differences, which lose
- * a millionth of a millionth of the frequency over the step */
+/* Frequencies of the modes, and their derivatives with respect to the unknowns by central
+ * differences. The rounding error is 1e-12 of the frequency over the step. */
 static enum pend_status model_modes(struct fit_model *model, const double value[], int slopes) {
     static const double step = 1e-4;
     const struct pend_fit_problem *p = model->problem;
@@ -182,8 +182,8 @@ static enum pend_status model_modes(struct fit_model *model, const double value[
 
 /* ---- residuals */
 
-/* one measurement of an angle or a rate of an arm, or of one less that of the arm it counts from:
- * its model, and the slopes */
+/* The model and the slopes of one measurement of an angle or a rate. If the column counts from
+ * another arm, its value is subtracted. */
 static void model_angle(const struct fit_model *model, const struct pend_fit_column *column,
                         size_t at, int slopes, double *model_value, double slope[]) {
     const struct pend_fit_problem *p = model->problem;
@@ -205,7 +205,8 @@ static void model_angle(const struct fit_model *model, const struct pend_fit_col
     }
 }
 
-/* one measurement: its model, and its slopes by the pendulum's parameters and the camera */
+/* the model of one measurement, and its derivatives with respect to the pendulum's parameters and
+ * the camera */
 static void model_number(const struct fit_model *model, const struct pend_fit_column *column,
                          long row, int slopes, double *model_value, double slope[]) {
     const struct pend_fit_problem *p = model->problem;
@@ -242,7 +243,7 @@ static void model_number(const struct fit_model *model, const struct pend_fit_co
     }
 }
 
-/* a row whose instant is at place `from` of `seen` and `slope` */
+/* a row whose instant has index `from` in `seen` and `slope` */
 static void model_row(const struct fit_model *model, long row, long from, double residual[],
                       double slope[]) {
     const struct pend_fit_problem *p = model->problem;
@@ -263,7 +264,8 @@ static void model_row(const struct fit_model *model, long row, long from, double
     }
 }
 
-/* a run's instants first .. first + count - 1, which are in `seen` and `slope` from place `from` */
+/* the instants first .. first + count - 1 of a run, stored in `seen` and `slope` from index
+ * `from` */
 static void model_rows(const struct fit_model *model, long first, long from, long count,
                        double residual[], double slope[]) {
     for (long i = first; i < first + count; i++)
@@ -272,7 +274,7 @@ static void model_rows(const struct fit_model *model, long first, long from, lon
             model_row(model, row, from + i - first, residual, slope);
 }
 
-/* the motion with derivatives, block by block */
+/* the motion with its derivatives, block by block */
 static enum pend_status model_slopes(struct fit_model *model, const struct pend_problem *problem,
                                      double residual[], double slope[], struct pend_error *error) {
     struct pend_derivatives *d;
@@ -299,7 +301,7 @@ static enum pend_status model_slopes(struct fit_model *model, const struct pend_
     return status;
 }
 
-/* the motion alone */
+/* the motion without derivatives */
 static enum pend_status model_values(struct fit_model *model, const struct pend_problem *problem,
                                      double residual[], struct pend_error *error) {
     struct pend_run *run;

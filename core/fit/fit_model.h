@@ -1,5 +1,4 @@
-/* What a pendulum with given values of its unknowns would have been measured as, and how that
- * changes with each of them.
+/* Predicted measurements of a pendulum with given values of its unknowns, and their derivatives.
  * Leaves to others: the minimum (fit).
  * Invariant: the problem is not changed; rows beyond the window are 0. */
 #pragma once
@@ -9,37 +8,42 @@
 /* Workspace of a model; one block. */
 struct fit_model {
     const struct pend_fit_problem *problem;
-    int parameters;                   /* unknowns that are the pendulum's or of the run's start */
-    struct pend_parameter *parameter; /* of these */
-    int *place;                       /* of every unknown its number among these; -1 = it is none */
-    long *row;                        /* of the run's instants, the first row of each */
+    int parameters;                   /* number of unknowns that belong to the pendulum or to the
+                                       * run's start */
+    struct pend_parameter *parameter; /* those unknowns as parameters */
+    int *place;                       /* for every unknown, its index among the parameters; -1 = not
+                                       * a parameter */
+    long *row;                        /* for every instant of the run, its first row */
     double *length, *mass, *value, *phi, *rate;
-    double *t;                  /* the start and the run's rows, or these, in the motion's time */
-    long rows;                  /* that are looked at */
+    double *t;                  /* instants of the start and of the run's rows, or of the rows
+                                 * alone, in the motion's time */
+    long rows;                  /* number of rows in the window */
     int before;                 /* 1 if the start is before the first row */
-    int shifts;                 /* the time's shift is unknown */
+    int shifts;                 /* the time shift is unknown */
     int modes;                  /* modes are measured */
-    double *omega, *near;       /* of all modes, rad/s, and of those of a pendulum next to it */
-    double *lean;               /* n x unknowns: how they change */
-    double *beside;             /* values next to those that are looked at */
+    double *omega, *near;       /* frequencies of all modes, rad/s, and those of a pendulum with a
+                                 * changed value */
+    double *lean;               /* n x unknowns: derivatives of the frequencies */
+    double *beside;             /* values at a finite-difference step */
     double *seen[4], *slope[4]; /* phi, x, y, rate of a block of rows, and their derivatives */
-    double *pace[3];            /* their derivatives by time, where the time's shift is unknown */
+    double *pace[3];            /* time derivatives of phi, x and y, if the time shift is unknown */
     long block;
-    int wants[4]; /* which of these are measured */
-    double *room; /* of phi, x and y of plain samples, and their instants */
+    int wants[4]; /* which of phi, x, y and rate are measured */
+    double *room; /* phi, x and y of a motion without derivatives, and its instants */
     double camera[PEND_FIT_CAMERA];
-    double *zero; /* of instruments */
+    double *zero; /* zeros of the instruments */
 };
 
-/** Makes a workspace in `memory`, or only counts its bytes where that is NULL. */
+/** Places a workspace in `memory`, or only counts its bytes if `memory` is NULL. */
 size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem *problem,
                           char *memory);
 
 /**
- * Residuals (model - data) / sigma of the first `rows` rows for values of the unknowns.
+ * Computes the residuals (model - data) / sigma of the first `rows` rows for values of the
+ * unknowns.
  *
- * residual  out, rows x columns of the problem; 0 where nothing was measured and beyond `rows`.
- * slope     out, [(row * columns + column) * unknowns + unknown]; NULL = not wanted.
+ * residual  out, rows x columns of the problem; 0 without a measurement and beyond `rows`.
+ * slope     out, [(row * columns + column) * unknowns + unknown]; NULL if not needed.
  *
  * PEND_NO_MEMORY, PEND_INVALID, PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  there
  * is no such motion.

@@ -12,16 +12,17 @@
 #include "core/fit/fit_constants.h"
 
 struct piece {
-    struct pend_fit_problem problem; /* its rows, and one for the joint at its end */
-    double start;                    /* s, the instant of its start */
+    struct pend_fit_problem problem; /* rows of the piece, and one for the continuity condition at
+                                      * its end */
+    double start;                    /* instant of its start, s */
     struct fit_model model;
     char *memory;
-    int joint;        /* whether it has a joint */
-    int *from;        /* of each of its unknowns, the place in the extended list */
-    double *value;    /* of its unknowns */
+    int joint;        /* whether it has a continuity condition */
+    int *from;        /* for each unknown of the piece, its index in the extended list */
+    double *value;    /* values of its unknowns */
     double *data;     /* columns x rows */
     double *residual; /* rows x columns */
-    double *slope;    /* the same x unknowns */
+    double *slope;    /* rows x columns x unknowns */
     struct pend_fit_column *column;
     struct pend_fit_unknown *unknown;
 };
@@ -31,17 +32,19 @@ struct fit_pieces {
     const struct pend_fit_problem *problem;
     int count, unknowns, round, here;
     struct piece piece[FIT_PIECES];
-    double *x; /* inner numbers of the unknowns, then phi and rate of every joint, stored order */
-    double omega, sigma; /* rad/s, of a swing; rad, of a measurement */
+    double *x; /* inner numbers of the unknowns, then phi and rate at every join, stored order */
+    double omega, sigma; /* rad/s, angular frequency of a swing; rad, standard deviation of a
+                          * measurement */
     gsl_multifit_nlinear_workspace *work;
     gsl_multifit_nlinear_fdf fdf;
     long evaluations;
     enum pend_status status;
 };
 
-/* ---- how the motion is cut */
+/* ---- how the motion is divided */
 
-/* the first rows, which are divided: for the largest number of pieces, and as memory allows */
+/* the number of first rows to divide: for the largest number of pieces, and within the memory
+ * limit */
 static long pieces_rows(const struct pend_fit_problem *p, double swing) {
     long rows = 1;
     while (rows < p->rows && rows * p->columns < FIT_PIECE_NUMBERS &&
@@ -62,7 +65,7 @@ static long pieces_row(const struct pend_fit_problem *p, int count, int s) {
     return p->rows * s / count;
 }
 
-/* number of measurements of the rows, and of joints */
+/* number of measurements in the rows, and of continuity conditions */
 static size_t pieces_numbers(const struct pend_fit_problem *p, int count) {
     size_t numbers = (size_t)(count - 1) * 2 * (size_t)p->n;
     for (int c = 0; c < p->columns; c++)
@@ -102,7 +105,7 @@ static double pieces_sigma(const struct pend_fit_problem *p, double omega) {
     return sum / p->columns;
 }
 
-/* the unknowns of a piece: all pendulum's unknowns, and its own start */
+/* the unknowns of a piece: all of the pendulum's, and the start of the piece */
 static void piece_unknowns(const struct fit_pieces *all, struct piece *piece, int s) {
     const struct pend_fit_problem *p = all->problem;
     int count = 0, state = p->unknowns + (s - 1) * 2 * p->n;
@@ -121,7 +124,7 @@ static void piece_unknowns(const struct fit_pieces *all, struct piece *piece, in
     piece->problem.unknowns = count, piece->problem.unknown = piece->unknown;
 }
 
-/* the measurements of a piece, and those of its joint in the row after them */
+/* the measurements of a piece, and the continuity conditions in the row after them */
 static void piece_columns(const struct fit_pieces *all, struct piece *piece, long first) {
     const struct pend_fit_problem *p = all->problem;
     long rows = piece->problem.rows, own = rows - piece->joint;
@@ -186,9 +189,9 @@ void pend_fit_pieces_free(struct fit_pieces **pieces) {
     *pieces = NULL;
 }
 
-/* ---- what the library asks for */
+/* ---- the functions that GSL calls */
 
-/* copies values, joints and the width of joints into the pieces */
+/* copies values, joins and the weight of gaps into the pieces */
 static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     const struct pend_fit_problem *p = all->problem;
     double gape = fit_gape * pow(0.1, all->round) * all->sigma;
@@ -206,7 +209,7 @@ static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     }
 }
 
-/* a row of slopes: measurement or joint c of a piece */
+/* a row of slopes: measurement c, or continuity condition c, of a piece */
 static void pieces_row_of(const struct fit_pieces *all, int s, size_t c, const double slope[],
                           const gsl_vector *x, size_t at, gsl_matrix *J) {
     const struct piece *piece = &all->piece[s];
@@ -257,11 +260,11 @@ static int pieces_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
 
 /* ---- the search */
 
-/* initial joints, from the data */
+/* initial states at the joins, from the data */
 static void pieces_begin(struct fit_pieces *all, const double inner[]) {
     const struct pend_fit_problem *p = all->problem;
     memcpy(all->x, inner, (size_t)p->unknowns * sizeof *all->x);
-    // the start too, if it is at the first row
+    // the start is included if it is at the first row
     for (int j = 0; j < p->unknowns && pend_fit_since(p, 0) == 0; j++) {
         const struct pend_fit_unknown *u = &p->unknown[j];
         double state[2];

@@ -8,7 +8,7 @@
 #include "core/fit/fit_bounds.h"
 #include "core/fit/fit_constants.h"
 
-/* half of the derivative of the sum of squares by an unknown, of these residuals */
+/* half of the derivative of the sum of squares of the given residuals with respect to an unknown */
 static double release_slope(const struct pend_fit *fit, const double residual[], int j) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     size_t q = (size_t)fit->problem.unknowns;
@@ -19,11 +19,11 @@ static double release_slope(const struct pend_fit *fit, const double residual[],
 
 /* A step of all unknowns within their bounds; one block. */
 struct release {
-    double *left;     /* q x q, the covariance of the unknowns that are not at a bound yet */
+    double *left;     /* q x q, covariance of the unknowns that have not reached a bound */
     double *step;     /* q */
     double *slope;    /* q, half of the derivative of the sum of squares */
     double *residual; /* measurements */
-    signed char *at;  /* q: at its low bound, -1, or its high one, 1 */
+    signed char *at;  /* q flags: -1 at the low bound, 1 at the high bound, 0 at none */
 };
 
 static enum pend_status release_new(struct release *r, const struct pend_fit *fit) {
@@ -42,8 +42,8 @@ static enum pend_status release_new(struct release *r, const struct pend_fit *fi
     return PEND_OK;
 }
 
-/* the step to the bound that an unknown's own step reaches, or approaches to a thousandth of its
- * standard error; NaN = none */
+/* The step to the bound, if an unknown's own step reaches it or comes within a thousandth of the
+ * standard error. NaN = no bound is reached. */
 static double release_reached(const struct pend_fit *fit, const struct release *r, size_t j,
                               double variance) {
     const struct pend_fit_unknown *u = &fit->problem.unknown[j];
@@ -109,7 +109,7 @@ static void release_take(struct pend_fit *fit, const struct release *r, int whol
     }
 }
 
-/* Takes a part of the step unless the sum of squares is higher there. */
+/* Takes a fraction of the step, unless the sum of squares is higher there. */
 static enum pend_status release_try(struct pend_fit *fit, const struct release *r, double part,
                                     double *squares, int *good) {
     const struct pend_fit_problem *p = &fit->problem;
@@ -169,7 +169,7 @@ enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     if (!rest) return PEND_NO_MEMORY;
     enum pend_status status = pend_fit_state_tell(fit, &told);
     if (status == PEND_OK) pend_fit_told_rest(&told, m, fit->residual, rest);
-    // a fixed unknown is judged by its own slope, without the steps of the others
+    // a fixed unknown is judged by its own slope, because the others do not move
     for (int j = 0; j < fit->problem.unknowns && status == PEND_OK; j++) {
         double slope = fit->held[j] ? release_slope(fit, rest, j) : 0;
         int in = release_low(&fit->problem.unknown[j], fit->value[j]) ? slope < 0 : slope > 0;
@@ -185,7 +185,7 @@ enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     return status;
 }
 
-/* the inner number of a point inside, `step` from the bound, at most at the middle */
+/* the inner number of a point at the distance `step` inside the bound, at most at the middle */
 static double release_inside(const struct pend_fit_unknown *u, int low, double step) {
     double bound = low ? u->low : u->high, least = 1e-6 * fmax(fabs(bound), 1e-6);
     if (!(step > least)) step = least;
@@ -202,7 +202,7 @@ int pend_fit_release_move(struct pend_fit *fit, int all, double variance) {
         int low = release_low(u, fit->value[j]);
         if (!fit->bounded[j] || (!all && fit->held[j])) continue;
         double square = fit->covariance[j * q + j], error = sqrt(variance * square);
-        // alone its step would be slope over curvature
+        // for one unknown alone, the step is slope over curvature
         double step = square > 0 ? fabs(release_slope(fit, fit->residual, (int)j)) * square : 0;
         double first = fabs(u->start - (low ? u->low : u->high));
         if (all) step = fmax(error, first);
@@ -213,9 +213,9 @@ int pend_fit_release_move(struct pend_fit *fit, int all, double variance) {
     return moved;
 }
 
-/* Modes depend equally on two lengths, or masses, with equal initial values, and no step would
- * separate them. Returns an initial value that differs by a hundredth for each equal unknown before
- * it. */
+/* Frequencies depend equally on two lengths, or masses, with equal initial values, so no step would
+ * separate them. Returns an initial value that differs by a hundredth for each preceding equal
+ * unknown. */
 static double release_apart(const struct pend_fit *fit, size_t j) {
     const struct pend_fit_unknown *u = &fit->problem.unknown[j];
     double value = u->start;
@@ -228,8 +228,8 @@ static double release_apart(const struct pend_fit *fit, size_t j) {
     return u->low < value && value < u->high ? value : u->start;
 }
 
-/* Initial distance of an unknown from its bound: its uncertainty from the first rows. If these do
- * not depend on it, as on friction at rest, they give none. */
+/* Initial distance of an unknown from its bound: its uncertainty from the first rows. Data that do
+ * not depend on it, for example on friction at rest, give no distance. */
 static double release_unknown(const struct pend_fit *fit, size_t j, size_t m, double squares,
                               long count) {
     size_t q = (size_t)fit->problem.unknowns;

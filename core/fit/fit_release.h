@@ -15,10 +15,10 @@
 PEND_MUST_CHECK enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain);
 
 /**
- * Takes the step to the minimum within the bounds predicted by the slopes, or a part of it. This is
- * needed because inner numbers approach a bound only slowly. An unknown that reaches its bound, or
- * approaches it to a thousandth of its standard error, is fixed there, and the others are adjusted.
- * No effect if the sum of squares is flat.
+ * Takes the step to the minimum within the bounds predicted by the slopes, or a fraction of that
+ * step. This is needed because inner numbers approach a bound only slowly. An unknown that reaches
+ * its bound, or approaches it to a thousandth of its standard error, is fixed there, and the others
+ * are adjusted. No effect if the sum of squares is flat.
  *
  * squares   the sum of squares of all rows; is lowered.
  * variance  of a residual; the covariance is that of pend_fit_state_free.
@@ -31,7 +31,7 @@ PEND_MUST_CHECK enum pend_status pend_fit_release_put(struct pend_fit *fit, doub
 
 /**
  * Moves unknowns at bounds inside, by their inner numbers: released ones by a Gauss-Newton step,
- * with `all` every one by its standard error, or to its initial value.
+ * with `all` every unknown by its standard error, or to its initial value.
  *
  * variance  of a residual; the covariance is that of pend_fit_state_free.
  *

@@ -25,11 +25,11 @@ enum { PEND_FIT_BLIND = 8 };
 struct pend_fit_result {
     enum pend_fit_end end;
     long iterations, evaluations;
-    const double *value; /* of the unknowns */
-    const double *error; /* standard errors; infinite if not identifiable; for an unknown at a bound
-                          * the value without the bound. NaN if no sigma is given and there are not
-                          * more measurements than unknowns, and for an unknown at a bound that is
-                          * not distinguishable from others. */
+    const double *value; /* values of the unknowns */
+    const double *error; /* Standard errors, infinite if not identifiable. At a bound: the error
+                          * that the unknown has without the bound, NaN if it is not distinguishable
+                          * from others. NaN too if no sigma is given and no degree of freedom is
+                          * left. */
     const double *correlation;    /* unknowns x unknowns; 0 if an error is not finite */
     const unsigned char *bounded; /* non-zero: at a bound */
     /* (model - data) / sigma, or in the data's unit if no sigma is given; [row * columns + column],
@@ -37,19 +37,21 @@ struct pend_fit_result {
     const double *residual;
     double chi_squared;
     long freedom;          /* number of measurements minus number of unknowns found */
-    const double *follows; /* s, of each run: the last row up to which the motion follows the data;
+    const double *follows; /* s, for each run: the last row up to which the motion follows the data;
                             * NaN = none */
     int away;              /* the unknown that diverged, -1 = none */
-    double explained;      /* 1 - sum of squares over that of the data about their mean */
+    double explained;      /* fraction explained: 1 - sum of squares over the sum of squares of the
+                            * data about their mean */
     enum pend_fit_model model;
-    double p_value;       /* of chi-squared; NaN if a sigma is not given, or there are no degrees of
-                           * freedom */
+    double p_value;       /* p-value of chi-squared; NaN if a sigma is not given, or without degrees
+                           * of freedom */
     double watson;        /* Durbin-Watson statistic of the residuals; NaN without adjacent rows */
-    double alike;         /* the p-value of their autocorrelation, NaN with few adjacent rows */
-    double widened;       /* factor by which the standard errors were increased; infinite: they are
-                           * withheld */
+    double alike;         /* p-value of the residuals' autocorrelation; NaN with few adjacent
+                           * rows */
+    double widened;       /* factor by which the standard errors were increased; infinite if they
+                           * are withheld */
     double effective;     /* equivalent number of independent measurements */
-    const double *spread; /* of each column, robust standard deviation of its residuals */
+    const double *spread; /* for each column, the robust standard deviation of its residuals */
     double beyond;        /* a residual beyond this many spreads is an outlier; may be infinite */
     long outliers;        /* number of outliers */
     /* Directions that are not identifiable: relative changes of all unknowns together, the largest

@@ -6,14 +6,14 @@
 
 #include "core/fit/fit_constants.h"
 
-/* the columns of an arm's quantity; -1 = it is not measured */
+/* the columns of a quantity of an arm; -1 = not measured */
 static int start_column(const struct pend_fit_problem *p, int arm, enum pend_fit_kind kind) {
     for (int c = 0; c < p->columns; c++)
         if (p->column[c].arm == arm && p->column[c].kind == kind) return c;
     return -1;
 }
 
-/* what the instrument of a column adds */
+/* the offset that the instrument of a column adds */
 static double start_zero(const struct pend_fit_problem *p, int c) {
     return p->column[c].zero && p->zeros ? p->zero[p->column[c].zero - 1] : 0;
 }
@@ -34,7 +34,8 @@ double pend_fit_start_zero(const struct pend_fit_problem *p, int zero) {
     return count > 0 ? sum / count : atan2(im, re);
 }
 
-/* a tip as the camera has it at a row, or the pivot of arm -1; 0 if it was not seen */
+/* the tip of an arm in camera units at a row, or the pivot for arm -1; returns 0 if it was not
+ * seen */
 static int start_tip(const struct pend_fit_problem *p, int arm, long row, double *x, double *y) {
     *x = p->camera[PEND_FIT_ORIGIN_X], *y = p->camera[PEND_FIT_ORIGIN_Y];
     if (arm < 0) return 1;
@@ -58,8 +59,8 @@ double pend_fit_start_angle(const struct pend_fit_problem *p, int arm, long row)
     return atan2(to_y - y, to_x - x) - p->camera[PEND_FIT_ROTATION];
 }
 
-/* The same where tips between are not measured: from the last joint that is to the first tip that
- * is, as if the arms on the way were in one line. */
+/* The same if tips in between are not measured: the arms between two measured tips are assumed to
+ * lie in one line. */
 static double start_line(const struct pend_fit_problem *p, int arm, long row) {
     double x, y, to_x, to_y;
     int from = p->parent[arm], to = 0;
@@ -74,7 +75,7 @@ static double start_line(const struct pend_fit_problem *p, int arm, long row) {
     return NAN;
 }
 
-/* an arm's angle at a row of its own or in a line with others */
+/* an arm's angle at a row, from its own tip or from a line of arms */
 static double start_seen(const struct pend_fit_problem *p, int arm, long row) {
     double angle = pend_fit_start_angle(p, arm, row);
     int own = start_column(p, arm, PEND_FIT_PHI) >= 0;
@@ -90,7 +91,7 @@ void pend_fit_start_parabola(const struct pend_fit_problem *p, int arm, long row
     for (long i = first; i <= last; i++) {
         double angle = start_seen(p, arm, i), t = p->t[i] - p->t[row], power = 1;
         if (isnan(angle) || pend_fit_run(p, i) != run) continue;
-        // from each to the next by the shorter way
+        // each step takes the shorter way round
         at = isnan(at) ? angle : at + remainder(angle - at, 2 * M_PI);
         for (int k = 0; k < 5; k++, power *= t) {
             sums[k] += power;
@@ -109,8 +110,8 @@ void pend_fit_start_parabola(const struct pend_fit_problem *p, int arm, long row
             whole;
 }
 
-/* whether the first of the rows is an outlier: its step to the next is far longer than the others,
- * as none of a parabola is */
+/* whether the first row is an outlier: its step to the next row is far longer than the others,
+ * longer than on any parabola */
 static int start_outlier(const struct pend_fit_problem *p, int arm, const long row[], int seen) {
     double step[FIT_FIRST] = {0}, most = 0;
     for (int i = 1; i < seen; i++) {
@@ -121,8 +122,8 @@ static int start_outlier(const struct pend_fit_problem *p, int arm, const long r
     return seen == FIT_FIRST && step[1] > fit_outlier * most;
 }
 
-/* the first rows of a run in which an arm is seen; `since` is the instant of the first of all.
- * Returns how many they are. */
+/* Finds the first rows of a run in which an arm is seen; `since` is the instant of the first.
+ * Returns their number. */
 static int start_rows(const struct pend_fit_problem *p, int run, int arm, long row[FIT_FIRST],
                       double *since) {
     int seen = 0, rows = 0;
@@ -135,8 +136,9 @@ static int start_rows(const struct pend_fit_problem *p, int run, int arm, long r
     return seen;
 }
 
-/* Angle and rate at the start of a run by the rates of an arm: their integral, which hangs in the
- * middle between its first turning points, at which the rate changes its sign. */
+/* Angle and rate at the start of a run from the rates of an arm. The angle is the integral of the
+ * rate; the arm hangs midway between the first two turning points, where the rate changes its
+ * sign. */
 static int start_rates(const struct pend_fit_problem *p, int run, int arm, double *phi,
                        double *rate) {
     int c = start_column(p, arm, PEND_FIT_RATE), seen = 0, turns = 0;
@@ -152,7 +154,7 @@ static int start_rates(const struct pend_fit_problem *p, int run, int arm, doubl
         }
         low = fmin(low, angle), high = fmax(high, angle), before = now, since = p->t[i];
     }
-    // of three turning points the middle counts twice: so friction does not matter
+    // of three turning points the middle one counts twice, which cancels the effect of friction
     double middle = turns == 3 ? (turn[0] + 2 * turn[1] + turn[2]) / 4 : (low + high) / 2;
     if (seen) *phi = -M_PI / 2 - middle;
     return seen > 0;
@@ -171,18 +173,18 @@ int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, dou
         double angle = start_seen(p, arm, row[i]);
         way[i] = way[i - 1] + remainder(angle - last, 2 * M_PI), last = angle;
     }
-    // whole turns beside the shorter way from the first to the last
+    // adds whole turns to the shorter way from the first row to the last
     double whole = remainder(last - *phi, 2 * M_PI);
     whole += 2 * M_PI * rint((way[seen - 1] - whole) / (2 * M_PI));
     if (seen > 1) *rate = whole / (p->t[row[seen - 1]] - begin);
     for (int i = 1; i < seen; i++) bent = fmax(bent, fabs(way[i] - *rate * (p->t[row[i]] - begin)));
-    // a pace that changes so much is none of the start
+    // the rate at the start is unknown if it changes this much
     if (bent > fit_bent) pend_fit_start_parabola(p, arm, row[0], phi, rate);
     if (begin > since) *phi -= *rate * (begin - since);
     return 1;
 }
 
-/* the same of a column in a run: sum of squares, and their number */
+/* the same for a column in a run: the sum of squares, and the number of terms */
 static double start_turns(const struct pend_fit_problem *p, int c, int run, double seconds,
                           long *count) {
     const double *data = p->column[c].data;
@@ -212,8 +214,8 @@ double pend_fit_start_turned(const struct pend_fit_problem *p, double seconds) {
     return most;
 }
 
-/* by how much the measurement in the middle of five misses the cubic through the others, over what
- * noise of size 1 would make that */
+/* The deviation of the middle one of five measurements from the cubic through the others, scaled so
+ * that noise of size 1 gives a deviation of size 1. */
 static double start_missed(const struct pend_fit_column *column, const double t[5],
                            const double value[5]) {
     double gap = 0, weights = 1;
@@ -228,7 +230,7 @@ static double start_missed(const struct pend_fit_column *column, const double t[
     return fabs(gap) / sqrt(weights);
 }
 
-/* the standard deviation of a column's noise; NaN where five in a row are nowhere measured */
+/* the standard deviation of a column's noise; NaN if no five adjacent rows are measured */
 static double start_noise(const struct pend_fit_problem *p, int c) {
     const struct pend_fit_column *column = &p->column[c];
     double sum = 0;
@@ -243,7 +245,7 @@ static double start_noise(const struct pend_fit_problem *p, int c) {
             if (++last >= 5) sum += start_missed(column, t, value), count++;
         }
     }
-    // of a normal distribution the mean size is sqrt(2 / pi) of its standard deviation
+    // the mean magnitude of a normal distribution is sqrt(2 / pi) of its standard deviation
     return count ? sum / (double)count * sqrt(M_PI / 2) : NAN;
 }
 
@@ -263,7 +265,7 @@ int pend_fit_start_noisy(const struct pend_fit_problem *p, const double residual
 
 /* ---- the camera */
 
-/* the arm next to the pivot whose tip is measured, and the length of the way there; -1 = none is */
+/* the measured arm nearest to the pivot, and its distance along the arms; -1 = none */
 static int start_nearest(const struct pend_fit_problem *p, double *reach) {
     int nearest = -1, least = p->n + 1;
     for (int arm = 0; arm < p->n; arm++) {
@@ -276,7 +278,7 @@ static int start_nearest(const struct pend_fit_problem *p, double *reach) {
     return nearest;
 }
 
-/* the sums of places about their mean that a circle needs */
+/* the sums of positions about their mean that determine a circle */
 struct start_sums {
     long count;
     double mean[2], lowest, far, uu, uv, vv, uw, vw; /* w = half of the square of (u, v) */

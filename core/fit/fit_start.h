@@ -1,60 +1,61 @@
-/* Where a fit begins, as its data have it: angles of arms, starts of runs, the camera.
- * Leaves to others: what of it is unknown (api), the start of pieces (fit_pieces).
- * Invariant: nothing here is an answer; a search goes on from it. */
+/* Initial values of a fit from its data: angles of arms, starts of runs, the camera.
+ * Leaves to others: the choice of unknowns (api), the start of pieces (fit_pieces).
+ * Invariant: these values are only the start of a search, never an answer. */
 #pragma once
 
 #include "core/fit/fit_problem.h"
 
-/** Returns the angle of an arm (the caller's order) at a row, rad, by its own column or by the tips
- * at its ends as the problem's camera has them; NaN where they were not measured. O(columns). */
+/** Returns the angle of an arm (the caller's order) at a row, rad, from its own column or from the
+ * measured tips at its ends, seen through the problem's camera; NaN if not measured.
+ * O(columns). */
 double pend_fit_start_angle(const struct pend_fit_problem *problem, int arm, long row);
 
-/** Angle and rate of an arm at a row: a parabola through the measurements of its run next to it,
- * two on each side. O(rows columns). */
+/** Computes angle and rate of an arm at a row: a parabola through the nearest measurements of its
+ * run, two on each side. O(rows columns). */
 void pend_fit_start_parabola(const struct pend_fit_problem *problem, int arm, long row, double *phi,
                              double *rate);
 
 /**
- * Angle and rate of an arm at the start of a run, by the first five rows in which it was measured:
- * its pace from the first to the last, each step by the shorter way, or where that changes a
- * parabola. Of up to 30 arms one without
- * a tip of its own is in a line with those between the tips that are measured. Where rates alone
- * are measured their integral is the angle, with hanging in the middle of its first swings.
+ * Computes angle and rate of an arm at the start of a run from its first five measured rows: the
+ * mean rate from the first to the last, each step taken the shorter way, or a parabola if the rate
+ * changes. With up to 30 arms, an arm without a measured tip is assumed in line with the arms
+ * between measured tips. If only rates are measured, the angle is their integral, and the arm hangs
+ * in the middle of its first swings.
  *
- * Returns 1; 0 where the arm is not measured in the run: phi and rate are left alone then. The rate
- * is 0 where one row alone has it. O(rows columns).
+ * Returns 1; 0 if the arm is not measured in the run; then phi and rate are unchanged. The rate is
+ * 0 if only one row measures the arm. O(rows columns).
  */
 int pend_fit_start_state(const struct pend_fit_problem *problem, int run, int arm, double *phi,
                          double *rate);
 
-/** Returns where to begin with a zero of an instrument: the direction about which the angles of its
- * columns lie, from hanging or from the arm that they count from, rad; of rates their mean, rad/s.
- * O(rows columns). */
+/** Returns the start value of an instrument's offset. For angles it is the mean direction of its
+ * columns, rad, from hanging or from the arm to which they are relative; for rates their mean,
+ * rad/s. O(rows columns). */
 double pend_fit_start_zero(const struct pend_fit_problem *problem, int zero);
 
-/** Returns by how much the angle of the fastest column turns within so many seconds, rad, root mean
- * square; each row goes on from the one before it by the shorter way. 0 where no angle is measured.
- * O(rows columns). */
+/** Returns the root mean square angle, rad, by which the fastest column turns within a given number
+ * of seconds. Each row continues from the previous one by the shorter way. 0 if no angle is
+ * measured. O(rows columns). */
 double pend_fit_start_turned(const struct pend_fit_problem *problem, double seconds);
 
 /**
- * Whether the residuals of a column are ten times the noise of its data and more: a minimum of
- * another motion, as of one with other whole turns. The noise is by how much measurements miss the
- * cubic through two neighbours on each side.
+ * Returns whether the residuals of a column are at least ten times the noise of its data. Then the
+ * minimum belongs to another motion, for example one with a different number of turns. The noise is
+ * the deviation of measurements from the cubic through two neighbours on each side.
  *
- * residual  rows x columns; NaN where nothing was measured.
+ * residual  rows x columns; NaN if not measured.
  *
  * O(rows columns).
  */
 int pend_fit_start_noisy(const struct pend_fit_problem *problem, const double residual[]);
 
 /**
- * Scale and origin of the camera by the places of the tip that is nearest to the pivot: the circle
- * that comes next to them (Kasa), whose radius is the length of the arms on the way there; where
- * they tell none the origin is above the middle of them.
+ * Computes scale and origin of the camera from the positions of the measured tip nearest to the
+ * pivot: the best circle through them (Kasa), whose radius is the length of the arms up to that
+ * tip. If they determine no circle, the origin is above their middle.
  *
- * camera  of which those numbers are filled in that are NaN; known are the others.
+ * camera  the numbers that are NaN are estimated; the others are known.
  *
- * Returns 1; 0 where no tip is measured. O(rows columns).
+ * Returns 1; 0 if no tip is measured. O(rows columns).
  */
 int pend_fit_start_camera(const struct pend_fit_problem *problem, double camera[PEND_FIT_CAMERA]);

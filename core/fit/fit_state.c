@@ -7,8 +7,9 @@
 #include "core/fit/fit_bounds.h"
 #include "core/fit/fit_constants.h"
 
-/* The scale of an unknown: its value, or its start, or 1, if that is nearly 0. A value close to 0
- * would be too small a scale compared with unknowns that cannot be distinguished from it. */
+/* The scale of an unknown: its value; if that is nearly 0, its start; if that is too, 1. A value
+ * close to 0 would be too small a scale compared with unknowns that cannot be distinguished from
+ * it. */
 static double fit_measure(const struct pend_fit *fit, int j) {
     double value = fabs(fit->value[j]), start = fabs(fit->problem.unknown[j].start);
     return value > fmax(1e-6, 0.03 * start) ? value : start > 1e-6 ? start : 1;
@@ -85,8 +86,8 @@ double pend_fit_state_variance(const struct pend_fit *fit, double squares, long 
     return pend_fit_state_known(fit) || freedom < 1 ? 1 : squares / (double)freedom;
 }
 
-/* the effect of rounding on all data together, in standard deviations; smaller effects count as
- * none */
+/* the effect of rounding on all data together, in standard deviations; smaller effects do not
+ * count */
 static double state_rounding(const struct pend_fit *fit) {
     double sum = 0;
     for (int c = 0; c < fit->problem.columns; c++) {
@@ -109,8 +110,8 @@ enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told
     return PEND_OK;
 }
 
-/* the covariance with `held` unknowns fixed; returns the number of directions that are not
- * identifiable, without those of fixed unknowns */
+/* the covariance if the `held` unknowns are fixed; returns the number of null directions without
+ * those of fixed unknowns */
 static enum pend_status state_covariance(struct pend_fit *fit, int *untold) {
     struct fit_told told;
     enum pend_status status = pend_fit_state_tell(fit, &told);

@@ -149,8 +149,7 @@ enum pend_status pend_fit_told_newton(const struct fit_told *told, const double 
     return PEND_OK;
 }
 
-/* The part of unknown j in the directions that are not identifiable: 1 if the data do not depend on
- * it. */
+/* The component of unknown j in the null directions: 1 if the data do not depend on it. */
 static double told_unseen(const struct fit_told *told, int j) {
     double sum = 0;
     for (int d = 0; d < told->q; d++) {
@@ -160,7 +159,7 @@ static double told_unseen(const struct fit_told *told, int j) {
     return sum;
 }
 
-/* subtracts from a row its projection on the rows before it; returns the remaining part of its
+/* subtracts from a row its projection on the rows before it; returns the remaining fraction of its
  * length */
 static double told_part(int q, const double to[], int count, double row[]) {
     double square = 0;
@@ -174,8 +173,8 @@ static double told_part(int q, const double to[], int count, double row[]) {
     return sqrt(square);
 }
 
-/* unknowns that the data do not depend on are separate directions, because any mixture of them is a
- * direction too; returns their number, up to `most` */
+/* Unknowns that the data do not depend on become separate directions, because any mixture of them
+ * is a null direction too. Returns their number, up to `most`. */
 static int told_singles(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]) {
     int q = told->q, count = 0;

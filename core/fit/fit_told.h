@@ -15,7 +15,7 @@ struct fit_told {
     double *gain;       /* q: the remaining component of the residuals in a direction */
     double *change;     /* measurements x q: the change of the residuals in a direction, of length
                          * 1 */
-    const double *size; /* q: scale of an unknown */
+    const double *size; /* scale of each of the q unknowns */
     double least;       /* directions with a smaller singular value are not identifiable */
 };
 
@@ -72,10 +72,11 @@ double pend_fit_told_gain(const struct fit_told *told);
  * Computes a Newton step along the identifiable directions, each scaled by its effect on the
  * residuals, so that a narrow valley is as steep as others.
  *
- * bend        q x q: half of the derivative of the sum of squares by relative changes of unknowns,
- *             rows, as it changes along directions, columns.
- * noise       error of these if the residuals do not change; smaller values count as 0.
- * loose       the same over a direction's singular value if they do.
+ * bend        q x q: change of the gradient (half the derivatives with respect to relative changes
+ *             of the unknowns, rows) along the directions, columns.
+ * noise       error of `bend` in directions that do not change the residuals; smaller values count
+ *             as 0.
+ * loose       error per singular value in directions that change the residuals.
  * gain        out: decrease of the sum of squares by the step; infinite if this is not a minimum.
  * covariance  out, q x q, in the unknowns' own units, unless the gain is infinite; NULL if not
  *             needed.

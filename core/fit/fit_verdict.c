@@ -17,14 +17,15 @@ static int verdict_moves(const struct pend_fit *fit) {
     return moves;
 }
 
-/* ---- measurements that lie far off */
+/* ---- outliers */
 
 static int verdict_order(const void *left, const void *right) {
     double a = *(const double *)left, b = *(const double *)right;
     return (a > b) - (a < b);
 }
 
-/* the median of absolute residuals of a column, as a standard deviation; not below a given sigma */
+/* the median of the absolute residuals of a column, scaled to a standard deviation, at least the
+ * given sigma */
 static double verdict_column(const struct pend_fit *fit, int c, double room[]) {
     const struct pend_fit_column *column = &fit->problem.column[c];
     double size = 0;
@@ -47,8 +48,7 @@ static enum pend_status verdict_spread(struct pend_fit *fit) {
     (void)pend_fit_state_squares(fit, p->rows, &count);
     for (int c = 0; c < p->columns; c++) fit->spread[c] = verdict_column(fit, c, room);
     free(room);
-    // among that many measurements with normal noise, one in a hundred data sets has a residual
-    // this large
+    // with normal noise, one in a hundred data sets of this many measurements has a larger residual
     fit->result.beyond = gsl_cdf_ugaussian_Qinv(0.005 / (double)count);
     for (long i = 0; i < p->rows; i++)
         for (int c = 0; c < p->columns; c++)
@@ -136,8 +136,8 @@ static void verdict_test(struct pend_fit *fit) {
 
 /* ---- standard errors */
 
-/* Adds J'VJ of a column in a run. The slopes are filtered backwards by the autoregression that
- * models the noise, and extrapolated before the first row until the filter has decayed. */
+/* Adds J'VJ of a column in a run. The autoregression that models the noise filters the slopes
+ * backwards; they are extrapolated before the first row until the filter has decayed. */
 static void verdict_meat(const struct pend_fit *fit, int c, long count, const double by[2],
                          double weight, double *last, double meat[]) {
     size_t q = (size_t)fit->problem.unknowns, columns = (size_t)fit->problem.columns;
@@ -166,8 +166,8 @@ static void verdict_product(size_t q, const double a[], const double b[], double
     }
 }
 
-/* the covariance for noise as correlated as the residuals; returns the part of the measurements
- * that remains to estimate it */
+/* the covariance for noise with the residuals' correlation; returns the fraction of the
+ * measurements that remains to estimate the noise */
 static double verdict_noise(struct pend_fit *fit, double *last, double meat[], double half[],
                             double covariance[]) {
     const struct pend_fit_problem *p = &fit->problem;
@@ -195,7 +195,7 @@ static double verdict_noise(struct pend_fit *fit, double *last, double meat[], d
     return isfinite(all) ? left : 0;
 }
 
-/* the covariance for correlated residuals; no unknown's variance decreases */
+/* the covariance for correlated residuals; no variance of an unknown decreases */
 static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     size_t q = (size_t)fit->problem.unknowns;
     assert(q >= 1 && variance >= 0);
@@ -203,7 +203,7 @@ static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     if (!room) return PEND_NO_MEMORY;
     double *noise = room + 2 * q * q, *wider = noise + q * q, *last = wider + q;
     double left = verdict_noise(fit, last, room, room + q * q, noise);
-    // the fit has absorbed smooth parts of the residuals, whose autocorrelations are near 1
+    // the fit has absorbed the slow components of the residuals, whose autocorrelations are near 1
     for (int k = 0; k < 2 && left > fit_freedom; k++) fit->lag[k] = left * fit->lag[k] + 1 - left;
     left = verdict_noise(fit, last, room, room + q * q, noise);
     for (size_t j = 0; j < q; j++) {
@@ -226,7 +226,7 @@ static enum pend_status verdict_widen(struct pend_fit *fit, double variance) {
     (void)pend_fit_state_squares(fit, fit->problem.rows, &count);
     result->widened = 1, result->effective = (double)count;
     if (result->explained > 1 - fit_exact || result->freedom < 1) return PEND_OK;
-    // for the wrong motion the errors mean nothing
+    // if the motion is wrong, the errors are meaningless
     int poor = !(result->explained > fit_explained) && !(result->p_value >= fit_level);
     if (poor && verdict_moves(fit)) result->widened = INFINITY;
     if (poor && verdict_moves(fit)) return PEND_OK;
@@ -240,7 +240,7 @@ static enum pend_status verdict_widen(struct pend_fit *fit, double variance) {
 /* ---- all of it */
 
 /* Undoes the transformation of the residuals by a loss. Returns the variance of a residual for the
- * untransformed slopes: that of an M-estimate. */
+ * untransformed slopes, as for an M-estimate. */
 static double verdict_straight(struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns;
@@ -272,7 +272,7 @@ static enum pend_fit_model verdict_model(const struct pend_fit *fit, int minimum
     if (!minimum || (result->freedom < 1 && !poor)) return PEND_FIT_UNDECIDED;
     if (part > 1 - fit_exact) return PEND_FIT_ACCEPTED;
     if (p < fit_level || result->alike < fit_level) return PEND_FIT_REJECTED;
-    // data that are noise of the given size
+    // the data may be only noise of the given size
     if (poor) return p >= fit_level ? PEND_FIT_UNDECIDED : PEND_FIT_REJECTED;
     int tested = p >= fit_level || isfinite(result->alike) ||
                  (part > fit_clear && verdict_moves(fit) && result->freedom >= FIT_FREEDOM);
@@ -288,7 +288,7 @@ enum pend_status pend_fit_verdict(struct pend_fit *fit, double *variance, int mi
     }
     PEND_TRY(verdict_spread(fit));
     verdict_test(fit);
-    // a motion that misses the data for a while has no outliers
+    // outliers are undefined if the motion deviates from the data for several rows
     if (result->alike < fit_level) result->beyond = INFINITY, result->outliers = 0;
     result->model = verdict_model(fit, minimum);
     return verdict_widen(fit, *variance);

@@ -20,7 +20,7 @@ static size_t algebra_numbers(size_t rows) { return rows * rows + 4 * rows; }
 double pend_orbit_algebra_bytes(int rows) {
     assert(rows >= 1);
     double squared = (double)rows * rows;
-    return 16 * squared + 1024 + 32.0 * rows + 200.0 * rows; // plus GSL's own
+    return 16 * squared + 1024 + 32.0 * rows + 200.0 * rows; // plus the memory of GSL itself
 }
 
 enum pend_status pend_orbit_algebra_new(struct orbit_algebra **algebra, int rows) {

@@ -1,6 +1,6 @@
 /* Dense linear algebra of periodic orbits: linear equations and Floquet multipliers.
  * Leaves to others: the matrices (orbits).
- * Invariant: the only file of this folder that uses the GNU Scientific Library; matrices are
+ * Invariant: only this file of the directory uses the GNU Scientific Library; matrices are
  * row-major. */
 #pragma once
 
@@ -55,13 +55,13 @@ PEND_MUST_CHECK enum pend_status pend_orbit_least(struct orbit_algebra *algebra,
                                                   const double A[], double size[3], double least[]);
 
 /**
- * Eigenvalues of a general matrix.
+ * Computes the eigenvalues of a general matrix.
  *
  * A       n x n, n >= 0; not changed.
  * re, im  out, n; complex pairs are adjacent.
  *
  * PEND_NO_MEMORY
- * PEND_NO_CONVERGENCE also of a matrix that is not finite.
+ * PEND_NO_CONVERGENCE also for a matrix that is not finite.
  * O(n^3).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_eigenvalues(struct orbit_algebra *algebra, int n,
@@ -79,8 +79,8 @@ PEND_MUST_CHECK enum pend_status pend_orbit_eigenvalues(struct orbit_algebra *al
  * with the gradient of the energy as left eigenvector; it is removed.
  *
  * n         arms.
- * phi_by    n x 2 n, derivatives of the angles at the end by angles and rates of the start; rate_by
- *           those of the rates.
+ * phi_by    n x 2 n, derivatives of the angles at the end with respect to angles and rates at the
+ *           start; rate_by: the same of the rates.
  * gradient  n, of the potential energy at the start.
  * omega     rad/s, divides rates to make them comparable with angles.
  * work      8 n^2 numbers.
@@ -100,11 +100,11 @@ PEND_MUST_CHECK enum pend_status pend_orbit_mirrored(struct orbit_algebra *algeb
  *
  * n      rows, >= 2.
  * A      n x n; changed.
- * left   n, an eigenvector on the left; right  n, one on the right, at right angles to it; changed.
+ * left   n, a left eigenvector; right  n, a right eigenvector, orthogonal to it; both changed.
  * v      space for n numbers. re, im  out, n - 2.
  *
  * PEND_NO_MEMORY
- * PEND_NO_CONVERGENCE  also if one of the two is 0.
+ * PEND_NO_CONVERGENCE  also if an eigenvector is 0.
  * O(n^3).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_kept(struct orbit_algebra *algebra, int n, double A[],

@@ -20,7 +20,7 @@ static void orbits_predict(struct pend_orbits *o) {
     pend_orbit_search_begin(o, STEP);
 }
 
-/* tries a failed step once more, shorter */
+/* repeats a failed step once with a shorter length */
 static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
     o->why = why;
     if (o->aim != FIRST) o->step /= 3;
@@ -36,8 +36,7 @@ static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
         orbits_predict(o);
 }
 
-/* the part of the way to the end of the branch that the unknowns have gone; the arm with the
- * largest swing */
+/* the fraction of the branch covered so far, 1 at its end; sets the arm with the largest swing */
 static double orbits_way(const struct pend_orbits *o, const double u[], int *arm) {
     int n = o->newton.form.n;
     *arm = 0;
@@ -50,7 +49,7 @@ static double orbits_way(const struct pend_orbits *o, const double u[], int *arm
                : fabs(swing[*arm]) / o->problem.until;
 }
 
-/* searches the orbit exactly at the end, after the last step has passed it */
+/* searches the orbit exactly at the end of the branch, after a step beyond it */
 static void orbits_land(struct pend_orbits *o, double way, int arm) {
     struct orbit_newton *newton = &o->newton;
     int q = newton->unknowns;
@@ -63,8 +62,8 @@ static void orbits_land(struct pend_orbits *o, double way, int arm) {
     newton->value = o->problem.driven ? 1 : o->problem.until;
 }
 
-/* accepts the orbit found as the next one, with its direction; false if there is none, or if the
- * branch turns too much on the way there */
+/* Accepts the orbit found as the next one, with its direction. Returns false if the direction is
+ * unknown or the branch turned too much in the step. */
 static int orbits_take(struct pend_orbits *o) {
     int q = o->newton.unknowns, alone = o->problem.driven && !o->problem.vary;
     double *along = o->next.along;
@@ -78,8 +77,8 @@ static int orbits_take(struct pend_orbits *o) {
     return o->aim == FIRST || turn >= branch_bend;
 }
 
-/* true if the accepted orbit is beyond an end of the branch, which then ends or is corrected to
- * that end */
+/* true if the accepted orbit is beyond an end of the branch; then the branch ends, or the orbit at
+ * that end is searched */
 static int orbits_beyond(struct pend_orbits *o) {
     int arm;
     double way = orbits_way(o, o->next.u, &arm);
@@ -95,7 +94,7 @@ static int orbits_beyond(struct pend_orbits *o) {
     return 1;
 }
 
-/* the orbit found is on the branch */
+/* the orbit found becomes the last one of the branch */
 static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_found *found,
                                       struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -113,8 +112,8 @@ static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_fo
     return PEND_OK;
 }
 
-/* true if the last step has passed the first orbit of a branch that started at a bifurcation, in
- * its initial direction; stores the first orbit */
+/* True if the last step of a branch that started at a bifurcation has passed its first orbit again,
+ * in the initial direction. Stores the first orbit. */
 static int orbits_closes(struct pend_orbits *o) {
     size_t q = (size_t)o->newton.unknowns;
     const double *a = o->last.u, *b = o->next.u, *home = o->home, *along = o->home + q;
@@ -166,7 +165,7 @@ static void orbits_forward(struct pend_orbits *o) {
 
 /* ---- pieces */
 
-/* Newton's method has found a solution: check that it is an orbit */
+/* after Newton's method found a solution: checks that it is an orbit */
 static enum pend_status orbits_solution(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -197,7 +196,7 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
     return PEND_OK;
 }
 
-/* Newton's method did not converge */
+/* after Newton's method did not converge */
 static enum pend_status orbits_lost(struct pend_orbits *o, enum pend_orbits_found *found,
                                     struct pend_error *error) {
     assert(o->stage == SEARCH);

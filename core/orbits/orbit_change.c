@@ -9,8 +9,8 @@
 
 enum { LOCATE_LOST = 1000 };
 
-/* distances from a bifurcation at which the first orbit of its new branch is searched, one after
- * the other, in the unit of unknowns */
+/* distances from a bifurcation, in the unit of unknowns, at which the first orbit of its new branch
+ * is searched, in this order */
 static const double change_aside[] = {5e-3, 2e-3, 1e-3, 1e-2, 3e-2};
 enum { ASIDE = sizeof change_aside / sizeof *change_aside };
 
@@ -33,8 +33,8 @@ int pend_orbit_change_far(const struct pend_orbits *o) {
     return most > far;
 }
 
-/* The unknowns at a part of the way between the two orbits, on a cubic curve. If another branch
- * crosses, the equations hardly change along it, and linear interpolation is not accurate
+/* The unknowns at a fraction of the path between the two orbits, on a cubic curve. If another
+ * branch crosses, the equations hardly change along it, and linear interpolation is not accurate
  * enough. */
 static void change_between_two(const struct pend_orbits *o, double part, double u[]) {
     int q = o->newton.unknowns;
@@ -48,22 +48,22 @@ static void change_between_two(const struct pend_orbits *o, double part, double 
                part * part * ((1 + 2 * rest) * b[j] - rest * there * to[j]);
 }
 
-/* searches the orbit at the current part of the way */
+/* searches for the orbit at the current fraction of the path */
 static void change_locate_at(struct pend_orbits *o) {
     change_between_two(o, o->at, o->newton.u);
     pend_orbit_search_plane(o, o->last.along);
     pend_orbit_search_begin(o, LOCATE);
 }
 
-/* True if a border lies between two orbits. For the circle: if more multipliers cross it than +1
- * and -1 account for. */
+/* True if a boundary lies between two orbits. For the unit circle: if more multipliers cross it
+ * than at +1 and -1. */
 static int change_passes(const struct orbits_mark *a, const struct orbits_mark *b, int border) {
     int passed = abs(a->side[border] - b->side[border]);
     if (border != ORBIT_AROUND) return passed > 0;
     return passed > change_passes(a, b, ORBIT_PLUS) + change_passes(a, b, ORBIT_MINUS);
 }
 
-/* the border between two orbits that is located first; ORBIT_BORDERS: none */
+/* the boundary between two orbits that is located first; ORBIT_BORDERS: none */
 static int change_border(const struct orbits_mark *a, const struct orbits_mark *b) {
     static const int order[] = {ORBIT_TURN, ORBIT_PLUS, ORBIT_MINUS, ORBIT_AROUND};
     for (int i = 0; i < ORBIT_BORDERS; i++)
@@ -76,7 +76,7 @@ static struct orbits_mark *change_top(struct pend_orbits *o) {
     return &o->ahead[o->waiting - 1];
 }
 
-/* searches the orbit at the next part of the way */
+/* searches for the orbit at the next fraction of the path */
 static void change_locate(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int border = change_border(low, top);
@@ -93,7 +93,8 @@ static void change_locate(struct pend_orbits *o) {
 }
 
 /* At a crossing of branches the equations are singular, and rounding errors decide whether an orbit
- * is found. Then the closest orbit next to it is used instead. Returns 0 if there is none. */
+ * is found. Then the closest orbit found nearby is used instead. Returns 0 if no orbit was found
+ * nearby. */
 static int change_locate_beside(struct pend_orbits *o) {
     int lost = o->tries / LOCATE_LOST;
     double away = change_beside * pow(5, lost) * (lost % 2 ? -1 : 1);
@@ -104,12 +105,12 @@ static int change_locate_beside(struct pend_orbits *o) {
     return 1;
 }
 
-/* true if no real multiplier is within rounding errors of a border */
+/* true if no real multiplier is within rounding errors of a boundary */
 static int change_surely(const struct orbits_mark *mark, int border) {
     return mark->beyond[border] == mark->surely[border];
 }
 
-/* the sides of the borders on which an orbit is */
+/* determines on which side of each boundary an orbit lies */
 static void change_sides(const struct pend_orbits *o, struct orbits_mark *mark) {
     mark->side[ORBIT_AROUND] = mark->outside;
     mark->side[ORBIT_TURN] = mark->test[ORBIT_TURN] > 0;
@@ -137,7 +138,7 @@ void pend_orbit_change_next(struct pend_orbits *o) {
         change_locate(o);
         return;
     }
-    // the search for bifurcations had its own aim
+    // restores the aim of the step, which the search for bifurcations replaced
     o->aim = o->came, o->stage = FORWARD;
 }
 
@@ -158,7 +159,7 @@ enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
     PEND_TRY(pend_orbit_switch_direction(&o->newton, o->turned, o->problem.leave[o->left],
                                          o->leaving, &found));
     if (!found && o->newton.form.equations == o->newton.form.n) {
-        // free orbits may begin there
+        // free orbits may start at this bifurcation
         pend_orbit_newton_free(&o->newton, pend_orbit_switch_turning(&o->newton), o->turned);
         memcpy(o->last.u, o->newton.u, (size_t)o->newton.unknowns * sizeof(double));
         pend_orbit_search_begin(o, LOOK);
@@ -189,14 +190,14 @@ static int change_turns(const struct pend_orbits *o) {
     return (o->last.mark.test[ORBIT_TURN] > 0) != (o->next.mark.test[ORBIT_TURN] > 0);
 }
 
-/* the slope relative to those of the last orbit and the next */
+/* the slope at an orbit, relative to the slopes at the last and the next orbit */
 static double change_slope(const struct pend_orbits *o, const struct orbits_mark *mark) {
     return fabs(mark->test[ORBIT_TURN]) /
            fmax(fabs(o->last.mark.test[ORBIT_TURN]), fabs(o->next.mark.test[ORBIT_TURN]));
 }
 
-/* A multiplier crosses +1 at a fold, or touches it. Near a fold the slope is the more reliable test
- * of the side for both. */
+/* At a fold a multiplier crosses +1 or touches it. Near a fold, the slope is the more reliable test
+ * for the side of +1. */
 static void change_tie(struct pend_orbits *o, struct orbits_mark *mark) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     const struct orbits_mark *same = change_passes(low, mark, ORBIT_TURN) ? top : low;
@@ -208,14 +209,14 @@ static void change_tie(struct pend_orbits *o, struct orbits_mark *mark) {
     mark->side[ORBIT_AROUND] += same->side[ORBIT_AROUND] < mark->side[ORBIT_AROUND] ? -1 : 1;
 }
 
-/* true if the branch turns back between `low` and the first one ahead although no multiplier
- * crosses */
+/* true if the branch turns back between `low` and the nearest waiting orbit although no multiplier
+ * crosses +1 */
 static int change_touches(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     return change_passes(low, top, ORBIT_TURN) && !change_passes(low, top, ORBIT_PLUS);
 }
 
-/* the sides of the orbit found between the two; false if it is on another branch */
+/* determines the sides of the orbit found between the two; false if it is on another branch */
 static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     int q = o->newton.unknowns;
     double *along = o->leaving;
@@ -227,7 +228,7 @@ static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     change_sides(o, mark);
     if (!change_turns(o)) mark->side[ORBIT_TURN] = o->low.side[ORBIT_TURN];
     change_tie(o, mark);
-    // if two branches meet, Newton's method may converge to the other one, which has another slope
+    // near a crossing, Newton's method may converge to the other branch, whose slope differs
     double slope = fmax(fabs(o->low.test[ORBIT_TURN]), fabs(change_top(o)->test[ORBIT_TURN]));
     if (change_touches(o) && !o->beside && fabs(mark->test[ORBIT_TURN]) > change_other * slope)
         return 0;
@@ -235,8 +236,8 @@ static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     return pend_orbit_search_dot(along, last, q) >= change_bend * sqrt(sizes);
 }
 
-/* inserts an orbit between `low` and the first one ahead; the end that stays twice gets less weight
- * (Illinois method) */
+/* Inserts an orbit between `low` and the nearest waiting orbit. An end that remains twice in a row
+ * gets less weight (Illinois method). */
 static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
     int below = change_border(&o->low, mark) == ORBIT_BORDERS;
     if (below) {
@@ -251,7 +252,7 @@ static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
     o->side = below ? -1 : 1;
 }
 
-/* true if `low` and the first one ahead differ by exactly one bifurcation */
+/* true if exactly one bifurcation lies between `low` and the nearest waiting orbit */
 static int change_single(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int passes[ORBIT_BORDERS], count = 0;
@@ -264,7 +265,7 @@ static enum pend_orbits_kind change_kind(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int plus = o->border == ORBIT_PLUS, around = o->border == ORBIT_AROUND;
     if (o->border == ORBIT_TURN) return change_touches(o) ? PEND_ORBITS_BRANCH : PEND_ORBITS_FOLD;
-    // real ones that cross together, as for equal branches
+    // several real multipliers may cross together, for example with equal branches
     if (plus || (around && low->beyond[ORBIT_PLUS] != top->beyond[ORBIT_PLUS]))
         return PEND_ORBITS_BRANCH;
     if (around && low->beyond[ORBIT_MINUS] == top->beyond[ORBIT_MINUS]) return PEND_ORBITS_TORUS;
@@ -285,8 +286,8 @@ static void change_beyond(struct pend_orbits *o) {
     low->side[o->border] = top->side[o->border];
 }
 
-/* true if half of the orbit found tells more about a crossing branch: whether its orbits are their
- * own mirror images, or have half of the period */
+/* True if the motion over half of the period is needed to classify a crossing branch: its orbits
+ * may be mirror images of themselves, or have half of the period. */
 static int change_halves(const struct pend_orbits *o) {
     const struct orbit_form *form = &o->newton.form;
     return o->now.kind == PEND_ORBITS_BRANCH && !form->mirrored;
@@ -304,7 +305,7 @@ enum pend_status pend_orbit_change_halved(struct pend_orbits *o, enum pend_orbit
     if (turns && form->times % 2 == 0 && pend_orbit_form_apart(form, map, 1) < alike)
         o->now.kind = PEND_ORBITS_DOUBLING;
     if (o->now.kind == PEND_ORBITS_BRANCH && pend_orbit_form_apart(form, map, -1) < alike) {
-        // a motion at rest is its own mirror image at every instant
+        // an equilibrium is its own mirror image at every instant
         int moves = pend_orbit_form_apart(form, NULL, -1) > alike;
         if (form->kind == ORBIT_DRIVEN && moves)
             PEND_TRY(pend_orbit_floquet_half(&o->floquet, newton, &breaks));
@@ -329,12 +330,12 @@ static enum pend_status change_tell(struct pend_orbits *o, enum pend_orbits_foun
     return PEND_OK;
 }
 
-/* the orbit that is searched next at a fold */
+/* the next orbit to search at a fold */
 enum { BEYOND = 1, BEFORE, AT };
 
-/* The branch turns back at the orbit found, although no multiplier seems to cross +1 there. A
- * multiplier touches +1 if another branch meets it; orbits on both sides decide whether it touches
- * or crosses. */
+/* The branch turns back at the orbit found, although no multiplier seems to cross +1 there. If
+ * another branch meets this one, a multiplier touches +1. Orbits on both sides decide whether it
+ * touches or crosses. */
 static void change_touch(struct pend_orbits *o) {
     if (!o->beside++) o->touch = o->at;
     if (o->beside == BEFORE && o->touch - o->low.at <= change_near_turn) o->beside = AT;
@@ -345,7 +346,8 @@ static void change_touch(struct pend_orbits *o) {
     change_locate_at(o);
 }
 
-/* no orbit was found at a part of the way: the bifurcation is reported at the next orbit */
+/* reports the bifurcation at the next orbit, because no orbit was found at a fraction of the
+ * path */
 static enum pend_status change_unplaced(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
     struct pend_problem motion;
@@ -368,7 +370,7 @@ enum pend_status pend_orbit_change_lost(struct pend_orbits *o, enum pend_orbits_
     return PEND_OK;
 }
 
-/* true if the bifurcation between `low` and the first one ahead is at the orbit found */
+/* true if the bifurcation between `low` and the nearest waiting orbit is at the orbit found */
 static int change_exact(struct pend_orbits *o, const struct orbits_mark *mark, int border) {
     int single = change_single(o), folds = change_passes(&o->low, change_top(o), ORBIT_PLUS);
     if (change_top(o)->at - o->low.at <= change_short || o->tries >= CHANGE_MOST) return 1;

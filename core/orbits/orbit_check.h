@@ -10,11 +10,12 @@
 struct orbit_check {
     int n;
     double closure;    /* distance between end and start: rad, or rates in the form's unit */
-    int divisor;       /* the orbit already returns after this part of its period; else 1 */
-    double *amplitude; /* n: half of the difference of its extreme angles, if computed */
-    /* the run under way */
+    int divisor;       /* if the orbit already returns after a fraction of its period, the number of
+                        * repetitions; otherwise 1 */
+    double *amplitude; /* n: half of the difference between the extreme angles, if computed */
+    /* state of the running motion */
     struct pend_run *run;
-    long steps; /* of all earlier runs */
+    long steps; /* steps of all earlier motions */
     int rows, done;
     double *t, *seen, *phi, *rate; /* instants; rows in the caller's order */
     double *block;
@@ -33,7 +34,7 @@ PEND_MUST_CHECK enum pend_status pend_orbit_check_init(struct orbit_check *check
 /** Frees the memory. */
 void pend_orbit_check_clear(struct orbit_check *check);
 
-/** Returns the bytes of pend_orbit_check_init and of a run. O(1). */
+/** Returns the bytes of pend_orbit_check_init and of the motion. O(1). */
 double pend_orbit_check_bytes(int n, int all);
 
 /**

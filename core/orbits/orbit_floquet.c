@@ -32,7 +32,7 @@ void pend_orbit_floquet_clear(struct orbit_floquet *floquet) {
     *floquet = (struct orbit_floquet){.n = 0};
 }
 
-/* counts multipliers beyond the borders, and computes the tests for crossings */
+/* counts multipliers beyond the boundaries, and computes the tests for crossings */
 static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
     assert(count >= 0);
     double border = driven ? floquet_driven : floquet_border;
@@ -55,7 +55,7 @@ static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
     for (int j = 0; j < 2 * f->n; j++) f->growth = fmax(f->growth, hypot(f->re[j], f->im[j]));
 }
 
-/* x and 1 / x from their mean k; those of a half period are squared */
+/* computes x and 1 / x from their mean k; multipliers of a half period are squared */
 static void floquet_pair(struct orbit_floquet *f, int pair, double complex k, int squared) {
     double complex root = csqrt(k - 1) * csqrt(k + 1), x = k + root;
     if (cabs(x) < 1) x = k - root;
@@ -75,7 +75,7 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     assert(map->count == 2 * f->n);
     PEND_TRY(pend_orbit_mirrored(newton->algebra, f->n, map->phi_by, map->rate_by, map->energy_by,
                                  newton->form.omega, f->work, f->part_re, f->part_im));
-    // half a period mirrors the orbit: its neutral multiplier is -1
+    // the half period maps the orbit to its mirror image, so the neutral multiplier is -1
     for (int i = 0; i < f->n - 1; i++) {
         if (quarter) f->part_re[i] = -f->part_re[i], f->part_im[i] = -f->part_im[i];
         double im = fabs(f->part_im[i]) > floquet_driven ? f->part_im[i] : 0;
@@ -87,7 +87,8 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     return PEND_OK;
 }
 
-/* the derivative of a motion by its start, rates in their unit, times a side */
+/* the derivative of a motion with respect to its start, times `side`; rates are in units of
+ * omega */
 static void floquet_matrix(const struct orbit_floquet *f, const struct orbit_newton *newton,
                            double side, double matrix[]) {
     int n = f->n, q = newton->map.count;

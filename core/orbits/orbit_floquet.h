@@ -6,17 +6,17 @@
 
 #include "core/orbits/orbit_newton.h"
 
-/* The points at which real multipliers cross the circle. */
+/* the points at which real multipliers cross the unit circle */
 enum orbit_border { ORBIT_PLUS /* +1 */, ORBIT_MINUS /* -1 */, ORBIT_REAL };
 
 struct orbit_floquet {
     int n;
     double *re, *im; /* 2 n multipliers of the whole period */
-    /* for the computed part of the orbit: number of real multipliers beyond a border, and of those
-     * beyond it by more than rounding errors; number outside the circle, complex pairs counted
-     * twice */
+    /* For the computed part of the orbit: the number of real multipliers beyond each boundary; the
+     * number beyond it by more than rounding errors; the number outside the unit circle, where a
+     * complex pair counts as two. */
     int beyond[ORBIT_REAL], surely[ORBIT_REAL], outside;
-    double test[ORBIT_REAL]; /* changes sign when a real multiplier crosses a border */
+    double test[ORBIT_REAL]; /* changes sign when a real multiplier crosses a boundary */
     int stable;              /* no small disturbance grows exponentially */
     double growth;           /* the largest size of a multiplier, at least 1 */
     double *part_re, *part_im, *work;
@@ -50,7 +50,7 @@ PEND_MUST_CHECK enum pend_status pend_orbit_floquet_at(struct orbit_floquet *flo
 
 /**
  * Tests whether a neutral disturbance breaks the mirror symmetry of an orbit of a driven pendulum:
- * half a period then maps it to minus its mirror image.
+ * the half period then maps the disturbance to minus its mirror image.
  *
  * newton  has evaluated half of the orbit; the multipliers of the whole orbit are not changed.
  * breaks  out.

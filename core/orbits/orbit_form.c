@@ -119,7 +119,7 @@ int pend_orbit_form_against(struct orbit_form *form) {
     return 1;
 }
 
-/* finds the two of three or more equal branches with the largest opposite motion in the mode */
+/* of three or more equal branches, finds the two with the largest opposite motion in the mode */
 static void form_twins(struct orbit_form *form) {
     static const double still = 1e-9;
     double most = still, other = 0;
@@ -269,7 +269,7 @@ static double form_spans(const struct orbit_form *form) {
     return form->kind == ORBIT_FREE && form->mirrored ? 2 : parts[form->kind];
 }
 
-/* s: increase of the span, without a drive, for an increase of the period by 1 */
+/* increase of the span, s, without a drive, if the period grows by 1 in its unit */
 static double form_later(const struct orbit_form *form) {
     assert(form->kind != ORBIT_DRIVEN);
     return 2 * M_PI / form->omega * form->times / form_spans(form);
@@ -299,7 +299,7 @@ double pend_orbit_form_period(const struct orbit_form *form) {
     return form_spans(form) * form->span;
 }
 
-/* a tree with another length or mass, in the same stored order */
+/* creates the tree with a changed length or mass, in the same stored order */
 static enum pend_status form_tree(struct orbit_form *form, double value, struct pend_error *error) {
     const struct pend_tree *tree = form->problem->tree;
     size_t n = (size_t)tree->n;
@@ -418,7 +418,8 @@ double pend_orbit_form_apart(const struct orbit_form *form, const struct orbit_m
 static void form_driven(const struct orbit_form *form, const struct orbit_map *map, double F[],
                         double J[]) {
     int n = form->n, columns = 2 * n + 1, q = map->count;
-    double omega = form->omega, later = 0; // the span's derivative by the last unknown
+    double omega = form->omega,
+           later = 0; // derivative of the span with respect to the last unknown
     assert(q == form->count);
     if (form->problem->vary == PEND_ORBIT_OMEGA) {
         double now = form->times * 2 * M_PI / form->span;
@@ -443,7 +444,7 @@ static void form_driven(const struct orbit_form *form, const struct orbit_map *m
     }
 }
 
-/* a row of J: the derivatives of a number at the end, in its unit, by the start */
+/* a row of J: the derivatives of a value at the end, in its unit, with respect to the start */
 static void form_row(const struct orbit_form *form, const double by[], double unit, double row[]) {
     int n = form->n;
     for (int j = 0; j < 2 * n; j++) row[j] = by[j] * (j < n ? 1 : form->omega) / unit;

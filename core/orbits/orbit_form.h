@@ -4,13 +4,14 @@
  *
  * An orbit between two states of rest starts without velocity, x away from the equilibrium, and
  * stops again after half of its period T: n equations rate(T / 2) = 0 in x and T. If a pendulum is
- * its own mirror image under theta -> -theta, it passes theta = 0 after a quarter of it: theta(T /
- * 4) = 0. An orbit of a driven pendulum returns after k periods of the drive: 2 n equations in the
- * start and in a varied number. A free orbit, which is not driven and never at rest, returns after
- * its period, or to its mirror image after half of it: 2 n equations in the start and T. One of
- * them follows from the others by conservation of energy; instead, one arm has rate 0 at the start.
- * Unknowns are angles, rates relative to a frequency, the period relative to the mode's, and the
- * progress of the varied number from its first value to its last one, 0 .. 1. */
+ * its own mirror image under theta -> -theta, it passes theta = 0 after T / 4: theta(T / 4) = 0. An
+ * orbit of a driven pendulum returns after k periods of the drive: 2 n equations in the start and
+ * in a varied number. A free orbit, which is not driven and never at rest, returns after its
+ * period, or to its mirror image after half of it: 2 n equations in the start and T. By
+ * conservation of energy one equation follows from the others; it is replaced by the condition that
+ * one arm has rate 0 at the start. Unknowns are angles, rates relative to a frequency, the period
+ * relative to the mode's, and the progress of the varied number from its first value to its last
+ * one, 0 .. 1. */
 #pragma once
 
 #include "core/orbits/orbit_map.h"
@@ -21,37 +22,37 @@ enum orbit_kind { ORBIT_QUARTER, ORBIT_HALF, ORBIT_FREE, ORBIT_DRIVEN };
 struct orbit_form {
     enum orbit_kind kind;
     const struct pend_orbit_problem *problem;
-    int n, equations, turns; /* turns: adding whole turns to an arm changes nothing */
-    int times;               /* periods of the drive, or of the first branch's orbit */
-    int mirrored;            /* it is its own mirror image after half of its period */
+    int n, equations, turns; /* turns: non-zero if adding whole turns to an arm changes nothing */
+    int times;               /* number of periods of the drive, or of the first branch's orbit */
+    int mirrored;            /* the orbit is its own mirror image after half of its period */
     int turning;             /* for ORBIT_FREE: the arm that turns back at the start */
-    int twins, twin[2];      /* number of equal branches on one joint, 0 if fewer than
-                             three; first arms of the two with the largest opposite motion */
+    int twins, twin[2];      /* number of equal branches on one joint, 0 if fewer than three; first
+                              * arms of the two branches with the largest opposite motion */
     int against;             /* these two swing against each other, and all other arms hang still */
-    double omega;            /* rad/s, of the mode or of the drive: the unit of rates */
+    double omega;            /* rad/s, frequency of the mode or of the drive: the unit of rates */
     double from;             /* start value of the varied number */
     double rest_potential;   /* J */
     double *rest, *rest_low; /* n: the equilibrium, rad */
-    double *shape;           /* n: the mode, its largest angle 1 */
-    /* the pendulum and the start for a list of unknowns */
+    double *shape;           /* n: the mode, scaled to a largest angle of 1 */
+    /* the pendulum and the start for a given list of unknowns */
     struct pend_tree *tree; /* NULL: the problem's */
     struct pend_loads loads;
-    double *value; /* of its terms */
+    double *value; /* values of its terms */
     double *phi, *phi_low, *rate;
     int halved;       /* the map covers half of the span, to evaluate half of an orbit */
-    double span;      /* s, of the map */
-    int count, slope; /* parameters of the map; the first one of the varied number */
+    double span;      /* s, time of the map */
+    int count, slope; /* parameters of the map; index of the first parameter of the varied number */
     struct pend_parameter *parameter;
-    double *weight; /* of the parameters from `slope` on */
+    double *weight; /* weights of the parameters from `slope` on */
     double *block;
 };
 
 /**
  * Finds the common base frequency of a pendulum's drives.
  *
- * omega  out, rad/s: the largest frequency of which all are whole multiples, up to 12 each.
+ * omega  out, rad/s: the largest frequency of which all drives are whole multiples, up to 12.
  *
- * Returns false without drives, and if there is no such frequency. O(harmonics).
+ * Returns false without drives, or if there is no such frequency. O(harmonics).
  */
 int pend_orbit_drive(const struct pend_loads *loads, double *omega);
 
@@ -81,8 +82,8 @@ int pend_orbit_form_most(const struct orbit_form *form);
  * Sets the pendulum, the start and the span of a list of unknowns.
  *
  * u       equations + 1 unknowns.
- * whole   non-zero: the map has all derivatives by angles and rates, else only those that the
- *         equations need.
+ * whole   non-zero: the map has all derivatives with respect to angles and rates, otherwise only
+ *         those in the equations.
  * motion  out, for pend_orbit_map_begin and for runs: tree, loads and start.
  *
  * PEND_INVALID  the pendulum or the time is invalid.
@@ -110,8 +111,8 @@ int pend_orbit_form_double(struct orbit_form *form);
 
 /**
  * Changes the shape of the mode to that in which two equal branches swing against each other, with
- * their joint at rest. For three equal branches each frequency is double, and other shapes need not
- * continue to larger swings.
+ * their joint at rest. With three equal branches each frequency is double, and other shapes may
+ * have no branch to larger swings.
  *
  * Returns false, and changes nothing, without three equal branches or if that is the shape already.
  */
@@ -131,9 +132,9 @@ void pend_orbit_form_unmirror(struct orbit_form *form);
  */
 void pend_orbit_form_free(struct orbit_form *form, int turning);
 
-/** Returns the distance of the end of a map, or without one of the start itself, from the start
- * (side 1), or from the mirror image of the start about hanging (side -1): rad, and rates in the
- * form's unit. O(n). */
+/** Returns the distance from the start (side 1), or from the mirror image of the start about
+ * hanging (side -1), to the end of a map; without a map, to the start itself. Unit: rad, and rates
+ * in the form's unit. O(n). */
 double pend_orbit_form_apart(const struct orbit_form *form, const struct orbit_map *map, int side);
 
 /** Returns the whole period of the list of unknowns set before, s. O(1). */

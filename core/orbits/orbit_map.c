@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* numbers of a row for n arms and q parameters: phi, rate, acc, and the derivatives of the first
- * two; both energies and their derivatives */
+/* size of a row for n arms and q parameters: phi, rate, acc, the derivatives of phi and rate, and
+ * both energies with their derivatives */
 static size_t map_row(size_t n, size_t q) { return 3 * n + 2 * n * q + 2 * (1 + q); }
 
 static size_t map_numbers(size_t n, size_t q) {

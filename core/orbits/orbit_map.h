@@ -1,7 +1,7 @@
 /* A motion over a given time as a map of its start, with the derivatives of the map, for shooting.
  * Leaves to others: the equations of an orbit (orbit_form), the motion (derivatives).
- * Invariant: everything is in the tree's stored order; the map of the same start has the same
- * bits, however it is divided into calls. */
+ * Invariant: everything is in the tree's stored order; the bits of a map do
+ * not depend on its division into calls. */
 #pragma once
 
 #include "core/derivatives/derivatives.h"
@@ -10,15 +10,15 @@
  * + parameter]. */
 struct orbit_map {
     int n, most, count;       /* arms; capacity for parameters; parameters of the last map */
-    double *phi, *rate, *acc; /* at the end: rad, rad/s, rad/s^2 */
-    double *phi_by, *rate_by; /* their derivatives */
+    double *phi, *rate, *acc; /* rad, rad/s, rad/s^2 at the end */
+    double *phi_by, *rate_by; /* their derivatives, with respect to the parameters */
     double energy;            /* J, at the start */
-    double *energy_by;        /* count, its derivatives */
-    /* state of a map under way */
+    double *energy_by;        /* count, the derivatives of the energy */
+    /* state of a running map */
     const int *place;
     struct pend_derivatives *motion;
     double *instant; /* 2, s */
-    double *row;     /* of values and derivatives, in the caller's order */
+    double *row;     /* values and derivatives, in the caller's order */
     long row_next;
     double *block;
 };
@@ -36,15 +36,15 @@ PEND_MUST_CHECK enum pend_status pend_orbit_map_init(struct orbit_map *map, int 
 /** Frees the memory. */
 void pend_orbit_map_clear(struct orbit_map *map);
 
-/** Returns the bytes of pend_orbit_map_init, without the motion's own. O(1). */
+/** Returns the bytes of pend_orbit_map_init, without those of the motion. O(1). */
 double pend_orbit_map_bytes(int n, int most);
 
 /**
  * Starts a map; cancels an earlier one.
  *
- * problem    its times are set here; tree, loads and starts outlive the map.
+ * problem    its times are set by this function; tree, loads and starts outlive the map.
  * span       s, > 0, from the time 0 on.
- * parameter  count of them, 1 .. most.
+ * parameter  `count` parameters, 1 .. most.
  *
  * PEND_INVALID, PEND_NO_MEMORY  as pend_derivatives_new.
  */

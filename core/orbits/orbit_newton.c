@@ -90,7 +90,7 @@ static double newton_size(const double x[], int count) {
     return most;
 }
 
-/* the last row of J, and the residual of its equation */
+/* sets the last row of J, and the residual of the closing equation */
 static double newton_close(struct orbit_newton *newton) {
     int q = newton->unknowns;
     double *row = newton->J + (size_t)(q - 1) * (size_t)q, sum = 0;
@@ -106,7 +106,7 @@ static double newton_close(struct orbit_newton *newton) {
     return sum - newton->value;
 }
 
-/* tries the next part of the step from the last good list of unknowns */
+/* tries the current fraction of the step from the last accepted unknowns */
 static void newton_try(struct orbit_newton *newton) {
     for (int j = 0; j < newton->unknowns; j++)
         newton->u[j] = newton->good[j] + newton->part * newton->way[j];
@@ -131,7 +131,8 @@ static enum orbit_newton_end newton_far(struct orbit_newton *newton, double corr
     return ORBIT_GOING;
 }
 
-/* a correction of the size of round-off: the solution is found, or needs all derivatives */
+/* a correction of the size of round-off: the solution is found, or all derivatives are still
+ * needed */
 static enum orbit_newton_end newton_last(struct orbit_newton *newton, double correction) {
     newton->last = correction;
     if (newton->whole && !newton->complete) return ORBIT_GOING;
@@ -139,7 +140,7 @@ static enum orbit_newton_end newton_last(struct orbit_newton *newton, double cor
     return ORBIT_FOUND;
 }
 
-/* the correction after a map */
+/* computes the correction after a map */
 static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     int q = newton->unknowns;
     newton->iteration++;

@@ -1,5 +1,6 @@
-/* Newton's method for the equations of an orbit and one more that selects it on its branch.
- * Leaves to others: the choice of orbits, and whether a solution is one (orbits).
+/* Newton's method for the equations of an orbit and a closing equation that selects the orbit on
+ * its branch.
+ * Leaves to others: the choice of orbits, and whether a solution is an orbit (orbits).
  * Invariant: the last correction of a solution has the size of round-off. */
 #pragma once
 
@@ -14,17 +15,19 @@ struct orbit_newton {
     struct orbit_algebra *algebra;
     int unknowns;
     double *u;      /* in: a guess; once found: the solution */
-    double *normal; /* closes the system: normal . u = value; */
+    double *normal; /* closing equation: normal . u = value; */
     double value;
-    int energy;  /* non-zero: instead the energy above rest is value, J */
-    int careful; /* non-zero: from far away, only steps that reduce the equations' error */
+    int energy;  /* non-zero: the closing equation is instead: energy above rest = value, J */
+    int careful; /* non-zero: the guess is far away; only steps that reduce the error are
+                  * accepted */
     int look;    /* non-zero: computes J at the guess instead of a solution; its last row is 0 */
-    int whole;   /* non-zero: the solution's map has all derivatives by angles and rates */
+    int whole;   /* non-zero: the solution's map has all derivatives with respect to angles and
+                  * rates */
     double *J;   /* of the solution: unknowns x unknowns, the last row is the closing equation */
     /* state of the search */
     int iteration, under_way, complete; /* complete: the map has all derivatives */
     double *F, *delta, *good, *way;
-    double last, part, size; /* last: correction; part: tried part of `way`; size: of F at `good` */
+    double last, part, size; /* last correction; tried fraction of `way`; size of F at `good` */
     struct pend_problem motion;
     long steps, maps; /* total */
     double *block;
@@ -56,7 +59,7 @@ void pend_orbit_newton_begin(struct orbit_newton *newton);
  *
  * work  as of pend_derivatives_next.
  *
- * PEND_NO_MEMORY  Everything else that fails ends as ORBIT_LOST.
+ * PEND_NO_MEMORY  Any other failure ends the search as ORBIT_LOST.
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_newton_next(struct orbit_newton *newton, double work,
                                                         enum orbit_newton_end *end,
@@ -68,16 +71,16 @@ PEND_MUST_CHECK enum pend_status pend_orbit_newton_next(struct orbit_newton *new
  * along  unknowns: the direction has a positive product with it; out: the direction, its largest
  *        entry of size 1.
  *
- * Returns true if it is known.
+ * Returns true if the direction could be computed.
  */
 int pend_orbit_newton_tangent(struct orbit_newton *newton, double along[]);
 
-/** Returns the energy of a solution without a drive above that at rest, J. O(1). */
+/** Returns the energy of a solution above the equilibrium, J, without a drive. O(1). */
 double pend_orbit_newton_energy(const struct orbit_newton *newton);
 
 /** Returns the derivative of that energy along a direction of the unknowns, J. O(n). */
 double pend_orbit_newton_slope(const struct orbit_newton *newton, const double along[]);
 
-/** Switches to the equations and unknowns of free orbits; also converts the solution and a
- * direction, which have space for them. */
+/** Switches to the equations and unknowns of free orbits. Also converts the solution and a
+ * direction, which have space for the additional unknowns. */
 void pend_orbit_newton_free(struct orbit_newton *newton, int turning, double direction[]);

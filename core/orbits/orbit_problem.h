@@ -1,5 +1,5 @@
 /* The request for periodic orbits (the pendulum, the orbits, the end of the branch), and the
- * results for one.
+ * reported properties of an orbit.
  * Leaves to others: finding them (orbits), names and JSON (api).
  * Invariant: stored order. */
 #pragma once
@@ -19,29 +19,29 @@ enum pend_orbit_vary {
     PEND_ORBIT_PARAMETER /* a length, a mass, gravity, or a number of the list of terms */
 };
 
-/* largest number of drive periods of an orbit; largest number of branch switches */
+/* largest number of drive periods of an orbit, and of branch switches */
 enum { PEND_ORBIT_PERIODS = 8, PEND_ORBIT_SWITCHES = 8 };
 
 struct pend_orbit_problem {
     const struct pend_tree *tree; /* outlives the search, as do loads and starts */
     struct pend_loads loads;
     int driven;  /* non-zero: orbits of a driven pendulum, else between two states of rest */
-    int branch;  /* non-zero: report every orbit on the way, else only the last */
+    int branch;  /* non-zero: report every orbit of the branch, otherwise only the last */
     int points;  /* largest number of steps along a branch, >= 1 */
-    double step; /* the longest one, rad or as long in other unknowns; > 0 */
+    double step; /* longest step, rad or as long in other unknowns; > 0 */
     /* for orbits between two states of rest */
-    int mode; /* from 0, among the modes that swing, slowest first */
+    int mode; /* index, from 0, among the modes that swing, slowest first */
     enum pend_orbit_target target;
     double until; /* > 0 */
     /* for orbits of driven pendulums */
-    int periods; /* of the drive, 1 .. PEND_ORBIT_PERIODS */
+    int periods; /* number of drive periods, 1 .. PEND_ORBIT_PERIODS */
     int settle;  /* periods of the drive that are integrated from the start before the search */
-    const double *phi, *rate; /* n: near an orbit at the time 0 */
+    const double *phi, *rate; /* n: the state at the time 0, near an orbit */
     enum pend_orbit_vary vary;
-    struct pend_parameter by; /* for PEND_ORBIT_PARAMETER */
+    struct pend_parameter by; /* the varied parameter, for PEND_ORBIT_PARAMETER */
     double to;                /* end value of the varied number, in its unit */
-    /* Bifurcations, from 1, at which the search switches to the branch that begins there, one after
-     * the other; < 0: to its other side. Only orbits of the last branch are reported. Requires
+    /* The bifurcations, numbered from 1, at which the search switches in turn to the branch that
+     * begins there; < 0: to its other side. Only orbits of the last branch are reported. Requires
      * `branch`. */
     int switches, leave[PEND_ORBIT_SWITCHES];
 };
@@ -55,17 +55,18 @@ static inline int pend_orbit_unknowns(const struct pend_orbit_problem *problem) 
 enum pend_orbits_found {
     PEND_ORBITS_NOTHING,     /* continue */
     PEND_ORBITS_ORBIT,       /* the next orbit of the branch, or the requested one */
-    PEND_ORBITS_BIFURCATION, /* between the last two orbits */
-    PEND_ORBITS_END          /* the search is over */
+    PEND_ORBITS_BIFURCATION, /* a bifurcation between the last two orbits */
+    PEND_ORBITS_END          /* the search has ended */
 };
 
 /* How a search ended. */
 enum pend_orbits_end {
-    PEND_ORBITS_REACHED, /* at the requested end */
-    PEND_ORBITS_POINTS,  /* after the largest allowed number of steps */
+    PEND_ORBITS_REACHED, /* the requested end was reached */
+    PEND_ORBITS_POINTS,  /* the largest allowed number of steps was used */
     PEND_ORBITS_LOST,    /* no orbit was found beyond the last one, with any step */
-    PEND_ORBITS_MEETS,   /* beyond the last one, orbits have a part of the period */
-    PEND_ORBITS_WILD,    /* beyond the last one, doubles cannot decide whether an orbit returns */
+    PEND_ORBITS_MEETS,   /* beyond the last one, orbits have a fraction of the period */
+    PEND_ORBITS_WILD,    /* beyond the last one, double precision cannot decide whether an orbit
+                          * returns */
     PEND_ORBITS_BACK,    /* the branch of a driven pendulum returned to its start */
     PEND_ORBITS_CLOSED,  /* the branch is closed: it returned to its first orbit */
     PEND_ORBITS_NONE,    /* there is no orbit near the start */
@@ -74,29 +75,29 @@ enum pend_orbits_end {
     PEND_ORBITS_ENDS
 };
 
-/* What happens at a bifurcation, where multipliers of the orbit pass a border. */
+/* The kind of a bifurcation, where multipliers of the orbit cross the unit circle. */
 enum pend_orbits_kind {
-    PEND_ORBITS_FOLD,     /* +1: the branch turns back, in energy or in what varies */
-    PEND_ORBITS_BRANCH,   /* +1: another branch crosses */
-    PEND_ORBITS_SYMMETRY, /* +1, -1 of the half period: orbits with and without the mirror symmetry
-                           * meet */
-    PEND_ORBITS_DOUBLING, /* -1: orbits of twice the period */
-    PEND_ORBITS_TORUS,    /* a complex pair begins or ceases to grow */
+    PEND_ORBITS_FOLD,     /* at +1: the branch turns back, in energy or in the varied number */
+    PEND_ORBITS_BRANCH,   /* at +1: another branch crosses */
+    PEND_ORBITS_SYMMETRY, /* at +1, or -1 of the half period: orbits with and without the mirror
+                           * symmetry meet */
+    PEND_ORBITS_DOUBLING, /* at -1: orbits of twice the period begin */
+    PEND_ORBITS_TORUS,    /* a complex pair crosses the circle: quasi-periodic motion */
     PEND_ORBITS_KINDS
 };
 
 /* An orbit; arrays of n numbers in stored order, valid until the next call. */
 struct pend_orbit {
-    const double *phi, *phi_low, *rate; /* its start: at rest, or at time 0 */
-    const double *amplitude;    /* rad: from the equilibrium; for driven ones half of the difference
-                                 * of the extremes at 841 instants */
-    const double *re, *im;      /* 2 n multipliers */
-    double period;              /* s */
-    double energy;              /* J above the equilibrium; 0 for driven ones */
-    double value;               /* of the varied number; 0 if none */
+    const double *phi, *phi_low, *rate; /* the start: at rest, or at the time 0 */
+    const double *amplitude;            /* rad, from the equilibrium; for driven orbits, half of the
+                                         * difference between the extremes at 841 instants */
+    const double *re, *im;              /* 2 n multipliers */
+    double period;                      /* s */
+    double energy;                      /* J above the equilibrium; 0 for driven orbits */
+    double value;                       /* value of the varied number; 0 if none */
     double closure;             /* distance of the motion's end from its start: rad, and rates
                                  * relative to the mode's or the drive's frequency */
     int stable;                 /* no small disturbance grows exponentially */
-    enum pend_orbits_kind kind; /* of a bifurcation */
-    int turns;                  /* of a bifurcation: the branch turns back there */
+    enum pend_orbits_kind kind; /* kind of a bifurcation */
+    int turns;                  /* for a bifurcation: the branch turns back there */
 };

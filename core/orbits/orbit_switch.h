@@ -1,4 +1,4 @@
-/* Switching from a branch to one that crosses it or begins on it: its direction.
+/* Direction of a branch that crosses another branch or begins on it.
  * Leaves to others: finding the bifurcation, and the orbits of the other branch (orbit_change).
  * Invariant: the direction is orthogonal to the branch that is left. */
 #pragma once
@@ -9,7 +9,7 @@
  * Switches to the equations of the orbits that begin at a bifurcation; the unknowns keep their
  * meaning.
  *
- * Returns false if none begin, or none of a supported kind: at folds, at torus bifurcations, and
+ * Returns false if no orbits of a supported kind begin there: at folds, at torus bifurcations, and
  * beyond the largest number of drive periods.
  */
 int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind);
@@ -22,8 +22,8 @@ int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind);
  * branch  unknowns: approximate direction of the branch that is left; not changed.
  * side    < 0: the direction with a negative largest entry.
  * out     2 x unknowns: at its start the direction, its largest entry of size 1.
- * found   out: zero if the equations change in all directions but one: the orbits that begin there
- *         do not satisfy them.
+ * found   out: zero if the equations change in all directions except one, so that they have no
+ *         second branch here.
  *
  * PEND_NO_MEMORY  O(unknowns^3).
  */

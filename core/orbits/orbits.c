@@ -11,7 +11,7 @@
 #include "core/orbits/orbit_branch.h"
 #include "core/orbits/orbit_constants.h"
 
-/* ---- making and freeing */
+/* ---- creation and release */
 
 static size_t orbits_numbers(size_t n, size_t unknowns) { return 9 * unknowns + 5 * n; }
 
@@ -53,7 +53,7 @@ static enum pend_status orbits_allocate(struct pend_orbits *o, struct pend_error
     return PEND_OK;
 }
 
-/* a small swing in the mode, rad: below the requested one */
+/* rad, a small swing in the mode, below the requested amplitude */
 static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
                                      struct pend_error *error) {
     enum { HALVES = 40 };
@@ -142,7 +142,7 @@ static long orbits_run_steps(const struct pend_run *run) {
     return run ? pend_run_stats(run).steps : 0;
 }
 
-/* the start after some periods of the drive */
+/* the state after some periods of the drive becomes the start */
 static enum pend_status orbits_settled(struct pend_orbits *o, struct pend_error *error) {
     size_t n = (size_t)o->newton.form.n;
     const int *place = o->problem.tree->place;
@@ -171,7 +171,7 @@ enum pend_status pend_orbits_next(struct pend_orbits *orbits, enum pend_orbits_f
     *found = PEND_ORBITS_NOTHING;
     if (orbits->stage == SETTLE) return orbits_settled(orbits, error);
     PEND_TRY(pend_orbit_branch_next(orbits, orbits_piece, found, error));
-    // of branches that are left only the end of the last one is reported
+    // on branches that the search leaves, only the end of the last branch is reported
     int before = orbits->left < orbits->problem.switches,
         last = orbits->stage == LEAVE && orbits->left == orbits->problem.switches - 1;
     if (before && !last && *found != PEND_ORBITS_END) *found = PEND_ORBITS_NOTHING;
@@ -237,8 +237,8 @@ static void orbits_carry_point(const struct pend_orbits *o, struct orbits_point 
     }
 }
 
-/* the equations; those of free orbits have more unknowns than a search without branch switches has
- * space for */
+/* Restores the equations. Those of free orbits have more unknowns than a search without branch
+ * switches has space for. */
 static enum pend_status orbits_carry_form(struct pend_orbits *o,
                                           struct pend_checkpoint *checkpoint) {
     struct orbit_form *form = &o->newton.form;

@@ -47,19 +47,18 @@ struct pend_orbit pend_orbits_orbit(const struct pend_orbits *orbits);
 /** Returns how a search ended. O(1). */
 enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits);
 
-/** Returns, for PEND_ORBITS_MEETS, the part of the period that the last orbits beyond the end
- * have. */
+/** Returns, for PEND_ORBITS_MEETS, the divisor m: orbits beyond the end have 1/m of the period. */
 int pend_orbits_part(const struct pend_orbits *orbits);
 
-/** Returns the kind of the last point at which the branch turned back without a fold, because
- * another branch meets it; PEND_ORBITS_KINDS: none. O(1). */
+/** Returns the kind of the last point at which the branch turned back without a fold because
+ * another branch meets it; PEND_ORBITS_KINDS: no such point. O(1). */
 enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits);
 
 /**
  * Returns the number of equal branches on one joint, three or more, that make the frequency of the
- * mode a multiple one; 0: none. O(1).
+ * mode repeated; 0: none. O(1).
  *
- * twin     out: the first arms of two of them, in the caller's order.
+ * twin     out: the first arms of two such branches, in the caller's order.
  * against  out, non-zero: in the orbits found these two swing against each other and all other arms
  *          hang still.
  */
@@ -68,8 +67,8 @@ int pend_orbits_twins(const struct pend_orbits *orbits, int twin[2], int *agains
 /** Returns the number of branches left so far. O(1). */
 int pend_orbits_left(const struct pend_orbits *orbits);
 
-/** Returns the number of steps of all motions so far, and in *maps of those with derivatives.
- * O(1). */
+/** Returns the number of steps of all motions so far; *maps: the number of steps of motions with
+ * derivatives. O(1). */
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps);
 
 /** Returns true between two steps along a branch and at the end, when pend_orbits_carry may be
@@ -86,5 +85,5 @@ int pend_orbits_rests(const struct pend_orbits *orbits, long *steps);
 PEND_MUST_CHECK enum pend_status pend_orbits_carry(struct pend_orbits *orbits,
                                                    struct pend_checkpoint *checkpoint);
 
-/** Returns the approximate part of the way that is done, 0 .. 1. O(1). */
+/** Returns the approximate fraction of the search that is done, 0 .. 1. O(1). */
 double pend_orbits_progress(const struct pend_orbits *orbits);
