@@ -29,7 +29,8 @@ static void damped_form(const struct linear_arms *arms, int drag, double out[]) 
     }
 }
 
-/* adds a torque of the joints, of `strength` per radian of an arm's angle to its holder */
+/* adds a torque of the joints, of `strength` per radian of an arm's angle relative to the arm that
+ * holds it */
 static void damped_joint(const struct linear_arms *arms, size_t k, double strength, double out[]) {
     size_t n = (size_t)arms->n;
     out[k * n + k] += strength;
@@ -62,7 +63,7 @@ enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct
     return status;
 }
 
-/* B or S; arms on a cart turn against the ground */
+/* the matrix B or S; arms on a cart turn relative to the ground */
 static void damped_paths(const struct pend_tree *tree, const struct pend_loads *loads,
                          enum pend_matrix which, double out[]) {
     size_t n = (size_t)tree->n, cart = (size_t)tree->order[0];
@@ -123,8 +124,8 @@ static struct pend_damped *damped_alloc(int n) {
     return made;
 }
 
-/* the first arm whose angle scales a shape; a cart's position, m, is not an angle and counts only
- * if no arm swings */
+/* The first arm whose angle scales a shape. The position of a cart, m, is used only if no arm
+ * swings. */
 static size_t damped_first(const struct pend_damped *damped, const double complex shape[]) {
     if (!damped->loads || !pend_terms_cart(damped->loads->terms)) return 0;
     for (int k = 1; k < damped->n; k++)
@@ -132,7 +133,7 @@ static size_t damped_first(const struct pend_damped *damped, const double comple
     return 0;
 }
 
-/* adds a mode; the largest entry of its shape becomes 1 */
+/* adds a mode, with its shape scaled to a largest entry of 1 */
 static void damped_add(struct pend_damped *damped, double complex value,
                        const double complex shape[]) {
     size_t n = (size_t)damped->n, row = (size_t)damped->count * n;
@@ -173,7 +174,7 @@ static enum pend_status damped_symmetric(struct pend_damped *damped, double mass
         least = fmax(least, (double)n * 0x1p-52 * fabs(value[j]));
     for (size_t j = 0; j < n && !status; j++) {
         double square = value[j];
-        if (fabs(square) <= least) square = 0; // a free cart
+        if (fabs(square) <= least) square = 0; // the mode of a freely rolling cart
         for (size_t i = 0; i < n; i++) shape[i] = block[i * n + j];
         if (square >= 0) {
             damped_add(damped, I * sqrt(square), shape);
@@ -234,7 +235,7 @@ static enum pend_status damped_general(struct pend_damped *damped, double mass[]
     double *block = malloc((3 * rows * rows + 2 * rows) * sizeof *block);
     enum pend_status status = work && block ? PEND_OK : PEND_NO_MEMORY;
     if (!status) {
-        // for any units of time and of a cart's position
+        // the same for any units of time and of a cart's position
         gsl_eigen_nonsymmv_params(1, work);
         gsl_matrix_view matrix = gsl_matrix_view_array(block, rows, rows);
         gsl_matrix_complex_view vector =
@@ -300,7 +301,7 @@ static enum pend_status damped_solve(struct pend_damped *damped, const struct pe
     return status;
 }
 
-/* takes over the modes found without a matrix; round-off of 0 becomes 0 */
+/* copies the modes found without a matrix; round-off around 0 becomes 0 */
 static enum pend_status damped_take_still(struct pend_damped *damped, const double square[],
                                           const double vector[]) {
     size_t n = (size_t)damped->n;

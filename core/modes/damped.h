@@ -26,8 +26,8 @@ struct pend_damped {
     double *omega;   /* rad/s, >= 0 */
     double *decay;   /* 1/s: the real part of the eigenvalue, negative for a decaying mode */
     double *re, *im; /* shapes, mode-major: the angle of arm k in mode j at j n + k. The largest
-                      * arm's entry is 1, or that of a cart, m, if no arm swings. */
-    /* the search under way */
+                      * entry of an arm is 1; if no arm swings, the entry of the cart, m, is 1. */
+    /* state of the running search */
     const struct pend_tree *tree;
     const struct pend_loads *loads;
     struct pend_still *still;
@@ -40,7 +40,8 @@ struct pend_damped {
  *
  * M  kg m^2: M_jk = Re(conj(p u_j) H_k u_k) for an arm k beyond the point p of arm j, H the first
  *    moment of an arm with its sub-tree; M_kk = J_k + sum |p_c|^2 m_c.
- * C  N m s/rad: friction of the joints (that of speed s as f / s), drag of the tips, 2 gamma M.
+ * C  N m s/rad: friction of the joints (friction of speed s counts as f / s), drag of the tips, 2
+ *    gamma M.
  * K  N m/rad: springs, and Re(conj(G) H_k u_k) on the diagonal, G = i g + a, with its sign.
  *
  * PEND_NO_MEMORY
@@ -56,8 +57,8 @@ PEND_MUST_CHECK enum pend_status pend_damped_matrices(const struct pend_tree *tr
  * K, S the path matrix.
  *
  * phi  n angles of an equilibrium, rad, stored order.
- * out  n x n row-major, in the caller's order; a cart's own entry of B and S is the only one in
- *      its row and column.
+ * out  n x n row-major, in the caller's order; in B and S, the diagonal entry of a cart is the only
+ *      one in its row and column.
  *
  * PEND_NO_MEMORY
  * PEND_NOT_FINITE  M is numerically not positive definite.

@@ -16,7 +16,7 @@ void *pend_hugepage(size_t bytes) {
     assert(bytes % unit == 0);
     void *room = aligned_alloc(unit, bytes ? bytes : unit);
 #ifdef MADV_HUGEPAGE
-    /* only a hint: failure has no effect */
+    /* this call is only a hint: its failure has no effect */
     if (room && unit == ROOM_PAGE) (void)madvise(room, bytes, MADV_HUGEPAGE);
 #endif
     return room;

@@ -10,7 +10,7 @@ typedef KERNEL_OF(lanes, ) lanes;
 #define kernel_fma KERNEL_OF(lanes, _fma)
 #define kernel_all KERNEL_OF(lanes, _of)
 
-/* several vectors of shifts side by side keep the processor busy in a chain */
+/* several independent vectors of shifts keep the processor busy along a chain of arms */
 enum { DD_TYPE = 4, GROUP = DD_TYPE * WIDTH };
 
 typedef long long masks __attribute__((vector_size(WIDTH * sizeof(double))));
@@ -18,13 +18,13 @@ typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(d
 
 #define INLINE static inline __attribute__((always_inline))
 
-/* Added to each pivot, relative to its spring. It is far below round-off, but no pivot vanishes,
- * and sums over nearly vanishing pivots keep their digits. */
+/* A small number added to each pivot, relative to its spring. It is far below round-off, but
+ * prevents a pivot from vanishing and keeps the digits of sums over small pivots. */
 #define KERNEL_TINY 0x1p-57
 
-/* 1 / x of normal x, each in place. A division occupies the widest unit for 16 cycles, half the
- * time of a node. With AVX-512 an estimate of 14 bits is refined twice instead, to 42 bits and to
- * the last place. */
+/* Replaces each normal x by 1 / x. A division occupies the widest unit for 16 cycles, half the time
+ * of a node. With AVX-512 an estimate of 14 bits is refined twice instead, to 42 bits and to the
+ * last digit. */
 INLINE void kernel_inverses(lanes x[], int count) {
 #if defined(__AVX512F__)
     __m512d one = (__m512d)kernel_all(1), estimate[DD_TYPE], rest[DD_TYPE];
@@ -50,8 +50,8 @@ INLINE lanes kernel_pick(masks where, lanes yes, lanes no) {
     return (lanes)((where & (masks)yes) | (~where & (masks)no));
 }
 
-/* a sub-tree seen from its parent: c t / (t + c) and its first and second derivative in the
- * shift */
+/* the pull of a sub-tree on its parent, c t / (t + c), and its first and second derivative with
+ * respect to the shift */
 struct pulls {
     lanes value[DD_TYPE], rate[DD_TYPE], bend[DD_TYPE];
 };
@@ -61,8 +61,9 @@ struct tally {
     sign_bits below[DD_TYPE];
 };
 
-/* Computes a node's pull from its children's pulls. Step by step for all shifts, because the
- * processor looks ahead only a hundred operations, less than one shift needs for a node. */
+/* Computes a node's pull from its children's pulls. Each step runs over all shifts before the next,
+ * because the processor looks only a hundred operations ahead, and one shift needs more for a
+ * node. */
 INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass,
                        int pairs) {
     double tiny = spring * KERNEL_TINY;
@@ -103,12 +104,13 @@ INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *re
         case 0: /* inside a chain, or the first sibling with children */
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
-        case PEND_TURN_LEAF: /* a new branch begins; the sums of its sibling are on the stack */
+        case PEND_TURN_LEAF: /* a new branch begins; the sums of its earlier sibling go onto the
+                              * stack */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
-        case PEND_TURN_NEXT: /* a branch ends; its siblings' sums are on the stack */
+        case PEND_TURN_NEXT: /* a branch ends; the sums of its earlier siblings are on the stack */
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             pulls_add(&pulls, &stack[--top], pairs);
             break;
@@ -157,7 +159,7 @@ static void kernel_probe(const struct pend_laplacian *laplacian, int count,
  * are not stored, because large trees are limited by memory bandwidth. */
 struct twist {
     lanes *t;     /* pivot from below, without the node's own spring */
-    lanes *above; /* pull from above, c u / (u + c); before, the sums over earlier siblings */
+    lanes *above; /* pull from above, c u / (u + c); before that, the sums over earlier siblings */
     lanes *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
 
@@ -191,7 +193,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k], mass = laplacian->mass[k];
         if (k) {
-            /* everything at the parent except this branch */
+            /* the pull of everything at the parent except this branch */
             int p = parent[k];
             lanes u = kernel_fma(-shift, kernel_all(laplacian->mass[p]), w.above[p]), earlier = {0};
             if (k > p + 1) u += earlier = w.above[k];
@@ -226,8 +228,8 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
     }
 }
 
-/* One step of a transposition by blocks of 1, 2, 4: a pair of vectors, `size` entries apart,
- * swaps its off-diagonal blocks */
+/* One step of a transposition in blocks of 1, 2, 4: a pair of vectors, `size` entries apart, swaps
+ * its off-diagonal blocks. */
 #define KERNEL_SWAP(node, size, LOW, HIGH)                                                         \
     for (int i = 0; i < WIDTH; i++)                                                                \
         if (!(i & (size))) {                                                                       \

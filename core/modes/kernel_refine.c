@@ -11,7 +11,7 @@
 #define wide_pick WIDE_(pick)
 #define num_pick NUM_(pick)
 
-/* a correction of the eigenvalue by at most this part ends the iteration */
+/* a relative correction of the eigenvalue of at most this size ends the iteration */
 #define FINE_ENOUGH 1e-27
 
 enum { FINE_ROUNDS = 5 };
@@ -19,8 +19,8 @@ enum { FINE_ROUNDS = 5 };
 /* The arrays of the twisted factorization, as in kernel_modes. */
 struct fine {
     num *t;     /* pivot from below, without the node's own spring */
-    num *above; /* pull from above; before, the sums over earlier siblings; then, in .high, x -
-                 * x_parent */
+    num *above; /* pull from above; before that, the sums over earlier siblings; afterwards, in
+                 * .high, x - x_parent */
     num *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
 
@@ -64,7 +64,7 @@ static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shi
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k], mass = laplacian->mass[k];
         if (k) {
-            /* everything at the parent except this branch */
+            /* the pull of everything at the parent except this branch */
             int p = laplacian->parent[k];
             num u = num_fma(minus_shift, num_of(laplacian->mass[p]), w.above[p]),
                 earlier = num_of(0);
@@ -90,7 +90,7 @@ static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shi
     return at;
 }
 
-/* from the twists to the pivot */
+/* computes the shape from the twists to the pivot */
 static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wide_mask at) {
     num x = num_of(1);
     for (int k = laplacian->n - 1; k >= 0; k--) {

@@ -5,8 +5,8 @@
  *     each child, with base b + place x, adds its form, cross and own in terms of that base D = own
  *     + kappa,  x = (couple - <cross, b> + kappa x_p) / D
  *
- * (without x_p if the joint turns against the ground: at the pivot, and on a cart). Substituting x
- * leaves a symmetric form in b and x_p for the parent. Complex pivots can vanish: one near 0 is
+ * (without x_p if the joint turns against the ground: at the pivot, or on a cart). Substituting x
+ * leaves a symmetric form in b and x_p for the parent. Complex pivots can vanish: a pivot near 0 is
  * replaced by a small number, and iterative refinement removes the residual. Refinement also
  * restores the digits that light arms between heavy ones lose. */
 #include "core/modes/kernel_response.h"
@@ -15,7 +15,7 @@
 
 #define INLINE static inline __attribute__((always_inline))
 
-/* a pivot below this part of the size of its terms is replaced */
+/* an elimination pivot smaller than this fraction of its largest terms is replaced */
 #define KERNEL_TINY 0x1p-50
 /* allowed residual of the equations, relative to the size of their terms */
 #define KERNEL_MISSED 0x1p-50
@@ -63,13 +63,13 @@ INLINE wave wave_inverse(wave a) {
     return (wave){a.re * part, -a.im * part};
 }
 
-/* the frequency's factors of masses and of drag */
+/* factors of masses and of drag at a frequency */
 struct kernel_shift {
     wave mass;
     lanes8 omega;
 };
 
-/* mass m + i w drag d */
+/* mass m plus the drag d: m + i w drag d */
 INLINE wave kernel_weigh(const struct kernel_shift *shift, double mass, double drag) {
     return (wave){shift->mass.re * mass,
                   lanes8_fma(shift->omega, lanes8_of(drag), shift->mass.im * mass)};
@@ -95,7 +95,7 @@ static void kernel_open(const struct linear_arm *arm, const struct kernel_shift 
     wave_put(&node->joint, joint);
 }
 
-/* adds the form of an arm, its angle eliminated, to its parent */
+/* adds the form of an arm to its parent, after elimination of the arm's angle */
 static void kernel_pass(const struct linear_arm *arm, const struct response_node *node,
                         struct response_node *parent) {
     wave x = wave_get(&node->cross[0]), y = wave_get(&node->cross[1]);
@@ -123,7 +123,7 @@ static void kernel_pass(const struct linear_arm *arm, const struct response_node
                lanes8_get(parent->scale.re) + wave_size(bent) + wave_size(led) + wave_size(own));
 }
 
-/* the forms and pivots of all arms */
+/* computes the forms and elimination pivots of all arms */
 static void kernel_factor(const struct linear_arms *arms, const struct kernel_shift *shift,
                           struct response_node node[]) {
     for (int k = 0; k < arms->n; k++) kernel_open(arms->arm + k, shift, node + k);
@@ -141,8 +141,8 @@ static void kernel_factor(const struct linear_arms *arms, const struct kernel_sh
     }
 }
 
-/* adds the solution for a right-hand side, `couple` of the nodes and the pivot's displacement, in
- * the lanes of a mask */
+/* adds the solution for a right-hand side, the torques `couple` of the nodes and the displacement
+ * of the pivot, in the lanes of a mask */
 static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bits8 where,
                          struct response_node node[]) {
     wave none = {lanes8_of(0), lanes8_of(0)};
@@ -197,7 +197,8 @@ static void kernel_place(const struct linear_arms *arms, const wave pivot[2],
     }
 }
 
-/* the force at the joint and the residual of the arm's own equation, without children */
+/* the force at the joint, and the residual of the arm's own equation, without the contributions of
+ * children */
 static void kernel_balance(const struct linear_arms *arms, const struct kernel_shift *shift, int k,
                            struct response_node node[]) {
     const struct linear_arm *arm = arms->arm + k;
@@ -229,8 +230,8 @@ static void kernel_balance(const struct linear_arms *arms, const struct kernel_s
     wave_put(&node[k].couple, arm->holder < 0 ? none : bent);
 }
 
-/* forces at the joints, and residuals of the equations; returns the lanes in which these are too
- * large */
+/* Computes the forces at the joints and the residuals of the equations. Returns the lanes whose
+ * residuals are too large. */
 static bits8 kernel_check(const struct linear_arms *arms, const struct kernel_shift *shift,
                           struct response_node node[]) {
     bits8 missed = (bits8)(lanes8_of(0) != 0);

@@ -18,13 +18,16 @@ struct response_lanes {
 /* The values of an arm in the sweeps. With the displacement b of the base and the arm's angle x,
  * the sub-tree exerts the force form b + cross x at its base. */
 struct response_node {
-    struct response_lanes form[3], cross[2], own; /* xx, xy, yy; couplings; of x itself */
-    struct response_lanes joint, inverse;         /* spring and damper; of the pivot */
-    struct response_lanes drive, couple, push[2]; /* N m, given; N m, N, of an elimination */
+    struct response_lanes form[3], cross[2], own; /* coefficients of b^2 (xx, xy, yy), of b x, and
+                                                   * of x^2 */
+    struct response_lanes joint, inverse;         /* spring and damper of the joint; inverse of the
+                                                   * elimination pivot */
+    struct response_lanes drive, couple, push[2]; /* given torque, N m; torque, N m, and force, N,
+                                                   * of an elimination */
     struct response_lanes angle, base[2];         /* rad, m */
-    struct response_lanes force[2], rest;         /* N at the joint; N m, residual of the
-                                                   * equation */
-    struct response_lanes scale;                  /* sizes: of own, of the terms of rest */
+    struct response_lanes force[2], rest;         /* force at the joint, N; residual of the
+                                                   * equation, N m */
+    struct response_lanes scale;                  /* sizes of `own`, and of the terms of `rest` */
 };
 
 /* Input and output of the sweeps for eight frequencies. */

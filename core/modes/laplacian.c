@@ -5,7 +5,8 @@
 #include <stdlib.h>
 
 struct laplacian_block {
-    struct pend_laplacian laplacian; /* first, so that its address is the block's */
+    struct pend_laplacian laplacian; /* the first member, so that its address is that of the
+                                      * block */
     double data[];                   /* three arrays of n doubles, two of n ints, one of n bytes */
 };
 
@@ -48,8 +49,8 @@ void pend_laplacian_free(struct pend_laplacian **laplacian) {
 void pend_laplacian_close(struct pend_laplacian *laplacian) {
     int n = laplacian->n;
     const int *parent = laplacian->parent, *end = laplacian->end;
-    /* no eigenvalue is below 1 / trace(L^-1 M), and this trace is the sum over all nodes of the
-     * sub-tree's mass over the node's spring */
+    /* The least eigenvalue is at least 1 / trace(L^-1 M). This trace is the sum over all nodes of
+     * the mass of the sub-tree divided by the spring of the node. */
     double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1],
            springs[PEND_LAPLACIAN_STACK + 1];
     int top = 0, height[PEND_LAPLACIAN_STACK + 1], tall = 0;
@@ -64,7 +65,7 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
         assert(top >= 0 && top < PEND_LAPLACIAN_STACK);
         mass += laplacian->mass[k];
         trace += mass / spring;
-        /* Gershgorin's discs of M^-1 L */
+        /* a bound by Gershgorin's discs of M^-1 L */
         most = fmax(most, 2 * (spring + around) / laplacian->mass[k]);
         top += !next;
         carried[top] = next ? carried[top] + mass : mass;

@@ -2,15 +2,15 @@
  * tied to the pivot.
  * Leaves to others: eigenvalues and vectors (modes_values, modes_vectors), merged branches
  * (modes_symmetry).
- * Invariant: L is never assembled; parent[k] < k, and of siblings the one with the largest sub-tree
- * comes last. */
+ * Invariant: L is never assembled; parent[k] < k, and the sibling with the largest sub-tree comes
+ * last. */
 #pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Properties of a node that a sweep from the leaves to the root needs: the node has no children;
- * the node has a later sibling. */
+/* Properties of a node in a sweep from the leaves to the root: it has no children; it has a later
+ * sibling. */
 enum { PEND_TURN_LEAF = 1, PEND_TURN_NEXT = 2 };
 
 /* The deepest stack of a sweep: an entry's sub-tree has at most half the arms of the sub-tree of
@@ -26,7 +26,7 @@ struct pend_laplacian {
     int *parent, *end;   /* as in the tree */
     unsigned char *turn; /* PEND_TURN_ bits */
     double least, most;  /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
-    int depth;           /* arms on the longest path from the pivot */
+    int depth;           /* number of arms on the longest path from the pivot */
 };
 
 /**

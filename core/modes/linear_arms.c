@@ -6,7 +6,7 @@
 
 #include "core/modes/rest.h"
 
-/* i times a vector of the arm's frame, rotated into fixed axes */
+/* i times a vector in the arm's frame, rotated into the fixed frame */
 static void linear_lever(double complex turn, const double from[2], double to[2]) {
     double complex lever = I * turn * (from[0] + I * from[1]);
     to[0] = creal(lever);
@@ -25,8 +25,8 @@ static void linear_alone(const struct pend_tree *tree, const struct pend_loads *
     struct rest_body body = pend_rest_arm(tree, loads, k);
     double complex turn = linear_turn(loads, phi, k);
     double tip[2] = {tree->len[k], 0}, point[2] = {0, 0};
-    // the tip of a cart represents the point whose displacement per unit of position is the rail's
-    // direction
+    // the tip of a cart represents the point whose displacement per unit of position is the
+    // direction of the rail
     if (!k && pend_terms_cart(terms))
         tip[0] = body.moment[0] / body.mass, tip[1] = body.moment[1] / body.mass;
     *arm = (struct linear_arm){

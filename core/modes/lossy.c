@@ -16,20 +16,19 @@ enum {
     LOSSY_SEED = 2
 };
 
-/* A root has converged if it moves by less than `settled` of its size; it is real if its imaginary
- * part is below `real_part`. Next: the allowed residual of a shape, relative to the largest torque;
- * the allowed distance of a root from its converged value, relative to its size, large because of
- * clusters; and the allowed difference between the sum of 1 / (z - p) and the sweep's value at
- * z. */
+/* Tolerances. Relative: the change of a root that has converged; the imaginary part of a real root;
+ * the residual of a shape, over the largest torque; the distance of a root from its converged
+ * value, large because of clusters. Last: the difference between sum 1 / (z - p) and the sweep's
+ * value at z. */
 static const double settled = 1e-11, real_part = 1e-8, missed_most = 1e-9, moved_most = 0.3,
                     sum_missed = 1e-6;
 
-/* a number that depends on p, and its derivative */
+/* a function of p: its value and its derivative */
 struct dual {
     double complex v, d;
 };
 
-/* factors of masses, of damping and of stiffness */
+/* factors of masses, of damping and of stiffness at p */
 struct lossy_factors {
     struct dual mass, loss;
     double back;
@@ -38,21 +37,22 @@ struct lossy_factors {
 /* values of an arm in the sweeps */
 struct lossy_node {
     struct dual form[3], cross[2], own, joint;
-    double complex inverse;                /* of the pivot */
+    double complex inverse;                /* inverse of the elimination pivot */
     double complex couple, push[2];        /* of a solution */
     double complex base[2], force[2], row; /* of a product */
-    double size;                           /* of the parts of `row` */
+    double size;                           /* size of the terms of `row` */
 };
 
 struct pend_lossy {
     struct linear_arms arms;
     struct pend_still *still;  /* NULL once the undamped modes are found */
-    int n, round, at;          /* Aberth's round; its next root, or the next root to return */
-    int moving;                /* roots of the round that have not converged */
-    int fewest, patience;      /* the smallest such number so far, and the rounds left in which it
-                                * must decrease */
-    int zeros;                 /* roots that are 0 */
-    double least;              /* 1/s: a root below it is 0 */
+    int n, round, at;          /* round of Aberth's method; in it, the next root to move or to
+                                * return */
+    int moving;                /* number of roots that have not converged in the round */
+    int fewest, patience;      /* the smallest value of `moving` so far, and the remaining rounds in
+                                * which it must decrease */
+    int zeros;                 /* number of roots that are 0 */
+    double least;              /* 1/s: a smaller root counts as 0 */
     double *square, *vector;   /* n, n x n: the undamped modes */
     double complex *root;      /* 2 n */
     double complex *x, *y;     /* n each */
@@ -79,7 +79,7 @@ static struct dual dual_inverse(struct dual a) {
     return (struct dual){v, -a.d * v * v};
 }
 
-/* ---- the form at p */
+/* ---- the quadratic form at p */
 
 static struct lossy_factors lossy_at(const struct pend_lossy *s, double complex p) {
     double drag_per_mass = s->arms.drag_per_mass;
@@ -87,7 +87,7 @@ static struct lossy_factors lossy_at(const struct pend_lossy *s, double complex 
         {p * (p + 2 * drag_per_mass), 2 * (p + drag_per_mass)}, {p, 1}, 1};
 }
 
-/* mass m + loss b */
+/* mass m plus loss b */
 static struct dual lossy_weigh(const struct lossy_factors *f, double mass, double drag) {
     return dual_add(dual_scale(mass, f->mass), dual_scale(drag, f->loss));
 }
@@ -108,7 +108,7 @@ static struct dual lossy_cross(const struct lossy_factors *f, const struct linea
     return lossy_weigh(f, arm->moment[i], arm->drag * arm->lever[i]);
 }
 
-/* adds the form of an arm, its angle eliminated, to its parent */
+/* adds the form of an arm to its parent, after elimination of the arm's angle */
 static void lossy_pass(const struct linear_arm *arm, const struct lossy_node *node,
                        struct dual inverse, struct lossy_node *parent) {
     const struct dual none = {0, 0};
@@ -150,7 +150,7 @@ static double complex lossy_factor(struct pend_lossy *s, double complex p) {
         const struct linear_arm *arm = s->arms.arm + k;
         struct lossy_node *node = s->node + k;
         struct dual pivot = dual_add(node->own, node->joint);
-        // at a root up to rounding: its terms cancel
+        // at a root the terms of the sum cancel up to rounding
         double parts = cabs(f.mass.v * arm->inertia) + fabs(arm->fall) + cabs(node->joint.v);
         if (cabs(pivot.v) <= 0x1p-60 * parts) pivot.v = 0x1p-60 * parts;
         struct dual inverse = dual_inverse(pivot);
@@ -161,7 +161,7 @@ static double complex lossy_factor(struct pend_lossy *s, double complex p) {
     return sum;
 }
 
-/* solves form x = b by the factors; b and x may be the same array */
+/* solves form x = b with the computed factors; b and x may be the same array */
 static void lossy_solve(const struct pend_lossy *s, const double complex b[], double complex x[]) {
     struct lossy_node *node = s->node;
     for (int k = 0; k < s->n; k++) {
@@ -193,7 +193,7 @@ static void lossy_solve(const struct pend_lossy *s, const double complex b[], do
 }
 
 /* the rows of a form, or of its derivative if `derived`, times x, and the sizes of their terms,
- * into the nodes */
+ * stored in the nodes */
 static void lossy_apply(const struct pend_lossy *s, double complex p, int derived,
                         const double complex x[]) {
     struct lossy_factors f = lossy_at(s, p);
@@ -251,8 +251,8 @@ static double lossy_loss(const struct pend_lossy *s, const double x[]) {
     return sum;
 }
 
-/* initial roots: those of every mode alone, slightly apart from each other and from the real
- * axis */
+/* initial roots: those of each undamped mode alone, slightly moved away from each other and from
+ * the real axis */
 static void lossy_guess(struct pend_lossy *s) {
     assert(s->n >= 1 && s->square && s->vector && s->root);
     double most = fmax(fabs(s->square[0]), fabs(s->square[s->n - 1])), null = s->n * 0x1p-52 * most;
@@ -280,7 +280,7 @@ static void lossy_guess(struct pend_lossy *s) {
 
 /* ---- Aberth's rounds */
 
-/* moves a root; returns non-zero if it has settled */
+/* moves a root; returns non-zero if it has converged */
 static int lossy_move(struct pend_lossy *s, int i) {
     assert(i >= 0 && i < 2 * s->n);
     double complex p = s->root[i], others = 0;
@@ -296,8 +296,8 @@ static int lossy_move(struct pend_lossy *s, int i) {
     return cabs(move) <= settled * cabs(p) || cabs(s->root[i]) <= s->least;
 }
 
-/* Sorts the roots: of neutral modes the smallest ones become 0, nearly real ones real.
- * PEND_NOT_FINITE if there are more on one side of the real axis. */
+/* Sorts the roots. The smallest roots of neutral modes become 0, nearly real roots become real.
+ * PEND_NOT_FINITE if the two sides of the real axis have different numbers of roots. */
 static enum pend_status lossy_sort_out(struct pend_lossy *s) {
     int above = 0;
     assert(s->zeros >= 0 && s->zeros <= 2 * s->n);
@@ -317,11 +317,11 @@ static enum pend_status lossy_sort_out(struct pend_lossy *s) {
     return above ? PEND_NOT_FINITE : PEND_OK;
 }
 
-/* continues with the sweeps of the rounds; `ready` once all roots have converged */
+/* continues the rounds by some sweeps; `ready` once all roots have converged */
 static enum pend_status lossy_go(struct pend_lossy *s, int *ready) {
     for (int sweep = 0; sweep < LOSSY_SWEEPS && !*ready; s->at++) {
         if (s->at == 2 * s->n) {
-            // rounding errors keep multiple roots moving around their value
+            // rounding errors keep repeated roots moving around their value
             if (s->moving < s->fewest) s->fewest = s->moving, s->patience = LOSSY_PATIENCE;
             *ready = !s->moving || !s->patience-- || s->round == LOSSY_ROUNDS;
             s->at = -1;
@@ -339,7 +339,7 @@ static enum pend_status lossy_go(struct pend_lossy *s, int *ready) {
     return lossy_sort_out(s);
 }
 
-/* y^T times the rows of the nodes */
+/* y^T times the rows in the nodes */
 static double complex lossy_product(const struct pend_lossy *s, const double complex y[]) {
     double complex sum = 0;
     for (int k = 0; k < s->n; k++) sum += y[k] * s->node[k].row;
@@ -363,7 +363,7 @@ static int lossy_unit(const struct pend_lossy *s, double complex y[]) {
     return most > 0 && isfinite(most);
 }
 
-/* the initial shape of a root: that of its undamped mode, plus a little of every other angle */
+/* the initial shape of a root: the undamped mode with a small change in every angle */
 static void lossy_shape(struct pend_lossy *s, int i) {
     const double *mode = s->vector + (size_t)(i / 2) * (size_t)s->n;
     double most = 0;
@@ -372,7 +372,8 @@ static void lossy_shape(struct pend_lossy *s, int i) {
         s->x[k] = mode[k] / most + 1e-3 * pend_rng_normal(LOSSY_SEED, (uint64_t)i, 2 + (uint32_t)k);
 }
 
-/* improves root i and its shape; stores the best of both in *root and x; returns their residual */
+/* Improves root i and its shape. Stores the best root in *root and the best shape in x; returns
+ * their residual. */
 static double lossy_polish(struct pend_lossy *s, int i, double complex *root) {
     double complex p = s->root[i];
     double best = INFINITY;
@@ -382,7 +383,7 @@ static double lossy_polish(struct pend_lossy *s, int i, double complex *root) {
     for (int round = 0; round < LOSSY_POLISHES; round++) {
         lossy_apply(s, p, 1, s->x);
         for (int k = 0; k < s->n; k++) s->y[k] = s->node[k].row;
-        // at a root up to rounding the solution is large and parallel to the shape
+        // near a root the solution is large and parallel to the shape
         (void)lossy_factor(s, p);
         lossy_solve(s, s->y, s->y);
         if (!lossy_unit(s, s->y)) break;
@@ -407,7 +408,7 @@ static double lossy_polish(struct pend_lossy *s, int i, double complex *root) {
     return best;
 }
 
-/* PEND_NOT_FINITE if the returned roots and their conjugates are not all roots */
+/* PEND_NOT_FINITE if the returned roots and their conjugates are not all of the roots */
 static enum pend_status lossy_check(struct pend_lossy *s) {
     double largest = 0, smallest = INFINITY;
     for (int i = 0; i < 2 * s->n; i++) {
@@ -416,7 +417,7 @@ static enum pend_status lossy_check(struct pend_lossy *s) {
         if (size > 0) smallest = fmin(smallest, size);
     }
     for (int part = 0; part < 4 && largest > 0; part++) {
-        // few roots are near there, only those of growing modes
+        // only the few roots of growing modes are near this point
         double complex z = (2 + I) * smallest * pow(largest / smallest, part / 3.0);
         double complex sum = -lossy_factor(s, z);
         double size = cabs(sum);
@@ -481,7 +482,7 @@ enum pend_status pend_lossy_new(struct pend_lossy **lossy, const struct pend_tre
     }
     s->vector = s->square + n;
     s->x = s->root + 2 * n;
-    s->y = s->root + 3 * n; // n more, for the best shape
+    s->y = s->root + 3 * n; // n more numbers, for the best shape
     return PEND_OK;
 }
 

@@ -45,7 +45,7 @@ void pend_lossy_free(struct pend_lossy **lossy);
  * stage  out; PEND_LOSSY_MODE: `root`, 1/s, has an imaginary part >= 0, and shape contains its n
  *        angles, of any scale. Conjugates are not returned.
  *
- * PEND_NOT_FINITE  the roots did not converge, or one of them does not solve the equations.
+ * PEND_NOT_FINITE  the roots did not converge, or a root does not solve the equations.
  */
 PEND_MUST_CHECK enum pend_status pend_lossy_step(struct pend_lossy *lossy,
                                                  enum pend_lossy_stage *stage, double complex *root,

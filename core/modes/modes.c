@@ -9,8 +9,8 @@
 #include "core/modes/modes_store.h"
 #include "core/modes/modes_vectors.h"
 
-/* frequencies within this relative difference are one multiple frequency: the relative error of an
- * eigenvalue is a few units of the last place */
+/* frequencies within this relative difference count as one repeated frequency: the relative error
+ * of an eigenvalue is a few units in the last digit */
 #define MODES_MULTIPLE 2e-15
 
 /* at this ratio of eigenvalues, rounding errors of large terms exceed the squares of the smallest
@@ -20,14 +20,14 @@
 /* the number of vectors that one step expands or scales */
 enum { MODES_PIECE = 32 };
 
-/* eigenvalue number `index` of those computed of a part, with all its occurrences */
+/* eigenvalue number `index` of the computed eigenvalues of a part, with all its occurrences */
 struct mode {
     double value;
     int part, index;
-    int row; /* of the first occurrence in the result; negative if it is not selected */
+    int row; /* row of the first occurrence in the result; negative if not selected */
 };
 
-/* the step that comes next; the phases follow each other in this order */
+/* the next step; the phases follow each other in this order */
 enum phase {
     PHASE_VALUES,
     PHASE_ROWS,
@@ -44,20 +44,22 @@ struct pend_modes_search {
     const struct pend_tree *tree;
     struct pend_spectrum *spectrum;
     enum phase phase;
-    int part;    /* the current part, in PHASE_VALUES */
-    int *first;  /* for each part, its first index in value[]; one more entry ends the last part */
-    int *number; /* for each part, the number of its first computed eigenvalue */
+    int part;      /* the current part, in PHASE_VALUES */
+    int *first;    /* for each part, its first index in value[]; an additional entry ends the last
+                    * part */
+    int *number;   /* for each part, the number of its first computed eigenvalue */
     double *value; /* the computed eigenvalues, signed, ascending in each part */
     struct mode *mode;
     int mode_count;
-    int below;      /* number of modes below those computed */
-    int drop, keep; /* the requested rows are drop .. keep - 1; the others only complete multiple
-                     * frequencies */
+    int below;      /* number of modes below the computed ones */
+    int drop, keep; /* the requested rows are drop .. keep - 1; the other rows only complete
+                     * repeated frequencies */
     struct pend_modes *modes;
-    int *lead;   /* for each row, the first arm that moves, as the caller's number; -1 if unknown */
+    int *lead;   /* for each row, the first arm that moves, in the caller's numbering; -1 if
+                  * unknown */
     int at, end; /* the modes of the current part, in PHASE_VECTORS and PHASE_SPREAD */
-    int low;     /* index of the first of their vectors */
-    int row; /* the number of occurrences done in PHASE_SPREAD; the next row from PHASE_STAND on */
+    int low;     /* index of the first of these vectors */
+    int row;     /* number of occurrences done in PHASE_SPREAD; from PHASE_STAND on, the next row */
     struct pend_vectors *vectors;
     double **vector, *room;
 };
@@ -91,7 +93,7 @@ static enum pend_status modes_check(const struct pend_modes_request *r, int n,
 
 static double modes_omega(double value) { return copysign(sqrt(fabs(value)), value); }
 
-/* turns every selection into numbers, first .. first + count - 1 */
+/* converts every selection to the mode numbers first .. first + count - 1 */
 static void modes_numbers(struct pend_modes_search *s) {
     struct pend_modes_request *r = &s->request;
     if (r->select == PEND_SELECT_BETWEEN)
@@ -101,12 +103,12 @@ static void modes_numbers(struct pend_modes_search *s) {
     if (r->select == PEND_SELECT_FASTEST) r->first = s->tree->n - r->count;
 }
 
-/* the numbers first .. end - 1 of a part's eigenvalues that lie between the cuts */
+/* the range first .. end - 1 of a part's eigenvalues that lie between the cuts */
 static void modes_range(const struct pend_modes_search *s, int part, const double cut[2],
                         int *first, int *end) {
     const struct pend_laplacian *l = s->spectrum->part[part];
     const struct pend_modes_request *r = &s->request;
-    /* one part, or all or no modes: no count is needed */
+    /* with one part, or with all or no modes, nothing has to be counted */
     *first = r->count && r->count < s->tree->n ? r->first : 0;
     *end = r->count < s->tree->n ? *first + r->count : l->n;
     if (s->spectrum->symmetry->part_count == 1 || !r->count || r->count == s->tree->n) return;
@@ -116,7 +118,7 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
     *end = probe[1].below > *first ? probe[1].below : *first;
 }
 
-/* determines which eigenvalues of which part are to be computed */
+/* determines which eigenvalues of each part are computed */
 static enum pend_status modes_plan(struct pend_modes_search *s) {
     int parts = s->spectrum->symmetry->part_count, values = 0;
     double cut[2] = {0, 0};
@@ -141,7 +143,7 @@ static enum pend_status modes_plan(struct pend_modes_search *s) {
     return s->value && s->mode ? PEND_OK : PEND_NO_MEMORY;
 }
 
-/* begins with the eigenvalues of a part; after the last part, with the next phase */
+/* starts with the eigenvalues of a part; after the last part, the next phase */
 static void modes_part_begin(struct pend_modes_search *s) {
     if (s->part == s->spectrum->symmetry->part_count) {
         s->phase = PHASE_ROWS;
@@ -180,7 +182,7 @@ static int modes_times(const struct pend_modes_search *s, const struct mode *mod
     return s->spectrum->symmetry->part[mode->part].times;
 }
 
-/* puts the modes computed in ascending order and numbers their rows */
+/* sorts the computed modes in ascending order and numbers their rows */
 static void modes_count_rows(struct pend_modes_search *s) {
     int rows = 0;
     if (s->spectrum->symmetry->part_count > 1)
@@ -191,7 +193,7 @@ static void modes_count_rows(struct pend_modes_search *s) {
     }
 }
 
-/* the first (by = -1) or the last (by = 1) mode of the multiple frequency that mode i belongs to */
+/* the first (by = -1) or the last (by = 1) mode with the repeated frequency of mode i */
 static int modes_extend(const struct pend_modes_search *s, int i, int by) {
     while (s->request.vectors && i + by >= 0 && i + by < s->mode_count) {
         double omega = modes_omega(s->mode[i].value), next = modes_omega(s->mode[i + by].value);
@@ -201,7 +203,7 @@ static int modes_extend(const struct pend_modes_search *s, int i, int by) {
     return i;
 }
 
-/* makes the rows of the result those of modes low .. high - 1, of which the first has row `from` */
+/* fills the rows of the result with modes low .. high - 1; the row `from` becomes row 0 */
 static void modes_fill_rows(struct pend_modes_search *s, int low, int high, int from) {
     for (int i = low; i < high; i++) {
         s->mode[i].row -= from;
@@ -214,15 +216,14 @@ static void modes_fill_rows(struct pend_modes_search *s, int low, int high, int 
     }
 }
 
-/* Converts the requested rows, begin .. end - 1 of those computed, to the rows of the result,
- * together with all other rows of multiple frequencies that the selection cuts; pend_modes_trim
- * removes these. */
+/* Allocates the rows of the result: the requested rows, begin .. end - 1 of the computed ones, and
+ * all other rows of repeated frequencies that the selection cuts. pend_modes_trim removes those. */
 static enum pend_status modes_rows(struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
     int begin = (r->count ? r->first : s->below) - s->below, end = begin + r->count, low = 0,
         high = s->mode_count;
     modes_count_rows(s);
-    /* the modes of these rows */
+    /* the modes in these rows */
     while (low < high && s->mode[low].row + modes_times(s, &s->mode[low]) <= begin) low++;
     while (low < high && s->mode[high - 1].row >= end) high--;
     if (low < high) {
@@ -249,7 +250,7 @@ static enum pend_status modes_rows(struct pend_modes_search *s) {
     return PEND_OK;
 }
 
-/* begins with the vectors of the next part; after the last part, with the next phase */
+/* starts with the vectors of the next part; after the last part, the next phase */
 static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     struct pend_spectrum *spectrum = s->spectrum;
     int whole = spectrum->symmetry->part_count == 1;
@@ -269,7 +270,7 @@ static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     s->low = s->mode[s->at].index;
     size_t count = (size_t)(s->mode[s->end - 1].index - s->low + 1);
     s->vector = malloc(count * sizeof *s->vector);
-    /* in a tree without like branches, vectors are written in place */
+    /* in a tree without like branches, vectors are computed in their final memory */
     if (!whole) s->room = malloc(count * (size_t)n * sizeof *s->room);
     if (!s->vector || (!whole && !s->room)) return PEND_NO_MEMORY;
     for (size_t i = 0; i < count; i++)
@@ -309,8 +310,8 @@ static enum pend_status modes_spread(struct pend_modes_search *s) {
     return ++s->at == s->end ? modes_run_begin(s) : PEND_OK;
 }
 
-/* changes signs: so far an angle is a displacement to the right over a length, and an upright arm
- * turns the other way */
+/* Changes signs: up to here an angle is a displacement to the right over a length, and an upright
+ * arm turns the other way. */
 static void modes_stand(struct pend_modes_search *s) {
     for (int piece = 0; piece < MODES_PIECE && s->row < s->modes->count; piece++, s->row++) {
         double *x = s->modes->vector + (size_t)s->row * (size_t)s->tree->n;
@@ -321,8 +322,8 @@ static void modes_stand(struct pend_modes_search *s) {
     s->row = 0;
 }
 
-/* about hanging omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds
- * omega times this */
+/* about hanging, omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds omega
+ * times the returned value */
 static double modes_bound(const struct pend_modes_search *s) {
     double least = INFINITY;
     for (int k = 0; k < s->tree->n; k++)
@@ -330,7 +331,7 @@ static double modes_bound(const struct pend_modes_search *s) {
     return 1 / sqrt(least);
 }
 
-/* the basis of the next multiple frequency, or of the next few single ones */
+/* the basis of the next repeated frequency, or of the next few simple ones */
 static void modes_bases(struct pend_modes_search *s) {
     struct pend_modes *modes = s->modes;
     for (int piece = 0; piece < MODES_PIECE && s->row < modes->count;) {
@@ -351,7 +352,7 @@ static void modes_scale(struct pend_modes_search *s) {
         const double *x = modes->vector + (size_t)s->row * (size_t)s->tree->n;
         modes->norm[s->row] = 1;
         int *lead = &s->lead[s->row];
-        /* the kernel made the first entry positive; the bound shows that it is not zero */
+        /* the kernel made the first entry positive; the bound guarantees that it is not zero */
         if (*lead < 0 && bound > 0 &&
             x[s->tree->place[0]] > PEND_MODES_ZERO * bound * modes->omega[s->row])
             *lead = 0;

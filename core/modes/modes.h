@@ -1,6 +1,6 @@
 /* Eigenfrequencies and eigenmodes of the linearization about an equilibrium, theta'' = -A theta
  * (lin) about hanging.
- * Leaves to others: drawing and time (method_linear, api).
+ * Leaves to others: motion in time (method_linear), drawing (api).
  * Invariant: omega ascending; vectors orthogonal in the mass inner product, in the tree's stored
  * order. */
 #pragma once
@@ -19,20 +19,21 @@ enum pend_select {
 /* The request for a tree's modes; {.loads.gravity = 9.81} requests all frequencies about
  * hanging. */
 struct pend_modes_request {
-    struct pend_loads loads; /* what acts on the tree; gravity > 0 */
+    struct pend_loads loads; /* gravity and other loads; gravity > 0 */
     int vectors;             /* non-zero to compute the eigenvectors too */
     enum pend_normalize normalize;
     enum pend_select
         select; /* in ascending order of signed omega^2, so that growing modes come first */
-    int count;  /* SLOWEST, FASTEST: number of modes; NUMBERS: of modes from number `first` on */
+    int count;  /* SLOWEST, FASTEST: number of modes; NUMBERS: number of modes from number `first`
+                 * on */
     int first;  /* NUMBERS: from 0 */
-    double from, to; /* BETWEEN, rad/s: from <= omega <= to, to round-off; an empty range is no
-                      * error */
+    double from, to; /* BETWEEN, rad/s: from <= omega <= to, up to round-off; an empty range is not
+                      * an error */
     const unsigned char *up; /* n flags in stored order, non-zero for upright arms; NULL: all hang.
                               * theta is the small deviation from that equilibrium. */
 };
 
-/* A search under way. */
+/* A running search. */
 struct pend_modes_search;
 
 /**
@@ -40,13 +41,14 @@ struct pend_modes_search;
  *
  * No matrix is formed: in tip displacements the linearization is a weighted tree. Sweeps over this
  * tree count the eigenvalues below a shift, to full relative precision, and give the vectors
- * (core/theory.md). Like branches are solved once. No eigenvalue is 0, and the number of negative
- * ones is the number of upright arms.
+ * (core/theory.md). Like branches (equal sub-trees on one joint) are solved once. No eigenvalue is
+ * 0, and the number of negative ones is the number of upright arms.
  *
  * Signs and bases are fixed, so that the same tree gives the same vectors: the first entry in the
- * caller's order that is not zero (PEND_MODES_ZERO) is positive, and the vectors of a multiple
- * frequency are the one orthogonal basis in which that entry comes later from vector to vector. A
- * selection that cuts a multiple frequency of like branches has some vectors of that basis.
+ * caller's order that is not zero (PEND_MODES_ZERO) is positive, and the vectors of a repeated
+ * frequency form the only orthogonal basis in which that entry has a later position from vector to
+ * vector. A selection that cuts a repeated frequency of like branches contains some vectors of that
+ * basis.
  *
  * search   out; NULL on failure; released by pend_modes_search_free.
  * tree     must outlive the search, as request->up must; the rest of the request is copied.
@@ -61,12 +63,12 @@ PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search 
                                                        const struct pend_modes_request *request,
                                                        struct pend_error *error);
 
-/** Returns the number of modes that the search will find, which is known from its beginning. */
+/** Returns the number of modes that the search will find; it is known from the start. */
 int pend_modes_search_count(const struct pend_modes_search *search);
 
 /**
  * Continues the search by a step of O(n), about 64 sweeps over the tree, so that the caller can
- * check its deadline in between. All steps together take O(count n) time; memory is O(n), with
+ * check its deadline between steps. All steps together take O(count n) time; memory is O(n), with
  * vectors O(count n).
  *
  * done  out: non-zero once all modes are found.
@@ -88,7 +90,7 @@ void pend_modes_search_free(struct pend_modes_search **search);
 /**
  * Returns an estimate of the time that a search takes, s. O(1).
  *
- * A tree whose eigenvalues are nearly but not exactly multiple can take longer.
+ * A tree whose eigenvalues are nearly but not exactly equal can take longer.
  */
 double pend_modes_cost(int n, int count, int vectors);
 
@@ -98,7 +100,7 @@ PEND_MUST_CHECK enum pend_status pend_modes_select(struct pend_modes **modes,
                                                    const struct pend_modes_request *request,
                                                    struct pend_error *error);
 
-/** All modes about hanging: pend_modes_select with all other members of the request 0. */
+/** Finds all modes about hanging: pend_modes_select with all other members of the request 0. */
 PEND_MUST_CHECK enum pend_status pend_modes_new(struct pend_modes **modes,
                                                 const struct pend_tree *tree,
                                                 const struct pend_loads *loads, int vectors,

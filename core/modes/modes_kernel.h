@@ -11,7 +11,7 @@
  * shift. */
 struct pend_modes_probe {
     double shift;    /* in, 1/s^2 */
-    int below;       /* the number of eigenvalues below it */
+    int below;       /* number of eigenvalues below the shift */
     double log_rate; /* p'/p = sum 1 / (shift - lambda_i), s^2 */
     double log_bend; /* (p'/p)^2 - p''/p = sum 1 / (shift - lambda_i)^2, s^4; not finite if a
                         pivot is zero */
@@ -37,9 +37,9 @@ struct pend_modes_kernel {
                     double work[], double *vector[], double *tip[]);
 
     /**
-     * The same in double-double, about ten times slower, for close eigenvalues. It refines the
-     * eigenvalues too, so that vectors with eigenvalues that agree to 1e-11 are still orthogonal to
-     * round-off.
+     * Computes the same in double-double, about ten times slower, for close eigenvalues. It refines
+     * the eigenvalues too, so that vectors with eigenvalues that agree to 1e-11 are still
+     * orthogonal to round-off.
      *
      * work    6 * lanes * n doubles, aligned to 64.
      */

@@ -7,13 +7,13 @@
 
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
-/* (rad/s)^2, the range of the squares of the frequencies: outside it, sums and quotients of the
- * sweeps would overflow or lose digits */
+/* (rad/s)^2, the allowed range of squared frequencies: outside it, sums and quotients of the sweeps
+ * would overflow or lose digits */
 #define SPECTRUM_LEAST 1e-300
 #define SPECTRUM_MOST 1e300
 
-/* N/m: a pivot of a sweep may be smaller than its spring by 2^110, and its inverse must be
- * finite */
+/* N/m, the least spring: an elimination pivot of a sweep may be smaller by 2^110, and its inverse
+ * must be finite */
 #define SPECTRUM_WEAKEST 1e-270
 
 /* the spectrum between two calls */
@@ -41,7 +41,7 @@ enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct
         s->least = fmin(s->least, s->part[i]->least);
         s->most = fmax(s->most, s->part[i]->most);
     }
-    /* there are as many negative eigenvalues as upright arms */
+    /* the number of negative eigenvalues equals the number of upright arms */
     for (int k = 0; up && k < tree->n; k++) s->negative += up[k] != 0;
     status = PEND_OK;
     assert(spectrum_valid(s));
@@ -92,7 +92,7 @@ void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const 
     for (int p = 0; p < spectrum->symmetry->part_count; p++) {
         const struct pend_laplacian *l = spectrum->part[p];
         int times = spectrum->symmetry->part[p].times;
-        /* most parts are small and far from the shifts */
+        /* most parts are small, and their eigenvalues are far from the shifts */
         if (!spectrum->negative && shift[count - 1] < l->least) continue;
         if (shift[0] > l->most) {
             for (int i = 0; i < count; i++) below[i] += times * l->n;
@@ -117,7 +117,7 @@ void pend_spectrum_between(const struct pend_spectrum *spectrum, double from, do
     *count = below[1] > below[0] ? below[1] - below[0] : 0;
 }
 
-/* ascending shifts whose sizes have the logarithms `at`, evenly spaced from lo to hi */
+/* Sets ascending shifts. The logarithms `at` of their sizes are evenly spaced from lo to hi. */
 static void spectrum_shifts(double lo, double hi, int negative, double at[], double shift[]) {
     double step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
     for (int j = 0; j < SPECTRUM_SHIFTS; j++) {
@@ -127,7 +127,7 @@ static void spectrum_shifts(double lo, double hi, int negative, double at[], dou
 }
 
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above) {
-    /* in the logarithm of the size, on the side of 0 where the number lies */
+    /* bisection in the logarithm of the size, on the side of 0 on which the eigenvalue lies */
     int negative = number < spectrum->negative;
     double lo = log(spectrum->least) - 1e-6, hi = log(spectrum->most) + 1e-6;
     if (number <= 0) return -2 * spectrum->most;
@@ -137,7 +137,7 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
         int below[SPECTRUM_SHIFTS], i = 0;
         spectrum_shifts(lo, hi, negative, at, shift);
         pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
-        /* the first shift above the eigenvalue of this number */
+        /* the first shift above the eigenvalue with a given number */
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
         if (i == 0 || below[i] == number) return shift[i];
         int slack = number / 8 + 8, more = below[i] - number, less = number - below[i - 1];
@@ -174,7 +174,7 @@ void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, i
     spectrum->search = (struct pend_search){l, NULL, value, first, count, split, split ? 0 : 1};
 }
 
-/* number i from below of L is number n - 1 - i of -L, where it is positive */
+/* eigenvalue i of L from below is eigenvalue n - 1 - i of -L, which is positive */
 static enum pend_status spectrum_begin(struct pend_search *s) {
     if (s->done)
         return pend_values_new(&s->values, s->part, s->first + s->split, s->count - s->split,

@@ -8,14 +8,14 @@
 #include "core/modes/modes_values.h"
 #include "core/tree/loads.h"
 
-/* The search for a part's eigenvalues: first for those below 0, as positive eigenvalues of -L,
- * then for the others. */
+/* State of the search for a part's eigenvalues: first the negative ones, as positive eigenvalues of
+ * -L, then the others. */
 struct pend_search {
     struct pend_laplacian *part;
     struct pend_values *values; /* NULL between the two searches */
     double *value;
     int first, count, split; /* split: number of eigenvalues below 0 */
-    int done;                /* 0; 1 once those below 0 are found; 2 at the end */
+    int done;                /* 0; 1 once the negative ones are found; 2 at the end */
 };
 
 struct pend_spectrum {
@@ -64,26 +64,26 @@ void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const 
                          int below[]);
 
 /**
- * Finds the modes with from <= omega <= to, rad/s. Both ends are widened by two units of the last
- * place, so that a frequency that was computed before is found again.
+ * Finds the modes with from <= omega <= to, rad/s. Both ends are widened by two units in the last
+ * digit, so that a previously computed frequency is found again.
  *
  * first  out: the number, from 0, of the first such mode among all modes.
- * count  out: how many there are, 0 or more.
+ * count  out: the number of such modes, 0 or more.
  * O(n).
  */
 void pend_spectrum_between(const struct pend_spectrum *spectrum, double from, double to, int *first,
                            int *count);
 
 /**
- * Returns a shift, 1/s^2, that has `number` or a few more eigenvalues below it (above = 1), or a
+ * Returns a shift, 1/s^2, with `number` or a few more eigenvalues below it (above = 1), or with a
  * few less (above = 0). O(n).
  */
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above);
 
 /**
- * Begins to search for eigenvalues of a part, signed and ascending.
+ * Starts the search for eigenvalues of a part, signed and ascending.
  *
- * first, count  eigenvalues first .. first + count - 1 of the part, from the least.
+ * first, count  eigenvalues first .. first + count - 1 of the part, counted from the least.
  * value         out, count values, complete at the end of the search, which it must outlive.
  * O(n of the part).
  */

@@ -9,7 +9,7 @@
 #include "core/tree/turns.h"
 
 struct store_block {
-    struct pend_modes modes; /* first, so that the address of the modes is the block's */
+    struct pend_modes modes; /* the first member, so that its address is that of the block */
     double data[];
 };
 
@@ -65,8 +65,8 @@ static double store_length(const struct pend_tree *tree, const unsigned char up[
     return up && up[k] ? -tree->len[k] : tree->len[k];
 }
 
-/* Re x without a matrix: masses times tip displacements, summed over the sub-trees; product is
- * not x */
+/* Computes Re x without a matrix: masses times tip displacements, summed over the sub-trees.
+ * product and x are different arrays. */
 static void modes_mass_apply(const struct pend_tree *tree, const unsigned char up[],
                              const double x[], double product[]) {
     /* tip displacements, pivot outwards */
@@ -89,13 +89,14 @@ static double store_largest(int n, const double x[]) {
     return largest[0];
 }
 
-/* the caller's number, >= `from`, of the first arm with a non-zero entry; n if there is none */
+/* the first arm, in the caller's numbering from `from` on, with a non-zero entry; n if there is
+ * none */
 static int store_first(const struct pend_tree *tree, const double x[], double zero, int from) {
     while (from < tree->n && fabs(x[tree->place[from]]) <= zero) from++;
     return from;
 }
 
-/* rotates the pair (x, y) so that y becomes 0 at an entry */
+/* rotates the vectors x and y into each other so that y becomes 0 at one entry */
 static void store_rotate(int n, double x[], double y[], int entry) {
     assert(y[entry] != 0);
     double h = hypot(x[entry], y[entry]), c = x[entry] / h, s = y[entry] / h;
@@ -112,7 +113,8 @@ static void store_rotate(int n, double x[], double y[], int entry) {
 static void store_echelon(const struct pend_tree *tree, int group, double vector[]) {
     int n = tree->n, lead = 0;
     for (int done = 0; done < group - 1; done++, lead++) {
-        /* the first arm that moves in any remaining vector, and the vector that moves it most */
+        /* the first arm that moves in any remaining vector, and the vector in which it moves
+         * most */
         int first = n, best = done;
         for (int j = done; j < group; j++) {
             double *x = vector + (size_t)j * n;
@@ -137,7 +139,7 @@ static void store_echelon(const struct pend_tree *tree, int group, double vector
     }
 }
 
-/* the divisor of a vector for its normalization; NaN if all its entries are zero or infinite */
+/* the divisor that normalizes a vector; NaN if all its entries are zero or infinite */
 static double store_divisor(const struct pend_tree *tree, const double x[], double norm,
                             enum pend_normalize rule, int lead) {
     double largest = lead < 0 || rule == PEND_NORMALIZE_MAX ? store_largest(tree->n, x) : 0;
@@ -203,7 +205,7 @@ enum pend_status pend_modes_decompose(const struct pend_modes *modes, const stru
             along_theta += x[arm] * product[arm];
             along_rate += x[arm] * product[n + arm];
         }
-        /* amplitude cos(phase) and amplitude sin(phase); + 0.0 turns -0 into 0 */
+        /* sets amplitude cos(phase) and amplitude sin(phase); + 0.0 turns -0 into 0 */
         double c = along_theta / square + 0.0, s = -along_rate / (square * modes->omega[k]) + 0.0;
         if (modes->omega[k] < 0) {
             first[k] = 0.5 * (c + s);

@@ -6,25 +6,25 @@
 
 #include "core/tree/tree.h"
 
-/* An entry of a vector counts as zero if its size is at most this part of the vector's largest
- * entry: the paper's mode (0, 1, -1) is computed with a first entry of the size of round-off. */
+/* An entry of a vector counts as zero if its size is at most this fraction of the largest entry:
+ * the paper's mode (0, 1, -1) is computed with a first entry of the size of round-off. */
 #define PEND_MODES_ZERO 1e-9
 
 /* The scale and the sign of a vector. */
 enum pend_normalize {
     PEND_NORMALIZE_MASS,  /* vector^T Re(0) vector = 1, and the first non-zero entry (in the
                            * caller's order) is positive */
-    PEND_NORMALIZE_FIRST, /* that entry is 1 */
-    PEND_NORMALIZE_MAX    /* the entry of largest magnitude is 1; the first one, if several agree to
-                           * PEND_MODES_ZERO */
+    PEND_NORMALIZE_FIRST, /* the first non-zero entry is 1 */
+    PEND_NORMALIZE_MAX    /* the entry of largest magnitude is 1; the first of them, if several
+                           * agree to PEND_MODES_ZERO */
 };
 
 /* count modes of n arms; vector[k * n + arm] is mode-major, arm in stored order. */
 struct pend_modes {
     int count, n;
-    int first;      /* the number, from 0, of mode 0 of these among all modes of the tree */
-    int growing;    /* number of modes, the first ones, that grow as e^{-omega t} with omega < 0
-                     * instead of swinging; 0 about hanging */
+    int first;      /* number of the first stored mode among all modes of the tree, from 0 */
+    int growing;    /* number of modes, at the start of the list, that grow as e^{-omega t} with
+                     * omega < 0 instead of swinging; 0 about hanging */
     double *omega;  /* rad/s, ascending; 1/s if negative */
     double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, with upright arms, in Re at the
                      * equilibrium's angles; NULL if not requested */
@@ -44,11 +44,11 @@ PEND_MUST_CHECK enum pend_status pend_modes_alloc(struct pend_modes **modes, int
                                                   int vectors);
 
 /**
- * Sets the basis of the multiple frequency that begins at a mode: orthogonal vectors in echelon
+ * Sets the basis of the repeated frequency that begins at a mode: orthogonal vectors in echelon
  * form, each with its first non-zero entry at a later arm than the vector before.
  *
  * modes     omega ascending, vectors mass-orthogonal and of the same mass norm.
- * multiple  frequencies are one multiple frequency if the largest exceeds the least by at most
+ * repeated  frequencies count as one repeated frequency if the largest exceeds the least by at most
  *           this relative difference.
  * lead      in and out, one entry per mode: the first arm (the caller's number) with a non-zero
  *           entry, -1 if unknown.
@@ -78,9 +78,9 @@ int pend_modes_valid(const struct pend_modes *modes);
 void pend_modes_free(struct pend_modes **modes);
 
 /**
- * Returns the angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low from
- * the positive real axis, without whole turns. low is the rounding error of phi; with 0, the double
- * nearest -pi/2 counts as hanging. O(1).
+ * Returns the angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low
+ * measured from the positive real axis; whole turns are removed. low is the rounding error of phi;
+ * if it is 0, the double nearest -pi/2 counts as hanging. O(1).
  */
 double pend_modes_theta(double phi, double low);
 

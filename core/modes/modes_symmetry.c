@@ -6,13 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* data of the branch that begins at an arm */
+/* data of the branch that starts at an arm */
 struct branch {
     uint64_t hash;
     int arm, n; /* n: number of arms after merging */
 };
 
-/* like branches found so far, by parent */
+/* like branches found so far, by their parent */
 struct found {
     struct branch kind;
     struct pend_likes likes;
@@ -67,7 +67,7 @@ static void symmetry_sort(struct branch sibling[], int count) {
     }
 }
 
-/* the lowest of the caller's numbers in a branch */
+/* the lowest number, in the caller's numbering, in a branch */
 static int symmetry_caller_first(const struct pend_tree *tree, int arm) {
     int first = tree->order[arm];
     for (int k = arm + 1; k < tree->end[arm]; k++)
@@ -75,7 +75,7 @@ static int symmetry_caller_first(const struct pend_tree *tree, int arm) {
     return first;
 }
 
-/* stores a run of like siblings, in the caller's order */
+/* stores a group of like siblings, in the caller's order */
 static void symmetry_file(struct finder *f, struct branch run[], int count) {
     struct pend_symmetry *s = f->symmetry;
     struct branch kind = run[0];
@@ -89,7 +89,7 @@ static void symmetry_file(struct finder *f, struct branch run[], int count) {
     for (int i = 0; i < count; i++) s->branch[f->branch_count++] = run[i].arm;
 }
 
-/* one joint: sorts its branches, merges like ones, and assigns every branch its place */
+/* at one joint: sorts its branches, merges like branches, and assigns each branch its index */
 static void symmetry_joint(struct finder *f, int arm) {
     const struct pend_tree *tree = f->symmetry->tree;
     int count = 0, place = 1;
@@ -121,11 +121,11 @@ static void symmetry_find(struct finder *f) {
     }
 }
 
-/* true if two branches of the same hash are alike, arm by arm; place and at: n ints of scratch */
+/* true if two branches of the same hash are alike, arm by arm; place, at: n ints of scratch */
 static int symmetry_alike(const struct finder *f, int a, int b, int place[], int at[]) {
     const struct pend_symmetry *s = f->symmetry;
     const struct pend_tree *tree = s->tree;
-    /* the arms of a by place, then those of b looked up there */
+    /* indexes the arms of a, then looks up those of b */
     for (int k = a; k < tree->end[a]; k++) {
         place[k] = k == a ? 0 : place[tree->parent[k]] + s->offset[k];
         at[place[k]] = k;
@@ -156,8 +156,8 @@ static void symmetry_contrasts(struct pend_symmetry *s, struct pend_part *part, 
     }
 }
 
-/* sorts the like branches by kind and creates a part for each kind; returns 0 after a hash
- * collision */
+/* sorts the like branches by kind and creates a part for each kind; returns 0 if two hashes
+ * collide */
 static int symmetry_parts(struct finder *f, int place[], int at[]) {
     struct pend_symmetry *s = f->symmetry;
     qsort(f->found, (size_t)f->found_count, sizeof *f->found, symmetry_by_kind);
@@ -183,7 +183,7 @@ static int symmetry_parts(struct finder *f, int place[], int at[]) {
     return 1;
 }
 
-/* the symmetry of a tree without like branches: one part, every arm at its own place */
+/* the symmetry of a tree without like branches: one part, in which every arm keeps its index */
 static void symmetry_none(struct pend_symmetry *s) {
     s->part[0] = (struct pend_part){0, s->tree->n, 1, 0};
     s->part_count = 1;
@@ -282,8 +282,8 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
     int root = symmetry->part[part].root;
     PEND_TRY(pend_laplacian_alloc(laplacian, symmetry->part[part].n));
     struct pend_laplacian *l = *laplacian;
-    /* places of the representing arms; until the next loop `end` holds the arm and `mass` the
-     * number of arms that it represents */
+    /* sets the indices of the representing arms; until the next loop `end` holds the arm and `mass`
+     * the number of arms that it represents */
     for (int k = root; k < tree->end[root];) {
         if (k != root && symmetry->merged[k]) {
             k = tree->end[k];
@@ -311,7 +311,7 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
     return PEND_OK;
 }
 
-/* the places of the arms of one branch */
+/* sets the indices of the arms of one branch */
 static void symmetry_branch_places(const struct pend_symmetry *s, int root, int place[]) {
     const struct pend_tree *tree = s->tree;
     place[root] = 0;
@@ -351,7 +351,7 @@ int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int whi
         symmetry_spread_branch(symmetry, 0, angle, sign, place, vector);
         return lead;
     }
-    /* Helmert's contrast: one against the mean of the `rest` later ones, of norm 1 */
+    /* Helmert's contrast of norm 1: one branch against the mean of the `rest` later ones */
     const struct pend_likes *likes = &symmetry->likes[contrast->likes];
     double rest = likes->count - 1 - contrast->from, head = sign * sqrt(rest / (rest + 1));
     memset(vector, 0, (size_t)tree->n * sizeof *vector);

@@ -1,5 +1,5 @@
-/* Like branches: siblings with equal sub-trees. The modes of the tree are those in which like
- * branches move together and those in which they move against each other.
+/* Like branches: siblings with equal sub-trees. In some modes of the tree like branches move
+ * together; in the others they move against each other.
  * Leaves to others: eigenvalues and vectors of the smaller trees (modes_values, modes_vectors).
  * Invariant: like branches are equal to the last bit, arm by arm; modes of different parts are
  * orthogonal by construction. */
@@ -14,22 +14,23 @@ struct pend_likes {
     int first, count;
 };
 
-/* A pattern in which like branches move against each other: branch `from` of the likes against all
+/* A pattern in which like branches move against each other: branch `from` of the group against all
  * later ones (Helmert's contrasts). */
 struct pend_contrast {
     int likes, from;
-    int lead; /* the caller's number of the first arm that moves */
+    int lead; /* first arm that moves, in the caller's numbering */
 };
 
 /* One of the trees whose modes together are all modes. Part 0 is the whole tree with like
  * branches merged. Every other part is a kind of branch that occurs several times on a joint,
- * with that joint at rest and its own like branches merged. A joint with c such branches has each
- * mode of this part c - 1 times. */
+ * with that joint at rest and its own like branches merged. At a joint with c such branches, each
+ * mode of this part occurs c - 1 times. */
 struct pend_part {
     int root;  /* stored number of the arm at which the part begins */
     int n;     /* number of arms after merging */
     int times; /* number of times that each of its modes occurs */
-    int first; /* its first contrast; it has `times` of them, sorted by lead; part 0 has none */
+    int first; /* its first contrast; a part has `times` contrasts, sorted by lead; part 0 has
+                * none */
 };
 
 struct pend_symmetry {
@@ -37,8 +38,8 @@ struct pend_symmetry {
     struct pend_part *part;
     struct pend_likes *likes;
     struct pend_contrast *contrast;
-    int *branch;  /* stored numbers of first arms */
-    int *offset;  /* n: place of an arm in its merged part, counted from its parent's place */
+    int *branch;  /* stored numbers of the branches' first arms */
+    int *offset;  /* n: index of an arm in its merged part, relative to its parent's index */
     int *copies;  /* n: number of like siblings that an arm represents, itself included */
     char *merged; /* n: non-zero if an earlier like sibling represents the arm */
     const struct pend_tree *tree;
@@ -78,7 +79,7 @@ PEND_MUST_CHECK enum pend_status pend_symmetry_laplacian(struct pend_laplacian *
                                                          const unsigned char up[], int place[]);
 
 /**
- * Computes the places in a part of all arms that move in its modes.
+ * Computes the indices, in a part, of all arms that move in its modes.
  *
  * place  n ints, one for each arm of the tree; those of other arms are not changed.
  * O(n).
@@ -90,7 +91,7 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
  *
  * which   number of the mode's occurrence, 0 <= which < times; occurrences are mass-orthogonal.
  * angle   the part's n angles.
- * zero    an angle of at most this size counts as 0.
+ * zero    largest angle that counts as 0.
  * place   from pend_symmetry_places.
  * vector  out, n angles of the tree.
  *

@@ -7,10 +7,10 @@
 #include <string.h>
 
 enum {
-    VALUES_BATCH = 64, /* shifts tried at a time */
-    VALUES_LANES = 16, /* number of shifts that take no more time than one; with fewer a sweep is
+    VALUES_BATCH = 64, /* number of shifts tried at once */
+    VALUES_LANES = 16, /* number of shifts that cost as much time as one; a sweep with fewer is
                         * wasteful */
-    VALUES_TRIES = 6   /* Laguerre steps before they alternate with bisection */
+    VALUES_TRIES = 6   /* number of Laguerre steps before they alternate with bisection */
 };
 
 /* in trees deeper than VALUES_DEEP, the VALUES_SLOW slowest are polished if their relative error is
@@ -18,21 +18,22 @@ enum {
 enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 #define VALUES_POLISH 1e-9
 
-/* One end of a span: a shift that was counted, and where the nearest eigenvalue inside must be. */
+/* One end of a span: a counted shift, and a bound of the nearest eigenvalue inside. */
 struct span_end {
     double at;
-    int below;   /* eigenvalues below `at` */
+    int below;   /* number of eigenvalues below `at` */
     int near;    /* non-zero if one eigenvalue inside outweighs all others there, so that the hint
                   * converges to it */
     double hint; /* Laguerre's bound of the nearest eigenvalue on the inside; `at` if unknown */
-    double step; /* its distance, which may be below the last place of `at`; infinite if unknown */
+    double step; /* distance to the hint, which may be below the last digit of `at`; infinite if
+                  * unknown */
 };
 
 /* An interval that contains hi.below - lo.below > 0 of the requested eigenvalues. */
 struct span {
     struct span_end lo, hi;
-    double rest; /* share of the other eigenvalues in sum 1 / (shift - lambda_i)^2, estimated from
-                  * the errors of hints; 0 at first */
+    double rest; /* contribution of the other eigenvalues to sum 1 / (shift - lambda_i)^2, relative,
+                  * estimated from the errors of hints; 0 at first */
     int tries;
 };
 
@@ -57,7 +58,7 @@ int pend_values_below(const struct pend_laplacian *laplacian, double shift) {
     return probe.below;
 }
 
-/* the end of the span above (side 1) or below (side -1) a probe */
+/* the end of a span at a probe: of the span above (side 1) or below it (side -1) */
 static struct span_end values_end(const struct pend_modes_probe *probe, int n, int side) {
     struct span_end end = {probe->shift, probe->below, 0, probe->shift, INFINITY};
     double rate = -side * probe->log_rate, bend = probe->log_bend;
@@ -69,7 +70,7 @@ static struct span_end values_end(const struct pend_modes_probe *probe, int n, i
     return end;
 }
 
-/* the end of a span of one eigenvalue with the better hint */
+/* of a span of one eigenvalue, the end with the better hint */
 static const struct span_end *values_nearer(const struct span *span) {
     const struct span_end *lo = &span->lo, *hi = &span->hi;
     if (lo->near != hi->near) return lo->near ? lo : hi;
@@ -89,7 +90,7 @@ static void values_bounds(const struct span *span, double *lo, double *hi) {
     *hi = span->hi.at;
 }
 
-/* all eigenvalues of a span are the same number to round-off */
+/* stores all eigenvalues of a span as the same number, because they agree to round-off */
 static void values_finish(struct pend_values *v, const struct span *span, double value) {
     assert(span->lo.at <= span->hi.at);
     value = fmin(fmax(value, span->lo.at), span->hi.at);
@@ -97,7 +98,7 @@ static void values_finish(struct pend_values *v, const struct span *span, double
         if (number >= v->first && number < v->last) v->value[number - v->first] = value;
 }
 
-/* True if a span needs no further count: it has the size of round-off, or the error of its
+/* True if a span has converged: it is as narrow as round-off, or the estimated error of its
  * eigenvalue's hint, half the cube of the step times `rest`, is below round-off. */
 static int values_converged(const struct span *span, double *value) {
     double round_off = DBL_EPSILON * span->hi.at;
@@ -119,12 +120,13 @@ static double values_next(struct span *span) {
         return values_middle(span->lo.at, span->hi.at);
     const struct span_end *end = values_nearer(span);
     if (end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
-    /* both hints fall short by the cubes of their steps, from either side */
+    /* both hints fall short of the eigenvalue, from either side, by about the cubes of their
+     * steps */
     double share = span->lo.step / span->hi.step;
     share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share)
                                                                 : end == &span->lo;
     double shift = share * lo + (1 - share) * hi;
-    // hints that cross because of round-off lead to an end, where nothing is left to count
+    // hints that cross because of round-off lead to an end, and the search of the span is over
     return shift > span->lo.at && shift < span->hi.at ? shift : end->hint;
 }
 
@@ -147,7 +149,8 @@ static int values_split(struct span *span, int room, double shift[]) {
     if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
     if (room > 2 * several) room = 2 * several;
     if (hi - lo <= 4 * DBL_EPSILON * hi) {
-        /* a single number according to the hints: counts on both sides of it must confirm that */
+        /* if the hints say that all eigenvalues are one number, counts on both sides of it must
+         * confirm that */
         int count = 0;
         double below = lo * (1 - 6 * DBL_EPSILON), above = hi * (1 + 6 * DBL_EPSILON);
         if (below > span->lo.at) shift[count++] = below;
@@ -163,7 +166,7 @@ static int values_split(struct span *span, int room, double shift[]) {
     return room;
 }
 
-/* updates the error estimate of the hints of a span from the one eigenvalue of a part */
+/* updates the error estimate of a span's hints from a smaller span with one eigenvalue */
 static void values_learn(const struct span *span, struct span *part) {
     const struct span_end *end = values_nearer(part), *old[2] = {&span->lo, &span->hi};
     for (int i = 0; end->near && i < 2; i++) {
@@ -173,7 +176,7 @@ static void values_learn(const struct span *span, struct span *part) {
     }
 }
 
-/* stores the part between two counted ends of a span */
+/* stores the smaller span between two counted ends */
 static void values_file(struct pend_values *v, const struct span *whole, struct span span) {
     double value;
     if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last)
@@ -186,7 +189,7 @@ static void values_file(struct pend_values *v, const struct span *whole, struct 
         v->todo[v->todo_count++] = span;
 }
 
-/* splits a span at the counted shifts; computes ends only around eigenvalues */
+/* splits a span at the counted shifts; creates ends only next to eigenvalues */
 static void values_cut(struct pend_values *v, const struct span *span, int count,
                        struct pend_modes_probe probe[]) {
     const struct pend_modes_probe *from = NULL;
@@ -208,7 +211,7 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     if (from && below == most) return;
     struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest,
                         span->tries};
-    /* no shift separates anything: there is no double between the ends */
+    /* there is no double between the ends, so no shift can separate the eigenvalues */
     if (!from && count) {
         values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
         return;
@@ -216,7 +219,8 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     values_file(v, span, part);
 }
 
-/* one round: takes spans from the end of the list, counts at their next shifts, stores the parts */
+/* One round: takes spans from the end of the list, counts at their next shifts, and stores the
+ * smaller spans. */
 static void values_round(struct pend_values *v) {
     struct pend_modes_probe probe[VALUES_BATCH];
     struct span span[VALUES_BATCH];
@@ -266,7 +270,7 @@ enum pend_status pend_values_new(struct pend_values **values,
                                  double value[]) {
     assert(pend_laplacian_valid(laplacian));
     assert(first >= 0 && count >= 0 && count <= laplacian->n - first);
-    /* every span contains a requested value, and a round adds at most its own shifts */
+    /* every span contains a requested value, and each round adds at most as many spans as shifts */
     struct pend_values *v = *values =
         malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
     if (!v) return PEND_NO_MEMORY;

@@ -6,7 +6,7 @@
 
 #include "core/modes/modes_kernel.h"
 
-/* A search under way. */
+/* A running search. */
 struct pend_values;
 
 /**

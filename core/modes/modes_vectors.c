@@ -8,30 +8,31 @@
 
 #include "core/modes/hugepage.h"
 
-/* vectors of eigenvalues closer than this, relatively, are orthogonalized */
+/* vectors whose eigenvalues have a smaller relative difference are orthogonalized */
 #define VECTORS_NEAR 2e-3
 
-/* a vector with more neighbours than this is computed in double-double, after which only these are
- * still close */
+/* a vector with more neighbours is computed in double-double, after which only eigenvalues within
+ * the second value count as close */
 enum { VECTORS_CROWD = 16 };
 #define VECTORS_NEAR_FINE 1e-11
 
 enum { VECTORS_TRIES = 8 };
 
-/* components along other vectors below this size are not removed */
+/* smaller components along other vectors are not removed */
 #define VECTORS_SLIGHT 2e-14
 
-/* the number of vectors that one call projects on */
+/* the number of vectors onto which one call projects */
 enum { VECTORS_PIECE = 64 };
 
-/* The state of the orthogonalization of vector `number`, of norm 1: projections until no component
- * along the others remains, and inverse iteration if the rest of the vector is too small. */
+/* The state of the orthogonalization of vector `number`, of norm 1: it repeats projections until no
+ * component along the others remains, and inverse iteration if the rest of the vector is too
+ * small. */
 struct settling {
-    int first; /* the first vector to which this one is orthogonalized */
+    int first; /* the first vector among those to which this one is orthogonalized */
     int next;  /* the first vector that this pass has not reached */
     int pass, try;
-    int due; /* iterations that follow in any case, because a random start has a component along
-              * every mode */
+    int due; /* iterations that are always done, because a random start has a component along every
+              * mode */
     double squares; /* the sum of the squares of the components that this pass removed */
     double left;    /* the norm of the vector after projection; 1 if nothing was removed */
 };
@@ -40,18 +41,19 @@ struct pend_vectors {
     const struct pend_laplacian *laplacian;
     const double *value;
     int lead, count;
-    int twisted; /* the number of vectors that the twisted factorization has computed */
+    int twisted; /* number of vectors computed by the twisted factorization */
     int number;  /* the number of the current vector */
     struct settling settling;
-    int begin;           /* the first vector that is near by the wider measure */
-    int begin_fine;      /* the first vector that is near by the narrower measure */
-    int coarse;          /* the first vector from `begin` on that is not computed finely */
-    unsigned char *fine; /* for each vector, non-zero when it is computed finely */
+    int begin;           /* the first vector that is close by the wider tolerance */
+    int begin_fine;      /* the first vector that is close by the narrower tolerance */
+    int coarse;          /* the first vector from `begin` on that is not computed in
+                          * double-double */
+    unsigned char *fine; /* for each vector, non-zero if it is computed in double-double */
     double **vector;
     double *tips; /* tip displacements of the last `rows` vectors, vector k in row k % rows */
     int rows;     /* 0 when no vector has a near neighbour */
     double *load, *pivot; /* n doubles each */
-    double *work;         /* for the kernel; the block that ends last */
+    double *work;         /* memory of the kernel, at the end of the block */
 };
 
 PEND_VALIDATOR vectors_valid(const struct pend_vectors *v) {
@@ -64,7 +66,7 @@ static int vectors_within(const struct pend_vectors *v, int a, int b, double par
     return v->value[b] - v->value[a] <= part * fmax(fabs(v->value[a]), fabs(v->value[b]));
 }
 
-/* true if the vectors of two numbers, in ascending order, must be orthogonalized */
+/* true if two vectors, in ascending order, must be orthogonalized */
 static int vectors_near(const struct pend_vectors *v, int a, int b) {
     return vectors_within(v, a, b, v->fine[a] && v->fine[b] ? VECTORS_NEAR_FINE : VECTORS_NEAR);
 }
@@ -135,12 +137,12 @@ static double vectors_pivot(double t, double spring) {
     return t + spring != 0 ? t + spring : DBL_EPSILON * spring;
 }
 
-/* one step of inverse iteration on vector `number` */
+/* does one step of inverse iteration on vector `number` */
 static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
     const struct pend_laplacian *l = v->laplacian;
     double *x = v->vector[number], *tip = vectors_tip(v, number), *load = v->load,
            *pivot = v->pivot;
-    /* elimination inwards; pivot: without the node's own spring */
+    /* elimination from the leaves; pivot: without the node's own spring */
     for (int k = 0; k < l->n; k++) {
         load[k] = l->mass[k] * tip[k];
         pivot[k] = -shift * l->mass[k];
@@ -150,7 +152,7 @@ static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
         pivot[l->parent[k]] += ratio * pivot[k];
         load[l->parent[k]] += ratio * load[k];
     }
-    /* outwards; the difference to the parent's displacement gives the arm's angle */
+    /* from the root outwards; the difference to the parent's displacement gives the arm's angle */
     for (int k = 0; k < l->n; k++) {
         double from = k ? tip[l->parent[k]] : 0, d = vectors_pivot(pivot[k], l->spring[k]);
         x[k] = (load[k] - pivot[k] * from) / d / l->len[k];
@@ -161,7 +163,7 @@ static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
     vectors_scale(v, number);
 }
 
-/* a start for inverse iteration with a component along every mode; always the same numbers */
+/* a deterministic start for inverse iteration, with a component along every mode */
 static void vectors_start(int n, int number, double x[]) {
     unsigned long long state = (unsigned long long)number * 0x9e3779b97f4a7c15ull + 1;
     for (int k = 0; k < n; k++) {
@@ -172,7 +174,7 @@ static void vectors_start(int n, int number, double x[]) {
     }
 }
 
-/* begins one more pass over all neighbours */
+/* starts another pass over all neighbours */
 static void settling_pass(struct settling *s, int pass) {
     s->pass = pass;
     s->next = s->first;
@@ -180,7 +182,7 @@ static void settling_pass(struct settling *s, int pass) {
 }
 
 /* A step of the orthogonalization of vector `number`; true once its residual is round-off. A pass
- * that cost digits is repeated, and a vector with a small rest is iterated again. */
+ * that lost digits is repeated; if little of the vector remains, inverse iteration is repeated. */
 static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
     struct settling *s = &v->settling;
     vectors_project(v);
@@ -195,7 +197,7 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
         if (!(s->left > 1e-3)) *status = PEND_NO_CONVERGENCE;
         return 1;
     }
-    /* the vector was parallel to the others, so start again */
+    /* the vector was parallel to the others, so inverse iteration starts again */
     if (s->try == 0 && !(s->left > 1e-6)) {
         vectors_start(v->laplacian->n, v->number, vectors_tip(v, v->number));
         s->due = 2;
@@ -209,8 +211,8 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
 }
 
 /* Vectors begin .. begin + lanes - 1 by twisted factorization. Tip displacements are stored only
- * for vectors with neighbours, by the wider measure: two adjacent fine vectors may not be close to
- * each other and yet close to a coarse one further away. */
+ * for vectors with neighbours by the wider tolerance: two adjacent double-double vectors may be
+ * close to a further vector although not to each other. */
 static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best());
     int count = v->count;
@@ -232,8 +234,8 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
         kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
 }
 
-/* marks the vectors to compute in double-double: all in a group with a crowded one; returns true if
- * there are any */
+/* Marks the vectors to compute in double-double: all vectors of a group with a crowded one. Returns
+ * true if there are any. */
 static int vectors_crowds(struct pend_vectors *v, int lanes) {
     int any = 0;
     for (int number = 0, low = 0, high = 0; number < v->count; number++) {
@@ -247,7 +249,7 @@ static int vectors_crowds(struct pend_vectors *v, int lanes) {
     return any;
 }
 
-/* returns the largest number of vectors to which one is orthogonalized, including those in
+/* returns the largest number of vectors to which a vector is orthogonalized, including those in
  * between */
 static int vectors_window(struct pend_vectors *v) {
     int window = 0;

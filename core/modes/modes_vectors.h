@@ -7,11 +7,11 @@
 
 #include "core/modes/modes_kernel.h"
 
-/* A computation under way. */
+/* A running computation. */
 struct pend_vectors;
 
 /**
- * Begins to compute eigenvectors of mass norm 1.
+ * Starts the computation of eigenvectors of mass norm 1.
  *
  * A twisted factorization computes each vector independently. Vectors whose eigenvalues are near
  * each other are then made orthogonal by Gram-Schmidt, after inverse iteration if they were almost
@@ -31,8 +31,8 @@ PEND_MUST_CHECK enum pend_status pend_vectors_new(struct pend_vectors **vectors,
                                                   const double value[], int lead, double *vector[]);
 
 /**
- * Continues the computation by a group of vectors, or by a part of the orthogonalization of one.
- * O(n) per step, O(count n) in total, and O(g n) more for a vector with g near neighbours.
+ * Continues the computation by a group of vectors, or by one step of the orthogonalization of a
+ * vector. O(n) per step, O(count n) in total, and O(g n) more for a vector with g near neighbours.
  *
  * done  out: non-zero once all vectors are complete.
  *

@@ -8,11 +8,11 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Number of frequencies that are computed side by side. */
+/* Number of frequencies that are computed at once. */
 enum { PEND_RESPONSE_LANES = 8 };
 
-/* The results for each arm. Forces are differences from those at rest, in the arm's own frame,
- * which turns with it: as in bodies_forces. */
+/* The results for each arm. Forces are differences from the forces at rest, in the rotating frame
+ * of the arm, as in bodies_forces. */
 enum pend_response_part {
     PEND_RESPONSE_ANGLE,        /* rad */
     PEND_RESPONSE_X,            /* m, of the tip, including the pivot's motion */
@@ -27,8 +27,8 @@ enum pend_response_part {
 /* Complex amplitudes f of the drives. */
 struct pend_response_drive {
     double pivot_re[2], pivot_im[2]; /* m, of the pivot's x and y */
-    const double *couple_re; /* n, N m, stored order: on the arm, and with the opposite sign on its
-                              * parent, unless that is a cart; NULL = none */
+    const double *couple_re; /* n, N m, stored order: torque on the arm, and with the opposite sign
+                              * on its parent, unless the parent is a cart; NULL = none */
     const double *couple_im;
 };
 

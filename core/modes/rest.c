@@ -7,15 +7,16 @@
 
 enum { STEPS_MOST = 200, FALLS_MOST = 1000, HALVINGS_MOST = 40 };
 static const double angle_most = 0.5;   /* rad, the largest change of an arm in a step */
-static const double least_pivot = 0.05; /* when minimizing, relative to its largest possible
-                                         * value */
-static const double least_fall = 1e-4;  /* relative to the decrease predicted by the slope */
+static const double least_pivot = 0.05; /* least elimination pivot when minimizing, relative to its
+                                         * largest possible value */
+static const double least_fall = 1e-4;  /* least decrease, relative to the decrease predicted by the
+                                         * slope */
 
 /* data of an arm during the search for an equilibrium */
 struct rest_node {
     struct rest_body body;
-    double spring, torque; /* N m/rad; N m, constant */
-    double slope, pivot;   /* the gradient, N m; the matrix's pivot, N m/rad */
+    double spring, torque; /* N m/rad; constant torque, N m */
+    double slope, pivot;   /* gradient, N m; elimination pivot, N m/rad */
     double start, step;    /* rad */
 };
 
@@ -57,7 +58,7 @@ double pend_rest_damper(const struct pend_loads *loads, int k) {
     assert(k >= 0);
     double friction = rest_get(loads, PEND_TERM_FRICTION, k);
     double damper = rest_get(loads, PEND_TERM_DAMPING, k);
-    // f tanh(r / s) is f r / s near 0
+    // for small r, f tanh(r / s) is f r / s
     return friction > 0 ? damper + friction / rest_get(loads, PEND_TERM_FRICTION_SPEED, k) : damper;
 }
 
@@ -114,9 +115,9 @@ static double rest_bent(const struct pend_tree *tree, const struct pend_loads *l
 }
 
 /* The gradient of the potential energy, and the diagonal of its second derivative. Returns the
- * gradient's largest entry over its largest term; that of a spring counts with the angles whose
- * rounding errors it magnifies, because it may be slack. Forces on a cart and torques on arms are
- * compared separately. */
+ * gradient's largest entry relative to its largest term. The term of a spring uses the angles
+ * themselves, whose rounding errors it magnifies, because its deflection may be 0. Forces on a cart
+ * and torques on arms are compared separately. */
 static double rest_slopes(const struct pend_tree *tree, const struct pend_loads *loads,
                           const double phi[], struct rest_node node[]) {
     double most[2] = {0, 0}, size[2] = {0, 0}, pull[2];
@@ -148,8 +149,9 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
     return fmax(size[0] > 0 ? most[0] / size[0] : 0, size[1] > 0 ? most[1] / size[1] : 0);
 }
 
-/* Eliminates the arms from the leaves on, from the matrix whose off-diagonal entries are those of
- * the springs. Returns true if all pivots are positive. When minimizing, it makes them positive. */
+/* Eliminates the arms, from the leaves on, in the matrix of second derivatives, whose off-diagonal
+ * entries are the springs. Returns true if all elimination pivots are positive. When minimizing,
+ * makes them positive. */
 static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                           struct rest_node node[]) {
     int positive = 1;
@@ -175,8 +177,8 @@ static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads 
     return positive;
 }
 
-/* Newton's step, from known factors; 0 if it is not finite. `fall`: the decrease of the potential
- * energy per small part of the step. */
+/* Computes Newton's step from the factors; 0 if it is not finite. `fall`: the decrease of the
+ * potential energy per small fraction of the step. */
 static int rest_step(const struct pend_tree *tree, const struct pend_loads *loads,
                      struct rest_node node[], double *fall) {
     double most = 0;
@@ -186,11 +188,11 @@ static int rest_step(const struct pend_tree *tree, const struct pend_loads *load
         double right = node[k].slope;
         node[k].step = (right + (p < 0 ? 0 : node[k].spring * node[p].step)) / node[k].pivot;
         if (!isfinite(node[k].step)) return 0;
-        // for L D L^T and the gradient g: g (L D L^T)^-1 g
+        // g (L D L^T)^-1 g, with the gradient g and the factors L D L^T
         *fall += right / node[k].pivot * right;
         if (!rest_cart(loads, k)) most = fmax(most, fabs(node[k].step));
     }
-    // the force on a cart does not depend on positions
+    // the force on a cart does not depend on its position
     double part = most > angle_most ? angle_most / most : 1;
     for (int k = 0; k < tree->n; k++) node[k].step *= rest_cart(loads, k) ? 1 : part;
     *fall *= part;
@@ -215,8 +217,8 @@ static double rest_height(const struct pend_tree *tree, const struct pend_loads 
     return height;
 }
 
-/* takes a step; when minimizing, the part of it that decreases the potential energy, and 0 if none
- * does */
+/* Takes a step. When minimizing, shortens it until the potential energy decreases. Returns 0 if it
+ * never does. */
 static int rest_move(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                      struct rest_node node[], double phi[], double fall) {
     double size, part = 1, height = down ? rest_height(tree, loads, phi, node, &size) : 0;
@@ -246,7 +248,7 @@ static int rest_search(const struct pend_tree *tree, const struct pend_loads *lo
     return found;
 }
 
-/* data of each arm for the search; NULL if there is no memory */
+/* creates the data of each arm for the search; NULL if memory is short */
 static struct rest_node *rest_nodes(const struct pend_tree *tree, const struct pend_loads *loads) {
     size_t n = (size_t)tree->n;
     struct rest_node *node = malloc(n * sizeof *node);

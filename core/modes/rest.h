@@ -1,5 +1,5 @@
 /* Equilibria of real pendulums near given angles, in O(n) per step.
- * Leaves to others: motion about it (damped, response), drives that depend on time.
+ * Leaves to others: motion about an equilibrium (damped, response), drives that depend on time.
  * Invariant: at an equilibrium the torques of gravity, springs, constant torques and a constant
  * acceleration of the pivot cancel at every arm, to the rounding error of the largest of them. */
 #pragma once
@@ -7,23 +7,24 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Masses of an arm in its own frame: alone, or with its sub-tree's masses as points at the
- * joints. */
+/* Mass properties of an arm in its own frame: alone, or with the masses of its sub-tree as points
+ * at the joints. */
 struct rest_body {
     double mass;      /* kg */
     double moment[2]; /* kg m, sum of m p about the joint, along and across the arm */
     double inertia;   /* kg m^2 about the joint */
 };
 
-/** The masses of stored arm k alone: its tip, its rod, its body. O(1). */
+/** Returns the mass properties of stored arm k alone: its tip, its rod, its body. O(1). */
 struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_loads *loads, int k);
 
-/** The drag of the tip of stored arm k, in the form of a mass there, N s/m, at small speeds. */
+/** Returns the linear drag of the tip of stored arm k, N s/m, at small speeds, in the form of a
+ * mass at the tip. */
 struct rest_body pend_rest_drag(const struct pend_tree *tree, const struct pend_loads *loads,
                                 int k);
 
-/** Returns the damping of the joint of stored arm k at small rates, N m s/rad: -damper r is the
- * torque of damping and friction. O(1). */
+/** Returns the damping of the joint of stored arm k at small rates r, N m s/rad: the torque of
+ * damping and friction is -damper r. O(1). */
 double pend_rest_damper(const struct pend_loads *loads, int k);
 
 /** Returns the ratio of the joint's rate, rad/s, or the tip's speed, m/s, of stored arm k to the
@@ -31,13 +32,13 @@ double pend_rest_damper(const struct pend_loads *loads, int k);
  * no limit. O(1). */
 double pend_rest_beyond(const struct pend_loads *loads, int k, double rate, double speed);
 
-/** Computes the point, m, of its parent's frame at which stored arm k > 0 is attached. O(1). */
+/** Computes the point of its parent's frame, m, at which stored arm k > 0 is attached. O(1). */
 void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      double point[2]);
 
 /**
- * Adds to every arm's mass, first moment and inertia those of its sub-tree, as points at the
- * joints.
+ * Adds to each arm's mass, first moment and inertia those of its sub-tree, whose arms count as
+ * points at the joints.
  *
  * body  n, in: arms alone. O(n).
  */
@@ -52,10 +53,9 @@ void pend_rest_pull(const struct pend_loads *loads, double pull[2]);
  * Computes the torques of the joints that hold a pendulum at rest at given angles.
  *
  * phi     n angles, rad, stored order.
- * torque  out, n: N m, N of a cart; 0 at an equilibrium.
- * size    out, n: the torque that holds the arm with its sub-tree horizontal, plus that of its
- *         spring at 1 rad; for a cart the weight. For a pendulum with neither, its inertia times
- *         1/s^2.
+ * torque  out, n: N m, for a cart N; 0 at an equilibrium.
+ * size    out, n: the torque that holds the arm with its sub-tree horizontal, plus the torque of
+ *         its spring at 1 rad; for a cart the weight. If both are 0, its inertia times 1/s^2.
  *
  * PEND_NO_MEMORY  O(n).
  */

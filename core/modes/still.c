@@ -11,7 +11,7 @@
 
 enum { WIDE = 8, SWEEPS = 16, SOLVES = 4, VECTORS = 32 };
 
-/* vectors of eigenvalues closer than this part of the largest are orthogonalized */
+/* vectors whose eigenvalues differ by less than this fraction of the largest are orthogonalized */
 static const double near = 1e-7;
 
 /* an arm of a factorization */
@@ -19,25 +19,25 @@ struct still_factor {
     double pivot, lean[2]; /* D, a */
 };
 
-/* forms of WIDE values of s, in terms of the arm's joint and angle */
+/* forms for WIDE values of s, as functions of the joint's position and the arm's angle */
 struct still_form {
     double xx[WIDE], xy[WIDE], yy[WIDE], leanx[WIDE], leany[WIDE], pivot[WIDE];
 };
 
 struct pend_still {
     const int *parent;
-    int n, found; /* the number of eigenvalues, and of vectors found so far */
+    int n, found; /* number of eigenvalues, and of vectors found so far */
     int bracketed;
     double *low, *high;   /* n: brackets of the eigenvalues */
-    double *load, *joint; /* n; 2 n: of a solution */
-    double *back;         /* n: g, plus the springs of all joints that turn an arm */
+    double *load, *joint; /* n; 2 n: load and joint velocities of a solution */
+    double *back;         /* n: g, plus the springs of all joints that turn the arm */
     struct linear_arms arms;
     struct still_factor *factor;
     struct still_form *form;
 };
 
-/* g of each arm plus the springs of all joints that turn it; a spring against the ground belongs to
- * one arm only */
+/* g of each arm plus the springs of all joints that turn it; a spring relative to the ground
+ * belongs to one arm only */
 static void still_fill(struct pend_still *s, const struct pend_loads *loads) {
     double pull[2];
     pend_rest_pull(loads, pull);
@@ -86,7 +86,7 @@ void pend_still_free(struct pend_still **still) {
 
 /* ---- counting */
 
-/* the forms of the arms alone, of WIDE values of s */
+/* the forms of the arms alone, for WIDE values of s */
 static void still_alone(const struct pend_still *still, const double s[]) {
     for (int k = 0; k < still->n; k++) {
         const struct linear_arm *arm = &still->arms.arm[k];
@@ -101,7 +101,7 @@ static void still_alone(const struct pend_still *still, const double s[]) {
     }
 }
 
-/* eliminates arm k, whose form is complete, and adds the remaining form to its parent's */
+/* eliminates arm k, whose form is complete, and adds the remaining form to that of its parent */
 static void still_join(const struct linear_arm *arm, struct still_form *restrict own,
                        struct still_form *restrict up) {
     double x = arm->place[0], y = arm->place[1], k = arm->spring;
@@ -109,7 +109,7 @@ static void still_join(const struct linear_arm *arm, struct still_form *restrict
         double part = 1 / own->pivot[i], a = own->leanx[i], b = own->leany[i];
         double xx = own->xx[i] - a * a * part, xy = own->xy[i] - a * b * part;
         double yy = own->yy[i] - b * b * part, turn = k * part;
-        // P e, and the part of w and x_p, which is k a / D
+        // P e, and the coupling of w and x_p, which is k a / D
         double ex = xx * x + xy * y, ey = xy * x + yy * y;
         up->xx[i] += xx, up->xy[i] += xy, up->yy[i] += yy;
         up->leanx[i] += ex + turn * a;
@@ -118,7 +118,7 @@ static void still_join(const struct linear_arm *arm, struct still_form *restrict
     }
 }
 
-/* replaces a pivot of 0 by the smallest number comparable with the arm's own */
+/* replaces a pivot of 0 by the smallest number comparable with the terms of the arm */
 static double still_pivot(const struct pend_still *still, int k, double pivot, double s) {
     if (pivot != 0) return pivot;
     return -0x1p-60 * (fabs(still->back[k]) + fabs(s) * still->arms.arm[k].inertia) - 0x1p-1000;
@@ -147,7 +147,7 @@ int pend_still_below(struct pend_still *still, double s) {
     return count[0];
 }
 
-/* brackets all eigenvalues between powers of two */
+/* encloses all eigenvalues between powers of two */
 static void still_bracket(struct pend_still *still) {
     double low = -1, high = 1;
     while (high < 0x1p1000 && pend_still_below(still, high) < still->n) high *= 4;
@@ -157,14 +157,14 @@ static void still_bracket(struct pend_still *still) {
     still->bracketed = 1;
 }
 
-/* true if the bracket of eigenvalue k cannot usefully be halved */
+/* true if halving the bracket of eigenvalue k further is useless */
 static int still_narrow(const struct pend_still *still, int k) {
     double low = still->low[k], high = still->high[k], most = still->high[still->n - 1];
-    // without a restoring force all are 0, and the bracket has no relative width
+    // without a restoring force all eigenvalues are 0, and the bracket has no relative width
     return high - low <= 0x1p-51 * fmax(fabs(low), fabs(high)) + 0x1p-70 * most + 0x1p-1000;
 }
 
-/* halves up to WIDE different brackets, from eigenvalue *from on; returns 0 if there are none */
+/* halves up to WIDE different brackets, starting at eigenvalue *from; returns 0 if none is left */
 static int still_halve(struct pend_still *still, int *from) {
     int first[WIDE], count[WIDE], lanes = 0, k = *from;
     double middle[WIDE] = {0};
@@ -195,7 +195,7 @@ static int still_halve(struct pend_still *still, int *from) {
 
 /* ---- vectors */
 
-/* T at one value of s, factorized: lane 0 of the forms */
+/* T at one value of s, factorized; uses lane 0 of the forms */
 static void still_factorize(const struct pend_still *still, double s) {
     double all[WIDE];
     for (int i = 0; i < WIDE; i++) all[i] = s;
@@ -242,7 +242,7 @@ static void still_weigh(const struct pend_still *still, const double x[], double
         joint[2 * k] = p < 0 ? 0 : joint[2 * p] + arm->place[0] * x[p];
         joint[2 * k + 1] = p < 0 ? 0 : joint[2 * p + 1] + arm->place[1] * x[p];
     }
-    // momenta overwrite the joints' velocities
+    // the momenta overwrite the velocities of the joints
     for (int k = 0; k < still->n; k++) {
         const struct linear_arm *arm = &still->arms.arm[k];
         double wx = joint[2 * k], wy = joint[2 * k + 1];
@@ -258,7 +258,7 @@ static void still_weigh(const struct pend_still *still, const double x[], double
     }
 }
 
-/* x^T K x: sums over gravity and each spring */
+/* x^T K x: sums over gravity and all springs */
 static double still_stiff(const struct pend_still *still, const double x[]) {
     double sum = 0;
     for (int k = 0; k < still->n; k++) {
@@ -275,7 +275,7 @@ static double still_dot(int n, const double x[], const double y[]) {
     return sum;
 }
 
-/* makes x orthogonal to the modes near mode j and of unit size; `load` becomes M x */
+/* makes x orthogonal to the modes near mode j, and scales it to unit size; `load` becomes M x */
 static void still_orthogonal(const struct pend_still *still, const double square[],
                              const double vector[], int j, double x[]) {
     int n = still->n;
@@ -326,7 +326,7 @@ int pend_still_step(struct pend_still *still, double square[], double vector[]) 
     if (!still->bracketed) still_bracket(still);
     if (!still->found) {
         for (int i = 0; i < SWEEPS && from < still->n; i++) still_halve(still, &from);
-        // all brackets were visited, and none is wide
+        // all brackets were visited, and all are narrow
         int wide = 0;
         for (int k = 0; k < still->n; k++) wide += !still_narrow(still, k);
         if (wide) return 0;

@@ -2,8 +2,8 @@
  * per count of eigenvalues and O(n) per step of a vector.
  * Leaves to others: the equilibrium (rest), friction and drag (damped), ideal pendulums, which have
  * faster forms (modes).
- * Invariant: modes are sorted by omega^2; there are as many as coordinates, because each is
- * bracketed by its number.
+ * Invariant: modes are sorted by omega^2; there are as many as coordinates, because each eigenvalue
+ * is enclosed according to its number.
  *
  * Derivation. T = K - s M, s = omega^2, acts on the angles x of the arms. With the displacement w
  * of its joint and its angle x, an arm adds to the form x^T T x
