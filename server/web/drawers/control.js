@@ -36,16 +36,18 @@ const acts = ({ app }) => Boolean(app.store.get().pendulum.control);
 /** The controller of the answer takes over, or lets go. @param {View} view @param {boolean} on */
 function use({ app, answer, wish }, on) {
   const { live, motion, clock, store } = app;
+  const acted = Boolean(store.get().pendulum.control);
   const { phi } = clock.time > 0 ? motion.at(clock.time) : store.get().initial;
   const control = on ? controlOf(answer, wish, phi) : undefined;
   live.change("control", (tree) => withControl(tree, control));
   store.settle();
-  if (on) clock.play();
+  if (on && !acted) clock.play();
 }
 
 /** A design by the server; if it is to act, it takes over. @param {View} view */
 async function design(view) {
   const { app, wish, status } = view;
+  view.soon.end();
   view.stop?.abort();
   view.stop = new AbortController();
   try {
