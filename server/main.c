@@ -29,7 +29,7 @@ enum { MAIN_LOOK_MS = 100, MAIN_KEYS_MS = 500 };
 /* Signals received by the main thread; SIGPIPE is ignored, so that write fails with EPIPE. */
 struct main_ears {
     sigset_t all;
-    int terminal; /* standard input is one: a hangup may be its end */
+    int terminal; /* standard input is a terminal, so a hangup may mean that it was closed */
 };
 
 #if defined(__x86_64__) && defined(__CET__)

@@ -23,7 +23,7 @@ static struct api_csv_cell trimmed(const char *from, const char *end) {
     return (struct api_csv_cell){from, (int)(end - from)};
 }
 
-/* where a cell ends that begins at a place */
+/* returns the end of the cell that begins at `at` */
 static const char *cell_end(const char *at, const char *end, char separator) {
     for (int quoted = 0; at < end; at++) {
         if (*at == '"') quoted = !quoted;
@@ -49,7 +49,8 @@ int api_csv_cut(const char *line, char separator, struct api_csv_cell cell[API_C
 
 /* --- numbers --- */
 
-/* the bytes of a sign or a blank of several bytes at a place: what stands for it, or 0 */
+/* returns the length of a sign or blank of several bytes, 0 if there is none; plain: its ASCII form
+ */
 static int odd_character(const char *at, int left, char *plain) {
     static const struct {
         const char *text;
@@ -65,8 +66,8 @@ static int odd_character(const char *at, int left, char *plain) {
     return 0;
 }
 
-/* the text of a cell in ASCII, without marks of thousands that are blanks or apostrophes; 0 where
- * it is too long */
+/* the text of a cell in ASCII, without blanks or apostrophes between thousands; 0 if it is too long
+ */
 static int cell_plain(const struct api_csv_cell *cell, char out[CELL_BYTES]) {
     int length = 0;
     if (cell->bytes >= CELL_BYTES) return 0;
@@ -81,7 +82,7 @@ static int cell_plain(const struct api_csv_cell *cell, char out[CELL_BYTES]) {
     return 1;
 }
 
-/* whether every mark in a number's whole part has three digits behind it, and some before it */
+/* whether every thousands mark has a digit before it and exactly three digits after it */
 static int is_grouped(const char *text, char mark) {
     const char *at = text + (*text == '-' || *text == '+');
     if (!is_digit(*at)) return 0;
@@ -97,11 +98,11 @@ static void drop(char *text, char mark) {
     *to = 0;
 }
 
-/* the number of a text with this decimal mark; 0 if it is none */
+/* reads a number with this decimal mark; returns 0 if the text is not a number */
 static int text_number(char *text, int comma, double *x) {
     char decimal = comma ? ',' : '.', thousands = comma ? '.' : ',';
     if (strchr(text, thousands)) {
-        // "1.5" in a table with commas is what a program wrote there
+        // in a table with decimal commas a program may have written "1.5"
         if (!is_grouped(text, thousands))
             decimal = thousands;
         else
@@ -139,8 +140,8 @@ static double days_of(int year, int month, int day) {
     return era * 146097.0 + of_era * 365.0 + of_era / 4 - of_era / 100 + of_year - 719468.0;
 }
 
-/* a date before a time, "2026-11-27" or "27.11.2026"; returns what is behind it, NULL if that is
- * none */
+/* reads a date before a time, "2026-11-27" or "27.11.2026"; returns the text after it, NULL if
+ * there is no date */
 static const char *date_read(const char *text, double *days) {
     int part[3];
     const char *at = text;
@@ -158,7 +159,7 @@ static const char *date_read(const char *text, double *days) {
     return *at == 'T' || *at == ' ' ? at + 1 : NULL;
 }
 
-/* "[date ]h:m[:s]", or "m:s.f"; 0 if it is none */
+/* reads "[date ]h:m[:s]" or "m:s.f"; returns 0 for any other text */
 static int clock_read(char *text, double *x) {
     double days = 0, part[3];
     const char *at = date_read(text, &days);
@@ -176,7 +177,7 @@ static int clock_read(char *text, double *x) {
     }
     if (*at == 'Z') at++;
     if (*at || count < 1 || count > 2) return 0;
-    // two parts are hours and minutes, with a fraction minutes and seconds
+    // two numbers are hours and minutes; if the second has a fraction, minutes and seconds
     int minutes = count == 1 && part[1] != floor(part[1]);
     *x = days * 86400 + (minutes ? part[0] * 60 + part[1] : part[0] * 3600 + part[1] * 60);
     if (count == 2) *x += part[2];

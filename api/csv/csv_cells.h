@@ -21,7 +21,7 @@ enum api_csv_kind {
 /** Returns the end of a line: its CR or LF, or the end of the text. */
 const char *api_csv_line_end(const char *line);
 
-/** Returns the line behind a line; one of CR, LF and CR LF ends it. */
+/** Returns the start of the next line; a line ends with CR, LF or CR LF. */
 const char *api_csv_line_next(const char *line);
 
 /**
@@ -39,5 +39,5 @@ int api_csv_cut(const char *line, char separator, struct api_csv_cell cell[API_C
  */
 enum api_csv_kind api_csv_read(const struct api_csv_cell *cell, int comma, double *x);
 
-/** What a cell says of the decimal mark: 1 a comma, -1 a point, 0 nothing ("5", "1,234"). */
+/** The decimal mark that a cell proves: 1 a comma, -1 a point, 0 undecided ("5", "1,234"). */
 int api_csv_mark(const struct api_csv_cell *cell);

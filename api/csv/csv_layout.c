@@ -7,10 +7,10 @@
 #include "api/csv/csv_words.h"
 
 enum {
-    SAMPLE = 400, /* rows of a table show how it is laid out */
-    LINES = 2000, /* of a file are looked at for them */
+    SAMPLE = 400, /* rows that are examined to find the layout */
+    LINES = 2000, /* lines of the file that are searched for these rows */
     FEW_SWINGS = 5,
-    HEADS = 3 /* lines of names, groups and units that are looked at */
+    HEADS = 3 /* lines of names, groups and units that are read above the rows */
 };
 
 static const double two_pi = 6.28318530717958647692;
@@ -40,8 +40,8 @@ static int is_comment(const char *line) {
     return *line == '#' || *line == '%' || !strncmp(line, "//", 2);
 }
 
-/* Where a table with this separator begins: the first of two rows of the same width, or the only
- * row; how many rows of that width follow it within the sample. */
+/* The start of a table with this separator: the first of two rows of equal width, or the only row.
+ * `rows` counts the rows of that width within the sample. */
 struct start {
     const char *at;
     int line, width, words;
@@ -66,7 +66,7 @@ static void start_find(const char *text, char separator, int words_allowed, stru
     if (now.rows > found->rows) *found = now;
 }
 
-/* the separator whose rows are most; of several, the first of these */
+/* the separator that gives the most rows; among equals, the first in this list */
 static char layout_separator(const char *text, struct start *best) {
     static const char separators[] = "\t;, ";
     char found = 0;
@@ -82,7 +82,7 @@ static char layout_separator(const char *text, struct start *best) {
 
 /* --- names --- */
 
-/* the line without what makes it a comment */
+/* skips the marks that make a line a comment */
 static const char *head_text(const char *line) {
     return is_comment(line) ? line + strspn(line, "#%/ \t\"") : line;
 }
@@ -93,7 +93,7 @@ static int head_cut(const struct api_csv *csv, const char *line,
     return api_csv_cut(head_text(line), csv->separator, cell);
 }
 
-/* whether a line names nothing but units, at least two */
+/* whether a line consists of at least two units */
 static int is_units(const struct api_csv_cell cell[], int count) {
     int units = 0;
     for (int i = 0; i < count && i < API_CSV_COLUMNS; i++) {
@@ -104,7 +104,7 @@ static int is_units(const struct api_csv_cell cell[], int count) {
     return units > 1;
 }
 
-/* the lines above the rows, the nearest first */
+/* reads the lines above the rows, starting with the nearest */
 static int head_lines(const char *text, const struct start *start, const char *line[HEADS],
                       int number[HEADS]) {
     int count = 0, at = 1;
@@ -117,7 +117,7 @@ static int head_lines(const char *text, const struct start *start, const char *l
     return count;
 }
 
-/* a name that stands over several columns, as of a body that is tracked, is each one's */
+/* a name that spans several columns, such as a tracked body, applies to each of them */
 static void group_columns(struct api_csv *csv, const struct api_csv_cell cell[], int count) {
     struct api_csv_cell now = {NULL, 0};
     for (int i = 0; i < csv->columns; i++) {
@@ -168,7 +168,8 @@ static void column_swing(struct api_csv_column *column, double step) {
     if (!way) return;
     if (column->way && way != column->way) {
         double size = column->last - column->from, mid = column->from + size / 2;
-        double weight = column->swings++ ? size * size : 0; // the first has no beginning
+        double weight =
+            column->swings++ ? size * size : 0; // the first swing has no turning point at its start
         column->wide += fabs(size) > two_pi;
         column->weight += weight, column->weights += weight * weight;
         column->mid += weight * mid, column->mids += weight * mid * mid;
@@ -206,7 +207,7 @@ static void column_add(struct api_csv_column *column, enum api_csv_kind kind, do
     column->last = x;
 }
 
-/* reads a line of the table; 0 if it is no row of it */
+/* reads a line of the table; returns 0 if it is not a row */
 static int line_read(const struct api_csv *csv, const char *line, enum api_csv_kind kind[],
                      double value[]) {
     struct api_csv_cell cell[API_CSV_COLUMNS];
@@ -250,7 +251,8 @@ static void layout_rows(struct api_csv *csv) {
 }
 
 int api_csv_look(struct api_csv *csv, const char *text) {
-    static const char mark[] = "\357\273\277"; // of UTF-8, which spreadsheets write in front
+    static const char mark[] =
+        "\357\273\277"; // the byte order mark of UTF-8, which spreadsheets write first
     struct start start = {NULL, 0, 0, 0, 0};
     assert(csv && text);
     if (!strncmp(text, mark, sizeof mark - 1)) text += sizeof mark - 1;

@@ -1,32 +1,31 @@
-/* How a table of text is laid out: what separates its cells, which lines are rows, which name the
- * columns, and what its columns hold.
- * Leaves to others: what a column is of a pendulum (csv_roles).
- * Invariant: rows begin at line `first`; a line that is no row below is counted and passed over. */
+/* The layout of a table of text: its separator, its rows, and the names and ranges of its columns.
+ * Leaves to others: the quantity that a column measures (csv_roles).
+ * Invariant: rows begin at line `first`; later lines that are not rows are counted and skipped. */
 #pragma once
 
 #include "api/csv/csv_cells.h"
 
 /* What a column holds. */
 struct api_csv_column {
-    struct api_csv_cell name, unit,
-        group; /* of the lines above; without bytes where there is none */
+    struct api_csv_cell name, unit, group; /* from the lines above the rows; 0 bytes if absent */
     long numbers, clocks, words;
-    int word_line;                       /* the first row with a word in it */
-    double first, last, low, high, step; /* of numbers; step: the smallest between neighbours */
-    int rises;                           /* from row to row, or stays: the instants of a file */
-    double from; /* of the swing that it is in: where it turned last, and which way it goes */
+    int word_line; /* the first row that has a word here */
+    double first, last, low, high,
+        step;    /* of the numbers; step: the smallest difference of consecutive rows */
+    int rises;   /* never decreases from row to row, like a column of times */
+    double from; /* the current swing: its turning point and its direction */
     int way;
-    long swings, wide; /* from one turning point to the next; those of more than 2 pi */
+    long swings, wide; /* swings between turning points; those of more than 2 pi */
     double weight, weights, mid, mids, reach; /* sums over swings, see api_csv_center */
 };
 
 struct api_csv {
     char separator;
     int comma;       /* the decimal mark is a comma */
-    int doubtful;    /* nothing tells whether "1,234" is 1.234 */
-    int head, first; /* lines from 1; 0 where there is none */
+    int doubtful;    /* no number shows whether "1,234" is 1.234 */
+    int head, first; /* line numbers from 1; 0 = none */
     int columns;
-    long rows, passed; /* lines below the first row that are none */
+    long rows, passed; /* skipped: lines below the first row that are not rows */
     const char *begin; /* the first row */
     struct api_csv_column column[API_CSV_COLUMNS];
 };

@@ -8,9 +8,9 @@
 
 static const double degree = 3.14159265358979323846 / 180;
 
-static const double epoch_s = 1e8;   /* instants beyond are seconds since 1970 */
+static const double epoch_s = 1e8;   /* larger numbers are seconds since 1970 */
 static const double epoch_ms = 1e11; /* or milliseconds */
-static const double step_ms = 5;     /* rows that are farther apart are milliseconds */
+static const double step_ms = 5;     /* a larger step between rows is in milliseconds */
 
 const char *api_csv_role_name(enum api_csv_role role) {
     static const char *const names[] = {"",  "t", "theta",  "phi",  "joint",
@@ -19,15 +19,15 @@ const char *api_csv_role_name(enum api_csv_role role) {
     return names[role];
 }
 
-/* what is looked at together */
+/* the arguments of all guesses */
 struct guess {
     struct api_csv_roles *roles;
     const struct api_csv *csv;
     const struct api_csv_hints *hints;
     struct api_csv_words words[API_CSV_COLUMNS];
-    int generic; /* the columns are called X and Y, as a program for plots calls any two */
-    int behind;  /* the first column of a second table; all, if there is none */
-    int given[API_CSV_COLUMNS]; /* the request names it */
+    int generic; /* columns are just named X and Y, as plotting programs do */
+    int behind;  /* first column of a second table; the number of columns if there is none */
+    int given[API_CSV_COLUMNS]; /* the request names this column */
 };
 
 static int of_table(const struct guess *guess, int i) {
@@ -53,7 +53,7 @@ static int is_time(const struct guess *guess, int i) {
            !(words & (API_CSV_WORD_ERROR | API_CSV_WORD_MODEL | API_CSV_WORD_SPEED));
 }
 
-/* the column of the instants: one that is called so, else the first whose numbers rise */
+/* the column of times: one named time, else the first increasing column */
 static int time_find(struct guess *guess) {
     const struct api_csv *csv = guess->csv;
     for (int given = 1; given >= 0; given--)
@@ -126,7 +126,7 @@ static int same_cell(const struct api_csv_cell *a, const struct api_csv_cell *b)
     return 1;
 }
 
-/* the place of a column's group among those over what is measured, from 1 */
+/* 1-based position of this column's group among the groups of measured columns */
 static int group_of(const struct guess *guess, int i) {
     const struct api_csv_column *column = guess->csv->column;
     int count = 1;
@@ -141,14 +141,14 @@ static int group_of(const struct guess *guess, int i) {
     return count;
 }
 
-/* whether arms are counted from 0: a column has that number */
+/* whether the file counts arms from 0, which is so if a column has the number 0 */
 static int from_zero(const struct guess *guess) {
     for (int i = 0; i < guess->behind; i++)
         if (guess->words[i].number == 0 && role_of(&guess->words[i]) != API_CSV_NONE) return 1;
     return 0;
 }
 
-/* the arm of a column, from 1; 0 where it has none of this pendulum */
+/* the arm of a column, from 1; 0 if the pendulum has no such arm */
 static int arm_of(struct guess *guess, int i, enum api_csv_role role, int seen[]) {
     static const struct api_csv_cell none = {"", 0};
     const struct api_csv_column *column = &guess->csv->column[i];
@@ -177,7 +177,7 @@ static int is_taken(const struct guess *guess, int i, enum api_csv_role role, in
     return 0;
 }
 
-/* why a column is not used, by its name, its unit and its numbers; NULL where it may be */
+/* the reason why a column cannot be used; NULL if it can */
 static const char *column_unfit(const struct guess *guess, int i, enum api_csv_role role, int arm) {
     const struct api_csv_words *words = &guess->words[i];
     if (!guess->csv->column[i].numbers) return "has no number";
@@ -189,7 +189,7 @@ static const char *column_unfit(const struct guess *guess, int i, enum api_csv_r
                                          : NULL;
 }
 
-/* what is not certain of a column that was taken */
+/* adds a doubt about a column whose quantity was guessed */
 static void column_doubt(const struct guess *guess, int i) {
     struct api_csv_taken *taken = &guess->roles->column[i];
     int numbered = guess->words[i].number >= 0 || guess->csv->column[i].group.bytes;
@@ -205,7 +205,7 @@ static void column_take(struct guess *guess, int i, int seen[]) {
     int words = guess->words[i].words;
     enum api_csv_role role = role_of(&guess->words[i]);
     if (taken->why || taken->role != API_CSV_NONE) return;
-    // standard errors come later, when what they are of is known
+    // standard errors are assigned later, when the measured columns are known
     if (words & (API_CSV_WORD_ERROR | API_CSV_WORD_PRIME) || role == API_CSV_NONE) return;
     if (guess->generic && !guess->given[i]) role = API_CSV_THETA;
     int arm = words & API_CSV_WORD_MODEL ? 0 : arm_of(guess, i, role, seen);
@@ -216,7 +216,7 @@ static void column_take(struct guess *guess, int i, int seen[]) {
     if (!guess->given[i]) column_doubt(guess, i);
 }
 
-/* the axes of a gyroscope: the one that turns most is that of the swing */
+/* of a gyroscope's axes, the swing turns about the one with the largest rates */
 static void axes_take(struct guess *guess) {
     static const int axes = API_CSV_WORD_X | API_CSV_WORD_Y | API_CSV_WORD_OTHER;
     int best = -1, count = 0;
@@ -235,7 +235,7 @@ static void axes_take(struct guess *guess) {
     guess->roles->column[best].why = NULL;
 }
 
-/* programs compute rates from the angles beside them: these say nothing more */
+/* drops rates that stand next to angles: programs compute them, so they add no information */
 static void rates_drop(struct guess *guess) {
     for (int i = 0; i < guess->csv->columns; i++) {
         struct api_csv_taken *taken = &guess->roles->column[i];
@@ -253,7 +253,7 @@ static void rates_drop(struct guess *guess) {
     }
 }
 
-/* columns without names: as many angles as arms, or places of the tips */
+/* columns without names: one angle per arm, or positions of the tips */
 static void unnamed_take(struct guess *guess) {
     const struct api_csv *csv = guess->csv;
     int column[API_CSV_COLUMNS], count = 0;
@@ -279,7 +279,7 @@ static void unnamed_take(struct guess *guess) {
 
 /* --- errors --- */
 
-/* the column that an error is of: that of its own words and arm, else the nearest before it */
+/* the column that an error belongs to: the same quantity and arm, else the nearest before it */
 static int error_of(const struct guess *guess, int i) {
     enum api_csv_role role = role_of(&guess->words[i]);
     int number = guess->words[i].number, before = -1;
@@ -321,7 +321,8 @@ static void errors_take(struct guess *guess) {
 
 /* --- units --- */
 
-/* rad that a number without a unit is: as is said, as other columns are, or by their size */
+/* the size in rad of an angle without unit: the request's, else that of other columns, else guessed
+ * from the range */
 static double angle_unit(const struct guess *guess, int *sure) {
     double named = 0;
     int wide = 0;
@@ -329,7 +330,7 @@ static double angle_unit(const struct guess *guess, int *sure) {
         if (!api_csv_is_angle(guess->roles->column[i].role)) continue;
         if (guess->words[i].rad) named = guess->words[i].rad;
         const struct api_csv_column *column = &guess->csv->column[i];
-        // what swings does not swing by more than a turn, but it may turn over in one direction
+        // a swing is less than a turn, but a rotation in one direction may be more
         wide |= column->swings && 2 * column->wide > column->swings;
     }
     *sure = named || guess->hints->degrees >= 0;
@@ -355,7 +356,7 @@ static void units_take(struct guess *guess) {
     for (int i = 0; i < guess->csv->columns; i++) {
         struct api_csv_taken *taken = &guess->roles->column[i];
         const struct api_csv_words *words = &guess->words[i];
-        double own = words->rad + words->rad_s + words->m; // at most one is there
+        double own = words->rad + words->rad_s + words->m; // a column has at most one unit
         if (api_csv_is_angle(taken->role)) angle_take(taken, words->rad, angle, sure);
         if (taken->role == API_CSV_RATE) taken->unit = own ? own : angle;
         if (taken->role == API_CSV_X || taken->role == API_CSV_Y)
@@ -370,7 +371,8 @@ static void units_take(struct guess *guess) {
     }
 }
 
-/* the words of a column's name, or of what the request calls it, whose unit may be the name's */
+/* reads a column's name, or the name that the request gives it; the unit may come from the column
+ */
 static void words_take(struct guess *guess, int i) {
     static const struct api_csv_cell none = {"", 0};
     const struct api_csv_column *column = &guess->csv->column[i];
@@ -387,7 +389,7 @@ static void words_take(struct guess *guess, int i) {
     words->pixels = own.pixels;
 }
 
-/* a second table begins with another column of instants */
+/* a second table begins with a second column of times */
 static void second_find(struct guess *guess, int time) {
     int columns = guess->csv->columns;
     for (int i = time + 1; i < columns && time >= 0; i++)

@@ -1,51 +1,51 @@
-/* What the columns of a measured table are of a pendulum, by their names, units and numbers.
- * Leaves to others: the layout (csv_layout), what a fit does with it (op/fit).
- * Invariant: no column is taken for two things, no two columns for the same; what was not certain
- * is said. */
+/* The quantity that each column of a measured table holds, guessed from names, units and numbers.
+ * Leaves to others: the layout (csv_layout), the fit that uses the columns (op/fit).
+ * Invariant: a column has one role, and no two columns hold the same quantity; doubts are noted. */
 #pragma once
 
 #include "api/csv/csv_layout.h"
 
 enum api_csv_role {
-    API_CSV_NONE,  /* not used; `why` says for what reason */
+    API_CSV_NONE,  /* not used; `why` is the reason */
     API_CSV_TIME,  /* s */
     API_CSV_THETA, /* rad from hanging */
     API_CSV_PHI,   /* rad from the positive real axis */
-    API_CSV_JOINT, /* rad from the arm that it hangs on */
+    API_CSV_JOINT, /* rad from the direction of the parent arm */
     API_CSV_X,
     API_CSV_Y,
-    API_CSV_RATE, /* rad/s; of an arm of which nothing else is measured, or as given */
+    API_CSV_RATE, /* rad/s; used if the arm has no other measurement or the request names it */
     API_CSV_SIGMA /* the standard error of column `of` */
 };
 
 struct api_csv_taken {
     enum api_csv_role role;
-    int arm;         /* from 1; 0 of what has none */
-    int of;          /* of a standard error its column, of a column that of its errors; or -1 */
-    double unit;     /* s, rad, rad/s or m that one of the table's is; 0 = unknown (pixels) */
-    int sure;        /* named, or not to be taken for anything else */
-    const char *why; /* a sentence without its end, static; NULL where there is nothing to say */
+    int arm; /* from 1; 0 if the role has no arm */
+    int of;  /* of a standard error: its measured column; of a measured column: its standard error;
+                -1 = none */
+    double unit;     /* factor from the table's unit to s, rad, rad/s or m; 0 = unknown (pixels) */
+    int sure;        /* named by the table or the request, or unambiguous */
+    const char *why; /* a static sentence without its full stop; NULL = no remark */
 };
 
 struct api_csv_roles {
     struct api_csv_taken column[API_CSV_COLUMNS];
     int time;      /* the column; -1 = none was found */
-    double origin; /* s; the instants are counted from here: 0, or the first of a clock */
-    int measured;  /* columns of angles, places and rates */
-    int second;    /* a second table stands beside the first */
+    double origin; /* s, subtracted from all times: 0, or the first reading of a clock */
+    int measured;  /* number of columns with angles, positions or rates */
+    int second;    /* the file has a second table to the right of the first */
 };
 
-/* What is known of a table beside its text. */
+/* Facts from outside the table. */
 struct api_csv_hints {
     int arms;          /* of the pendulum; 0 = as many as the table names */
-    int degrees;       /* angles without a unit are in degrees; -1 = by their size */
-    int count;         /* the i-th x and y without a number are of arm listed[i], from 1 */
+    int degrees;       /* whether angles without unit are in degrees; -1 = guess from their range */
+    int count;         /* the i-th x and y without a number belong to arm listed[i], from 1 */
     const int *listed; /* `count`; 0 = none */
-    int gives;         /* the first columns whose names are given instead of the table's */
+    int gives;         /* number of leading columns for which the request may give names */
     const struct api_csv_cell *given; /* `gives`; at NULL = not given, bytes 0 = not used */
 };
 
-/** Finds out. What is given goes before what is guessed. O(columns^2). */
+/** Assigns the roles. The request's names override guesses. O(columns^2). */
 void api_csv_guess(struct api_csv_roles *roles, const struct api_csv *csv,
                    const struct api_csv_hints *hints);
 

@@ -45,7 +45,7 @@ static const struct {
                          "beschleunigung ivme force kraft z length absolute "},
 };
 
-/* the letter that a capital of two bytes of UTF-8 has, in place: Latin, Greek, Cyrillic */
+/* converts a two-byte UTF-8 capital to lower case in place: Latin, Greek, Cyrillic */
 static void small_letter(unsigned char at[2]) {
     static const struct {
         unsigned char lead, from, to, small_lead, shift;
@@ -91,7 +91,8 @@ static const struct unit {
              {" rad/s 1/s ", 0, 0, 0, 1, 0},
              {" deg/s \302\260/s dps ", 0, 0, 0, DEGREE, 0},
              {" px pixel pixels ", 0, 0, 0, 0, 1},
-             {" hz m/s m/s^2 m/s\302\262 n nm kg j ", 0, 0, 0, 0, 0}}; // nothing that is fitted
+             {" hz m/s m/s^2 m/s\302\262 n nm kg j ", 0, 0, 0, 0,
+              0}}; // units of quantities that cannot be fitted
 
 static const struct unit *unit_of(const char *text, int bytes) {
     char word[NAME_BYTES + 3] = " ";
@@ -120,14 +121,14 @@ int api_csv_is_unit(const struct api_csv_cell *cell) {
     return unit_of(bare, (int)strcspn(bare, ")]")) != NULL;
 }
 
-/* cuts "(deg)", "[s]", "/s", ", m" or " in s" off a name, and keeps what it says */
+/* cuts "(deg)", "[s]", "/s", ", m" or " in s" off a name, and returns that unit */
 static void unit_cut(struct api_csv_words *found, char *text) {
     char *open = strrchr(text, '('), *slash = strrchr(text, '/'), *in = strstr(text, " in ");
     if (!open) open = strrchr(text, '[');
     if (open) {
         size_t bytes = strcspn(open + 1, ")]");
         unit_put(found, open + 1, (int)bytes);
-        // "Time (s) Run #1": what stands behind says nothing of the column
+        // "Time (s) Run #1": text after the unit is ignored
         *open = 0;
     } else if (in) {
         unit_put(found, in + 4, (int)strlen(in + 4));
@@ -149,7 +150,7 @@ static void word_put(struct api_csv_words *found, const char *at, int bytes, int
     int before = found->words;
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (strstr(words[i].list, word)) found->words |= words[i].word;
-    // "temps_s", "theta1_mesure_deg": a unit without brackets stands last
+    // "temps_s", "theta1_mesure_deg": a unit without brackets is the last word
     if (found->words == before && last && !found->s && !found->rad && !found->m && !found->rad_s)
         unit_put(found, at, bytes);
 }

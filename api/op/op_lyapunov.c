@@ -225,7 +225,7 @@ static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buf
                             error);
 }
 
-/* notes when the growth has brought a rounding error of the start to the usual accuracy */
+/* notes when the initial rounding error has grown to the usual accuracy */
 static void lyapunov_watch(struct lyapunov *lyapunov) {
     // the next row is not filled yet
     double *exponent = lyapunov->column[1] + lyapunov->rows * lyapunov->count;

@@ -393,8 +393,7 @@ static double sections_cost(const void *state) {
            (api_tree_stored(&sections->tree) + 2) * arm_seconds;
 }
 
-/* passages are in memory that doubles when it is full, and in a copy for representations that do
- * not stream */
+/* rows are kept in a buffer that doubles when full; non-streaming formats get a copy */
 static double sections_bytes(const void *state) {
     const struct sections *sections = state;
     double n = api_tree_stored(&sections->tree), numbers = api_table_numbers(&sections->table, 0);

@@ -24,7 +24,7 @@ static const char *const fields[] = {"pendulum", "initial", "times",    "method"
                                      "events",   "trust",   "accuracy", "derivatives", "rows",
                                      "number",   "none",    NULL};
 
-/* how long a comparison with 32 digits takes, in times the trajectory */
+/* cost of a comparison with 32 digits, relative to the trajectory */
 static const double trust_times = API_TRAJECTORY_TRUST_TIMES;
 
 /* arm-evaluations asked for at a time: about a millisecond */
@@ -270,7 +270,7 @@ static void name_limit(const struct trajectory *trajectory, enum pend_status sta
                  " (%s): ask for a shorter time or a looser tolerance", trajectory->step_name);
 }
 
-/* brings the derivatives of the rows that are due, as many as one piece of work yields */
+/* computes the derivatives of the due rows, as many as fit into one piece of work */
 static enum pend_status trajectory_differentiate(struct trajectory *trajectory,
                                                  struct pend_error *error) {
     long more = 0, due = trajectory->due, made = trajectory->made;

@@ -6,7 +6,7 @@
 #include "api/read/terms_fields.h"
 #include "core/tree/rules.h"
 
-/* the first harmonic that drives this or a later one */
+/* the first harmonic that drives this arm or a later one */
 static int first_harmonic(const struct pend_terms *terms, int drives) {
     int low = 0, high = terms->harmonics;
     while (low < high) {
@@ -44,7 +44,7 @@ static enum pend_status write_table(const struct pend_terms *terms, int drives,
     return api_buffer_text(out, "}");
 }
 
-/* writes the member "harmonics" of what drives an arm or the pivot */
+/* writes the member "harmonics" of a driven arm or of the pivot */
 static enum pend_status write_harmonics(const struct pend_loads *loads, int drives,
                                         struct api_buffer *out) {
     const struct pend_terms *terms = loads->terms;
@@ -67,7 +67,7 @@ static double part_number(const struct pend_loads *loads, int row, int k) {
     return loads->value[loads->terms->row[row] + k];
 }
 
-/* true where the arm has something else there than what is usual */
+/* whether a number of the arm differs from its default */
 static int part_says(const struct pend_loads *loads, const struct api_terms_part *part, int k) {
     const struct pend_terms *terms = loads->terms;
     if (terms->row[part->row] < 0) return 0;
@@ -85,7 +85,7 @@ static enum pend_status write_part(const struct pend_loads *loads,
     return pair[1] != 0 ? api_out_numbers(out, name, 2, pair, 0) : api_out_number(out, name, x, 0);
 }
 
-/* Coulomb friction of stored arm k, by the name of what slides */
+/* Coulomb friction of stored arm k; name: the member for the sliding friction */
 static enum pend_status write_coulomb(const struct pend_rules *rules, const char *name, int k,
                                       struct api_buffer *out) {
     if (!rules || !rules->holding || rules->holding[k] == 0) return PEND_OK;
@@ -202,7 +202,7 @@ enum pend_status api_terms_write_whole(const struct pend_tree *tree, const struc
 }
 
 double api_terms_write_bytes(const struct pend_loads *loads) {
-    enum { NAMED_NUMBER = 48 }; /* a number, its name, and its share of braces */
+    enum { NAMED_NUMBER = 48 }; /* bytes per number, including its name and its braces */
     const struct pend_rules *rules = loads->terms ? loads->terms->rules : NULL;
     double more = rules ? (double)rules->numbers : 0;
     return loads->terms ? 256 + NAMED_NUMBER * (loads->terms->count + more) : 0;

@@ -44,8 +44,7 @@ struct srv_log {
     struct srv_stamp stamp;
 };
 
-/* waits until the stream takes a piece; a reader that does not read is waited for in slices, at
- * the end not for long */
+/* waits for the stream in short slices; at shutdown only briefly */
 static int log_writable(struct srv_log *log, int fd, int *patience) {
     for (;;) {
         int ready = poll(&(struct pollfd){.fd = fd, .events = POLLOUT}, 1, 100);

@@ -47,7 +47,7 @@ void srv_probes_readiness(struct srv_exchange *exchange) {
         srv_exchange_busy(exchange, 5, jobs);
         return;
     }
-    /* A process without a store does not serve jobs by intent. */
+    /* a process without a store deliberately serves no jobs */
     const char *status = jobs && service->storage ? "degraded" : "ready";
     exchange->answer.bytes = 0;
     if (api_buffer_format(&exchange->answer, "{\"status\":\"%s\",\"jobs\":\"%s\"}", status,

@@ -10,10 +10,10 @@
 enum {
     CLAIM_BUSY = 16, /* after a full claim the next waits 1/16 of its time for each other worker */
     CLAIM_POLL_MS = 1000,
-    CLAIM_ASIDE_MS = 10000, /* a part that was set aside waits so long for an idle worker */
-    CLAIM_NEWS_US = 8000, /* a claim waits a random time up to this for each other worker after a */
-    CLAIM_REST_US = 20000, /* notification; up to this after a claim that found few parts */
-    CLAIM_SPREAD_MOST = 64 /* of the other workers */
+    CLAIM_ASIDE_MS = 10000, /* longest wait of a part set aside for an idle worker */
+    CLAIM_NEWS_US = 8000,   /* longest random wait per other worker, after a notification */
+    CLAIM_REST_US = 20000,  /* the same after a claim that found few parts */
+    CLAIM_SPREAD_MOST = 64  /* most other workers that are counted */
 };
 
 void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us) {

@@ -139,11 +139,11 @@ static int calls_names(scmp_filter_ctx filter, const char *const name[], size_t 
     return 0;
 }
 
-/* calls of which an argument decides */
+/* adds the calls that are allowed only with certain arguments */
 static int calls_conditions(scmp_filter_ctx filter) {
     int failed = 0;
-    /* a page is never both written and run: libraries of the look-up of names are mapped to be read
-     * and run */
+    /* no page is writable and executable; name-resolution libraries are mapped readable and
+     * executable */
     const struct scmp_arg_cmp run_only =
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_WRITE | PROT_EXEC, PROT_EXEC),
                               no_run = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0),

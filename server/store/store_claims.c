@@ -131,8 +131,8 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     *ready = (struct ready){0};
     SRV_STORED_TRY(srv_row_job(&one, field));
     ready->part_us = srv_row_whole(&row, 0, SRV_ROW_MOST, "part_us");
-    /* the claim changes the rank by what `part_us` says, in a statement whose failure comes too
-     * late to name the job */
+    /* the claim computes the rank from part_us; its SQL error could not name the job, so check here
+     */
     if (one.count && ready->part_us > CLAIM_RANK / SRV_RANK_TIMES / job->parts)
         row.flaw = "part_us";
     srv_row_whole(&row, -CLAIM_RANK, CLAIM_RANK, "rank");

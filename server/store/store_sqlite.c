@@ -16,9 +16,11 @@
 #include "server/base/container_of.h"
 #include "server/store/store_sqlite_disk.h"
 
-/* waits for other processes: for writers; for readers too before a checkpoint; between two attempts
- */
-enum { BUSY_MS = 5000, CARRY_MS = 250, BUSY_NAP_US = 1000 };
+enum {
+    BUSY_MS = 5000,    /* longest wait for a writer */
+    CARRY_MS = 250,    /* longest wait for readers before a checkpoint */
+    BUSY_NAP_US = 1000 /* pause between two attempts */
+};
 
 struct sqlite_sql {
     struct srv_sql sql; /* first */
@@ -91,8 +93,8 @@ static void sqlite_private(const char *path) {
 }
 
 /* Restricts a file of unknown origin: its triggers cannot call unsafe functions, views are off, and
- * the schema is read-only. Plain triggers stay, because operators may audit with them, as the drill
- * does. */
+ * the schema is read-only. Plain triggers stay allowed, because operators may use them for audits
+ * (tests/drill does). */
 static int sqlite_distrust(sqlite3 *db) {
     int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
     if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);

@@ -48,7 +48,7 @@ static void compute_stop(struct srv_work *work, int status, const char *detail) 
 
 enum { COMPUTE_WAY = 96 };
 
-/* Writes how a job could have the time that the work needs, s; writes nothing if none could. */
+/* Writes how to get the needed time, in s, as a job; writes nothing if no job may take so long. */
 static void compute_way(const struct srv_work *work, double seconds, char text[COMPUTE_WAY]) {
     double most = srv_service_job_limits(work->service)->compute_seconds;
     *text = 0;

@@ -77,7 +77,7 @@ void cli_refuse(long status, const struct api_buffer *text) {
     exit(CLI_REFUSED);
 }
 
-/* the document, or NULL with the problem's detail; `what` NULL: nothing is said */
+/* parses a document; exits with the problem's detail. It prints nothing if `what` is NULL */
 static struct api_json *parsed(const char *text, size_t bytes, const char *what) {
     struct api_problem problem;
     struct api_json *document = NULL;

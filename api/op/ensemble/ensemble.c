@@ -312,7 +312,7 @@ enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
                                   const struct api_reading *reading) {
     struct api_ensemble *e = *ensemble = calloc(1, sizeof *e);
     if (!e) return PEND_NO_MEMORY;
-    // one member among many may take a hundredth
+    // one of many members may use at most a hundredth of all steps
     e->step_cap = (long)(reading->limits->steps / 100);
     enum pend_status status = read_parts(e, reading);
     if (status != PEND_OK) api_ensemble_free(ensemble);

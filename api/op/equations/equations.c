@@ -279,7 +279,7 @@ static int is_name(const char *name, const char *wanted, int length) {
     return *name == *wanted && strncmp(name, wanted, (size_t)length) == 0 && !name[length];
 }
 
-/* a name of the table or, as in ensembles, of a number of an arm */
+/* looks a name up in the table, or among the numbers of arms as in ensembles */
 static struct name name_find(const char *wanted, int length) {
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (is_name(names[i].name, wanted, length)) return names[i];
@@ -290,7 +290,7 @@ static struct name name_find(const char *wanted, int length) {
     return names[0];
 }
 
-/* a list is written as one number inside its loop, or if it has one number only */
+/* inside its loop, or with a single entry, a list is written as one number */
 static int name_single(const struct place *p, const struct name *name) {
     return !name->count || (name->index != NOTHING && p->at[name->index] >= 0);
 }

@@ -20,7 +20,7 @@ int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int a
 static void camera_unknown(struct api_fit *fit, enum pend_fit_camera what, const char *label) {
     if (fit->unknowns == API_FIT_UNKNOWNS) return;
     snprintf(fit->label[fit->unknowns], API_FIT_LABEL, "%s", label);
-    // a measurement before the start is of no motion
+    // a measurement before the start belongs to no motion
     double low = what == PEND_FIT_SHIFT ? fit->begin[0] - fit->t[0] : -INFINITY;
     fit->unknown[fit->unknowns++] =
         (struct pend_fit_unknown){.camera = what,
@@ -29,7 +29,7 @@ static void camera_unknown(struct api_fit *fit, enum pend_fit_camera what, const
                                   .high = INFINITY};
 }
 
-/* the time's shift: where the start goes along with the data it has no meaning */
+/* the time shift; it is meaningless if the start moves with the data */
 static void camera_shift(struct api_fit *fit, const struct api_value *item,
                          struct api_problem *problem) {
     if (fit->runs > 1) {
@@ -56,7 +56,7 @@ static void camera_shift(struct api_fit *fit, const struct api_value *item,
     if (fit->t) camera_unknown(fit, PEND_FIT_SHIFT, "shift of the camera");
 }
 
-/* y that counts downwards, as in images */
+/* y counts downwards, as in images */
 static void camera_down(struct api_fit *fit, const struct api_value *camera,
                         struct api_problem *problem) {
     struct api_value down = api_value_member(camera, "down");
@@ -67,7 +67,7 @@ static void camera_down(struct api_fit *fit, const struct api_value *camera,
             fit->data[c * fit->rows + i] *= -1;
 }
 
-/* what is sought and not given is taken from the data: the scale, or the origin */
+/* a sought scale or origin that is not given is estimated from the data */
 static void camera_left(struct api_fit *fit, int which) {
     if (which == 0) fit->camera[PEND_FIT_SCALE] = NAN;
     if (which == 3) fit->camera[PEND_FIT_ORIGIN_X] = fit->camera[PEND_FIT_ORIGIN_Y] = NAN;

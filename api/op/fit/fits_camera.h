@@ -1,6 +1,6 @@
-/* A fit as it was asked for, and its camera.
- * Leaves to others: everything else of a request for one (fits_json).
- * Invariant: what was read holds no pointer into the document. */
+/* A requested fit, and its camera.
+ * Leaves to others: the other fields of the request (fits_json).
+ * Invariant: the parsed fit holds no pointer into the document. */
 #pragma once
 
 #include "api/op/measured_json.h"
@@ -10,7 +10,7 @@
 
 enum {
     API_FIT_UNKNOWNS = 261, /* with the camera's */
-    API_FIT_LISTED = 60,    /* of them in a request: one of a start may stand for every run's */
+    API_FIT_LISTED = 60, /* unknowns of a request; one unknown of a start may stand for every run */
     API_FIT_SERIES = 64,
     API_FIT_MODES = 30,
     API_FIT_RUNS = 32,
@@ -18,13 +18,13 @@ enum {
     API_FIT_TABLES_BYTES = 1 << 20
 };
 
-/* One motion of the pendulum: its start, and what of the measurements is its own. */
+/* One motion of the pendulum: its start, and its own measurements. */
 struct api_fit_run {
-    int guessed;                /* no start was given: it is taken from the data */
-    int begins;                 /* when the start is there was given */
+    int guessed;                /* no start was given: it is estimated from the data */
+    int begins;                 /* the time of the start was given */
     long rows;                  /* of all rows */
-    int series;                 /* how many it has, in the request's order */
-    int column[API_FIT_SERIES]; /* the column of each */
+    int series;                 /* number of columns of this run, in the request's order */
+    int column[API_FIT_SERIES]; /* index of each column */
 };
 
 /* A request for a fit. */
@@ -36,31 +36,31 @@ struct api_fit {
     int *parent;
     int runs;
     struct api_fit_run run[API_FIT_RUNS];
-    double begin[API_FIT_RUNS]; /* s, when the start of each is there */
-    int *of;                    /* of each row its run */
-    long *row;                  /* and its number there, as it was given, from 0 */
+    double begin[API_FIT_RUNS]; /* s, the start time of each run */
+    int *of;                    /* the run of each row */
+    long *row;                  /* the number of each row in its run, as in the request, from 0 */
     double camera[PEND_FIT_CAMERA];
-    double offset[API_FIT_SERIES]; /* what instruments add: the zeros of core/fit */
+    double offset[API_FIT_SERIES]; /* offsets of the instruments: the zeros of core/fit */
     long rows;
     double *t, *data; /* rows; series x rows */
-    double *each;     /* series x rows: standard deviations of those series that list them */
-    int columns, modes, unknowns; /* columns: those of modes too */
-    int freed; /* of the unknowns, the last ones, of starts that were taken from the data */
+    double *each;     /* series x rows: standard deviations of the series that list them */
+    int columns, modes, unknowns; /* number of columns, including those of modes */
+    int freed; /* number of the last unknowns, which are starts estimated from the data */
     struct pend_fit_column column[API_FIT_SERIES + API_FIT_MODES]; /* the modes come last */
-    double zero[API_FIT_SERIES + API_FIT_MODES]; /* rad, the phi of what was given as 0 */
+    double zero[API_FIT_SERIES + API_FIT_MODES]; /* rad, the phi at which the series is 0 */
     struct pend_fit_unknown unknown[API_FIT_UNKNOWNS];
     char label[API_FIT_UNKNOWNS][API_FIT_LABEL]; /* "length of arm 2" */
-    double shift[API_FIT_UNKNOWNS]; /* what is added to a value that is told: pi / 2 of a theta */
+    double shift[API_FIT_UNKNOWNS];              /* offset of a reported value: pi / 2 for theta */
     int loss;
     double knee[API_FIT_SERIES + API_FIT_MODES];
     double rtol;
     long iterations, step_cap;
-    char advice[API_MEASURED_ADVICE]; /* what is probably wrong with the numbers of a table */
-    struct api_buffer tables;         /* JSON: what the columns of each table were taken for */
+    char advice[API_MEASURED_ADVICE]; /* likely mistakes in the numbers of a table */
+    struct api_buffer tables;         /* JSON: the role of each column of each table */
 };
 
-/** Returns the number, from 0, of what measures an angle or a rate of an arm, in all runs one
- * instrument; joint: whether it counts from another arm, -1 = either. -1 = none. */
+/** Returns the index, from 0, of the instrument that measures an angle or a rate of an arm, shared
+ * by all runs; -1 = none. joint: whether it measures from the parent arm; -1 = either. */
 int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int arm, int joint);
 
 /**

@@ -18,16 +18,16 @@ static const char *const series_fields[] = {"phi",    "theta",  "joint", "x",   
                                             "thetad", "values", "sigma", "unit", NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
-/* One run as it was read; what was not measured is NaN. */
+/* One run of the request; missing measurements are NaN. */
 struct part {
     long rows;
     int columns;
     double *t, *data, *each;
     double *taken;             /* bytes of all runs together */
-    char *advice;              /* of all runs: what is probably wrong with a table, or "" */
-    struct api_buffer *tables; /* JSON of all runs: what the columns of their tables are */
+    char *advice;              /* likely mistakes in the tables of all runs, or "" */
+    struct api_buffer *tables; /* JSON: the roles of the columns of all runs' tables */
     struct pend_fit_column column[API_FIT_SERIES];
-    double zero[API_FIT_SERIES]; /* rad, of an angle that was given as 0 */
+    double zero[API_FIT_SERIES]; /* rad, the phi at which the series is 0 */
 };
 
 /* adds a fault if a run of this size, with the runs before it, exceeds max-answer-bytes */
@@ -56,7 +56,7 @@ static enum pend_status part_room(struct part *part, long rows, int columns,
     return PEND_OK;
 }
 
-/* what is empty of each run; they count their bytes together */
+/* initializes empty runs, which share one count of bytes */
 static struct part *parts_new(int runs, double *taken, struct api_fit *fit) {
     struct part *part = calloc((size_t)runs, sizeof *part);
     for (int r = 0; part && r < runs; r++)
@@ -73,7 +73,7 @@ static void parts_free(struct part part[], int runs) {
     free(part);
 }
 
-/* numbers, or null where nothing was measured */
+/* reads an array of numbers, or null for missing measurements */
 static void read_values(struct part *run, int c, const struct api_value *list, double scale,
                         double shift, struct api_problem *problem) {
     double *to = run->data + (size_t)c * (size_t)run->rows;
@@ -94,7 +94,7 @@ static void read_values(struct part *run, int c, const struct api_value *list, d
     }
 }
 
-/* the standard deviation of a series: a number, or one an instant; scale is the unit's */
+/* reads the standard deviation of a series, one number or one per instant; scale: of its unit */
 static void read_sigma(struct part *run, int c, const struct api_value *sigma, double scale,
                        struct api_problem *problem) {
     static const double least = 1e-12, most = 1e12;
@@ -120,11 +120,11 @@ static int is_place(const struct pend_fit_column *column) {
     return column->kind == PEND_FIT_X || column->kind == PEND_FIT_Y;
 }
 
-/* what a series is of, in the order of enum api_csv_role */
+/* the quantity of a series, in the order of enum api_csv_role */
 static const struct {
     const char *name;
     enum pend_fit_kind kind;
-    int theta; /* counts from hanging; 2 = from the arm that it hangs on */
+    int theta; /* 1 = measured from hanging; 2 = from the parent arm */
 } kinds[] = {{"theta", PEND_FIT_PHI, 1}, {"phi", PEND_FIT_PHI, 0}, {"joint", PEND_FIT_PHI, 2},
              {"x", PEND_FIT_X, 0},       {"y", PEND_FIT_Y, 0},     {"thetad", PEND_FIT_RATE, 0},
              {"phid", PEND_FIT_RATE, 0}};
@@ -137,7 +137,7 @@ static void series_of(struct part *run, int c, const struct api_tree *tree, int 
     run->zero[c] = kinds[kind].theta && !column->joint ? -pi / 2 : 0;
 }
 
-/* one series: what of which arm, with what error */
+/* reads one series: its quantity, arm and standard deviation */
 static void read_series(struct part *run, const struct api_tree *tree, const struct api_value *item,
                         struct api_problem *problem) {
     const int c = (int)item->index;
@@ -197,7 +197,7 @@ static enum pend_status read_table(struct part *run, const struct api_tree *tree
 
 /* ---- tables of text */
 
-/* the rows of a table */
+/* reads the rows of a table */
 static enum pend_status csv_rows(struct part *run, const struct api_measured *table,
                                  const int series[]) {
     double *rows = api_measured_rows(table);
@@ -216,7 +216,7 @@ static enum pend_status csv_rows(struct part *run, const struct api_measured *ta
     return rows ? PEND_OK : PEND_NO_MEMORY;
 }
 
-/* what of a table becomes a series: series[column], -1 for what does not; returns how many */
+/* chooses columns that become series: series[column] is the index or -1; returns their number */
 static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *roles, int scaled,
                       int series[], const struct api_value *text, struct api_problem *problem) {
     int count = 0;
@@ -227,7 +227,7 @@ static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *rol
         int turns = taken->role >= API_CSV_THETA && taken->role <= API_CSV_RATE;
         series[i] = turns && count < API_FIT_SERIES ? count++ : -1;
         if (!place) continue;
-        // in metres such places would be of another pendulum
+        // mixed with metres, these positions would describe another pendulum
         if (unit > 0 && taken->unit != unit)
             api_value_fault(text, problem,
                             API_CODE_CONFLICT "line %d: field %d is in another unit than the "
@@ -281,7 +281,7 @@ static enum pend_status read_csv(struct part *run, const struct api_tree *tree,
 
 /* a row of a run */
 struct place {
-    double since, t; /* s, from the start of its run, and as it was given */
+    double since, t; /* s, from the start of its run, and as given */
     long row;
     int run;
 };
@@ -314,7 +314,7 @@ static int data_column(struct api_fit *fit, const struct pend_fit_column *column
     return own->column[own->series++] = c;
 }
 
-/* the rows of all runs in the order of their time since the start of their run */
+/* sorts the rows of all runs by their time since the start of their run */
 static enum pend_status data_order(struct api_fit *fit, const struct part part[], double shift,
                                    struct place **order) {
     long at = 0;
@@ -333,7 +333,7 @@ static enum pend_status data_order(struct api_fit *fit, const struct part part[]
     return PEND_OK;
 }
 
-/* the columns of all series; 0 where they are too many */
+/* assigns all series to columns; returns 0 if there are too many */
 static int data_columns(struct api_fit *fit, const struct part part[], const struct api_value *data,
                         const struct api_reading *reading) {
     for (int r = 0; r < fit->runs; r++) {
@@ -351,7 +351,7 @@ static int data_columns(struct api_fit *fit, const struct part part[], const str
     return 1;
 }
 
-/* the measurements of all runs in one table, and `modes` columns behind them */
+/* merges the measurements of all runs into one table, with `modes` columns at its end */
 static enum pend_status data_merge(struct api_fit *fit, const struct part part[], int modes,
                                    double shift, const struct api_value *data,
                                    const struct api_reading *reading) {
@@ -359,7 +359,7 @@ static enum pend_status data_merge(struct api_fit *fit, const struct part part[]
     if (!data_columns(fit, part, data, reading)) return PEND_INVALID;
     fit->columns += modes, fit->modes = modes;
     size_t rows = (size_t)fit->rows, count = rows * (size_t)fit->columns;
-    // the runs are there until their table is
+    // keeps the runs in memory until their table is complete
     double *taken = part[0].taken;
     *taken += (double)(rows * (sizeof(struct place) + sizeof(int) + sizeof(long)));
     if (!part_fits((double)rows, fit->columns, taken, data, reading)) return PEND_INVALID;
@@ -393,7 +393,7 @@ static enum pend_status data_merge(struct api_fit *fit, const struct part part[]
 
 /* ---- all of it */
 
-/* start and measurements of a run, which is an item of `runs`, or the request and its `data` */
+/* reads the start and the measurements of a run: an item of `runs`, or the request with `data` */
 static enum pend_status read_run(struct api_fit *fit, int r, struct part *part,
                                  const struct api_value *at, const struct api_value *data,
                                  const struct api_reading *reading) {
@@ -413,7 +413,7 @@ static enum pend_status read_run(struct api_fit *fit, int r, struct part *part,
                                                : read_table(part, &fit->tree, data, reading);
 }
 
-/* faults what belongs into the runs */
+/* adds a fault for fields that belong to the runs */
 static void fault_beside(const struct api_value *at, const char *const names[],
                          struct api_problem *problem) {
     for (int i = 0; names[i]; i++) {
@@ -424,7 +424,7 @@ static void fault_beside(const struct api_value *at, const char *const names[],
     }
 }
 
-/* the runs of a request; 0 after a fault */
+/* counts the runs of a request; 0 after a fault */
 static int count_runs(const struct api_value *root, const struct api_value *data,
                       const struct api_value *runs, struct api_problem *problem) {
     static const char *const of_data[] = {"t",     "series", "csv",     "arms",
@@ -440,7 +440,7 @@ static int count_runs(const struct api_value *root, const struct api_value *data
     return 0;
 }
 
-/* all runs, `part` for each */
+/* reads all runs; `part` has one entry per run */
 static enum pend_status read_runs(struct api_fit *fit, struct part part[],
                                   const struct api_value *data, int modes,
                                   const struct api_reading *reading) {
@@ -453,7 +453,7 @@ static enum pend_status read_runs(struct api_fit *fit, struct part part[],
     }
     if (api_value_kind(&runs) == API_MISSING) {
         PEND_TRY(read_run(fit, 0, alone ? NULL : part, reading->root, data, reading));
-        // modes alone are of no motion but for its first instant
+        // if only modes are measured, the motion is just its first instant
         if (!alone) return PEND_OK;
         PEND_TRY(part_room(part, 1, 0, data, reading));
         part->t[0] = fit->begin[0];

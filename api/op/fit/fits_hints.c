@@ -11,20 +11,20 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A try is named that takes this part of what is too much in the sum of squares, and explains that
- * much of the data; a value is that many times its start where units are asked about. */
+/* A try is reported if it removes this fraction of the excess sum of squares, and explains this
+ * fraction of the data; a value this many times its start suggests a wrong unit. */
 static const double hints_taken = 0.7, hints_explained = 0.9, hints_far = 30, hint_step = 0.02;
 
 /* iterations of a try */
 enum { HINT_ITERATIONS = 40, HINT_TEXT = 400 };
 
-/* what is tried of data; behind these come numbers that are held, one by one */
+/* tries that change the data; after them come the fixed numbers, one by one */
 enum hint {
     HINT_UNIT,
-    HINT_ZERO, /* three sides each: of a parabola */
+    HINT_ZERO, /* three points each, for a parabola */
     HINT_TILT = HINT_ZERO + 3,
     HINT_BARREL = HINT_TILT + 3,
-    HINT_EXCHANGE = HINT_BARREL + 3, /* of arms: three pairs */
+    HINT_EXCHANGE = HINT_BARREL + 3, /* three pairs of arms */
     HINT_MIRROR = HINT_EXCHANGE + 3,
     HINT_AXES,
     HINT_CLOCKWISE,
@@ -36,10 +36,12 @@ enum hint {
 struct api_hints {
     const struct api_fit *fit;
     const struct pend_fit_result *result;
-    struct api_fit tried; /* with data and a start of its own */
+    struct api_fit tried; /* a copy with its own data and start */
     struct pend_fit *search;
-    double *data, best, left, floor; /* of the variance what is left, and what noise leaves */
-    double about, unit, side[3]; /* of a number that is tried on three sides, what each leaves */
+    double *data, best, left,
+        floor; /* fraction of the variance that remains, and the fraction due to noise */
+    double about, unit,
+        side[3]; /* for a number tried at three points, the remaining fraction at each */
     int next;
     long motions, most;
     char what[200], text[HINT_TEXT];
@@ -49,10 +51,10 @@ static int hint_angle(const struct api_fit *fit, int c) {
     return fit->column[c].kind == PEND_FIT_PHI;
 }
 
-/* ---- what is tried: each puts the data of `tried`, and says what it is; returns 0 where it is not
- * to be tried */
+/* ---- tries: each changes the data of `tried` and describes the change; it returns 0 if the try
+ * does not apply */
 
-/* angles in degrees, or in rad that were said to be degrees */
+/* angles in degrees that were taken for rad, or the reverse */
 static int hint_unit(struct api_hints *h) {
     struct api_fit *fit = &h->tried;
     double low = INFINITY, high = -INFINITY;
@@ -74,7 +76,7 @@ static int hint_unit(struct api_hints *h) {
     return 1;
 }
 
-/* angles about where they swing, or `beside` that, which is where they hang */
+/* angles measured from the middle of the swing, or at a distance `beside` from it */
 static int hint_zero(struct api_hints *h, double beside) {
     struct api_fit *fit = &h->tried;
     double most = 0;
@@ -95,7 +97,7 @@ static int hint_zero(struct api_hints *h, double beside) {
     return fabs(most) > 0.005;
 }
 
-/* places that are stretched by y, or by their distance from the middle of the picture */
+/* positions stretched along y, or by their distance from the middle of the picture */
 static int hint_bent(struct api_hints *h, int barrel, double part) {
     struct api_fit *fit = &h->tried;
     double *x = NULL, *y = NULL, low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
@@ -123,7 +125,7 @@ static int hint_bent(struct api_hints *h, int barrel, double part) {
     return x && y;
 }
 
-/* tracks of two arms that were taken for each other */
+/* the tracks of two arms were exchanged */
 static int hint_exchange(struct api_hints *h, int pair) {
     struct api_fit *fit = &h->tried;
     int a = pair == 1 ? 1 : 0, b = pair == 0 ? 1 : 2, seen = 0;
@@ -136,7 +138,7 @@ static int hint_exchange(struct api_hints *h, int pair) {
     return seen == 3;
 }
 
-/* places with y downwards, or x and y exchanged */
+/* positions with y downwards, or with x and y exchanged */
 static int hint_places(struct api_hints *h, int axes) {
     struct api_fit *fit = &h->tried;
     int seen = 0;
@@ -168,8 +170,8 @@ static int hint_clockwise(struct api_hints *h) {
     return seen;
 }
 
-/* angles from the arm that an arm hangs on instead of from hanging, or the reverse; or angular
- * velocities instead of angles */
+/* angles from the parent arm instead of from hanging, or the reverse; or angular velocities instead
+ * of angles */
 static int hint_angles(struct api_hints *h, int rates) {
     struct api_fit *fit = &h->tried;
     int seen = 0, joint = 0;
@@ -190,7 +192,7 @@ static int hint_angles(struct api_hints *h, int rates) {
     return seen;
 }
 
-/* whether a number is to be found already */
+/* whether a number is an unknown already */
 static int hint_unknown(const struct api_fit *fit, const struct pend_fit_unknown *u) {
     int is = 0;
     for (int j = 0; j < fit->unknowns; j++) {
@@ -201,8 +203,8 @@ static int hint_unknown(const struct api_fit *fit, const struct pend_fit_unknown
     return is;
 }
 
-/* the number that is held, of the camera, then of the pendulum, then of the start, as an unknown;
- * returns -1 behind the last */
+/* the i-th fixed number as an unknown: first of the camera, then of the pendulum, then of the
+ * start; returns -1 after the last */
 static int hint_held(struct api_hints *h, int which) {
     static const char *const cameras[] = {"scale of the camera", "rotation of the camera",
                                           "origin x of the camera", "origin y of the camera"};
@@ -243,8 +245,8 @@ static int hint_held(struct api_hints *h, int which) {
 
 /* ---- trying */
 
-/* data and start of the request, and its unknowns where the search began; what is taken from the
- * data is so again once they are changed */
+/* restores the request's data, start and initial unknowns; estimates from the data are repeated
+ * after a change of the data */
 static void hints_reset(struct api_hints *h) {
     const struct api_fit *fit = h->fit;
     struct api_states *start = h->tried.start;
@@ -257,7 +259,7 @@ static void hints_reset(struct api_hints *h) {
     for (int c = 0; c < fit->columns; c++) h->tried.column[c].data = h->data + c * fit->rows;
 }
 
-/* the next that is to be tried; 0 = it is not, -1 = there is none */
+/* prepares the next try; 0 = it does not apply, -1 = there are no more */
 static int hints_put(struct api_hints *h) {
     int which = h->next++, some;
     assert(which >= 0);
@@ -285,7 +287,7 @@ static int hints_put(struct api_hints *h) {
     return api_fit_guess(&h->tried) == PEND_OK;
 }
 
-/* the lowest place of the parabola through three sides; returns its number */
+/* the minimum of the parabola through three points; returns the number of the nearest */
 static double hints_parabola(struct api_hints *h, double *left) {
     double slope = (h->side[2] - h->side[0]) / 2, bend = h->side[2] + h->side[0] - 2 * h->side[1];
     double at = bend > 0 ? -slope / bend : 0;
@@ -293,7 +295,7 @@ static double hints_parabola(struct api_hints *h, double *left) {
     return (h->about + at * hint_step) * h->unit;
 }
 
-/* takes the sentence of a try that is the best so far */
+/* keeps the sentence of the best try so far */
 static void hints_take(struct api_hints *h) {
     struct pend_fit_result r = pend_fit_result(h->search);
     assert(h->next > 0);
@@ -310,9 +312,9 @@ static void hints_take(struct api_hints *h) {
                  strchr(h->what + before, 'g') + 1);
     }
     double taken = (h->left - left) / (h->left - h->floor);
-    // of two that say the same the first is meant; less than noise leaves nothing to take
+    // of two equally good hints keep the first; skip if the residual is already noise
     if (!(taken > h->best + 1e-3) || !(1 - left > hints_explained) || !(h->left > h->floor)) return;
-    // a number that the data do not determine is not what is wrong
+    // an undetermined number cannot be the cause
     if (which >= HINT_HELD && !isfinite(r.error[h->tried.unknowns - 1])) return;
     h->best = taken;
     if (which >= HINT_HELD)
@@ -354,7 +356,7 @@ enum pend_status api_hints_new(struct api_hints **hints, const struct api_fit *f
     h->fit = fit, h->result = result, h->best = hints_taken;
     h->most = result->evaluations > motions ? result->evaluations : motions;
     h->left = 1 - result->explained;
-    // noise alone leaves this: steps between neighbours have twice its square
+    // the variance of noise alone: differences of neighbours have twice that variance
     h->floor =
         h->left * (known ? (double)result->freedom / result->chi_squared : result->watson / 2);
     if (!(result->explained > hints_explained)) h->floor = 0;
@@ -379,7 +381,7 @@ void api_hints_free(struct api_hints **hints) {
 
 /* ---- saying */
 
-/* the row of the measurement that is farthest off */
+/* the row of the largest residual */
 static long hints_outlier(const struct api_hints *h) {
     const struct api_fit *fit = h->fit;
     double most = 0;
@@ -392,7 +394,7 @@ static long hints_outlier(const struct api_hints *h) {
     return row;
 }
 
-/* a length that is another by so much that a unit is */
+/* a length that differs by a factor of a unit */
 static int hints_length(const struct api_hints *h) {
     for (int j = 0; j < h->fit->unknowns; j++) {
         const struct pend_fit_unknown *u = &h->fit->unknown[j];

@@ -8,7 +8,7 @@
 #include "api/base/buffer.h"
 #include "api/op/fit/fits_camera.h"
 
-/* more numbers than these are not tried again */
+/* numbers beyond this count are not tried */
 enum { API_HINT_NUMBERS = 20000 };
 
 struct api_hints;

@@ -17,7 +17,8 @@ static const char *const fields[] = {"pendulum", "initial", "start", "data",    
                                      "unknowns", "fixed",   "rtol",  "iterations", NULL};
 static const char *const losses[] = {"linear", "soft_l1", "huber", "cauchy", NULL};
 
-/* of normal noise so many standard deviations give 95 % of the efficiency of least squares */
+/* with normal noise, a knee at this many standard deviations keeps 95 % of the efficiency of least
+ * squares */
 static const double fit_knees[] = {0, 1.345, 1.345, 2.385};
 
 void api_fit_clear(struct api_fit *fit) {
@@ -57,10 +58,10 @@ static enum pend_status fit_arms(struct api_fit *fit) {
     return PEND_OK;
 }
 
-/* rows of which so many swings apart are of another unit of time */
+/* rows further apart than this many swings suggest another unit of time */
 enum { MANY_ROWS = 10, FEW_SWINGS = 10 };
 
-/* instants between which swings are seen */
+/* refuses times so far apart that they are probably in another unit */
 static void fit_apart(const struct api_fit *fit, const struct api_value *data,
                       struct api_problem *problem) {
     double apart = fit->rows > 1 ? fit->t[fit->rows - 1] - fit->t[0] : 0, swing = 0;
@@ -74,7 +75,7 @@ static void fit_apart(const struct api_fit *fit, const struct api_value *data,
                         apart, apart / swing);
 }
 
-/* as many measurements as unknowns, from the start on */
+/* at least as many measurements as unknowns, counted from the start */
 static void fit_check(const struct api_fit *fit, const struct api_value *root,
                       struct api_problem *problem) {
     struct api_value data = api_value_member(root, "data"), start = api_value_member(root, "start");
@@ -118,7 +119,7 @@ enum pend_status api_fit_read(struct api_fit *fit, const struct api_reading *rea
     (void)api_value_read_number(&rtol, 1e-14, 1e-3, "", &fit->rtol, problem);
     (void)api_field_whole(&most, 1, 10000, &fit->iterations, problem);
     (void)api_field_word(&loss, losses, &fit->loss, problem);
-    // a cart was refused with the pendulum
+    // the cart was already refused with the pendulum
     if (pend_terms_cart(fit->tree.loads.terms)) return PEND_INVALID;
     status = api_fit_read_data(fit, api_value_number(&shift), reading);
     if (status == PEND_NO_MEMORY) return status;

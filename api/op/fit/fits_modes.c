@@ -29,7 +29,7 @@ static void read_mode(struct api_fit *fit, const struct api_value *item,
                 API_CODE_CONFLICT
                 "is one quantity too many: give only one of omega, frequency and period");
         if (api_value_read_number(&value, 1e-9, 1e9, "", &x, problem) <= 0) continue;
-        // what a frequency is over what was given, and how it changes with that
+        // the ratio of the angular frequency to the given number, and the derivative
         double scale = i == 1 ? 1 : 2 * pi;
         *to = i == 3 ? scale / x : scale * x;
         column->sigma = error * (i == 3 ? scale / (x * x) : scale);

@@ -44,7 +44,7 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
     return problem;
 }
 
-/* the unknown that a number is, -1 = none */
+/* the index of the unknown for a number; -1 = none */
 static int start_sought(const struct api_fit *fit, enum pend_parameter_kind kind, int at, int run) {
     for (int j = 0; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *u = &fit->unknown[j];
@@ -54,8 +54,8 @@ static int start_sought(const struct api_fit *fit, enum pend_parameter_kind kind
     return -1;
 }
 
-/* Starts that were left to the data. Arms without measurements hang at rest. Notes in `seen` which
- * numbers were found, runs x n, as their unknown's run and place. */
+/* Estimates the starts that were not given. Arms without measurements hang at rest. `seen`, runs x
+ * n, gets the run and the index of the unknown for each number found. */
 static void start_guess(struct api_fit *fit, unsigned char seen[]) {
     struct pend_fit_problem problem = api_fit_problem(fit);
     const struct pend_tree *tree = fit->tree.tree;
@@ -78,7 +78,7 @@ static void start_guess(struct api_fit *fit, unsigned char seen[]) {
         }
 }
 
-/* starts of unknowns that were left to the data */
+/* estimates the start values of unknowns that have none */
 static void start_unknowns(struct api_fit *fit) {
     for (int j = 0; j < fit->unknowns; j++) {
         struct pend_fit_unknown *u = &fit->unknown[j];
@@ -88,13 +88,13 @@ static void start_unknowns(struct api_fit *fit) {
         u->start = u->camera >= PEND_FIT_CAMERA ? fit->offset[u->camera - PEND_FIT_CAMERA]
                    : u->camera >= 0             ? fit->camera[u->camera]
                                                 : (angle ? fit->start->phi : fit->start->rate)[at];
-        // beyond its bounds it begins inside, near the next of them
+        // an estimate outside the bounds starts just inside the nearest one
         if (!(u->start > u->low)) u->start = fmin(u->low + 1e-3, 0.5 * (u->low + u->high));
         if (!(u->start < u->high)) u->start = fmax(u->high - 1e-3, 0.5 * (u->low + u->high));
     }
 }
 
-/* what the request fixes is put where the start has it; `seen` is what is sought then */
+/* copies fixed numbers of the request into the start, and marks in `seen` the sought ones */
 static void start_fixed(struct api_fit *fit, const struct api_value *list, unsigned char seen[],
                         struct api_problem *problem) {
     int before = fit->unknowns;
@@ -111,7 +111,7 @@ static void start_fixed(struct api_fit *fit, const struct api_value *list, unsig
     fit->unknowns = before;
 }
 
-/* the numbers of starts that were found and are sought by nobody become unknowns */
+/* numbers of starts that were estimated and are not yet unknowns become unknowns */
 static void start_free(struct api_fit *fit, const unsigned char seen[]) {
     long numbers = fit->start->count * fit->start->n, count = 0, more = 0;
     for (long i = 0; i < fit->rows * fit->columns; i++) count += !isnan(fit->data[i]);
@@ -122,7 +122,7 @@ static void start_free(struct api_fit *fit, const unsigned char seen[]) {
             struct pend_parameter by = {rate ? PEND_PARAMETER_RATE : PEND_PARAMETER_PHI, k};
             if (!seen[i] || start_sought(fit, by.kind, k, run) >= 0) continue;
             if (!pass && ++more) continue;
-            // nothing would be left to tell the errors by
+            // no measurement would remain to determine the errors
             if (fit->unknowns + more >= count || fit->unknowns + 1 > API_FIT_UNKNOWNS) return;
             int j = fit->unknowns++, at = fit->tree.tree->order[k] + 1;
             double start = (rate ? fit->start->rate : fit->start->phi)[i % numbers];
@@ -162,16 +162,16 @@ enum pend_status api_fit_settle(struct api_fit *fit, const struct api_value *fix
     return PEND_OK;
 }
 
-/* ---- what stayed as it was */
+/* ---- fixed numbers */
 
-/* an item of a list: "mass of arm 2 in run 1", of all arms where none is said */
+/* writes an item of a list, "mass of arm 2 in run 1"; if no arm is named, all arms */
 static enum pend_status write_name(const char *name, int arm, int run, struct api_buffer *out) {
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_format(out, arm ? "\"%s of arm %d" : "\"%s of all arms", name, arm));
     return run ? api_buffer_format(out, " in run %d\"", run) : api_buffer_text(out, "\"");
 }
 
-/* the arms whose number is not sought, or all of them; `term`: -1 = none */
+/* lists the arms whose number is fixed, or all arms; `term`: -1 = none */
 static enum pend_status write_arms(const struct api_fit *fit, const char *name,
                                    enum pend_parameter_kind kind, int term, int run,
                                    struct api_buffer *out) {

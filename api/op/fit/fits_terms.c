@@ -7,12 +7,12 @@
 #include "api/op/varied.h"
 #include "api/read/terms_fields.h"
 
-/* which terms there are */
+/* the set of terms */
 struct wanted {
     unsigned char row[PEND_TERM_ROWS], one[PEND_TERM_ONES];
 };
 
-/* terms of an arm that do something by themselves */
+/* terms that have an effect without any other term */
 static int is_alone(int row) {
     static const int alone[] = {PEND_TERM_ROD,       PEND_TERM_BODY,          PEND_TERM_DAMPING,
                                 PEND_TERM_STIFFNESS, PEND_TERM_FRICTION,      PEND_TERM_TORQUE,
@@ -22,7 +22,7 @@ static int is_alone(int row) {
     return 0;
 }
 
-/* marks the term of a name; returns whether it is new */
+/* marks the term with this name; returns whether it is new */
 static int wanted_name(struct wanted *wanted, const char *name) {
     for (int i = 0; i < PEND_TERM_OWN_ROWS + PEND_TERM_OWN_ONES; i++) {
         int one = i - PEND_TERM_OWN_ROWS;
@@ -35,7 +35,7 @@ static int wanted_name(struct wanted *wanted, const char *name) {
     return 0;
 }
 
-/* the numbers of the pendulum in their new places */
+/* copies the pendulum's numbers to their new indices */
 static void terms_carry(const struct api_tree *tree, struct pend_terms *made, const int place[],
                         double value[]) {
     const struct pend_terms *had = tree->terms;
@@ -56,7 +56,7 @@ static void terms_carry(const struct api_tree *tree, struct pend_terms *made, co
     if (had) made->rules = had->rules;
 }
 
-/* the terms that there are, and those that unknowns name; returns whether any is new */
+/* marks the present terms, and those that unknowns name; returns whether any is new */
 static int wanted_all(struct wanted *wanted, const struct pend_terms *had,
                       const struct api_value *list) {
     int fresh = 0;

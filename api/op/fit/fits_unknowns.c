@@ -13,7 +13,7 @@ static const char *const unknown_fields[] = {"vary", "arm",  "harmonic", "start"
                                              "low",  "high", "unit",     NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
-/* where the pendulum or its start has the number */
+/* the address of the number in the pendulum or its start */
 static double target_value(const struct api_fit *fit, const struct api_target *target, int run) {
     const struct pend_tree *tree = fit->tree.tree;
     long of_run = (long)run * fit->start->n;
@@ -47,21 +47,21 @@ static struct pend_parameter target_parameter(const struct api_target *target) {
     return (struct pend_parameter){kinds[target->quantity], at < 0 ? 0 : at};
 }
 
-/* 0 for what may not be negative */
+/* 0 for numbers that must not be negative */
 static double target_least(const struct api_fit *fit, const struct api_target *target) {
     if (target->quantity == API_VARY_LENGTH || target->quantity == API_VARY_MASS) return 0;
     if (target->quantity != API_VARY_TERM) return -INFINITY;
     return pend_terms_fits(fit->tree.terms, target->place, -1) ? -INFINITY : 0;
 }
 
-/* start and bounds in the request's unit, of which the fit's is `scale` times, plus `shift` */
+/* start and bounds in the request's unit; the fit's value is `scale` times that plus `shift` */
 static void read_bounds(const struct api_value *item, double scale, double shift, int late,
                         struct pend_fit_unknown *u, struct api_problem *problem) {
     struct api_value start = api_value_member(item, "start"), low = api_value_member(item, "low"),
                      high = api_value_member(item, "high");
     double given;
     assert(scale > 0);
-    // a start that is taken from the data is not known yet
+    // a start that is estimated from the data is not known yet
     if (late) u->start = NAN;
     if (api_value_read_number(&start, -INFINITY, INFINITY, "", &given, problem) > 0)
         u->start = scale * given + shift;
@@ -89,7 +89,7 @@ static void unknown_label(const struct api_fit *fit, const struct api_value *var
     if (run >= 0) snprintf(label + at, API_FIT_LABEL - (size_t)at, " in run %d", run + 1);
 }
 
-/* adds an unknown, which must not be there already */
+/* adds an unknown, and a fault if it is listed already */
 static void unknown_add(struct api_fit *fit, const struct api_value *item,
                         const struct pend_fit_unknown *u, struct api_problem *problem) {
     if (fit->unknowns + PEND_FIT_CAMERA >= API_FIT_UNKNOWNS) {
@@ -112,7 +112,7 @@ static void unknown_add(struct api_fit *fit, const struct api_value *item,
     fit->unknown[fit->unknowns++] = *u;
 }
 
-/* the runs whose start an unknown is of: first .. last - 1 */
+/* the runs whose start contains the unknown: first .. last - 1 */
 static int unknown_runs(const struct api_fit *fit, const struct api_value *item, int of_start,
                         int *first, int *last, struct api_problem *problem) {
     struct api_value run = api_value_member(item, "run");
@@ -128,15 +128,15 @@ static int unknown_runs(const struct api_fit *fit, const struct api_value *item,
     return given >= 0 && (of_start || !given);
 }
 
-/* whether it was found which number is meant: behind as many faults as are told a further one is
- * only counted elsewhere */
+/* whether the number was identified; after the last fault that is reported, further faults are only
+ * counted */
 static int target_found(const struct api_target *target) {
     if (target->quantity == API_VARY_TERM) return target->place >= 0;
     return target->arm >= 0 || target->quantity == API_VARY_GRAVITY;
 }
 
-/* the zero of an angle, or the bias of an angular velocity: what the instrument adds; 0 where the
- * item is none of these */
+/* the zero of an angle, or the bias of an angular velocity, which the instrument adds; 0 for any
+ * other item */
 static int read_instrument(struct api_fit *fit, const struct api_value *item,
                            struct api_problem *problem) {
     static const char *const names[] = {"zero", "bias", NULL};
@@ -178,7 +178,7 @@ static void read_unknown(struct api_fit *fit, const struct api_value *item,
     if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && !angle)
         api_value_fault(&unit, problem,
                         API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");
-    // bounds of theta are those of phi + pi / 2
+    // bounds of theta are bounds of phi + pi / 2
     double scale = degrees ? pi / 180 : 1, shift = target.quantity == API_VARY_THETA ? -pi / 2 : 0;
     int first, last;
     if (!unknown_runs(fit, item, angle, &first, &last, problem)) return;

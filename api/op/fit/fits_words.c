@@ -8,7 +8,7 @@
 
 enum { WORDS_END = 600 };
 
-/* part of a frequency up to which it is met */
+/* relative error up to which a frequency counts as reached */
 static const double words_met = 1e-6;
 
 static const char *const ends[] = {[PEND_FIT_CONVERGED] = "converged",
@@ -19,7 +19,8 @@ static const char *const ends[] = {[PEND_FIT_CONVERGED] = "converged",
                                             [PEND_FIT_UNDECIDED] = "undecided",
                                             [PEND_FIT_REJECTED] = "rejected"};
 
-/* p-values below which a test rejects, and above which chi-squared is too small to be by chance */
+/* a test rejects below the first p-value; above the second, chi-squared is too small to be chance
+ */
 static const double words_level = 1e-3, words_small = 1 - 1e-6;
 
 enum pend_status api_fit_write_direction(const struct api_fit *fit, const double direction[],
@@ -47,7 +48,7 @@ enum pend_status api_fit_write_direction(const struct api_fit *fit, const double
     return api_out_text(out, NULL, text);
 }
 
-/* how far the motions follow that are no minimum */
+/* says how long the motions follow the data if no minimum was found */
 static int end_follows(const struct api_fit *fit, const struct pend_fit_result *r, char text[]) {
     int whole = 0;
     double last = fit->t[fit->rows - 1];
@@ -82,7 +83,7 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
                          r->iterations >= fit->iterations ? ", more \"iterations\"" : "");
 }
 
-/* the mode whose frequency is farthest from what was asked, and how far, of it; 0 = none is off */
+/* the mode with the largest relative error of its frequency; 0 = all are reached */
 static int end_mode(const struct api_fit *fit, const struct pend_fit_result *r, double *off,
                     double *asked) {
     int mode = 0;
@@ -97,7 +98,7 @@ static int end_mode(const struct api_fit *fit, const struct pend_fit_result *r, 
     return mode;
 }
 
-/* what is added to a minimum: frequencies that are not met, and whether anything checks it */
+/* adds frequencies that are not reached, and whether the fit can be checked */
 static int end_checked(const struct api_fit *fit, const struct pend_fit_result *r, char text[],
                        size_t bytes) {
     double off, asked;
@@ -119,14 +120,14 @@ static int end_checked(const struct api_fit *fit, const struct pend_fit_result *
                     known ? "" : ", and has no standard errors");
 }
 
-/* the measurement that is met worst, by its sigma or where none is known; of one run */
+/* the measurement with the largest residual, in sigmas if known, within one run */
 static void end_farthest(const struct api_fit *fit, const struct pend_fit_result *r, char text[],
                          size_t bytes) {
     static const char *const names[] = {
         [PEND_FIT_PHI] = "the angle of arm", [PEND_FIT_X] = "x of arm", [PEND_FIT_Y] = "y of arm"};
     double most = 0;
     int known = pend_fit_known(&fit->column[0]), angle = fit->column[0].kind == PEND_FIT_PHI;
-    // sigmas, angles and places are not compared with each other
+    // residuals in sigmas, angles and positions cannot be compared with each other
     for (int c = 1; c < fit->columns - fit->modes; c++)
         if (pend_fit_known(&fit->column[c]) != known ||
             (!known && angle != (fit->column[c].kind == PEND_FIT_PHI)))
@@ -145,7 +146,7 @@ static void end_farthest(const struct api_fit *fit, const struct pend_fit_result
         }
 }
 
-/* by which tests a model is rejected, and what its errors are worth */
+/* says which tests reject the model, and whether the errors are valid */
 static int end_rejected(const struct pend_fit_result *r, char text[], size_t bytes) {
     int at = 0, tests = 0;
     double spread = r->chi_squared / (double)r->freedom;

@@ -21,24 +21,24 @@
 #include "api/op/tree_write.h"
 #include "core/fit/fit.h"
 
-/* most fits after the first, each with knees of a loss by the residuals of the one before */
+/* most further fits; each sets the knees of the loss from the residuals of the last */
 enum { FITS_SETTLED = 8 };
 
-/* what hints may take beyond as many motions as the fit had: motions, and s by their estimate */
+/* the most that hints may cost beyond the motions of the fit itself: motions, and estimated s */
 enum { HINT_MOTIONS = 1800, HINT_SECONDS = 5 };
 
-/* outliers that are listed */
+/* most outliers that are listed */
 enum { FITS_OUTLIERS = 50 };
 
 struct fits {
     struct api_fit asked;
     const struct api_format *format;
-    struct api_table table; /* without rows: nothing of the answer is in it */
+    struct api_table table; /* an empty table: the answer is JSON only */
     struct pend_fit *fit;
-    int begun;                     /* a first step was taken */
-    struct pend_fit_result result; /* its own, once the hints are there */
+    int begun;                     /* the first step is done */
+    struct pend_fit_result result; /* separate memory, once the hints exist */
     struct api_hints *hints;
-    int settled; /* how many fits there were before it, each with knees of a loss */
+    int settled; /* number of fits before this one, each with its own knees of the loss */
 };
 
 static void fits_clear(void *state) {
@@ -73,7 +73,7 @@ static enum pend_status write_unknowns(const struct fits *fits, const struct pen
     return api_buffer_text(out, "]");
 }
 
-/* the residuals of a row */
+/* writes the residuals of a row */
 static enum pend_status write_row(const struct api_fit *asked, int run, const double row[],
                                   struct api_buffer *out) {
     const struct api_fit_run *own = &asked->run[run];
@@ -85,7 +85,7 @@ static enum pend_status write_row(const struct api_fit *asked, int run, const do
     return api_buffer_text(out, "]");
 }
 
-/* the residuals of a run, row by row; those of modes are behind them where there is one run */
+/* writes the residuals of a run, row by row; with a single run those of modes follow */
 static enum pend_status write_residuals(const struct fits *fits, const struct pend_fit_result *r,
                                         int run, struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
@@ -102,7 +102,7 @@ static enum pend_status write_residuals(const struct fits *fits, const struct pe
     return status == PEND_OK ? api_buffer_text(out, "]") : status;
 }
 
-/* those of modes beside several runs */
+/* writes the residuals of modes if there are several runs */
 static enum pend_status write_modes(const struct fits *fits, const struct pend_fit_result *r,
                                     struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
@@ -113,7 +113,7 @@ static enum pend_status write_modes(const struct fits *fits, const struct pend_f
     return api_buffer_text(out, "]");
 }
 
-/* the start of a run and the instants of its data */
+/* writes the start of a run and the times of its data */
 static enum pend_status write_start(const struct fits *fits, int run, double row[],
                                     struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
@@ -130,14 +130,14 @@ static enum pend_status write_start(const struct fits *fits, int run, double row
     PEND_TRY(api_out_number(out, "start", asked->begin[run], 0));
     for (long i = 0; i < asked->rows; i++)
         if (asked->of[i] == run) stop = asked->t[i] + asked->camera[PEND_FIT_SHIFT];
-    // of modes alone there is but one instant
+    // a fit of modes alone has a single instant
     if (!(stop > asked->begin[run])) stop = asked->begin[run] + 1;
     PEND_TRY(api_out_number(out, "stop", stop, 0));
     PEND_TRY(api_out_whole(out, "count", 201));
     return api_buffer_text(out, "}");
 }
 
-/* the fitted pendulum and a start, as a request for a trajectory over the data's instants */
+/* writes a trajectory request: the fitted pendulum, a start, and the times of the data */
 static enum pend_status write_request(const struct fits *fits, int run, struct api_buffer *out) {
     const struct api_tree *tree = &fits->asked.tree;
     assert(fits->asked.start && tree->tree->n == tree->n);
@@ -154,7 +154,7 @@ static enum pend_status write_request(const struct fits *fits, int run, struct a
     return status == PEND_OK ? api_buffer_text(out, "}") : status;
 }
 
-/* what a run has of its own */
+/* writes the fields of one run */
 static enum pend_status write_run(const struct fits *fits, const struct pend_fit_result *r, int run,
                                   struct api_buffer *out) {
     PEND_TRY(api_out_maybe(out, "follows_until", r->follows[run]));
@@ -162,7 +162,7 @@ static enum pend_status write_run(const struct fits *fits, const struct pend_fit
     return write_request(fits, run, out);
 }
 
-/* that of one run stands beside everything else, that of several in a list */
+/* a single run is written into the answer itself, several runs as a list */
 static enum pend_status write_runs(const struct fits *fits, const struct pend_fit_result *r,
                                    struct api_buffer *out) {
     if (fits->asked.runs == 1) return write_run(fits, r, 0, out);
@@ -177,7 +177,7 @@ static enum pend_status write_runs(const struct fits *fits, const struct pend_fi
     return api_buffer_text(out, "]");
 }
 
-/* measurements that lie far off, by their place in the request */
+/* writes the outliers, by their position in the request */
 static enum pend_status write_outliers(const struct api_fit *asked, const struct pend_fit_result *r,
                                        struct api_buffer *out) {
     int count = 0;
@@ -282,7 +282,7 @@ static double fits_cost(const void *state) {
            (20 * n * swings * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
 }
 
-/* what may be wrong, of a fit that is over */
+/* starts the hints of a finished fit */
 static enum pend_status fits_hint(struct fits *fits, const struct pend_fit_result *result,
                                   const struct api_turn *turn, int *over) {
     double motions = fmin(HINT_MOTIONS, 50 * HINT_SECONDS / fits_cost(fits));
@@ -294,12 +294,12 @@ static enum pend_status fits_hint(struct fits *fits, const struct pend_fit_resul
     return PEND_OK;
 }
 
-/* iterations of a turn; what is wrong with the first motion is a fault of where it starts */
+/* the iterations of one turn; a failure of the first motion is a fault of the start values */
 static enum pend_status fits_step(struct fits *fits, const struct api_turn *turn, int *over,
                                   struct pend_error *error) {
     do {
         enum pend_status status = pend_fit_step(fits->fit, over, error);
-        // what the table shows is a likelier reason than what the search came to
+        // a likely mistake in the table explains more than the end of the search
         if (status != PEND_OK && status != PEND_NO_MEMORY && error && *fits->asked.advice)
             snprintf(error->text, sizeof error->text, "no motion follows these data: %s",
                      fits->asked.advice);

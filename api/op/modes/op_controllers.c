@@ -78,7 +78,8 @@ static int read_places(const struct controllers *c, const struct api_value *valu
     return count;
 }
 
-/* adds a fault that says which torques would hold a pendulum that has no rest where it was asked */
+/* adds a fault that names the torques needed to balance a pendulum that is not in equilibrium at
+ * the requested state */
 static void fault_rest(const struct controllers *c, const double torque[], const double size[],
                        const struct api_value *value, struct api_problem *problem) {
     char text[400], scratch[16];
@@ -118,7 +119,8 @@ static enum pend_status read_rest(struct controllers *c, const struct api_value 
         length += tree->len[k];
     }
     if (status != PEND_OK || !(far <= near)) fault_rest(c, torque, size, value, problem);
-    // an angle of 1 rad, the cart as far as the pendulum is long, and the weight held sideways
+    // weights: 1 rad for angles, one pendulum length for the cart, and the torque that holds the
+    // pendulum horizontal
     for (size_t k = 0; k < n; k++) c->q[k] = 1;
     if (c->tree.cart) c->q[0] = 1 / (length * length);
     for (int j = 0; j < c->inputs; j++) c->r[j] = 1 / pow(size[c->input[j]], 2);

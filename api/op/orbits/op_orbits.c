@@ -375,8 +375,7 @@ static double orbits_cost(const void *state) {
     return branches * maps * points * (steps_least + steps_an_arm * n) * passes * n * arm;
 }
 
-/* rows are in memory that doubles when it is full, and in a copy for representations that do not
- * stream */
+/* rows are kept in a buffer that doubles when full; non-streaming formats get a copy */
 static double orbits_bytes(const void *state) {
     const struct orbits *orbits = state;
     struct pend_orbit_problem problem = orbits->asked.problem;

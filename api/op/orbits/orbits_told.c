@@ -30,7 +30,7 @@ static void told_apart(const struct pend_orbits *search, char text[API_WARNING_T
              whys[pend_orbits_orbit(search).kind]);
 }
 
-/* the reason for which the branch returned to its first number */
+/* why the branch came back to the parameter value where it started */
 static void told_back(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     static const char *const others[PEND_ORBITS_KINDS] = {
         [PEND_ORBITS_BRANCH] = "orbits of another branch",
