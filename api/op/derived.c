@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DERIVED_NUMBERS = 65536 }; /* of a block of rows */
+enum { DERIVED_NUMBERS = 65536 }; /* numbers in a block of rows */
 
-/* steps per radian of the fastest arm; s per step, and per step and arm, of eight derivatives,
- * measured */
+/* steps per radian of the fastest arm; measured s per step and, with eight derivatives, per step
+ * and arm */
 static const double steps_a_radian = 4, step_seconds = 3.6e-6, arm_seconds = 7.2e-6;
 
 /* s per radian, and per radian and pair of arms, of eight derivatives of an ideal pendulum of 1 to

@@ -13,17 +13,17 @@ enum { NAMES_BYTES = 400, GAP_BYTES = 100, LISTED = 64, MANY_ROWS = 8 };
 
 static const double pi = 3.14159265358979323846;
 
-/* a zero that is elsewhere: by so many standard errors, and by so much of half a swing */
+/* a zero counts as shifted beyond this many standard errors and this fraction of half a swing */
 static const double zero_errors = 4, zero_share = 0.01;
 
-/* a tip on an arc: so much of its rise is that of a parabola */
+/* a tip counts as moving on an arc if a parabola explains this fraction of its rise */
 static const double bent_share = 0.3;
 
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
 static int is_place(enum api_csv_role role) { return role == API_CSV_X || role == API_CSV_Y; }
 
-/* the names of a table's columns, and why one is not used, for a message */
+/* writes the names of a table's columns, and why they are not used, for a message */
 static const char *measured_names(const struct api_measured *table, char out[NAMES_BYTES]) {
     size_t at = 0;
     for (int i = 0; i < table->csv.columns && at < NAMES_BYTES - 150; i++) {
@@ -38,7 +38,7 @@ static const char *measured_names(const struct api_measured *table, char out[NAM
     return out;
 }
 
-/* `columns` of the request: names to be read instead of the table's; returns how many */
+/* reads `columns` of the request, names that replace the table's; returns their number */
 static int read_given(const struct api_value *columns, struct api_csv_cell given[],
                       struct api_problem *problem) {
     struct api_value item = api_value_item(columns, 0);
@@ -58,7 +58,7 @@ static int read_given(const struct api_value *columns, struct api_csv_cell given
     return api_value_kind(columns) == API_MISSING ? 0 : count;
 }
 
-/* faults what was given and names nothing of this pendulum */
+/* adds faults for given names that are not quantities of this pendulum */
 static void check_given(const struct api_measured *table, const struct api_value *columns,
                         struct api_problem *problem) {
     struct api_value item = api_value_item(columns, 0);
@@ -75,7 +75,7 @@ static void check_given(const struct api_measured *table, const struct api_value
     }
 }
 
-/* whether a row says in all columns that are used what the row before it says */
+/* whether a row equals the previous row in all columns that are used */
 static int measured_repeats(const struct api_measured *table, const double row[],
                             const double before[]) {
     for (int i = 0; i < table->csv.columns; i++) {
@@ -85,8 +85,8 @@ static int measured_repeats(const struct api_measured *table, const double row[]
     return 1;
 }
 
-/* counts rows that are there twice, and sees which way the first tip bends: hanging below its
- * pivot it is lowest in the middle of its swing */
+/* counts repeated rows, and finds the direction of y: a tip that hangs below its pivot is lowest in
+ * the middle of its swing */
 static void measured_rows(struct api_measured *table) {
     const struct api_csv *csv = &table->csv;
     double row[2][API_CSV_COLUMNS], n = 0, v = 0, uu = 0, uuv = 0, uuuu = 0;
@@ -107,13 +107,13 @@ static void measured_rows(struct api_measured *table) {
         if (isnan(across) || isnan(along)) continue;
         n++, v += along, uu += across, uuv += across * along, uuuu += across * across;
     }
-    // the least squares of y by the square of x
+    // fits y linearly against the square of x by least squares
     double half = (x->high - x->low) / 2, bend = (n * uuv - uu * v) / (n * uuuu - uu * uu);
     table->downwards =
         of[0] && of[1] && n >= MANY_ROWS && bend * half * half < -bent_share * (y->high - y->low);
 }
 
-/* an angle that swings about another place than hanging: says so in the advice */
+/* adds advice if an angle does not swing about hanging */
 static void measured_zero(struct api_measured *table) {
     for (int i = 0; i < table->csv.columns && !*table->advice; i++) {
         const struct api_csv_taken *taken = &table->roles.column[i];
@@ -160,7 +160,7 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
                 "positions");
         return 0;
     }
-    // where no pendulum could be read, that has been said
+    // without a pendulum, its fault has been added already
     if (!tree->n && problem->status) return 0;
     api_csv_guess(&table->roles, &table->csv, &hints);
     check_given(table, &columns, problem);
@@ -169,7 +169,7 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
     return !problem->status;
 }
 
-/* what is missing or a word where a number is needed; returns 0 where nothing is */
+/* adds faults for missing numbers and for words among numbers; returns 0 after a fault */
 static int measured_gap(const struct api_measured *table, char out[GAP_BYTES]) {
     *out = 0;
     for (int i = 0; i < table->csv.columns && !*out; i++) {
@@ -207,7 +207,7 @@ double *api_measured_rows(const struct api_measured *table) {
     const int width = table->csv.columns;
     const char *at = table->csv.begin;
     long count = 0;
-    // one row more: the last one may be there twice
+    // space for one more row, since the last one may be a repetition
     double *row = malloc((size_t)(table->csv.rows + 1) * (size_t)width * sizeof *row), *now = row;
     for (int line = 0; row && api_csv_row(&table->csv, &at, &line, now); now = row + count * width)
         count += !count || !measured_repeats(table, now, now - width);
@@ -263,7 +263,7 @@ static enum pend_status write_rows(const struct api_measured *table, int rows,
     return api_buffer_text(out, "]");
 }
 
-/* what column i has in the rows */
+/* the value of column i in each row */
 static enum pend_status write_values(const struct api_measured *table, const char *name, int i,
                                      const double *row, struct api_buffer *out) {
     PEND_TRY(api_out_open(out, name, '['));

@@ -9,14 +9,14 @@
 
 enum { API_MEASURED_ADVICE = 200 };
 
-/* A table; names stay in the document. */
+/* A table; the names point into the document. */
 struct api_measured {
     struct api_csv csv;
     struct api_csv_roles roles;
-    long repeated;                    /* rows that say what the row before them says */
+    long repeated;                    /* number of rows equal to the previous row */
     int untimed;                      /* the line of the first row without an instant, or 0 */
     int downwards;                    /* y of the first tip counts downwards, as pixels do */
-    char advice[API_MEASURED_ADVICE]; /* what is probably wrong with the numbers, or "" */
+    char advice[API_MEASURED_ADVICE]; /* likely mistakes in the numbers, or "" */
 };
 
 /**

@@ -45,7 +45,7 @@ struct api_reading {
     const char *argument;         /* the variable part of the path, or NULL */
     const struct api_format *format; /* the representation that was negotiated */
     const struct api_limits *limits; /* outlives the operation */
-    struct api_problem *problem;     /* every fault is added to it */
+    struct api_problem *problem;     /* receives every fault */
 };
 
 /* One turn of a running operation. */
@@ -81,7 +81,7 @@ struct api_op {
     int form;         /* or takes a form of files: its JSON and tables for `data` */
     int terms;        /* takes the terms of a real pendulum, not of an ideal one alone */
     int pieces;       /* takes motions in pieces, by tables and other rules */
-    int cart;         /* takes a pivot on a cart, whose place is one more number of a state */
+    int cart;         /* supports a pivot on a cart, whose position is one more number of a state */
     int samples; /* 0: only JSON; 1: a table of samples, in every representation but pictures; 2: a
                     table that can also be drawn */
 
@@ -105,19 +105,19 @@ struct api_op {
                             struct pend_error *error);
     /** Returns the integration steps so far; NULL for an operation that does not integrate. */
     long (*steps)(const void *state);
-    /**
-     * Estimates which part of the integration steps, and of all the work, is done: 0 .. 1, or < 0
-     * if that is unknown. NULL: it is always unknown. O(1).
-     */
+    /** Estimates the completed fractions of the integration steps and of all the work: 0 .. 1, or <
+     * 0 if unknown. NULL: always unknown. O(1). */
     void (*progress)(const void *state, double *steps, double *work);
-    size_t table; /* where the state has the answer's table; 0 for an operation without samples */
-    size_t stats; /* where it has the figures about the computation, once it is complete; 0: none */
+    size_t
+        table; /* offset of the answer's table in the state; 0 for an operation without samples */
+    size_t stats; /* offset of the figures, which are valid once the computation is complete; 0:
+                     none */
     /** Estimates the computation, s; NULL if it is short. */
     double (*cost)(const void *state);
-    /** By what factor the estimate may be too long: what exceeds the limit by more is refused
-     * before it begins. 0: never. */
+    /** The factor by which the estimate may be too long; a request that exceeds the limit by more
+     * is refused before it begins. 0: never. */
     double doubt;
-    /** Returns what would make this computation shorter, "ask for ..."; NULL: a shorter time or a
+    /** Returns advice that makes this computation shorter, "ask for ..."; NULL: a shorter time or a
      * looser tolerance. O(n). */
     const char *(*way_out)(const void *state);
     /**

@@ -103,7 +103,7 @@ static const int derived_of[COLUMNS] = {
 struct forces {
     struct api_tree tree;
     double time; /* s, at which drives are evaluated */
-    int count;   /* number of columns: the last ones are those of real pendulums */
+    int count;   /* number of columns, of which the last ones are for real pendulums */
     struct api_states *states;
     struct api_derived derived;
     struct api_table table;

@@ -21,8 +21,7 @@ static const char *const fields[] = {"pendulum", "initial", "start",  "duration"
 
 enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
 
-/* the longest duration; constants of the estimated cost: s per step and arm of one motion, s per
- * product */
+/* the longest duration; estimated cost in s per step and arm of one motion, and per product */
 static const double duration_most = 1e9, arm_seconds = 1e-6, product_seconds = 1e-9;
 
 /* radians by which the fastest arm turns between two orthonormalizations */
@@ -46,12 +45,12 @@ struct lyapunov {
     struct pend_lyapunov *exponents;
     struct api_writer *writer;
     double interval;
-    long a_row, skip;   /* intervals per row, and of the transient */
-    long intervals;     /* finished ones, including the transient */
+    long a_row, skip;   /* intervals per row, and during the transient */
+    long intervals;     /* finished intervals, including the transient */
     double *column[3];  /* t, the exponents and their errors of up to ROWS rows, one block */
-    long rows, written; /* in the block, and before it */
+    long rows, written; /* rows in the block, and rows before it */
     int balanced;       /* the start is at rest near an equilibrium */
-    double grown;       /* powers of e in the transient */
+    double grown;       /* logarithm of the growth during the transient */
     double horizon;     /* s since the start, 0 = not reached */
     struct api_stats stats;
     char warning[API_WARNING_TEXT];

@@ -327,7 +327,7 @@ static void sections_tell_horizon(struct sections *sections) {
     double own = pend_section_held(sections->section),
            held = isnan(own) ? own : fmin(sections->origin + own, sections->until);
     long holding = 0;
-    if (isnan(held)) return; // of joints that stick or hit it is not estimated
+    if (isnan(held)) return; // the horizon is not estimated for joints that stick or hit a stop
     while (holding < sections->count && sections->column[T][holding] <= held) holding++;
     api_stats_number(&sections->stats, "horizon", held);
     api_stats_whole(&sections->stats, "holding", holding);

@@ -27,12 +27,12 @@ static const char *const fields[] = {"pendulum", "initial", "times",    "method"
 /* cost of a comparison with 32 digits, relative to the trajectory */
 static const double trust_times = API_TRAJECTORY_TRUST_TIMES;
 
-/* arm-evaluations asked for at a time: about a millisecond */
+/* evaluations of an arm per turn, about a millisecond */
 static const double piece = 50000;
 
 enum {
     MOST_PARTS = 1000000,
-    CARRIED = 7 /* changes with what trajectory_carry shows, or any `carry` of core */
+    CARRIED = 7 /* increment if trajectory_carry, or `carry` of core, changes */
 };
 
 struct trajectory {
@@ -48,17 +48,18 @@ struct trajectory {
     long step_cap;
     const char *step_name;  /* of the limit */
     double trust_tolerance; /* rad, 0 = not wanted */
-    double until;   /* of its progress: where this part of a job ends; 1 = it is the last, or all */
-    double earlier; /* s, of the parts before */
+    double until; /* fraction of the progress at which this part of a job ends; 1 = the last or only
+                     part */
+    double earlier; /* s, used by the earlier parts */
 
     /* once it runs */
     struct pend_run *run;
-    struct pend_trust *trust; /* NULL where it is not wanted, or found out */
+    struct pend_trust *trust; /* NULL if no comparison was requested, or if it is complete */
     struct api_samples *samples;
     struct api_writer *writer;
     long due, made; /* rows of `samples` that are not written yet, and those with derivatives */
-    int ended;      /* the run is; derivatives may be behind */
-    int computed;   /* all samples are there; what remains is to compare and to write */
+    int ended;      /* the run has ended; derivatives may still be missing */
+    int computed;   /* all samples are computed; the comparison and the output remain */
     double trust_until;
     struct api_stats stats;
     struct api_trajectory_told told;
@@ -100,7 +101,7 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
 }
 
-/* reads by what is differentiated; derivatives go with the method that has them */
+/* reads the parameters of derivatives, which need a method that supports them */
 static enum pend_status trajectory_read_derived(struct trajectory *trajectory,
                                                 const struct api_value *root,
                                                 struct api_problem *problem) {
@@ -282,7 +283,7 @@ static enum pend_status trajectory_differentiate(struct trajectory *trajectory,
     return status;
 }
 
-/* writes the rows with their derivatives, once all of these are there */
+/* writes the rows with their derivatives, once all derivatives are complete */
 static enum pend_status trajectory_write_derived(struct trajectory *trajectory,
                                                  struct api_buffer *out, int *computed,
                                                  struct pend_error *error) {
@@ -298,7 +299,7 @@ static enum pend_status trajectory_write_derived(struct trajectory *trajectory,
     return api_writer_block(trajectory->writer, rows, column, out, error);
 }
 
-/* writes the next samples, as many as one piece of work yields */
+/* computes and writes the next samples, as many as fit into one piece of work */
 static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out,
                                          int *computed, struct pend_error *error) {
     struct api_samples *samples = trajectory->samples;
@@ -315,7 +316,8 @@ static enum pend_status trajectory_block(struct trajectory *trajectory, struct a
         return PEND_OK;
     }
     *computed = ended;
-    // what a run hands out is finite; the sum of two energies, and its floats, need not be
+    // samples of a run are finite, but the sum of two energies or a conversion to float may
+    // overflow
     if (!samples->total && !trajectory->table.float32)
         return api_writer_finite_block(trajectory->writer, samples->samples.count, samples->column,
                                        out);
@@ -331,7 +333,7 @@ static enum pend_status trajectory_finish(struct trajectory *trajectory,
                  : PEND_OK;
 }
 
-/* looks for events, then begins the answer; no writer where the turn is over before */
+/* searches for events, then begins the answer; without a writer if the turn ends first */
 static enum pend_status trajectory_open(struct trajectory *trajectory, const struct api_turn *turn,
                                         struct pend_error *error) {
     struct api_events *events = &trajectory->events;
@@ -408,8 +410,8 @@ static long trajectory_steps(const void *state) {
            (trajectory->run ? pend_run_stats(trajectory->run).steps : 0);
 }
 
-/* a comparison with 32 digits may end long before its time, where the digits do: only the
- * samples are foreseen */
+/* a comparison with 32 digits may end early, when its accuracy is exhausted, so only the samples
+ * are forecast */
 static void trajectory_done(const void *state, double *steps, double *work) {
     const struct trajectory *trajectory = state;
     int known = trajectory->run && !trajectory->computed;

@@ -37,8 +37,8 @@ static void tell_horizon(struct api_trajectory_told *told,
     if (told->horizon[0]) api_stats_warning(stats, "warning_horizon", told->horizon);
 }
 
-/* a warning about a linear motion that begins far from small: what it neglects is of the third
- * power of its swings */
+/* warns about a linear motion that begins far from small swings: the neglected terms are of third
+ * order */
 static void tell_linear(struct api_trajectory_told *told,
                         const struct api_trajectory_motion *motion, struct api_stats *stats) {
     const struct pend_tree *tree = motion->tree->tree;

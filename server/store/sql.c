@@ -18,7 +18,7 @@ static const struct {
             "jobs.created, jobs.started, jobs.finished, jobs.expires, {now}, jobs.bytes, "
             "jobs.message, jobs.begun, jobs.waiting, jobs.chained, jobs.held, jobs.title, "
             "jobs.version, jobs.seal"},
-    /* a room, with number and bytes of the pupil whose token has the key $2 */
+    /* a room, with the number and the bytes of the pupil whose token hash is $2 */
     {"class", "code, teacher, created, ends, version, shared, pupils, numbered, bytes, empty_ends, "
               "share, near, source, shut, COALESCE((SELECT number FROM class_pupils WHERE "
               "class_pupils.code = $1 AND who = $2), 0), COALESCE((SELECT class_pupils.bytes FROM "
@@ -30,7 +30,7 @@ static const struct {
                 "AND state BETWEEN 0 AND 4"},
     {"sum", "CAST(COALESCE(SUM(%), 0) AS BIGINT)"},
     {"count", "{sum CASE WHEN % THEN 1 ELSE 0 END}"},
-    /* the pending changes of a client's sum, and the sum including them */
+    /* pending changes of a client's sum, and the sum including them */
     {"pending", "(SELECT {sum changes.%} FROM changes WHERE changes.name = clients.name AND "
                 "{bounded changes.%})"},
     {"late", "(clients.% + {pending %})"},
@@ -82,7 +82,7 @@ static void sql_rows(struct sql_text *to, int list, const char *letters, int col
     sql_write(to, text, (size_t)at);
 }
 
-/* expands a macro; returns 0 if the token is none */
+/* expands a macro; returns 0 if there is no macro of this name */
 static int sql_short(struct sql_text *to, const char *token, size_t length) {
     char text[SQL_PIECE];
     size_t bytes = 0, name = strcspn(token, " }"), i = 0;

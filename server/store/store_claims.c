@@ -13,19 +13,19 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-/* CROWD: changes of a client after which they are put into its row */
+/* CROWD: number of a client's changes that triggers a write to its row */
 enum { LAST_PARTS = 8, TURN_CLIENTS = 8, CROWD = 16 };
 
-/* between two comparisons of sums with jobs */
+/* ns between two comparisons of the sums with the jobs */
 #define MEND_NS INT64_C(1000000000)
 
-/* a job's rank is an instant and a number of microseconds: this program writes no larger value */
+/* a rank is a time plus a number of microseconds; this program never writes a larger value */
 #define CLAIM_RANK (INT64_C(1) << 62)
 
 struct row_lease {
     int rows;
     struct srv_lease *lease;
-    const char *flaw; /* a column that holds what nobody can have written */
+    const char *flaw; /* a column whose value cannot have been written by this program */
 };
 
 static enum srv_stored row_lease(void *context, const struct srv_value field[]) {
@@ -52,12 +52,12 @@ void srv_lease_clear(struct srv_lease *lease) {
     *lease = (struct srv_lease){0};
 }
 
-/* the clients whose turn it is, first come first */
+/* the clients in the order of their turns */
 struct row_clients {
     int count, nameless;
     struct turn {
         char name[SRV_NAME_BYTES];
-        int64_t turn, weight, late; /* late: changes that are not in its row yet */
+        int64_t turn, weight, late; /* late: changes that are not yet in the client's row */
         const char *flaw;           /* of its row */
     } client[TURN_CLIENTS];
 };
@@ -78,8 +78,7 @@ static enum srv_stored row_client(void *context, const struct srv_value field[])
     return SRV_STORED;
 }
 
-/* what this transaction has changed and not yet written counts as well: the turns that its
- * claims took */
+/* sorts the clients by turn, including turns that this transaction used but has not written yet */
 static enum srv_stored clients_order(struct srv_store *store, struct row_clients *rows) {
     struct srv_tally_client *client;
     for (int i = 0; i < rows->count; i++) {
@@ -94,13 +93,13 @@ static enum srv_stored clients_order(struct srv_store *store, struct row_clients
     return SRV_STORED;
 }
 
-/* A job of which a part can be claimed, locked. */
+/* A locked job with a part that can be claimed. */
 struct ready {
     struct srv_job job;
-    int again; /* a part that was held before is next */
-    int alone; /* and it is to be computed alone */
+    int again; /* the next part was held before */
+    int alone; /* and must be computed alone */
     int64_t part_us;
-    void *request; /* malloc'ed; NULL when it is long, or memory is short */
+    void *request; /* malloc'ed; NULL if it is long or memory is short */
     size_t request_bytes;
 };
 
@@ -109,8 +108,8 @@ struct row_ready {
     struct ready ready[SRV_CLAIMS];
 };
 
-/* the request of a job, with its seal; one that is too long for a claim, or is no bytes, is read
- * and judged by itself */
+/* reads and verifies the request of a job; a request that is too long for a claim, or not bytes, is
+ * read later */
 static void row_request(struct ready *ready, const struct srv_value *seal,
                         const struct srv_value *request) {
     const char **flaw = &ready->job.flaw;
@@ -138,8 +137,8 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     srv_row_whole(&row, -CLAIM_RANK, CLAIM_RANK, "rank");
     if (!one.count || !srv_job_open(job)) row.flaw = one.count ? "state" : "id";
     if (!job->flaw) job->flaw = row.flaw;
-    /* what was held before comes last, unless there is much of it: it may be what kills its
-     * workers */
+    /* a part that was held before comes last, unless there are many: it may be the cause of the
+     * crash */
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
     ready->alone = ready->again && row.next->whole >= job->waiting;
@@ -173,8 +172,8 @@ static enum srv_stored claim_mend(struct srv_store *store, const struct row_clie
     return SRV_STORED;
 }
 
-/* a job that was to be claimed is damaged: it fails, or goes where it has no name to fail under;
- * or an account is: a job without a flaw */
+/* handles a damaged job: it fails, or is removed if it has no valid id. A job without a flaw means
+ * that the client's row is damaged */
 static enum srv_stored claim_damaged(struct srv_store *store, const char *client,
                                      const struct srv_job *damaged) {
     struct srv_job job;
@@ -187,13 +186,13 @@ static enum srv_stored claim_damaged(struct srv_store *store, const char *client
     return srv_store_condemn(store, &job);
 }
 
-/* takes a part of the job, whichever is next */
+/* claims the next part of the job */
 static enum srv_stored claim_next(struct srv_store *store, struct ready *ready,
                                   const struct srv_claim *asked, struct srv_lease *lease) {
     struct row_lease row = {.lease = lease};
     struct srv_job *job = &ready->job;
     if (!ready->again && !job->chained) {
-        /* nobody has held it: its row is known without reading it */
+        /* a part that was never held has a known row, so it is not read */
         lease->part = job->begun;
         lease->attempt = 1;
         return SRV_POST(store, SQL_PART_FIRST, job->id, lease->part, asked->worker,
@@ -234,15 +233,17 @@ static enum srv_stored claim_part(struct srv_store *store, const struct turn *cl
 /* The parts of one claim. */
 struct claim {
     struct srv_claim *asked;
-    int64_t sum_us; /* estimated computation of its parts */
+    int64_t sum_us; /* estimated computation time of its parts */
     struct srv_lease *lease;
     int count;
-    int aside;                   /* takes a part that was set aside */
-    char client[SRV_NAME_BYTES]; /* whose row is damaged, or the row of a job of it; "" = none is */
-    struct srv_job damaged;      /* the job; without an id and a flaw: the client is */
+    int aside;                   /* the claim takes a part that was set aside */
+    char client[SRV_NAME_BYTES]; /* the client with a damaged row, or with a job whose row is
+                                    damaged; "" = none */
+    struct srv_job
+        damaged; /* the damaged job; without an id and a flaw the client's row is damaged */
 };
 
-/* whether a part of so much computation may be claimed beside what the claim has */
+/* whether a part with this estimated time may join the claim */
 static int claim_suits(const struct claim *claim, int64_t part_us) {
     return !claim->count || claim->lease[0].alone
                ? !claim->count
@@ -250,7 +251,7 @@ static int claim_suits(const struct claim *claim, int64_t part_us) {
                   claim->sum_us + part_us <= SRV_CLAIM_US);
 }
 
-/* whether a job is passed over because what waits of it was set aside */
+/* whether to skip a job because its waiting parts were set aside */
 static int claim_passes(const struct claim *claim, struct ready *ready) {
     const struct srv_job *job = &ready->job;
     if (!ready->alone || job->flaw || claim->aside) return 0;
@@ -260,7 +261,7 @@ static int claim_passes(const struct claim *claim, struct ready *ready) {
     return 0;
 }
 
-/* takes parts of a client's jobs, one of each */
+/* claims one part from each of a client's jobs */
 static enum srv_stored claim_client(struct srv_store *store, const struct turn *client, int most,
                                     struct claim *claim) {
     struct row_ready rows = {0};
@@ -272,7 +273,7 @@ static enum srv_stored claim_client(struct srv_store *store, const struct turn *
         struct srv_job *job = &ready->job;
         if (!claim_suits(claim, ready->part_us)) break;
         if (claim_passes(claim, ready)) continue;
-        /* a damaged job is treated when it is the first */
+        /* a damaged job is handled only if it is the first */
         if (job->flaw && claim->count) break;
         claim->sum_us += ready->part_us;
         stored = claim_part(store, client, claim->asked, ready, &claim->lease[claim->count++]);
@@ -283,12 +284,12 @@ static enum srv_stored claim_client(struct srv_store *store, const struct turn *
     return stored;
 }
 
-/* asks the clients, those whose turn it is first */
+/* claims from the clients in the order of their turns */
 static enum srv_stored claim_turns(struct srv_store *store, const struct row_clients *clients,
                                    struct claim *claim) {
     for (int i = 0; i < clients->count; i++) {
         const struct turn *client = &clients->client[i];
-        /* each gets its share of the remainder */
+        /* each client gets its share of the remainder */
         int left = claim->asked->most - claim->count, others = clients->count - i;
         if (!left || (client->flaw && claim->count)) break;
         SRV_STORED_TRY(claim_client(store, client, (left + others - 1) / others, claim));
@@ -299,8 +300,8 @@ static enum srv_stored claim_turns(struct srv_store *store, const struct row_cli
     return SRV_STORED;
 }
 
-/* claims in the transaction that has begun; *mended: something of the store was put right, which is
- * to be kept whatever was claimed */
+/* claims within the open transaction; *mended: a repair was made, which must be committed whatever
+ * was claimed */
 static enum srv_stored claim_found(struct srv_store *store, struct claim *claim, int *mended) {
     struct row_clients clients = {0};
     SRV_STORED_TRY(SRV_RUN(store, SQL_CLIENTS, row_client, &clients));
@@ -313,11 +314,11 @@ static enum srv_stored claim_found(struct srv_store *store, struct claim *claim,
     }
     if (claim->count) return SRV_STORED;
     SRV_STORED_TRY(claim_mend(store, &clients, mended));
-    /* parts that are ready but locked by another process will be free in a moment */
+    /* ready parts that another process has locked become free in a moment */
     return *mended ? SRV_STORED : clients.count ? SRV_STORED_LOST : SRV_STORED_NONE;
 }
 
-/* whether a claim whose commit nobody has heard of has taken effect: then its first part is held */
+/* whether a claim with an unknown commit has taken effect, which is so if its first part is held */
 static enum srv_stored claim_known(struct srv_store *store, struct srv_claim *claim,
                                    struct srv_lease lease[]) {
     struct srv_row_wholes row = {.count = 1};
@@ -334,7 +335,7 @@ static enum srv_stored claim_known(struct srv_store *store, struct srv_claim *cl
     return SRV_STORED;
 }
 
-/* claims in a transaction, and treats a damaged job in another */
+/* claims in one transaction, and handles a damaged job in another */
 static enum srv_stored claim_try(struct srv_store *store, struct claim *claim) {
     int mended = 0;
     SRV_STORED_TRY(srv_store_begin(store));
@@ -356,7 +357,7 @@ enum srv_stored srv_store_claim(struct srv_store *store, struct srv_claim *asked
     for (int i = 0; i < asked->most; i++) lease[i] = (struct srv_lease){0};
     enum srv_stored stored = claim_try(store, &claim);
     assert(claim.count <= asked->most && (stored != SRV_STORED || claim.count >= 1));
-    /* a claim whose outcome is unknown is asked for again, or given up when its leases run out */
+    /* a claim with an unknown outcome is repeated, or expires with its leases */
     int kept = stored == SRV_STORED || (stored == SRV_STORED_AWAY && store->unsure);
     for (int i = 0; i < asked->most && !kept; i++) srv_lease_clear(&lease[i]);
     if (kept) asked->count = claim.count;

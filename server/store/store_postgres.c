@@ -114,7 +114,7 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
                PQstatus(own->connection) != CONNECTION_OK;
         if (next) postgres_keep(next, &answer, &bad);
     }
-    /* some of them may exist nevertheless: their names are not used again */
+    /* some of them may still exist, so their names are not used again */
     if (bad && own->unsure) {
         memset(own->kept, 0, sizeof own->kept);
         own->round++;

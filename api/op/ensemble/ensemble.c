@@ -25,7 +25,7 @@ static const char *const fields[] = {
  * s a number, the time of a member that goes alone over that of one in lanes */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9, alone = 8;
 
-/* the most doubles of raw rows of one member: the memory of a range of one member */
+/* the largest number of doubles in one member's raw rows, which limits the memory of a range */
 static const double member_numbers = 1 << 24;
 
 void api_ensemble_free(struct api_ensemble **ensemble) {
@@ -68,7 +68,7 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
                                 reading->problem);
 }
 
-/* reads how long members are followed: a duration, or the instants of a trajectory */
+/* reads the duration of members, or the instants of a trajectory */
 static enum pend_status read_time(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value duration = api_value_member(reading->root, "duration");
     struct api_value times = api_value_member(reading->root, "times");
@@ -120,8 +120,8 @@ static void set_columns(struct api_ensemble *e) {
     e->derived_at = (long)api_table_numbers(table, 0);
 }
 
-/* what is not known of a member that failed is NaN, but its number, its status, its instants and
- * times that never come */
+/* unknown values of a failed member are NaN, except its number, status and instants, and times of
+ * events that never happen */
 static void set_gaps(struct api_table *table) {
     static const char *const known[] = {"member", "status", "t"};
     for (int c = 0; c < table->count; c++) {
@@ -132,7 +132,7 @@ static void set_gaps(struct api_table *table) {
     }
 }
 
-/* adds the columns of derivatives, and faults where there is nothing that has them */
+/* adds the columns of derivatives, and faults if no observable has derivatives */
 static void set_derived(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value list = api_value_member(reading->root, "derivatives");
     struct api_problem *problem = reading->problem;
@@ -191,7 +191,7 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
             cost, api_limits_name(limits, &limits->compute_seconds), limits->compute_seconds);
 }
 
-/* what is told of a cart alone */
+/* adds faults for observables of a cart if the pendulum has no cart */
 static void check_cart(const struct api_ensemble *e, const struct api_reading *reading) {
     const char *name = e->instants ? "output" : "observables";
     struct api_value list = api_value_member(reading->root, name);
@@ -201,7 +201,7 @@ static void check_cart(const struct api_ensemble *e, const struct api_reading *r
                     "has \"cart\", but the pendulum has no cart: give one in \"pivot\"");
 }
 
-/* true if a column is meant by a name: "final" and "final_phi" are */
+/* whether a name selects a column: "final" and "final_phi" do */
 static int is_named(const struct api_column *column, const char *name) {
     size_t bytes = strlen(column->name);
     if (strncmp(name, column->name, bytes) != 0) return 0;
@@ -209,7 +209,7 @@ static int is_named(const struct api_column *column, const char *name) {
     return name[bytes] == '_' && column->part && !strcmp(name + bytes + 1, column->part);
 }
 
-/* marks the columns that a name means; a name that means none is a fault */
+/* marks the columns that a name selects; a name without a column is a fault */
 static void choose_named(const struct api_table *table, const struct api_value *name,
                          char chosen[API_COLUMNS], struct api_problem *problem) {
     char all[API_COLUMNS_TEXT];
@@ -223,7 +223,7 @@ static void choose_named(const struct api_table *table, const struct api_value *
                     API_CODE_UNKNOWN_NAME "is not a column of this answer, which has %.160s", all);
 }
 
-/* leaves the columns that are asked for, all if none are, and notes where they are in raw rows */
+/* keeps only the requested columns, or all, and notes their positions in raw rows */
 static void choose_columns(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value list = api_value_member(reading->root, "columns");
     struct api_table *table = &e->seen.table;
@@ -342,7 +342,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     double steps = 1 + steps_a_radian * radians * 28 / order;
     struct pend_ensemble_problem problem = {.until = PEND_UNTIL_TIME};
     api_observables_ask(&e->seen, &problem);
-    // many end early, or are spared; a neighbour is as much work again
+    // many members end early or are skipped; a neighbour costs as much again
     if (problem.until != PEND_UNTIL_TIME) steps *= 0.3;
     if (problem.observe & PEND_OBSERVE_LYAPUNOV) steps *= 2;
     steps += pend_rules_pieces(e->tree.rules, tree->n, e->duration, rate);
@@ -350,7 +350,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     if (e->events.count && problem.until != PEND_UNTIL_TIME) steps /= 0.3;
     double numbers = (double)api_ensemble_rows(e) * (double)e->numbers;
     double search = steps * api_member_events_cost(&e->events);
-    // how many passages there are is not known; each takes a microsecond
+    // the number of passages is unknown; each takes a microsecond
     if (e->events.rows) numbers = 0;
     if (e->instants)
         search += (double)api_ensemble_rows(e) * api_member_outputs_cost(e->seen.output, &e->tree);
@@ -359,14 +359,14 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
             steps * tree->n * order * order * pair_seconds + numbers * number_seconds);
 }
 
-/* instants of a member at which there are derivatives, the first one included */
+/* the instants of a member with derivatives, including the first */
 static long rows_of(const struct api_ensemble *e) { return e->instants ? api_ensemble_rows(e) : 2; }
 
 double api_ensemble_bytes(const struct api_ensemble *e) {
     double n = api_tree_stored(&e->tree),
            list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
     double varied = api_members_bytes(&e->members);
-    // numbers of terms for each lane, and more series, with those of a neighbour
+    // numbers of terms for each lane, and more series; both also for a neighbour
     if (e->tree.loads.terms) varied += 16 * sizeof(double) * e->tree.loads.terms->count;
     double arm_bytes = e->tree.loads.terms ? 58000 : 22000;
     if (e->instants) varied += api_member_samples_bytes(&e->tree);

@@ -9,7 +9,7 @@ static const double piece = 25000;
 
 struct api_member_derived {
     struct api_member_derived_of of;
-    struct api_derived derived; /* a copy, whose rows are those of the current member */
+    struct api_derived derived; /* a copy that holds the rows of the current member */
     struct pend_tree tree;      /* of the member */
     struct pend_member member;
     double *subtree, *room; /* room: of api_members_fill */

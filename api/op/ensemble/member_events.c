@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <limits.h>
 
-/* s, of a condition in a step, and of an arm whose position is computed, measured */
+/* measured s per step: of a condition, and of an arm whose position is computed */
 static const double condition_seconds = 0.5e-6, followed_seconds = 4e-6;
 
 static const double never = -1;

@@ -9,7 +9,7 @@
 static const char *const set_fields[] = {"vary", "arm", "harmonic", "value", "unit", NULL};
 
 struct api_sets {
-    long members, read; /* total, and so far */
+    long members, read; /* number of members in total, and so far */
     size_t count, cap;
     struct api_set *set;
     unsigned quantities; /* bit q: some member has a number of quantity q */

@@ -257,7 +257,7 @@ void api_observables_write(const struct api_observables *seen, const struct api_
                            long member, const struct pend_member *start,
                            const struct pend_outcome *outcome, double row[]) {
     assert(member >= 0 && pend_tree_valid(tree->tree));
-    /* a motion that did not reach its end has no known values */
+    /* a member that failed before its end has no known values */
     static const struct pend_outcome nothing = {.status = PEND_NOT_FINITE,
                                                 .arm = -1,
                                                 .first = NAN,

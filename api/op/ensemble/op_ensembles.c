@@ -13,7 +13,7 @@
 #include "api/encode/encode.h"
 #include "api/op/ensemble/member_range.h"
 
-/* numbers and members of a range: some megabytes, and enough members that lanes are seldom idle */
+/* numbers and members per range: some megabytes, and enough members to keep the lanes busy */
 enum {
     RANGE_NUMBERS = 1 << 20,
     RANGE_MEMBERS = API_ENSEMBLE_RANGE,
@@ -28,11 +28,11 @@ struct ensembles {
 
     /* once it runs */
     struct api_writer *writer;
-    struct api_member_range *range; /* that is being computed, else NULL */
+    struct api_member_range *range; /* the range being computed, else NULL */
     double *raw;                    /* its rows */
-    long range_most, first, count;  /* members of a range of members; those of this one */
+    long range_most, first, count;  /* members per range of members, and in this range */
     long begin, end;                /* members that are computed: all, or a part's */
-    long written, rows;             /* rows of the range that are written, and that there are */
+    long written, rows;             /* rows of the range: written, and available */
     long failed, steps, lost;
     struct api_stats stats;
 };
@@ -67,7 +67,7 @@ static void ensembles_part(void *state, long number, long parts) {
     op->end = (long)((double)count * (double)(number + 1) / (double)parts);
 }
 
-/* doubles of a member, and members of a range */
+/* doubles per member, and members per range */
 static double ensembles_numbers(const struct ensembles *op) {
     return (double)api_ensemble_rows(op->ensemble) * (double)api_ensemble_numbers(op->ensemble);
 }
@@ -127,7 +127,7 @@ static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     api_stats_whole(&op->stats, "failed", op->failed);
     api_stats_whole(&op->stats, "lost", op->lost);
     api_stats_whole(&op->stats, "steps", op->steps);
-    // without a number, because it would be that of a part
+    // without the number, which would count only this part
     if (op->lost)
         api_stats_warning(
             &op->stats, "warning_horizon",

@@ -57,7 +57,9 @@ struct name {
 /* --- counts and conditions --- */
 
 static int arms(const struct place *p) { return p->equations->tree->n; }
-static int masses(const struct place *p) { return 3 * arms(p); } /* of tips, rods and bodies */
+static int masses(const struct place *p) {
+    return 3 * arms(p);
+} /* inertias of tips, rods and bodies */
 static int harmonics(const struct place *p) { return p->terms ? p->terms->harmonics : 0; }
 static int is_real(const struct place *p) { return p->terms != NULL; }
 static int is_first(const struct place *p) { return p->first; }

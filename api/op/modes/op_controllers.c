@@ -19,11 +19,11 @@
 #include "core/control/loop.h"
 #include "core/modes/rest.h"
 
-/* coordinates, and numbers of a state with the outputs that wait; s, the least period; rad, that an
- * equilibrium may be from the angles that were given */
+/* limits: coordinates; numbers of a state with delayed outputs; the shortest period, s; the largest
+ * distance of the equilibrium from the given angles, rad */
 enum { ARMS_MOST = 30, ROWS_MOST = 80, DELAY_MOST = 20 };
 static const double finest = 1e-9, longest = 1e6, near = 0.1;
-/* s a cube of the rows */
+/* s per cube of the number of rows */
 static const double row_seconds = 2e-7;
 
 struct controllers {
@@ -33,7 +33,7 @@ struct controllers {
     double period;
     double *phi, *q,
         *r;        /* the equilibrium, the weights of the state and of the inputs; one block */
-    double *gains; /* that were given; NULL = they are computed */
+    double *gains; /* the given gains; NULL = they are computed */
     long delay, digits;
 };
 
@@ -54,7 +54,7 @@ static int place_of(const struct controllers *c, int i) {
     return api_control_place(&(struct api_controlled){c->tree.tree, c->tree.cart, NULL, NULL}, i);
 }
 
-/* reads {"joints": [1], "cart": true}; returns how many there are */
+/* reads {"joints": [1], "cart": true}; returns the number of actuators */
 static int read_places(const struct controllers *c, const struct api_value *value, const char *arms,
                        int list[], struct api_problem *problem) {
     const char *const names[] = {arms, "cart", NULL};
@@ -99,7 +99,7 @@ static void fault_rest(const struct controllers *c, const double torque[], const
                     used ? text : "other torques");
 }
 
-/* finds the equilibrium, and the usual weights */
+/* finds the equilibrium and the default weights */
 static enum pend_status read_rest(struct controllers *c, const struct api_value *value,
                                   struct api_problem *problem) {
     const struct pend_tree *tree = c->tree.tree;
@@ -151,7 +151,7 @@ static void read_weights(struct controllers *c, const struct api_value *root,
         }
 }
 
-/* gains to be examined: one row an actuator, or the only row itself */
+/* gains to be examined: one row per actuator, or a single row for one actuator */
 static enum pend_status read_gains(struct controllers *c, const struct api_value *root,
                                    struct api_problem *problem) {
     struct api_value gains = api_value_member(root, "gains"), item = api_value_item(&gains, 0);
@@ -182,7 +182,7 @@ static enum pend_status read_gains(struct controllers *c, const struct api_value
     return PEND_OK;
 }
 
-/* what needs a tree that is not faulty */
+/* checks that need a valid tree */
 static enum pend_status read_loop(struct controllers *c, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
@@ -239,7 +239,7 @@ static enum pend_status controllers_read(void *state, const struct api_reading *
 
 /* ---- running */
 
-/* what was found; one block */
+/* the results, in one block */
 struct found {
     struct pend_loop *loop;
     struct pend_damped *modes;
@@ -253,7 +253,7 @@ static int unstable(const struct found *f) {
     return !(hypot(f->multiplier[0], f->multiplier[f->loop->rows]) < 1);
 }
 
-/* a mode that the actuators do not reach and that does not die away; -1 = none */
+/* the index of a mode that does not decay and that the actuators cannot change; -1 = none */
 static int found_lost(const struct found *f) {
     double fastest = 0;
     for (int j = 0; j < f->modes->count; j++)
@@ -312,7 +312,7 @@ static enum pend_status write_row(const struct controllers *c, const struct foun
     return api_out_numbers(out, name, count, f->row, (int)c->digits);
 }
 
-/* A and B from sample to sample */
+/* the matrices A and B of one sampling period */
 static enum pend_status write_plant(const struct controllers *c, const struct found *f,
                                     struct api_buffer *out) {
     const struct pend_loop *loop = f->loop;
@@ -340,7 +340,7 @@ static enum pend_status write_brace(struct api_buffer *out) {
     return api_buffer_text(out, "{");
 }
 
-/* the controllers, as the pendulum's field `control` has them */
+/* writes the controllers in the format of the pendulum's field `control` */
 static enum pend_status write_control(const struct controllers *c, const struct found *f,
                                       struct api_buffer *out) {
     int n = stored(c), rows = f->loop->rows;
@@ -366,7 +366,7 @@ static enum pend_status write_control(const struct controllers *c, const struct 
     return api_buffer_text(out, "]");
 }
 
-/* numbers of the modes that are below the bound */
+/* the indices of the modes below the bound */
 static enum pend_status write_missed(const struct found *f, const char *name, const double part[],
                                      struct api_buffer *out) {
     int count = 0;
@@ -457,7 +457,7 @@ static double controllers_cost(const void *state) {
     return pow(controllers_rows(state), 3) * row_seconds;
 }
 
-/* matrices of the loop and of the doubling, and the text of A and B */
+/* memory of the matrices of the loop and of the doubling algorithm, and the text of A and B */
 static double controllers_bytes(const void *state) {
     const struct controllers *c = state;
     double rows = controllers_rows(c);

@@ -42,7 +42,7 @@ struct modes {
 
     /* once it runs */
     struct pend_modes *found;
-    int split;               /* number of modes whose part of the start is computed */
+    int split;               /* number of modes that the start was decomposed into so far */
     double *scratch;         /* one block: */
     double *scalar[SCALARS]; /* one number a mode */
     double *line;            /* n numbers, or rows of the table */

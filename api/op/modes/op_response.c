@@ -20,8 +20,8 @@
 #include "core/modes/rest.h"
 
 enum { OMEGA, FREQUENCY, FIRST_PART };
-/* s an arm and frequency; s a cube of arms, of all poles; rad, beyond which swings are not small;
- * part of the speed of dry friction or of the air, beyond which they are not in proportion to it */
+/* cost: s per arm and frequency, s per cube of arms for all poles; limits: rad of a small swing;
+ * fraction of the linear range of dry friction or drag */
 static const double sweep_seconds = 6e-7, pole_seconds = 2.5e-7, swing_most = 0.3, rub_most = 0.3;
 
 /* the columns of each output: names of amplitude and phase, and their quantity */
@@ -54,8 +54,9 @@ struct response {
     double *part, *re[PEND_RESPONSE_PARTS], *im[PEND_RESPONSE_PARTS]; /* of some frequencies */
     double *couple;                                                   /* 2 n: of the drive */
     long computed, written, unknown; /* rows; those without a finite response */
-    double swing, swing_at;          /* rad, the largest; rad/s */
-    double rub, rub_at;              /* ratio to the speed up to which friction is linear; rad/s */
+    double swing, swing_at;          /* rad, the largest swing; rad/s, its frequency */
+    double rub,
+        rub_at; /* ratio to the speed up to which friction is linear; rad/s, its frequency */
     struct api_writer *writer;
     struct api_stats stats;
     char warning[4][API_WARNING_TEXT];
@@ -184,7 +185,8 @@ static struct pend_response_drive response_drive(const struct response *response
     return drive;
 }
 
-/* the ratio of a tip's motion to the pivot's, along it; -1 if that does not move */
+/* ratio of a tip's motion to the pivot's, in the pivot's direction; -1 if the pivot does not move
+ */
 static double response_passed(const struct response *response,
                               const struct pend_response_drive *drive, size_t at) {
     double size = 0, re = 0, im = 0;

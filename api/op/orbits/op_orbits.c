@@ -26,10 +26,9 @@ enum {
     CARRIED = 2 /* increment if orbits_carry, or `carry` of core, changes */
 };
 
-/* s an arm, step and eight derivatives, of an ideal and of a real pendulum, and of many arms; s an
- * arm and step of a plain motion; maps an orbit, alone and on a branch, whose bifurcations are
- * looked for, more for each arm; steps of a quarter of a swing, and how many more for each arm:
- * measured, of 1 to 40 arms */
+/* estimated cost. s per arm, step and eight derivatives: ideal, real, many arms; s per arm and step
+ * of a plain motion. Maps per orbit: alone, and on a branch with its bifurcations; more for each
+ * further one */
 static const double ideal_seconds = 3.5e-6, real_seconds = 1.2e-5, arms_cached = 25,
                     plain_seconds = 2e-6, maps_alone = 3.5, maps_on_branch = 4, maps_an_arm = 0.4,
                     steps_least = 8, steps_an_arm = 0.55;
@@ -51,10 +50,10 @@ struct orbits {
     double *column[API_COLUMNS];
     struct api_bifurcations bifurcations;
     int found_all, written;
-    double until;   /* share of all steps after which this part ends; for the last one never
-                     * reached */
-    int last;       /* this is the last part, which writes all rows */
-    double earlier; /* s, of the parts before */
+    double until; /* the fraction of all steps at which this part ends; the last part never reaches
+                     it */
+    int last;     /* this is the last part, which writes all rows */
+    double earlier; /* s, used by the earlier parts */
     enum pend_orbits_end end;
     struct api_writer *writer;
     struct api_stats stats;

@@ -16,8 +16,8 @@ static const char *const branch_fields[] = {"vary", "arm", "harmonic", "to", NUL
 enum { POINTS_USUAL = 300, SETTLE_MOST = 100000 };
 static const double pi = 3.14159265358979323846;
 
-/* rad: the least swing that doubles tell from rest, the largest; J; the longest step, and those
- * that are taken where nothing else is said: of a branch, of one orbit */
+/* limits: the smallest swing in rad that doubles can distinguish from rest, the largest swing, the
+ * largest energy in J; the longest step, and the default steps of a branch and of one orbit */
 static const double amplitude_least = 1e-4, amplitude_most = 1000, energy_most = 1e300;
 static const double step_most = 1, step_usual = 0.1, step_alone = 0.3;
 
