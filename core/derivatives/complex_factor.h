@@ -1,14 +1,14 @@
 /* Systems of complex equations: factors of a matrix, and solutions with them.
  * Leaves to others: the systems (method_radau). GSL's functions are not available in browsers.
- * Invariant: matrices are n rows of n, real and imaginary parts apart; the places of the pivots
- * hold their inverses. */
+ * Invariant: matrices are n rows of n, with separate arrays for real and imaginary parts; the
+ * diagonal holds the inverses of the pivots. */
 #pragma once
 
 #include <math.h>
 
 /**
- * Factors a matrix in place, with pivots; `swap` becomes the rows' exchanges. Returns 0 if it is
- * singular or not finite. O(n^3).
+ * Factors a matrix in place, with pivoting; `swap` receives the row exchanges. Returns 0 if the
+ * matrix is singular or not finite. O(n^3).
  */
 static inline int complex_factor(int n, double re[], double im[], int swap[]) {
     for (int k = 0; k < n; k++) {
@@ -24,7 +24,7 @@ static inline int complex_factor(int n, double re[], double im[], int swap[]) {
         }
         double a = re[k * n + k], b = im[k * n + k], square = a * a + b * b;
         if (!(square > 0) || !isfinite(square)) return 0;
-        // the pivot's place holds its inverse
+        // the diagonal holds the inverse of the pivot
         re[k * n + k] = a / square, im[k * n + k] = -b / square;
         const double *restrict top_re = re + k * n, *restrict top_im = im + k * n;
         for (int i = k + 1; i < n; i++) {
@@ -40,7 +40,7 @@ static inline int complex_factor(int n, double re[], double im[], int swap[]) {
     return 1;
 }
 
-/** Solves with the factors: x + i y becomes the solution. O(n^2). */
+/** Solves a system with the factors; x + i y: in the right-hand side, out the solution. O(n^2). */
 static inline void complex_solve(int n, const double re[], const double im[], const int swap[],
                                  double x[], double y[]) {
     for (int k = 0; k < n; k++) {

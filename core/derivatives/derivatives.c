@@ -21,29 +21,29 @@ enum { STATE = 8 };
 /* approximate cost of an order with eight derivatives, relative to an order in doubles */
 static const double derivatives_times = 4;
 
-/* a step below this part of the remaining time would never reach the end */
+/* a step below this fraction of the remaining time would never reach the end */
 static const double derivatives_least = 1e-12;
 
 struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
     struct pend_terms *none; /* terms of an ideal pendulum */
-    int quick;               /* the derivatives are computed from the known motion; `ideal` has
+    int quick;               /* the derivatives are computed from the known motion; `ideal` contains
                               * both */
-    int count, passes;       /* parameters; passes of eight */
+    int count, passes;       /* number of parameters; number of passes of eight parameters */
     int order;
     double log_rtol, log_atol;
-    double start, end;               /* s: the first instant; the last one relative to it */
-    double time, reached, next_unit; /* s, relative; s */
-    double now, knot; /* s, in the time of the drives: where the piece at hand begins and ends */
-    long steps, next; /* the first instant without a row */
+    double start, end;               /* s: first instant; last instant, relative to the first */
+    double time, reached, next_unit; /* s, relative: time of the step's start and end; s */
+    double now, knot; /* s, in the time of the drives: start and end of the current piece */
+    long steps, next; /* number of steps; index of the first instant without a row */
     struct pend_error failure; /* code PEND_OK: none */
     struct pend_parameter *parameter;
-    /* a parameter's unit, a power of two, and its inverse; derivatives are with respect to
-     * multiples of it */
+    /* For each parameter, its unit, a power of two, and the inverse; derivatives are with respect
+     * to multiples of the unit. */
     double *seed, *per_seed;
     struct derivatives_pass *pass;
-    struct ideal *ideal;        /* steps and series of an ideal pendulum; else NULL */
+    struct ideal *ideal;        /* steps and series of an ideal pendulum; otherwise NULL */
     double *view[PEND_DERIVED]; /* n numbers each, of one pass at one instant */
 };
 
@@ -52,9 +52,9 @@ int pend_derivatives_valid(const struct pend_derivatives *d) {
            d->next <= d->problem.times.count && d->order >= 1 && d->pass[0].tree->n >= 1;
 }
 
-/* ---- making and freeing */
+/* ---- creation and release */
 
-/* allocates bytes of a block, aligned to 64; with base NULL only counts them */
+/* allocates bytes in a block, aligned to 64; with base NULL only counts them */
 static void *derivatives_take(char *base, size_t *used, size_t bytes) {
     void *part = base ? base + *used : NULL;
     *used += (bytes + 63) / 64 * 64;
@@ -65,7 +65,7 @@ static double *derivatives_row(char *base, size_t *used, size_t numbers) {
     return derivatives_take(base, used, numbers * LANES * sizeof(double));
 }
 
-/* lays out one pass */
+/* places the arrays of one pass */
 static void derivatives_lay_pass(const struct pend_derivatives *d, struct derivatives_pass *pass,
                                  const struct pend_terms *terms, char *base, size_t *used) {
     size_t n = (size_t)d->problem.tree->n;
@@ -85,7 +85,7 @@ static void derivatives_lay_pass(const struct pend_derivatives *d, struct deriva
     if (base) *pass = made;
 }
 
-/* lays out all arrays; returns their bytes */
+/* places all arrays; returns their bytes */
 static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_terms *terms,
                               char *base) {
     size_t used = 0, n = (size_t)d->problem.tree->n;
@@ -105,7 +105,7 @@ static size_t derivatives_lay(struct pend_derivatives *d, const struct pend_term
     return used;
 }
 
-/* the part of a problem that is known before memory is allocated */
+/* the members of the structure that are known before memory is allocated */
 static struct pend_derivatives derivatives_sketch(const struct pend_problem *problem, int count) {
     return (struct pend_derivatives){.kernel = pend_kernel_derivatives(),
                                      .problem = *problem,
@@ -125,7 +125,7 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     for (int i = 0; i < PEND_TERM_ROWS; i++) none.row[i] = -1;
     for (int i = 0; i < PEND_TERM_ONES; i++) none.one[i] = -1;
     size_t most = 0;
-    // for a real pendulum the numbers decide between the two kernels, so take the larger
+    // for a real pendulum, the values decide between the two kernels, so the larger one counts
     for (sketch.quick = !pend_ideal_terms(terms); sketch.quick < 2; sketch.quick++) {
         size_t bytes = derivatives_lay(&sketch, terms ? terms : &none, NULL);
         if (bytes > most) most = bytes;
@@ -133,7 +133,7 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     return (double)most;
 }
 
-/* the number of a parameter in a pass */
+/* the address of a parameter in a pass */
 static double *derivatives_place(const struct derivatives_pass *pass, struct pend_parameter by) {
     double *array[] = {
         [PEND_PARAMETER_PHI] = pass->end_phi,     [PEND_PARAMETER_RATE] = pass->end_rate,
@@ -142,8 +142,7 @@ static double *derivatives_place(const struct derivatives_pass *pass, struct pen
     return array[by.kind] + (size_t)by.at * LANES;
 }
 
-/* the initial numbers of a pass: the pendulum, and the start, stored as the end of a step before
- * it */
+/* initial values of a pass: the pendulum, and the start, stored as the end of a step before it */
 static void derivatives_fill(const struct pend_derivatives *d, struct derivatives_pass *pass,
                              int first) {
     const struct pend_problem *problem = &d->problem;
@@ -152,7 +151,7 @@ static void derivatives_fill(const struct pend_derivatives *d, struct derivative
     for (int k = 0; k < tree->n; k++) {
         size_t at = (size_t)k * LANES;
         double low = problem->phi_low ? problem->phi_low[k] : 0;
-        // springs distinguish whole turns, and the position of a cart has none
+        // springs distinguish whole turns, and the position of a cart has no turns
         struct pend_sum phi = {problem->phi[k], low};
         if (whole) phi = pend_turns_rest(phi.high, phi.low, NULL);
         pass->len[at] = tree->len[k], pass->mass[at] = tree->mass[k];
@@ -167,7 +166,7 @@ static void derivatives_fill(const struct pend_derivatives *d, struct derivative
         derivatives_place(pass, d->parameter[first + i])[FIRST + i] = d->seed[first + i];
 }
 
-/* a piece begins: its inputs, in all passes */
+/* starts a piece: sets its inputs in all passes */
 static void derivatives_piece(struct pend_derivatives *d, double now) {
     d->now = now;
     for (int i = 0; i < d->passes; i++)
@@ -253,7 +252,7 @@ static void derivatives_turn(struct derivatives_pass *pass) {
     }
 }
 
-/* Expands all passes about the same start in the same unit; returns the largest step, in units,
+/* Expands all passes about the same start with the same unit. Returns the largest step, in units,
  * that the motion and all derivatives allow. */
 static double derivatives_reach(struct pend_derivatives *d, double unit) {
     double x = INFINITY;
@@ -268,13 +267,13 @@ static double derivatives_reach(struct pend_derivatives *d, double unit) {
     return x;
 }
 
-/* the same with a unit near the step, which is returned in units, and in *unit */
+/* the same with a unit near the step; returns the step in units, and sets *unit */
 static double derivatives_expand(struct pend_derivatives *d, double *unit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(d->end - d->time);
     for (int i = 0; i < TRIES; i++) {
         x = derivatives_reach(d, *unit);
-        // a step may pass the last instant, by no more than its own length
+        // a step may pass the last instant by at most its own length
         if (left > 0) x = x > 2 * left / fabs(*unit) ? 2 * left / fabs(*unit) : x;
         if (isnan(x) || (x >= exp2(-RANGE) && x <= exp2(RANGE))) break;
         *unit *= exp2(x > 1 ? RANGE : -RANGE);
@@ -311,7 +310,7 @@ static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend
 
 /* ---- rows */
 
-/* the view of a pass: the requested quantities, and those needed to compute them */
+/* the view of a pass: the requested quantities, and those from which they are computed */
 static struct derivatives_view derivatives_look(const struct pend_derivatives *d,
                                                 const struct pend_derived_rows *rows, int *dynamics,
                                                 int *more) {
@@ -346,7 +345,7 @@ static struct derivatives_view derivatives_look(const struct pend_derivatives *d
 static void derivatives_keep(const struct pend_derivatives *d, int pass, long row,
                              const struct pend_derived_rows *rows) {
     int cart = pend_terms_cart(d->problem.loads.terms), n = d->problem.tree->n - cart;
-    int first = pass * PASS; // a cart is stored first, and has rows of its own
+    int first = pass * PASS; // a cart is stored first, and has separate rows
     const int *order = d->problem.tree->order;
     for (int i = 0; i < PEND_DERIVED; i++) {
         int one = pend_derived_single(i), width = one ? 1 : n;
@@ -385,7 +384,7 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
     }
 }
 
-/* whether every number of a row is finite */
+/* whether every value in a row is finite */
 static int derivatives_finite(const struct pend_derivatives *d,
                               const struct pend_derived_rows *rows, long row) {
     int good = 1, arms = d->problem.tree->n - pend_terms_cart(d->problem.loads.terms);

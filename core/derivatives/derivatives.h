@@ -1,6 +1,6 @@
 /* A motion together with its derivatives with respect to parameters and initial values: the
  * variational equations, by power series of numbers with derivatives.
- * Leaves to others: names of parameters (api), motions alone (run).
+ * Leaves to others: names of parameters (api), motions without derivatives (run).
  * Invariant: arrays of results are in the CALLER's order of arms, the last axis is the parameter;
  * the same problem gives the same bits, whatever the sizes of the blocks. */
 #pragma once
@@ -17,8 +17,8 @@ struct pend_derivatives;
  * derivatives  out; NULL on failure; released by pend_derivatives_free.
  * problem      copied, except its tree, loads, terms and list of instants, which must outlive the
  *              result. rtol and atol are those of the taylor method, for the motion and for every
- *              derivative; accuracy, step and no_drift do not matter.
- * count        of parameters, >= 1.
+ *              derivative; accuracy, step and no_drift are ignored.
+ * count        number of parameters, >= 1.
  * parameter    copied.
  *
  * PEND_INVALID    as of pend_run_new.
@@ -33,14 +33,14 @@ PEND_MUST_CHECK enum pend_status pend_derivatives_new(struct pend_derivatives **
 void pend_derivatives_free(struct pend_derivatives **derivatives);
 
 /**
- * Continues until `cap` rows are made, the last instant is reached or `work` is used up.
+ * Continues until `cap` rows are complete, the last instant is reached or `work` is used up.
  *
- * rows   row 0 is the first instant that has no row yet. Angles are without the whole turns of a
- *        huge start (turns.h).
+ * rows   row 0 belongs to the first instant without a row. Whole turns of a huge start are removed
+ *        from angles (turns.h).
  * cap    >= 1.
  * work   approximate number of arm-evaluations in doubles that this call may take; it takes at
- *        least one step or makes one row.
- * made   out: the rows made, also on failure; it can be 0.
+ *        least one step or completes one row.
+ * made   out: number of completed rows, also on failure; it can be 0.
  *
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error contains the time. Later calls
  * return the same failure. No allocation.
@@ -51,10 +51,11 @@ PEND_MUST_CHECK enum pend_status pend_derivatives_next(struct pend_derivatives *
                                                        struct pend_error *error);
 
 /**
- * The results of one state, whose angles and rates are the parameters of kinds PHI and RATE.
+ * Computes the results for a single state. Its angles and rates are the parameters of kinds PHI and
+ * RATE.
  *
  * phi, phi_low, rate  n values each, stored order; phi_low may be NULL.
- * time                s, at which drives are evaluated.
+ * time                s, the time at which drives are evaluated.
  * row                 out: its index in rows.
  *
  * Does not change the motion. Values that overflow are not finite. O(n count), no allocation.
@@ -63,13 +64,13 @@ void pend_derivatives_state(struct pend_derivatives *derivatives, const double p
                             const double phi_low[], const double rate[], double time,
                             const struct pend_derived_rows *rows, long row);
 
-/** Returns the part of the time that has rows, 0 .. 1. O(1). */
+/** Returns the fraction of the time that has rows, 0 .. 1. O(1). */
 double pend_derivatives_progress(const struct pend_derivatives *derivatives);
 
-/** Returns the steps so far. O(1). */
+/** Returns the number of steps so far. O(1). */
 long pend_derivatives_steps(const struct pend_derivatives *derivatives);
 
-/** Returns the bytes that pend_derivatives_new allocates at most. O(harmonics). */
+/** Returns an upper bound of the bytes that pend_derivatives_new allocates. O(harmonics). */
 double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                               int count);
 

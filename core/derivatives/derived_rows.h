@@ -1,12 +1,12 @@
 /* The quantities of a motion that have derivatives, and the rows that receive them.
  * Leaves to others: computing them (derivatives), the parameters (parameter).
- * Invariant: arms are in the caller's order, a cart is not one of them; the last axis of a
+ * Invariant: arms are in the caller's order, a cart does not count as an arm; the last axis of a
  * derivative is the parameter. */
 #pragma once
 
-/* The quantities. The energies and those of a cart have one number per row, all others one for each
- * arm, without a cart. FORCE is the compression at the tip; joint forces are as in struct
- * bodies_forces; the reaction of a rail is the force across it. */
+/* The quantities. The energies and the quantities of a cart have one number per row; all others
+ * have one number per arm, without a cart. FORCE is the compression at the tip; joint forces are as
+ * in struct bodies_forces; the reaction of a rail is the force across it. */
 enum pend_derived {
     PEND_DERIVED_PHI,
     PEND_DERIVED_RATE,
@@ -23,7 +23,7 @@ enum pend_derived {
     PEND_DERIVED_TIP_ACROSS,
     PEND_DERIVED_KINETIC,
     PEND_DERIVED_POTENTIAL,
-    PEND_DERIVED_CART_PLACE, /* from here on only for a pendulum on a cart */
+    PEND_DERIVED_CART_PLACE, /* the following quantities exist only for a pendulum on a cart */
     PEND_DERIVED_CART_SPEED,
     PEND_DERIVED_CART_ACC,
     PEND_DERIVED_CART_REACTION,
@@ -31,7 +31,7 @@ enum pend_derived {
 };
 
 /* Rows of results; NULL if not needed. With n arms and P parameters a row has n values and n P
- * derivatives, [arm * P + parameter]; of the energies and a cart 1 and P. */
+ * derivatives, [arm * P + parameter]; for the energies and a cart 1 value and P derivatives. */
 struct pend_derived_rows {
     double *value[PEND_DERIVED], *derivative[PEND_DERIVED];
 };
@@ -39,8 +39,8 @@ struct pend_derived_rows {
 /** Returns non-zero for a quantity that has one number per row. O(1). */
 static inline int pend_derived_single(int what) { return what >= PEND_DERIVED_KINETIC; }
 
-/** Returns the quantity of arms whose first stored arm a cart's quantity is; other quantities
- * unchanged. O(1). */
+/** For a quantity of a cart: returns the quantity of arms that contains it as the value of the
+ * first stored arm. Returns other quantities unchanged. O(1). */
 static inline int pend_derived_from(int what) {
     static const int from[] = {PEND_DERIVED_PHI, PEND_DERIVED_RATE, PEND_DERIVED_ACC,
                                PEND_DERIVED_JOINT_ACROSS};

@@ -82,7 +82,7 @@ size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *t
     return ideal_lay(&sketch, tree, terms, order, count, NULL);
 }
 
-/* sets the derivative of a parameter by itself to its unit */
+/* sets the derivative of a parameter with respect to itself to its unit */
 static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, double seed) {
     struct ideal_group *g = &ideal->group[i / LANES];
     size_t at = (size_t)by.at * LANES + (size_t)(i % LANES);
@@ -139,7 +139,7 @@ void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, in
     ideal->known.n = s->n = tree->n;
     ideal->known.order = order;
     if (tree->n > 1 && tree->n <= PEND_JETS_PAD && !ideal->jets.general) {
-        // the series of a small tree have the layout that the kernel expects
+        // the series of a small tree already have the layout of the kernel
         assert(ideal->jets.system.tile == ideal->known.tile);
         ideal->known.rate = ideal->jets.rate;
         if (!loads.terms) ideal->known.force = ideal->jets.force;
@@ -175,7 +175,7 @@ void pend_ideal_turn(struct ideal *ideal) {
     }
 }
 
-/* the deflection of an arm's spring; that of the first arm is measured from the vertical */
+/* the deflection of an arm's spring; for the first arm, it is measured from the vertical */
 static double ideal_bend(const struct ideal *ideal, int k) {
     double angle = ideal->known.system.angle[k] + ideal->known.system.angle_low[k];
     if (ideal->known.system.parent[k] < 0) angle += M_PI_2;

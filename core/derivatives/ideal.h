@@ -1,7 +1,7 @@
 /* The motion of an ideal pendulum, or of a suitable real one (ideal_loads), with its derivatives:
- * the motion by the quick kernels, once, and its derivatives in groups of eight. Leaves to others:
- * steps and rows (derivatives), arithmetic (jets, kernel_ideal). Invariant: one block of the
- * caller's memory; the motion depends on the derivatives only by the length of its steps. */
+ * the fast kernels compute the motion once, and its derivatives in groups of eight. Leaves to
+ * others: steps and rows (derivatives), arithmetic (jets, kernel_ideal). Invariant: one block of
+ * the caller's memory; derivatives affect the motion only through the length of its steps. */
 #pragma once
 
 #include "core/derivatives/ideal_loads.h"
@@ -15,12 +15,12 @@ struct ideal {
     struct pend_jets jets;
     struct pend_loads loads;
     struct jets_state begin, end;
-    struct jets_values values; /* at an instant */
+    struct jets_values values; /* values at an instant */
     struct ideal_known known;
     struct ideal_group *group;
     const struct ideal_kernel *kernel;
     int groups;
-    double unit, first; /* s, of the series; the first instant */
+    double unit, first; /* s, unit of the series; s, the first instant */
 };
 
 /** Returns the terms, or NULL if they are empty. O(1). */
@@ -28,7 +28,7 @@ static inline const struct pend_terms *pend_ideal_terms(const struct pend_terms 
     return terms && (terms->count || terms->harmonics) ? terms : NULL;
 }
 
-/** Bytes of memory of a motion, the structure at its beginning included. O(n). */
+/** Returns the bytes of a motion, including the structure at its start. O(n). */
 size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *terms, int order,
                         int count);
 
@@ -42,23 +42,23 @@ size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *t
 void pend_ideal_init(struct ideal *ideal, const struct pend_problem *problem, int order, int count,
                      const struct pend_parameter parameter[], const double seed[]);
 
-/** The end of a step becomes the start of the next. */
+/** Makes the end of a step the start of the next step. */
 void pend_ideal_turn(struct ideal *ideal);
 
 /** Expands about the start of a step, `since` s after the problem's first instant, in a unit of
- * time, s; returns the step in units that the
- * motion and all derivatives allow, NaN if a coefficient is not finite. */
+ * time, s. Returns the step, in units, that the motion and all derivatives allow; NaN if a
+ * coefficient is not finite. */
 double pend_ideal_expand(struct ideal *ideal, double since, double unit, double log_rtol,
                          double log_atol);
 
-/** The state at the end of a step of x units. */
+/** Computes the state at the end of a step of x units. */
 void pend_ideal_advance(struct ideal *ideal, double x);
 
-/** Everything at x units after the start, phi and rate or all, for pend_ideal_view; of a real
- * pendulum not the forces. */
+/** Computes phi and rate, or all quantities, x units after the start, for pend_ideal_view; for a
+ * real pendulum without the forces. */
 void pend_ideal_values(struct ideal *ideal, double x, int all);
 
-/** Copies the values, and the derivatives from number `first` on, to a view of eight. */
+/** Copies the values, and eight derivatives from number `first` on, to a view. */
 void pend_ideal_view(const struct ideal *ideal, int first, const struct derivatives_view *view);
 
 /** Saves the state to a checkpoint, or restores it. */

@@ -1,5 +1,5 @@
-/* The data of an ideal pendulum's motion in a step that its derivatives need, and the solution of
- * the tree system of order 0 for eight right-hand sides at once.
+/* For one step of an ideal pendulum: the data of its motion that the derivatives need, and the
+ * solution of the tree system of order 0 for eight right-hand sides at once.
  * Leaves to others: the orders (kernel_ideal, which includes this), the factorization
  * (jets_factor, ideal_loads_template). Invariant: the sweeps of point masses are those of
  * jets_template, with numbers as coefficients. */
@@ -13,9 +13,9 @@
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_factor.h"
 
-/* ---- what is known of the motion */
+/* ---- data of the motion */
 
-/* u' = i phi' u, the newest coefficients last */
+/* u' = i phi' u; the newest coefficients come last */
 static void ideal_turns(const struct ideal_known *s, size_t tile) {
     double *re = s->turn_re + tile, *im = s->turn_im + tile;
     const double *rate = s->rate + tile;
@@ -47,8 +47,8 @@ static void ideal_turns(const struct ideal_known *s, size_t tile) {
     }
 }
 
-/* the same for two to eight arms, whose stored series have negated real parts, except for the first
- * two orders (small_template) */
+/* the same for two to eight arms, whose stored series have real parts with the opposite sign,
+ * except in the first two orders (small_template) */
 static void ideal_kept_turns(const struct ideal_known *s) {
     for (int p = 0; p < VEC8; p += WIDE) {
         wide_put(s->turn_re + p, wide_of(1));
@@ -62,7 +62,7 @@ static void ideal_kept_turns(const struct ideal_known *s) {
     }
 }
 
-/* accelerations of the tips, minus that of gravity */
+/* accelerations of the tips minus the acceleration of gravity */
 static void ideal_accelerations(const struct ideal_known *s) {
     for (int k = 0; k < s->n; k++) {
         int up = s->system.parent[k];
@@ -80,8 +80,9 @@ static void ideal_accelerations(const struct ideal_known *s) {
     }
 }
 
-/* sin phi and cos phi of one arm alone, to order - 1, from the motion's series: phi'_{k+1} = -G
- * cos_k / (k + 1), and the force is 3 m g sin_k from order 1 on (single_template) */
+/* sin phi and cos phi of a pendulum with one arm, to order - 1, from the motion's series:
+ * phi'_{k+1} = -G cos_k / (k + 1), and the force is 3 m g sin_k from order 1 on
+ * (single_template) */
 static void ideal_pulled(const struct ideal_known *s, double pull, double weight) {
     double per = -1 / pull, lift = 1 / (3 * weight);
     s->acc_re[0] = s->system.sine[0], s->acc_im[0] = s->system.cosine[0];
@@ -91,7 +92,7 @@ static void ideal_pulled(const struct ideal_known *s, double pull, double weight
     }
 }
 
-/* the same from the arm's turns, if gravity is negligible */
+/* the same from the arm's rotation factors, if gravity is negligible */
 static void ideal_afloat(const struct ideal_known *s) {
     double C = s->system.cosine[0], Z = s->system.sine[0];
     ideal_turns(s, 0);
@@ -103,7 +104,7 @@ static void ideal_afloat(const struct ideal_known *s) {
 }
 
 static void ideal_alone(const struct ideal_known *s) {
-    const double least = 0x1p-500; // in units; well above the smallest doubles
+    const double least = 0x1p-500; // in units; far above the smallest doubles
     double pull = s->gravity * s->system.inv_len[0], weight = s->gravity * s->system.mass[0];
     if (fabs(pull) > least && fabs(weight) > least)
         ideal_pulled(s, pull, weight);
@@ -113,18 +114,19 @@ static void ideal_alone(const struct ideal_known *s) {
 
 /* ---- the tree system of order 0 */
 
-/* The known parts of an order of an arm: E, and the force across. */
+/* The known parts of one order of an arm: E, and the force across the arm. */
 struct ideal_sums {
     wide re, im, across;
 };
 
-/* A solution of the system: the acceleration of the angle over its factor, the force along. */
+/* A solution of the system: the acceleration of the angle divided by its factor, and the force
+ * along the arm. */
 struct ideal_answer {
     wide x, along;
 };
 
 /* Rows of eight numbers per arm: sums of two orders and solutions for more than IDEAL_DENSE arms;
- * the part of a varying mass; intermediate results of the sweeps. */
+ * the contribution of a varying mass; intermediate results of the sweeps. */
 enum {
     WORK_NOW,
     WORK_NEXT = 3,
@@ -151,7 +153,7 @@ VEC_INLINE double *ideal_row(const struct ideal_group *g, int n, int what, int k
 #define GET(what, k) wide_get(ROW(what, k))
 #define PUT(what, k, x) wide_put(ROW(what, k), x)
 
-/* leaves to root: Im E times a factor is a pull; as jets_up */
+/* Leaves to root: the imaginary part of E times a factor acts as a pull; as in jets_up. */
 VEC_INLINE void ideal_up(const struct ideal_known *s, const struct ideal_group *g, int p,
                          const struct ideal_sums sum[], double factor) {
     const struct jets_system *t = &s->system;
@@ -181,7 +183,7 @@ VEC_INLINE void ideal_up(const struct ideal_known *s, const struct ideal_group *
     }
 }
 
-/* root to leaves: accelerations of the angles, and the forces along; as jets_down */
+/* root to leaves: accelerations of the angles, and forces along the arms; as in jets_down */
 VEC_INLINE void ideal_down(const struct ideal_known *s, const struct ideal_group *g, int p,
                            double inverse, struct ideal_answer answer[]) {
     const struct jets_system *t = &s->system;
@@ -230,7 +232,7 @@ VEC_INLINE void ideal_bodies_up(const struct ideal_known *s, const struct ideal_
     }
 }
 
-/* root to leaves of bodies: accelerations of the angles, and the forces along */
+/* root to leaves for bodies: accelerations of the angles, and forces along the arms */
 VEC_INLINE void ideal_bodies_down(const struct ideal_known *s, const struct ideal_group *g, int p,
                                   const struct ideal_sums sum[], double factor, double inverse,
                                   struct ideal_answer answer[]) {
@@ -254,7 +256,7 @@ VEC_INLINE void ideal_bodies_down(const struct ideal_known *s, const struct idea
     }
 }
 
-/* the solution for the known parts of an order, by the sweeps */
+/* solves the system for the known parts of an order, by the sweeps */
 VEC_INLINE void ideal_swept(const struct ideal_known *s, const struct ideal_group *g, int p,
                             const struct ideal_sums sum[], double factor, double inverse,
                             struct ideal_answer answer[]) {
@@ -267,8 +269,8 @@ VEC_INLINE void ideal_swept(const struct ideal_known *s, const struct ideal_grou
     }
 }
 
-/* responses of accelerations and forces of up to IDEAL_DENSE arms to a unit pull on an arm, and to
- * a unit force across it. A lane per unit, in vectors `from` the first of eight. */
+/* Responses of accelerations and forces of up to IDEAL_DENSE arms to a unit pull on each arm, and
+ * to a unit force across it. Each lane is one unit; `from` is the first of eight. */
 static void ideal_table_part(const struct ideal_known *s, const struct ideal_group *group,
                              int from) {
     for (int p = 0; p < VEC8; p += WIDE) {

@@ -2,15 +2,15 @@
 
 #include <assert.h>
 
-/* The part of the inertia of an arm with its tip's load about its joint that must be the arm's own.
- * The system loses as many digits as this number has. */
+/* The fraction of the moment of inertia of an arm with the load at its tip that the arm itself must
+ * contribute. The system loses as many digits as this number has. */
 static const double ideal_own = 1e-3;
 
-/* a center further than this many lengths from the middle of an arm makes the equivalent points a
- * difference of large masses */
+/* if a center is further than this many lengths from the middle of an arm, the masses of the
+ * equivalent points are large and nearly cancel */
 static const double ideal_far = 1.5;
 
-/* ---- which pendulums */
+/* ---- supported pendulums */
 
 /* true if the row of terms is supported, also as a parameter */
 static int ideal_row_known(int row) {
@@ -19,7 +19,7 @@ static int ideal_row_known(int row) {
            row == PEND_TERM_REST || row == PEND_TERM_TORQUE;
 }
 
-/* the row of terms that contains a place of the list; PEND_TERM_ROWS if none */
+/* the row of terms that contains an index of the list; PEND_TERM_ROWS if none */
 static int ideal_row_of(const struct pend_terms *terms, int at) {
     int row = 0;
     while (row < PEND_TERM_ROWS &&
@@ -32,7 +32,7 @@ static int ideal_bodies(const struct pend_terms *terms) {
     return terms->row[PEND_TERM_ROD] >= 0 || terms->row[PEND_TERM_BODY] >= 0;
 }
 
-/* true if the kinds of terms are supported, whatever their numbers */
+/* true if the kinds of terms are supported, for any values */
 static int ideal_terms_known(const struct pend_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (terms->row[r] >= 0 && !ideal_row_known(r) && r != PEND_TERM_CENTER_Y) return 0;
@@ -48,7 +48,7 @@ static double ideal_carried(const struct pend_tree *tree, const struct pend_load
     return sum;
 }
 
-/* true if the bodies' centers are near their arms, and no arm is negligible compared with its
+/* true if the centers of bodies are near their arms, and no arm is negligible compared with its
  * load */
 static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *loads) {
     const struct pend_terms *terms = loads->terms;
@@ -76,7 +76,7 @@ int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *load
     return !ideal_bodies(terms) || ideal_shaped(tree, loads);
 }
 
-/* ---- their numbers */
+/* ---- values of the terms */
 
 void pend_ideal_load(struct ideal_known *known, const struct pend_tree *tree,
                      const struct pend_loads *loads) {
@@ -99,9 +99,9 @@ void pend_ideal_load(struct ideal_known *known, const struct pend_tree *tree,
     }
 }
 
-/* ---- their parameters */
+/* ---- derivatives with respect to the terms */
 
-/* variation of the points at the tip and at the joint of an arm, and of the additional inertia */
+/* derivatives of the points at the tip and at the joint of an arm, and of the additional inertia */
 static void ideal_shape(struct ideal_known *known, struct ideal_group *g, int lane, int k,
                         double tip, double joint, double inertia) {
     int up = known->system.parent[k];

@@ -1,7 +1,7 @@
-/* Real pendulums whose derivatives can be computed from a known motion, like those of ideal ones. A
- * body with its center on its arm is equivalent to two points, m c / l at the tip and m (1 - c / l)
- * at the joint, with the inertia J' = I - m c (l - c). The terms of J' and torques in the joints
- * are forces across arms, whose derivatives need no products of series.
+/* Real pendulums whose derivatives can be computed from a known motion, like those of ideal
+ * pendulums. A body with its center on its arm is equivalent to two points, m c / l at the tip and
+ * m (1 - c / l) at the joint, with the inertia J' = I - m c (l - c). The terms of J' and torques in
+ * the joints are forces across arms, whose derivatives need no products of series.
  * Leaves to others: memory (ideal), arithmetic (kernel_ideal).
  * Invariant: the choice depends on the pendulum and the parameters, so that all passes of a motion
  * use one kernel. */
@@ -13,12 +13,12 @@
 #include "core/tree/tree.h"
 
 /**
- * Returns non-zero if the derivatives of a pendulum by these parameters can be computed from its
- * motion. Always true without terms. With terms, these are supported: rods, bodies with centers on
- * their arms, viscous friction, springs and torques in the joints, and a moving pivot. Not
- * supported: parameters of a drive, and bodies that are negligible compared with their load, for
- * which the system would lose digits. O(count + n times the arms that an arm carries) with bodies;
- * no allocation.
+ * Returns non-zero if the derivatives of a pendulum with respect to these parameters can be
+ * computed from its motion. This is always true without terms. With terms, these are supported:
+ * rods, bodies with centers on their arms, viscous friction, springs and torques in the joints, and
+ * a moving pivot. Not supported: parameters of a drive, and bodies that are negligible compared
+ * with their load, for which the system would lose digits. O(count), with bodies plus n times the
+ * number of arms on an arm; no allocation.
  */
 int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                      const struct pend_parameter parameter[]);
@@ -27,7 +27,8 @@ int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *load
 void pend_ideal_load(struct ideal_known *known, const struct pend_tree *tree,
                      const struct pend_loads *loads);
 
-/** Sets the unit `seed` of a derivative by a length or a term, in a lane of a group. O(1). */
+/** Sets the unit `seed` of a derivative with respect to a length or a term, in a lane of a group.
+ * O(1). */
 void pend_ideal_vary(struct ideal_known *known, struct ideal_group *group, int lane,
                      const struct pend_tree *tree, const struct pend_loads *loads,
                      struct pend_parameter by, double seed);

@@ -2,7 +2,7 @@
  * the factorization for bodies, torques in the joints.
  * Leaves to others: the choice of pendulums (ideal_loads), point masses (ideal_known_template,
  * which includes this).
- * Invariant: nothing here is a product of two series of derivatives. */
+ * Invariant: this file contains no product of two series of derivatives. */
 #pragma once
 
 #include <math.h>
@@ -12,7 +12,7 @@
 
 /* ---- the motion's forces */
 
-/* the forces that arms exert on their tips, in the arms' frames of the start */
+/* the forces that arms exert on their tips, in the frames of the arms at the start */
 static void ideal_hauls(const struct ideal_known *s) {
     for (int k = s->n - 1; k >= 0; k--) {
         double m = s->system.mass[k];
@@ -33,7 +33,8 @@ static void ideal_hauls(const struct ideal_known *s) {
     }
 }
 
-/* Re (F u*), or Im, of the lanes from `from` on: two orders at once; F is (re, im), or (im, -re) */
+/* Computes Re (F u*) or Im (F u*) for the lanes from `from` on, two orders at once. For Re, F is
+ * (re, im); for Im, (im, -re). */
 VEC_INLINE void ideal_unwind(const struct ideal_known *s, size_t from, const double *re,
                              const double *im, double sign, double *to) {
     const double *ur = s->turn_re + from, *ui = s->turn_im + from;
@@ -55,7 +56,7 @@ VEC_INLINE void ideal_unwind(const struct ideal_known *s, size_t from, const dou
     }
 }
 
-/* forces along the arms, and across them if lengths vary */
+/* forces along the arms; also across them if lengths vary */
 static void ideal_forces(const struct ideal_known *s) {
     ideal_hauls(s);
     for (int k = 0; k < s->n; k += IDEAL_LANES)
@@ -69,9 +70,9 @@ static void ideal_forces(const struct ideal_known *s) {
 
 /* ---- the system of bodies */
 
-/* From the leaves to the root. The tip of an arm with its load resists an acceleration a by the
- * force P a + q. With the acceleration a_0 of the joint, the known part rho along and y across, the
- * balance of the arm
+/* The sweep from the leaves to the root. The tip of an arm with its load resists an acceleration a
+ * with the force P a + q. With the acceleration a_0 of the joint, the known part rho along and y
+ * across, the balance of the arm
  *
  *     side = (P a + q) across + (J' / l^2) y,   a = a_0 + (rho, y)
  *
@@ -81,7 +82,7 @@ static void ideal_forces(const struct ideal_known *s) {
 static void ideal_bodies_factor(const struct ideal_known *s) {
     const double *mass = s->system.mass, *per = s->system.inv_len;
     double *xx = s->bear, *xy = s->slip_along,
-           *yy = s->slip_across; // P, until the sweep reaches the arm
+           *yy = s->slip_across; // holds P until the sweep reaches the arm
     for (int k = 0; k < s->n; k++) xx[k] = yy[k] = mass[k], xy[k] = 0;
     for (int k = s->n - 1; k >= 0; k--) {
         int up = s->system.parent[k];
@@ -99,9 +100,9 @@ static void ideal_bodies_factor(const struct ideal_known *s) {
     }
 }
 
-/* ---- what torques add to a group's forces across */
+/* ---- effect of torques on the forces across the arms of a group */
 
-/* the change of the torque on arm a against its parent, order k */
+/* the derivative, of order k, of the torque on arm a from its joint to the parent */
 VEC_INLINE wide ideal_torque(const struct ideal_known *s, const struct ideal_group *g, int a, int k,
                              int p) {
     int up = s->system.parent[a];
@@ -126,8 +127,8 @@ VEC_INLINE wide ideal_torque(const struct ideal_known *s, const struct ideal_gro
     return k ? sum : wide_fma(wide_get(g->torque + a * IDEAL_LANES + p), wide_of(s->square), sum);
 }
 
-/* The part of an arm's force across that does not depend on the solution, order k. One element of
- * the sums is the real part of E, another the force across. */
+/* The part of order k of the force across an arm that does not depend on the solution. In each pair
+ * of sums, one belongs to the real part of E, the other to the force across. */
 VEC_INLINE wide ideal_resist(const struct ideal_known *s, const struct ideal_group *g, int a, int k,
                              int p, wide re) {
     double more = (double)(k + 1) * (k + 2), per = s->system.inv_len[a];

@@ -6,10 +6,11 @@
 
 #include "core/taylor/jets_system.h"
 
-/* arms of a tree whose system is inverted; rows of eight numbers per arm in a group's scratch */
+/* largest number of arms whose system is inverted; rows of eight numbers per arm in a group's
+ * scratch */
 enum { IDEAL_LANES = 8, IDEAL_DENSE = 8, IDEAL_WORK = 18, IDEAL_BEYOND = 3 };
 
-/* numbers of a row of the table */
+/* number of doubles in a row of the table */
 enum { IDEAL_PITCH = 2 * IDEAL_DENSE };
 
 /* The motion about the start of a step, the same for all groups. Series are in tiles of eight arms:
@@ -17,34 +18,41 @@ enum { IDEAL_PITCH = 2 * IDEAL_DENSE };
 struct ideal_known {
     int n, order;
     int masses;                      /* some parameter is a mass */
-    size_t tile;                     /* numbers of a tile of eight arms */
-    double *rate;                    /* order 0 .. order, in units; from the caller, as `force` */
-    double *force;                   /* orders -1, which is 0, .. order - 1 */
-    const double *kept_re, *kept_im; /* the motion's own turns, of a small tree; else NULL */
-    /* e^{i (phi - phi_0)}, to order + 1 */
+    size_t tile;                     /* size of a tile of eight arms */
+    double *rate;                    /* series of the rates, orders 0 .. order, in units; provided
+                                      * by the caller, as `force` */
+    double *force;                   /* series of the forces, orders -1, which is 0, .. order - 1 */
+    const double *kept_re, *kept_im; /* rotation factors stored by the motion of a small tree;
+                                      * otherwise NULL */
+    /* series of e^{i (phi - phi_0)}, to order + 1 */
     double *turn_re, *turn_im;
-    /* Accelerations of tips minus gravity's in the arms' frames of the start, to order - 1, if
-     * masses vary; for one arm alone the series of sin phi and cos phi. */
+    /* If masses vary: accelerations of tips minus the acceleration of gravity, in the frames of the
+     * arms at the start, to order - 1. For a pendulum with one arm: the series of sin phi and cos
+     * phi. */
     double *acc_re, *acc_im;
-    double *table;       /* 2 IDEAL_DENSE rows: responses of accelerations and forces to units */
-    double gravity;      /* in units */
-    double unit, square; /* s, the unit of time; its square */
-    struct jets_system system; /* of order 0: only arrays of the factorization */
-    /* For a real pendulum (ideal_loads.h), whose masses at the tips are those of the equivalent
-     * points: */
-    int loaded, joints, bodies; /* it is a real pendulum; torques of friction and springs; bodies */
+    double *table;             /* 2 IDEAL_DENSE rows: responses of accelerations and forces to unit
+                                * loads */
+    double gravity;            /* in units */
+    double unit, square;       /* s, the unit of time; its square */
+    struct jets_system system; /* the system of order 0; only arrays of the factorization */
+    /* For a real pendulum (ideal_loads.h); the masses at the tips are those of the equivalent
+     * points. */
+    int loaded, joints, bodies; /* it is a real pendulum; it has friction, springs or torques; it
+                                 * has bodies */
     int lengths;                /* some parameter is a length */
-    double *inertia;            /* n: inertia of bodies in addition to those points, kg m^2 */
-    double *hold, *stiff;       /* n: torque per unit of rate, of angle, to the parent */
+    double *inertia;            /* n: inertia of bodies in addition to the equivalent points, kg
+                                 * m^2 */
+    double *hold, *stiff;       /* n: torque on the joint per unit of rate; per unit of angle */
     double *bend;               /* n: deflections of springs */
-    /* n, of bodies: compliance of the tip to a force across, and of the joint to accelerations
-     * along and across; resistance of the joint to one along; J' / l^2 (ideal_bodies_factor) */
+    /* n, for bodies: compliance of the tip to a force across; of the joint to accelerations along
+     * and across; resistance of the joint to an acceleration along; J' / l^2
+     * (ideal_bodies_factor) */
     double *yield, *slip_along, *slip_across, *bear, *twist;
     double *pivot_force_re,
-        *pivot_force_im; /* series of the forces on tips, in the arms' frames of the start */
+        *pivot_force_im; /* series of the forces on tips, in the frames of the arms at the start */
     double *across;      /* series of the forces across, if lengths vary */
-    const double *lift_x, *lift_y; /* series of the pivot's acceleration and gravity; NULL = that
-                                    * of a pivot at rest */
+    const double *lift_x, *lift_y; /* series of the pivot's acceleration plus gravity; NULL if the
+                                    * pivot is at rest */
 };
 
 /** Returns the index of order j of arm k in a series of the motion. */
@@ -53,22 +61,22 @@ static inline size_t ideal_place(const struct ideal_known *known, int k, int j) 
            (size_t)(k % IDEAL_LANES);
 }
 
-/* Eight derivatives. Arrays are rows of eight numbers, one per arm in stored order, aligned to 64
- * bytes; a series has `rows` rows per arm. */
+/* A group of eight derivatives. Arrays are rows of eight numbers, one per arm in stored order,
+ * aligned to 64 bytes; a series has `rows` rows per arm. */
 struct ideal_group {
     size_t rows;
     int lanes;                                   /* lanes with a parameter; the others hold zeros */
-    int lengths, masses;                         /* some of its parameters are of this kind */
-    double *phi, *phi_low, *rate, *rate_low;     /* at the start of a step */
-    double *end_phi, *end_low, *end_rate, *slow; /* at its end */
-    double *length, *mass;                       /* variation of lengths, relative to them, and of
-                                                  * masses */
+    int lengths, masses;                         /* a parameter of the group is of this kind */
+    double *phi, *phi_low, *rate, *rate_low;     /* state at the start of a step */
+    double *end_phi, *end_low, *end_rate, *slow; /* state at its end */
+    double *length, *mass;                       /* derivatives of lengths, relative to the lengths,
+                                                  * and of masses */
     double *gravity;                             /* one row */
-    int pairs; /* some of its parameters are friction, springs or inertias */
-    double *inertia, *hold, *stiff, *torque; /* their variation; constant torques include those of
-                                              * springs with another rest angle */
+    int pairs; /* a parameter of the group is friction, a spring or an inertia */
+    double *inertia, *hold, *stiff, *torque; /* their derivatives; constant torques include those of
+                                              * springs with a changed rest angle */
     double *angle;                           /* series of phi, order 0 .. order + 1 */
-    double *along, *across; /* of the force at the tip in the arm's frame of the start */
+    double *along, *across; /* of the force at the tip, in the frame of the arm at the start */
     double *work;           /* IDEAL_WORK rows per arm */
     double *out[4];         /* phi, rate, acc, force at an instant */
 };

@@ -25,15 +25,15 @@ enum {
     DERIVATIVES_PARTS = TANGENT_PARTS + 1,
     DERIVATIVES_TRAILING = 4,
     DERIVATIVES_LEADING = 4,
-    DERIVATIVES_AHEAD = 4 /* rows of a series beyond its order: turns are two ahead */
+    DERIVATIVES_AHEAD = 4 /* rows of a series beyond its order: rotation factors need two more */
 };
 
-/* binary logarithm of the part of the motion below which a derivative does not limit the step,
+/* binary logarithm of the fraction of the motion below which a derivative does not limit the step,
  * because its rounding error has no bound of its own */
 static const double derivatives_floor = -40;
 
-/* numbers from one order to the next, an odd number: orders an even number of cache lines apart
- * would evict each other, which takes five times as long with eight arms */
+/* Distance from one order to the next, an odd number: orders at a distance of an even number of
+ * cache lines would evict each other, which takes five times as long with eight arms. */
 static size_t derivatives_stride(int n) { return (size_t)(n < 8 ? n : 8) | 1; }
 
 static size_t derivatives_tile(int n, int order) {
@@ -72,7 +72,7 @@ static struct bodies_system derivatives_system(const struct derivatives_pass *pa
     return s;
 }
 
-/* the places of the series of a step */
+/* addresses of the series of a step */
 struct derivatives_series {
     size_t stride, tile;
     const num *rate, *force;
@@ -108,13 +108,13 @@ static void derivatives_start(const struct bodies_system *s, const num phi[], co
 
 /* ---- the length of a step */
 
-/* the derivatives of part p; in the last part the value in every lane */
+/* the derivatives of part p; for the last part, the value in every lane */
 VEC_INLINE wide derivatives_part(const num *x, int p) {
     return p < TANGENT_PARTS ? x->part[p] : wide_of(x->value);
 }
 
-/* binary logarithms of the largest coefficients of order j, a lane for each derivative, and a part
- * for the value */
+/* binary logarithms of the largest coefficients of order j: one lane for each derivative, and an
+ * additional part for the value */
 static void derivatives_norm(const struct bodies_system *s, int j, wide norm[DERIVATIVES_PARTS]) {
     for (int p = 0; p < DERIVATIVES_PARTS; p++) {
         wide most = wide_of(0);
@@ -186,9 +186,9 @@ static void derivatives_press(const struct derivatives_pass *pass) {
     bodies_forces(&s, pass->order);
 }
 
-/* ---- the state inside a step */
+/* ---- state inside a step */
 
-/* adds to a sum of two doubles */
+/* adds a value to a sum of two doubles */
 VEC_INLINE void derivatives_sum(double *high, double *low, double *from, double *from_low, int k,
                                 num add) {
     num x = derivatives_number(from)[k];
@@ -198,7 +198,7 @@ VEC_INLINE void derivatives_sum(double *high, double *low, double *from, double 
     derivatives_number(low)[k] = num_add(num_sub(x, num_sub(total, part)), num_sub(more, part));
 }
 
-/* phi and unit phi' less their start, unit^2 phi'' and unit^2 lambda of an arm */
+/* phi and unit phi' minus their start, unit^2 phi'' and unit^2 lambda of an arm */
 struct derivatives_sums {
     num phi, rate, acc, force;
 };
@@ -256,13 +256,13 @@ static void derivatives_values(const struct derivatives_pass *pass, double x,
     }
 }
 
-/* ---- what follows from a state */
+/* ---- quantities that follow from a state */
 
 struct derivatives_vector {
     num x, y;
 };
 
-/* the derivative of the given order of the pivot's position */
+/* the derivative of a given order of the pivot's position */
 static struct derivatives_vector derivatives_pivot(const struct bodies_system *s,
                                                    const struct bodies_moment *now, int order) {
     struct derivatives_vector sum = {num_of(0), num_of(0)};
@@ -295,7 +295,7 @@ VEC_INLINE struct derivatives_vector derivatives_swing(struct derivatives_vector
                                        num_sub(num_mul(acc, v.x), num_mul(square, v.y))};
 }
 
-/* a displacement along the rail of a cart, in the axes */
+/* a displacement along the rail of a cart, in fixed axes */
 static struct derivatives_vector derivatives_rail(const struct bodies_system *s, num way) {
     return (struct derivatives_vector){num_neg(num_mul(s->point_y[0], way)),
                                        num_mul(s->point_x[0], way)};
@@ -322,8 +322,8 @@ static struct derivatives_vector derivatives_joint(const struct bodies_system *s
     return (struct derivatives_vector){num_add(base.x, up.x), num_add(base.y, up.y)};
 }
 
-/* Places of all tips, their velocities or accelerations, and those of the joints, in the axes. The
- * directions of the arms are in wind, joints in base; a cart is its own joint. */
+/* Positions, velocities or accelerations of all tips and joints, in fixed axes. The directions of
+ * the arms are in wind, the joints in base; for a cart, tip and joint coincide. */
 static void derivatives_tips(const struct bodies_system *s, const struct bodies_moment *now,
                              const struct derivatives_view *view, int order, num re[], num im[]) {
     const num *rate = derivatives_number(view->rate), *acc = derivatives_number(view->acc);
@@ -341,7 +341,7 @@ static void derivatives_tips(const struct bodies_system *s, const struct bodies_
 }
 
 /* kinetic energy, from the joints' velocities in base: M |v|^2 / 2 + Re(conj(v) i h u) phi' + J
- * phi'^2 / 2; for a cart only the first of these */
+ * phi'^2 / 2; for a cart only the first term */
 static num derivatives_kinetic(const struct bodies_system *s, const num rate[]) {
     num sum = num_of(0), half = num_of(0.5);
     for (int k = 0; k < s->n; k++) {
@@ -357,7 +357,7 @@ static num derivatives_kinetic(const struct bodies_system *s, const num rate[]) 
     return sum;
 }
 
-/* potential energy of gravity and springs, from the joints' positions in base */
+/* potential energy of gravity and springs, from the positions of the joints in base */
 static num derivatives_potential(const struct bodies_system *s, num gravity) {
     num sum = num_of(0), half = num_of(0.5);
     for (int k = 0; k < s->n; k++) {
@@ -372,7 +372,7 @@ static num derivatives_potential(const struct bodies_system *s, num gravity) {
     return sum;
 }
 
-/* accelerations and forces of the state; they overwrite the scratch of tips */
+/* accelerations and forces of the state; they overwrite the scratch memory of tips */
 static void derivatives_forces(const struct bodies_system *s, const struct bodies_moment *now,
                                const struct derivatives_view *view) {
     bodies_orders(s, now, 1);
@@ -385,13 +385,13 @@ static void derivatives_forces(const struct bodies_system *s, const struct bodie
         if (view->joint_across) derivatives_number(view->joint_across)[k] = s->reach_y[k];
     }
     if (!pend_terms_cart(s->terms)) return;
-    // the force of the rail on the cart, across it
+    // the force that the rail exerts on the cart, across the rail
     num c = num_neg(s->point_y[0]), z = s->point_x[0];
     num across = num_sub(num_mul(c, s->pivot_force_y[0]), num_mul(z, s->pivot_force_x[0]));
     if (view->joint_across) derivatives_number(view->joint_across)[0] = across;
 }
 
-/* the directions of the arms, into wind */
+/* writes the directions of the arms into wind */
 static void derivatives_directions(const struct bodies_system *s, const num phi[]) {
     for (int k = 0; k < s->n; k++) num_turn(phi[k], 0, &s->wind_y[k], &s->wind_x[k]);
     if (pend_terms_cart(s->terms)) s->wind_x[0] = num_of(1), s->wind_y[0] = num_of(0);

@@ -1,5 +1,5 @@
-/* A motion with its derivatives by eight parameters: the general kernel in numbers with
- * derivatives, by instruction set.
+/* A motion with its derivatives with respect to eight parameters: the general kernel, in numbers
+ * with derivatives, for each instruction set.
  * Leaves to others: the choice of parameters, steps and instants (derivatives).
  * Invariant: a number is a value and, from DERIVATIVES_FIRST on, eight derivatives; a kernel of an
  * unsupported set is never called. */
@@ -16,22 +16,24 @@ enum { DERIVATIVES_LANES = 16, DERIVATIVES_FIRST = 8, DERIVATIVES_PASS = 8 };
  * number has DERIVATIVES_LANES doubles; those between value and derivatives are unused. */
 struct derivatives_pass {
     const struct pend_tree *tree;
-    const struct pend_terms *terms; /* for an ideal pendulum, terms without rows */
+    const struct pend_terms *terms; /* terms; for an ideal pendulum, terms without rows */
     int order;
-    double start;                                /* s, of the first instant */
+    double start;                                /* s, time of the first instant */
     double *len, *mass, *gravity;                /* gravity is one number */
-    double *value;                               /* of the terms, terms->count */
-    double *phi, *phi_low, *rate, *rate_low;     /* at the start of a step */
-    double *end_phi, *end_low, *end_rate, *slow; /* at its end; `slow` is the rates' rounding */
+    double *value;                               /* values of the terms, terms->count */
+    double *phi, *phi_low, *rate, *rate_low;     /* state at the start of a step */
+    double *end_phi, *end_low, *end_rate, *slow; /* state at its end; `slow` is the rounding error
+                                                  * of the rates */
     double *series;                              /* kernel->count numbers */
     double *place;     /* kernel->count numbers for order 1, for `observe` */
-    double *share;     /* doubles: 1 / (j + 1), order + 2 of them */
-    double time, unit; /* s, of the series' start, from the first instant; s, a power of two */
+    double *share;     /* doubles: 1 / (j + 1), order + 2 values */
+    double time, unit; /* s, start of the series, relative to the first instant; s, a power of
+                        * two */
     int pressed;       /* the series of the forces has been computed */
 };
 
 /* A state and derived quantities: arrays of n numbers, NULL if not needed; energies are one number
- * each. Across, along and joint forces as struct bodies_forces has them. */
+ * each. Across, along and joint forces are defined as in struct bodies_forces. */
 struct derivatives_view {
     double *phi, *rate; /* required */
     double *acc, *force;
@@ -41,7 +43,7 @@ struct derivatives_view {
 };
 
 struct derivatives_kernel {
-    /** Returns the count of numbers of a series to an order, for `series` and `place`.
+    /** Returns the count of numbers that a series to an order needs, for `series` and `place`.
      * O(harmonics). */
     size_t (*count)(const struct pend_terms *terms, int n, int order);
     /**
@@ -50,22 +52,22 @@ struct derivatives_kernel {
      * log_rtol, log_atol  binary logarithms of the tolerances, as of the taylor method.
      *
      * Returns the step in units within which the value and every derivative keep the tolerance; a
-     * derivative below 2^-40 of the motion counts as that large. NaN if a coefficient is not
+     * derivative below 2^-40 of the motion counts as 2^-40 of it. NaN if a coefficient is not
      * finite. O(n order^2).
      */
     double (*expand)(const struct derivatives_pass *pass, double log_rtol, double log_atol);
-    /** Computes the series of the forces along the arms, after `expand`, in a quarter of its time.
-     * O(n order^2). */
+    /** Computes the series of the forces along the arms, after `expand`; takes a quarter of its
+     * time. O(n order^2). */
     void (*press)(const struct derivatives_pass *pass);
-    /** The state at the end of a step of x units. O(n order). */
+    /** Computes the state at the end of a step of x units. O(n order). */
     void (*advance)(const struct derivatives_pass *pass, double x);
-    /** phi, rate and, on request, acc and force x units after the start; the force requires
-     * `press`. O(n order). */
+    /** Computes phi, rate and, on request, acc and force x units after the start; the force
+     * requires `press`. O(n order). */
     void (*values)(const struct derivatives_pass *pass, double x,
                    const struct derivatives_view *view);
     /**
-     * Computes all other quantities of the view from its phi and rate, and acc and force if
-     * `dynamics`: O(n). time: s, in the request's time. Accelerations of tips and forces at joints
+     * Computes all other quantities of the view from its phi and rate, with `dynamics` also acc and
+     * force. O(n). time: s, in the request's time. Accelerations of tips and forces at joints
      * require `dynamics`.
      */
     void (*observe)(const struct derivatives_pass *pass, double time, int dynamics,

@@ -9,12 +9,12 @@
 #include "core/derivatives/ideal_known_template.h"
 #include "core/taylor/taylor_order.h"
 
-/* With u = e^{i (phi - phi_0)}, a tip's acceleration minus its joint's is l u'', and the force
- * along an arm is F = lambda u, each in the arm's frame of the start. Let x be the change of phi,
- * and E that of
- * -i u (where a length changes, of -i l u over l): then
+/* With u = e^{i (phi - phi_0)}, the acceleration of a tip relative to its joint is l u'', and the
+ * force along an arm is F = lambda u, in the frame of the arm at the start. Let x be the
+ * derivative of phi, and E that of
+ * -i u (if a length varies, of -i l u over l): then
  *
- *   E = x u - i (dl / l) u          Im F - x lambda = Im F - Im (F u*)        (F: the change)
+ *   E = x u - i (dl / l) u          Im F - x lambda = Im F - Im (F u*)        (F: its derivative)
  *
  * Order k + 2 of E without x_{k+2}, and Im F of order k, are five sums of products of known
  * numbers. The tree system of order 0, the same as for the motion, gives x'' and Re F: Im E is a
@@ -26,13 +26,14 @@
 
 enum { LANES = IDEAL_LANES, TRAILING = 4, LEADING = 4 };
 
-/* binary logarithm of the part of the motion below which a derivative does not limit the step */
+/* binary logarithm of the ratio to the motion below which a derivative does not limit the step */
 static const double ideal_floor = -40;
 
 /* ---- the orders */
 
-/* The sums of orders k and k + 1 of an arm without the terms that need order k. The factors of
- * x_{i+2} in E have one order less than those of F_i, so that one loop serves both. */
+/* The sums of orders k and k + 1 of an arm, without the products that contain order k of the
+ * solution. Order k + 2 of x in E has factors of one order less than order k + 1 of F, so that one
+ * loop computes both. */
 VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal_group *g, int a,
                                  int k, int p, struct ideal_sums *now, struct ideal_sums *next) {
     size_t row = (size_t)a * g->rows * LANES + (size_t)p, at = ideal_place(s, a, k);
@@ -56,7 +57,7 @@ VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal
     for (int i = 0; i < k; i++, re -= LANES, im -= LANES, force -= LANES) {
         x += LANES;
         wide y = wide_get(x + LANES), f = wide_get(along), c = wide_get(across);
-        // numbers of the next order are loaded again: sixteen registers cannot hold them too
+        // loads the numbers of the next order again, because sixteen registers cannot hold them too
         wide later_re = wide_of(re[LANES]), later_im = wide_of(im[LANES]);
         next_x[0] = wide_fma(y, later_re, next_x[0]);
         next_f[1] = wide_fma(c, later_re, next_f[1]);
@@ -75,7 +76,7 @@ VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal
     *next = (struct ideal_sums){next_x[0], next_x[1], next_x[2] + (next_f[0] - next_f[1])};
 }
 
-/* B of order k */
+/* B (the effect of varying masses) of order k */
 VEC_INLINE void ideal_masses(const struct ideal_known *s, const struct ideal_group *g, int k,
                              int p) {
     for (int a = 0; a < s->n; a++) {
@@ -92,7 +93,7 @@ VEC_INLINE void ideal_masses(const struct ideal_known *s, const struct ideal_gro
     }
 }
 
-/* the answers of the tree system by the table */
+/* solves the tree system with the table of responses */
 VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ideal_sums sum[],
                             double factor, double inverse, struct ideal_answer answer[]) {
     wide side[IDEAL_DENSE];
@@ -113,7 +114,7 @@ VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ide
     }
 }
 
-/* adds torques and bodies to the forces across of order k */
+/* adds the torques and the inertia of bodies to the forces across, order k */
 VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group *g, int n, int k,
                            int p, struct ideal_sums sum[]) {
     for (int a = 0; a < n; a++) {
@@ -127,8 +128,8 @@ VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group
     }
 }
 
-/* the coefficients of order k of the angles and of the forces along, from the sums, which it
- * overwrites */
+/* computes the coefficients of order k of the angles and of the forces along the arms from the
+ * sums, which it overwrites */
 VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_group *g, int n,
                             int real, int k, int p, struct ideal_sums sum[],
                             struct ideal_answer answer[]) {
@@ -140,7 +141,7 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
         for (int a = 0; a < n; a++) sum[a].across -= GET(WORK_MASS_IM, a);
     }
     if (!k) {
-        // gravity is an acceleration of the pivot
+        // gravity acts as an acceleration of the pivot
         wide lift = wide_get(g->gravity + p) * (0.5 * s->square * s->system.inv_len[0]);
         sum[0].re = wide_fma(wide_of(s->system.cosine[0]), lift, sum[0].re);
         sum[0].im -= s->system.sine[0] * lift;
@@ -164,7 +165,7 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
     }
 }
 
-/* the orders; for up to IDEAL_DENSE arms the known parts of an order stay in registers */
+/* computes the orders; for up to IDEAL_DENSE arms, the known parts of an order stay in registers */
 VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_group *g, int n,
                                 int real, int p, struct ideal_sums now[], struct ideal_sums next[],
                                 struct ideal_answer answer[]) {
@@ -173,7 +174,7 @@ VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_
         ideal_solve(s, g, n, real, k, p, now, answer);
         if (k + 1 == s->order) break;
         for (int a = 0; a < n; a++) {
-            // the terms that need order k; u_1 is i phi'_0
+            // the terms that contain order k of the solution; u_1 is i phi'_0
             wide rate = wide_of(s->rate[ideal_place(s, a, 0)]);
             next[a].im = wide_fma(rate, answer[a].x, next[a].im);
             next[a].across = wide_fma(rate, answer[a].along, next[a].across);
@@ -209,7 +210,8 @@ IDEAL_ORDERS(real_4, 4, 4, 1)
 IDEAL_ORDERS(real_few, IDEAL_DENSE, s->n, 1)
 #undef IDEAL_ORDERS
 
-/* one arm alone: phi'' = -(g / l) cos phi, whose change is (g / l) sin phi x - d(g / l) cos phi */
+/* a pendulum with one arm: phi'' = -(g / l) cos phi, with the derivative (g / l) sin phi x - d(g /
+ * l) cos phi */
 static void ideal_orders_single(const struct ideal_known *s, const struct ideal_group *g, int p) {
     assert(s->n == 1);
     double pull = s->gravity * s->system.inv_len[0];
@@ -232,7 +234,7 @@ static void ideal_orders_single(const struct ideal_known *s, const struct ideal_
 
 typedef void ideal_orders_fn(const struct ideal_known *s, const struct ideal_group *g, int p);
 
-/* the form of the orders for a number of arms */
+/* selects the function that computes the orders, by the number of arms */
 static ideal_orders_fn *ideal_orders_of(const struct ideal_known *s) {
     static ideal_orders_fn *const form[2][4] = {
         {ideal_orders_single, ideal_orders_2, ideal_orders_3, ideal_orders_4},
@@ -244,7 +246,7 @@ static ideal_orders_fn *ideal_orders_of(const struct ideal_known *s) {
 
 /* ---- the length of a step */
 
-/* binary logarithm of the largest coefficient of order j of the angles' series, times a factor */
+/* binary logarithm of the largest coefficient of order j in the angles' series, times a factor */
 VEC_INLINE wide ideal_norm(const struct ideal_known *s, const struct ideal_group *g, int j, int p,
                            double factor) {
     wide most = wide_of(0);
@@ -254,7 +256,7 @@ VEC_INLINE wide ideal_norm(const struct ideal_known *s, const struct ideal_group
     return WIDE_(log2)(most * factor) - (wide)((wide_mask)(most == 0) & (wide_mask)wide_of(1e4));
 }
 
-/* the same for the motion's angles, times 2^ideal_floor; from order 1 on */
+/* the same for the angles of the motion, times 2^ideal_floor; from order 1 on */
 static double ideal_motion_norm(const struct ideal_known *s, int j) {
     wide most = wide_of(0);
     for (int a = 0; a < s->n; a++)
@@ -263,8 +265,8 @@ static double ideal_motion_norm(const struct ideal_known *s, int j) {
     return most[0] > 0 ? WIDE_(log2)(most)[0] + ideal_floor : -1e4;
 }
 
-/* the rule of step_template for each lane; the motion of a derivative counts as at least
- * 2^ideal_floor of the motion */
+/* the rule of step_template for each lane; a derivative counts as at least 2^ideal_floor of the
+ * motion */
 static double ideal_reach(const struct ideal_known *s, const struct ideal_group *g, double log_rtol,
                           double log_atol) {
     const double *last = s->system.share + s->order, *share = s->system.share;
@@ -314,9 +316,9 @@ static double ideal_expand(const struct ideal_known *s, const struct ideal_group
     return ideal_finite(s, g) ? ideal_reach(s, g, log_rtol, log_atol) : NAN;
 }
 
-/* ---- the state inside a step */
+/* ---- state inside a step */
 
-/* adds to a sum of two doubles */
+/* adds a value to a sum of two doubles */
 VEC_INLINE void ideal_sum(double *high, double *low, const double *from, const double *from_low,
                           wide add) {
     wide x = wide_get(from), more = add + wide_get(from_low), total = x + more, part = total - x;
@@ -324,7 +326,7 @@ VEC_INLINE void ideal_sum(double *high, double *low, const double *from, const d
     wide_put(high, total);
 }
 
-/* phi and unit phi' minus their start, and unit^2 phi'' */
+/* computes phi and unit phi' minus their start, and unit^2 phi'' */
 struct ideal_gain {
     wide phi, rate, acc;
 };
@@ -358,15 +360,15 @@ static void ideal_advance(const struct ideal_known *s, const struct ideal_group 
         }
 }
 
-/* a series of the motion at x */
+/* the sum at x of a series of the motion */
 static double ideal_horner(const double *series, int order, double x) {
     double sum = 0;
     for (int j = order; j >= 0; j--) sum = lanes1_fma(sum, x, series[j * LANES]);
     return sum;
 }
 
-/* The change of lambda = Re (F u*); for one arm alone that of m (g sin phi - l phi'^2). `faster` is
- * the change of the rate in units. */
+/* The derivative of lambda = Re (F u*); for a pendulum with one arm, of m (g sin phi - l phi'^2).
+ * `faster` is the derivative of the rate in units. */
 VEC_INLINE wide ideal_force(const struct ideal_known *s, const struct ideal_group *g, int a, int p,
                             double x, wide more, wide faster) {
     size_t from = ideal_place(s, a, 0), row = (size_t)a * g->rows * LANES + (size_t)p;

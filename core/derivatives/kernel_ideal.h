@@ -1,5 +1,5 @@
-/* Eight derivatives of an ideal pendulum with known motion: a linear recursion with numbers as
- * coefficients, by instruction set.
+/* Eight derivatives of an ideal pendulum with known motion: a linear recursion whose coefficients
+ * are numbers, for each instruction set.
  * Leaves to others: the motion, memory, the choice of parameters (ideal).
  * Invariant: a derivative does not depend on the other lanes; a kernel of an unsupported set is
  * never called. */
@@ -13,16 +13,16 @@ struct ideal_kernel {
     void (*know)(const struct ideal_known *known);
     /**
      * Computes the series of a group. Returns the longest step in units for which each of its
-     * derivatives keeps the tolerance, as the general kernel (kernel_derivatives.h); NaN if a
+     * derivatives keeps the tolerance, as in the general kernel (kernel_derivatives.h); NaN if a
      * coefficient is not finite. O(n order^2).
      */
     double (*expand)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                      double log_rtol, double log_atol);
-    /** The state at the end of a step of x units. O(n order). */
+    /** Computes the state at the end of a step of x units. O(n order). */
     void (*advance)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                     double x);
-    /** The group's `out` x units after the start: phi and rate, and the others if `all` is not 0.
-     * O(n order). */
+    /** Computes the group's `out` x units after the start: phi and rate, and the others if `all` is
+     * not 0. O(n order). */
     void (*values)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                    double x, int all);
 };

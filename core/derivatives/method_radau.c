@@ -1,7 +1,7 @@
 /* radau: the implicit Runge-Kutta method Radau IIA of 7 stages and order 13, for stiff pendulums.
  * Leaves to others: the stages and their error (radau), the time loop (run).
- * Invariant: a step uses only the end, the length and, as a first guess, the polynomial of the step
- * before it. */
+ * Invariant: a step uses only the end, the length and, as a first guess, the polynomial of the
+ * previous step. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,8 +15,8 @@ enum { LANES = DERIVATIVES_LANES, STAGES = RADAU_STAGES };
 
 /* ---- steps */
 
-/* the integral of a power over a part x of the last step: integrates the polynomial through its
- * values at the stages */
+/* The integral of a power over a fraction x of the last step: integrates the polynomial through the
+ * values at the stages. */
 static double radau_energy(const struct radau *r, double x, const double power[STAGES]) {
     double weight[STAGES], sum = 0;
     for (int i = 0; i < STAGES && r->gives; i++) {
@@ -26,7 +26,7 @@ static double radau_energy(const struct radau *r, double x, const double power[S
     return sum * x * r->kept->last;
 }
 
-/* makes the tried step the last one */
+/* makes the tried step the last step */
 static void radau_accept(struct radau *r, double h) {
     size_t rows = (size_t)(STAGES * r->n) * sizeof(double);
     int last = (STAGES - 1) * r->n;
@@ -56,7 +56,7 @@ static enum pend_status radau_step(void *stepper, double limit, double *reached,
                          "the accelerations ceased to be finite");
     for (int tried = 0;; tried++) {
         double left = limit - kept->time, h = copysign(fmin(kept->size, fabs(left)), left), longer;
-        h = (kept->time + h) - kept->time; // the length between instants rounded to doubles
+        h = (kept->time + h) - kept->time; // rounds the length so that both instants are doubles
         if (!(fabs(h) > 0))
             return pend_fail(error, PEND_STEP_TOO_SMALL, -1, kept->time,
                              "the tolerances cannot be met with a step above %.3g s", kept->size);
@@ -107,7 +107,7 @@ static struct pend_stepper_counts radau_counts(const void *stepper) {
     return ((const struct radau *)stepper)->counts;
 }
 
-/* values that every step recomputes are not saved */
+/* values that every step computes again are not saved */
 static void radau_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct radau *r = stepper;
     size_t n = (size_t)r->n;
@@ -122,7 +122,7 @@ static void radau_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     pend_checkpoint_row(checkpoint, r->gain, STAGES * n);
 }
 
-/* ---- opening and closing */
+/* ---- creation and release */
 
 static void *radau_take(char *base, size_t *used, size_t bytes) {
     void *part = base ? base + *used : NULL;
@@ -130,11 +130,11 @@ static void *radau_take(char *base, size_t *used, size_t bytes) {
     return part;
 }
 
-/* lays the parts out in a block of zeros; with base NULL only counts its bytes */
+/* places the arrays in a block of zeros; with base NULL only counts its bytes */
 static size_t radau_place(struct radau *r, char *base) {
     size_t used = 0, n = (size_t)r->n;
     const struct pend_terms *terms = r->loads.terms;
-    // sizes in numbers, and the arrays of each size
+    // sizes in doubles, and the arrays of each size
     const struct {
         size_t count;
         double **at[20];
@@ -163,7 +163,7 @@ static size_t radau_place(struct radau *r, char *base) {
 }
 
 static void radau_start(struct radau *r, const struct pend_problem *problem) {
-    static const double small = 0.01; // of the time scale of the motion
+    static const double small = 0.01; // initial step, relative to the time scale of the motion
     const struct pend_tree *tree = r->tree;
     size_t row = (size_t)r->n * sizeof(double);
     r->pass.tree = tree, r->pass.terms = r->loads.terms, r->pass.order = 1;

@@ -6,23 +6,24 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* What a derivative is with respect to. */
+/* The quantity with respect to which a derivative is taken. */
 enum pend_parameter_kind {
     PEND_PARAMETER_PHI,     /* the initial angle of an arm, rad */
     PEND_PARAMETER_RATE,    /* the initial rate of an arm, rad/s */
-    PEND_PARAMETER_LENGTH,  /* of an arm, m; its rod and the joints at its tip move with it */
-    PEND_PARAMETER_MASS,    /* at the tip of an arm, kg */
+    PEND_PARAMETER_LENGTH,  /* length of an arm, m; its rod and the joints at its tip move with
+                             * it */
+    PEND_PARAMETER_MASS,    /* mass at the tip of an arm, kg */
     PEND_PARAMETER_GRAVITY, /* m/s^2 */
-    PEND_PARAMETER_TERM     /* a number of the list of terms, in its unit */
+    PEND_PARAMETER_TERM     /* a value in the list of terms, in its unit */
 };
 
 struct pend_parameter {
     enum pend_parameter_kind kind;
-    int at; /* the stored arm, or the place in the list of terms; 0 for gravity */
+    int at; /* stored number of the arm, or index in the list of terms; 0 for gravity */
 };
 
-/** Returns the value of a parameter, 0 of an angle or rate of the start, which have units of their
- * own. O(1). */
+/** Returns the value of a parameter; 0 for an initial angle or rate, which have fixed units.
+ * O(1). */
 static inline double pend_parameter_value(const struct pend_tree *tree,
                                           const struct pend_loads *loads,
                                           struct pend_parameter by) {

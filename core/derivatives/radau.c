@@ -13,7 +13,7 @@ enum {
     FIRST = DERIVATIVES_FIRST,
     PASS = DERIVATIVES_PASS,
     STAGES = RADAU_STAGES,
-    ITERATIONS = 17 /* of Newton's method, at most */
+    ITERATIONS = 17 /* most iterations of Newton's method */
 };
 
 const struct derivatives_kernel *pend_kernel_derivatives(void) {
@@ -22,7 +22,8 @@ const struct derivatives_kernel *pend_kernel_derivatives(void) {
 
 /* ---- the motion */
 
-/* accelerations at an instant, s, relative; for stage `stage` >= 0 of a step also the power */
+/* Computes the accelerations at an instant, s, relative. For stage `stage` >= 0 of a step also the
+ * power. */
 static void radau_pull(struct radau *r, double time, const struct radau_state *state, double acc[],
                        int stage) {
     double sum = r->start + time, part = sum - r->start;
@@ -50,7 +51,7 @@ void pend_radau_begin(struct radau *r) {
         r->view_phi[k * LANES] = r->begin.phi[k];
         r->view_rate[k * LANES] = r->begin.rate[k];
     }
-    // eight derivatives at a time
+    // computes eight derivatives at a time
     for (int from = 0; from < 2 * n; from += PASS) {
         for (int set = 1; set >= 0; set--) {
             for (int i = 0, d = from; i < PASS && d < 2 * n; i++, d++)
@@ -65,7 +66,7 @@ void pend_radau_begin(struct radau *r) {
     }
 }
 
-/* the matrices of a step of h; 0 if one is singular */
+/* factors the matrices of a step of length h; returns 0 if a matrix is singular */
 static int radau_matrices(struct radau *r, double h) {
     size_t n = (size_t)r->n, square = n * n;
     for (size_t p = 0; p < RADAU_POLES; p++) {
@@ -99,8 +100,8 @@ double pend_radau_sum(const struct radau *r, const double weight[STAGES], const 
     return sum;
 }
 
-/* a first guess of Z for a step of h: extrapolates the last step's polynomial, if not too far; else
- * 0 */
+/* a first guess of Z for a step of length h: extrapolates the polynomial of the last step; 0 if
+ * that is too far */
 static void radau_guess(struct radau *r, double h) {
     static const double longer = 2;
     const double *last = r->gain + (STAGES - 1) * r->n;
@@ -114,7 +115,7 @@ static void radau_guess(struct radau *r, double h) {
     }
 }
 
-/* Q of a step of h from Z */
+/* Q of a step of length h from Z */
 static void radau_bend(const struct radau *r, double h) {
     for (int i = 0; i < STAGES; i++)
         for (int k = 0; k < r->n; k++)
@@ -130,7 +131,8 @@ void pend_radau_differ(const struct radau *r, const double bent[], const double 
     }
 }
 
-/* R of a step of h, into `pull`, and the power at the stages; returns 0 if a value is not finite */
+/* Computes R of a step of length h into `pull`, and the power at the stages. Returns 0 if a value
+ * is not finite. */
 static int radau_rest(struct radau *r, double h) {
     double bad = 0, column[STAGES];
     int n = r->n;
@@ -171,7 +173,7 @@ static void radau_correct(struct radau *r, double h) {
 
 /* ---- errors */
 
-/* the scale of errors: the largest angles and rates in the tried step */
+/* the unit of errors: the largest angles and rates in the tried step */
 static void radau_level(const struct radau *r) {
     for (int k = 0; k < r->n; k++) {
         double phi = r->begin.phi[k], rate = r->begin.rate[k], far = fabs(phi), fast = fabs(rate);
@@ -184,7 +186,7 @@ static void radau_level(const struct radau *r) {
     }
 }
 
-/* the largest of dQ and dZ relative to the allowed error */
+/* the largest entry of dQ and dZ, relative to the allowed error */
 static double radau_norm(const struct radau *r, double h) {
     double most = 0;
     for (int i = 0; i < STAGES * r->n; i++)
@@ -193,8 +195,8 @@ static double radau_norm(const struct radau *r, double h) {
     return most;
 }
 
-/* Newton's method for the stages of a step of h; returns the number of iterations, 0 if they do not
- * converge */
+/* Newton's method for the stages of a step of length h; returns the number of iterations, 0 if it
+ * does not converge */
 static int radau_iterate(struct radau *r, double h) {
     // the remaining error can exceed the estimate from the last two corrections: calibrated on
     // tumbling pendulums
@@ -216,15 +218,16 @@ static int radau_iterate(struct radau *r, double h) {
             radau_bend(r, h);
             return i;
         }
-        // the error after all remaining iterations
+        // estimate of the error after all remaining iterations
         if (i > 1 && norm * part * pow(ratio, ITERATIONS - i) > enough) return 0;
         before = norm;
     }
     return 0;
 }
 
-/* The error of a step relative to the allowed one: that of the embedded formula, filtered by the
- * real system, with rates and accelerations at the start or near it. Its parts go into `change`. */
+/* The error of a step relative to the allowed error: the error of the embedded formula, filtered by
+ * the real system, with rates and accelerations at the start or near it. Stores its components in
+ * `change`. */
 static double radau_error_at(struct radau *r, double h, const double rate[], const double acc[]) {
     int n = r->n;
     double m = radau_pole[0][0] / h, most = 0, *turned = r->change, *faster = r->change + n;
@@ -246,8 +249,9 @@ static double radau_error_at(struct radau *r, double h, const double rate[], con
     return most;
 }
 
-/* The same. If the error is too large and no similar step came before, repeats the estimate from a
- * state shifted by the error: for stiff motions the first estimate may be far too large. */
+/* The same, but if the error is too large and the previous step was not similar, repeats the
+ * estimate from a state shifted by the error: for stiff motions the first estimate may be far too
+ * large. */
 static double radau_judge(struct radau *r, double h) {
     double ratio = radau_error_at(r, h, r->begin.rate, r->first);
     if (!(ratio >= 1) || !r->rough) return ratio;
@@ -263,7 +267,8 @@ double pend_radau_try(struct radau *r, double h, double *longer) {
     int iterations = radau_matrices(r, h) ? radau_iterate(r, h) : 0;
     double ratio = iterations ? radau_judge(r, h) : INFINITY;
     if (!(ratio < INFINITY)) return INFINITY;
-    // the embedded formula has order 7, the end of the step 13: at least half as many digits more
+    // the embedded formula has order 7, the end of the step order 13: it has at least 1.5 times the
+    // digits
     double share = sqrt(ratio * r->rtol);
     for (int k = 0; k < r->n; k++) {
         r->off_phi[k] += share * fabs(r->change[k]);
@@ -276,8 +281,8 @@ double pend_radau_try(struct radau *r, double h, double *longer) {
 
 /* ---- neighbours */
 
-/* Solves the step again from a neighbour at a distance of the estimated error, or 1e-10 of the
- * motion, with the step's own matrices and stages. An accuracy of a few percent suffices. */
+/* Solves the step again from a neighbour, at the distance of the estimated error or 1e-10 of the
+ * motion, with the matrices and stages of the step. An accuracy of a few percent suffices. */
 void pend_radau_spread(struct radau *r, double phi[], double rate[]) {
     static const double enough = 1e-2, least = 1e-10;
     enum { MOST = 4 };

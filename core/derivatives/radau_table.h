@@ -33,9 +33,10 @@ static const double radau_error[RADAU_STAGES] = {
     -0x1.85654a688eb48p+2, 0x1.9109ce7a843edp-1, -0x1.0dea9380f9cabp-2, 0x1.037ad745feb89p-3,
     -0x1.287d04fecc672p-4, 0x1.633c181312f96p-5, -0x1.05e6d3d24d00fp-6};
 
-/* Eigenvalues of the inverse of a: a real one, pole 0, and one of each complex pair, the one with
- * positive imaginary part: real and imaginary parts. Its left eigenvectors are `to`, its right ones
- * `from`, as [pole][stage]: their product is 1, and the last entries of `from` are 1. */
+/* Eigenvalues of the inverse of a: the real eigenvalue (pole 0) and, of each complex pair, the
+ * eigenvalue with positive imaginary part; real and imaginary parts. Its left eigenvectors are
+ * `to`, its right eigenvectors `from`, as [pole][stage]: their product is 1, and the last entries
+ * of `from` are 1. */
 static const double radau_pole[2][RADAU_POLES] = {
     {0x1.1dfa88c180ab2p+3, 0x1.1060f36d58ac5p+3, 0x1.c9070c7855d36p+2, 0x1.183c83eb7828ep+2},
     {0x0.0p+0, 0x1.a3f841231a708p+1, 0x1.a7dffc016913ep+2, 0x1.456e209c08037p+3}};
