@@ -4,15 +4,15 @@
  * estimate depends on another lane. */
 #pragma once
 
-/* number of terms to which the recurrence is fitted, and of terms extrapolated by it */
+/* number of terms to which the recurrence is fitted; number of terms that it extrapolates */
 enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
 
-/* rounding error of a step, relative to its changes; the factor by which the neglected terms may
- * exceed the extrapolated ones */
+/* rounding error of a step relative to its increments; the factor by which the neglected terms may
+ * exceed the extrapolated terms */
 static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 
-/* notes the ratio at an instant; if it is too large, the accuracy was lost after the instant
- * before */
+/* Records the error ratio at an instant. If it is too large, the accuracy holds up to the previous
+ * instant. */
 VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
     num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0),
         from = lane_get(doubt->time, 0);
@@ -23,8 +23,8 @@ VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num rat
     lane_put(doubt->held, 0, NUM_(pick)(lost, num_fma(part, time - from, from), held));
 }
 
-/* the largest error of angles and rates, relative to the allowed error; a cart's count in lengths
- * of the shortest arm */
+/* the largest error of angles and rates, relative to the allowed error; the position of a cart is
+ * divided by the length of the shortest arm */
 VEC_INLINE num doubt_ratio(const struct ensemble_lanes *lanes, const double rate[]) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     num angle = num_of(0), speed = num_of(0), fastest = lane_get(doubt->fastest, 0);
@@ -47,7 +47,8 @@ VEC_INLINE num doubt_ratio(const struct ensemble_lanes *lanes, const double rate
     return doubt->grade * num_max(angle, share);
 }
 
-/* the errors' series, to first order; returns the error of the forces at the start, times unit^2 */
+/* Computes the series of the errors, to first order. Returns the error of the forces at the start,
+ * times unit^2. */
 VEC_INLINE num doubt_change(const struct ensemble_lanes *lanes, const struct jets_system *s,
                             const struct jets_system *change, num gravity, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
@@ -124,8 +125,8 @@ static __attribute__((noinline)) void doubt_later(const struct ensemble_lanes *l
     }
 }
 
-/* the errors at the end of the step from those at its start; returns the error of the forces at
- * the start, relative to the largest force so far */
+/* Computes the errors at the end of the step from those at its start. Returns the error of the
+ * forces at the start, relative to the largest force so far. */
 VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                             num gravity, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
@@ -145,8 +146,8 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
                       square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
 }
 
-/* The recurrence of the last terms of the lanes' series, as in left_template.h: a term is `one`
- * times the term before it plus `two` times the term before that. */
+/* The recurrence that fits the last terms of the lanes' series, as in left_template.h: a term is
+ * `one` times the term before it plus `two` times the term before that. */
 VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
     num aa = num_of(0), ab = num_of(0), bb = num_of(0), ac = num_of(0), bc = num_of(0);
     for (int k = 0; k < s->n; k++) {
@@ -169,7 +170,7 @@ VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, n
     *two = NUM_(pick)(good, (bc * aa - ac * ab) * share, none);
 }
 
-/* adds the step's own errors: the neglected terms, known or extrapolated, and rounding */
+/* adds the errors of the step itself: the neglected terms, known or extrapolated, and rounding */
 VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                           num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;

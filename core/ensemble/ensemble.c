@@ -62,7 +62,7 @@ static double *ensemble_take(char **at, size_t count) {
 
 static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
 
-/* the count of numbers of an ensemble's terms */
+/* returns the number of values in an ensemble's list of terms */
 static size_t ensemble_terms(const struct pend_terms *terms) {
     return terms ? (size_t)terms->count : 0;
 }
@@ -126,7 +126,7 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
     lanes->series = (double *)(void *)at;
 }
 
-/* the queue's members are counted once each; a seat has a member of the queue or none */
+/* each member of the queue is counted once; a seat holds a member of the queue or is idle */
 PEND_VALIDATOR ensemble_valid(const struct pend_ensemble *e) {
     const struct ensemble_queue *queue = &e->queue;
     if (!e->kernel || e->lanes.width != e->kernel->width) return 0;
@@ -228,19 +228,19 @@ static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
     doubt->held[i] = ENSEMBLE_HELD;
 }
 
-/* the instant up to which a member that ended at `time` has kept its digits */
+/* the instant up to which a member that ended at `time` keeps its accuracy */
 static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double time) {
     double held = lanes->doubt.held[i];
     if (!(lanes->doubt.grade > 0)) return NAN;
     return fabs(held) < fabs(time) ? held : time;
 }
 
-/* sets lane i to the start of a member; returns how many arms may reach their bound */
+/* loads a member's start into lane i; returns the number of arms that may reach their bound */
 static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct pend_member *member = &e->member;
     const struct pend_terms *terms = lanes->terms;
-    // cells of another width do not divide a whole turn, and springs distinguish whole turns
+    // cells of width 2 pi have whole turns as boundaries only; springs distinguish whole turns
     int whole =
         (e->problem.bound == 0 || e->problem.bound == M_PI) && pend_terms_whole_turns(terms);
     for (int k = 0; k < lanes->n; k++) {
@@ -307,7 +307,7 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
     if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
 }
 
-/* work of drives minus heat of friction, J, up to a part of the step of lane i */
+/* work of drives minus heat of friction, J, up to a fraction of the step of lane i */
 static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double part) {
     double sum = 0, x = lanes->step[i] * part;
     if (!lanes->power) return 0;
@@ -315,8 +315,8 @@ static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double pa
     return part == 1 ? lanes->to.gain[i] : lanes->from.gain[i] + sum * x;
 }
 
-/* the difference between the energy at a part of the step and the energy at the start plus the
- * exchanged energy, relative to the scale */
+/* the energy at a fraction of the step, minus the initial energy and the exchanged energy, relative
+ * to the scale */
 static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     const struct ensemble_lanes *lanes = &e->lanes;
     int width = lanes->width, terms = (int)ensemble_terms(lanes->terms);
@@ -350,8 +350,8 @@ static void ensemble_seat_deliver(struct pend_ensemble *e, int i, double part,
     if (e->problem.deliver(e->problem.context, e->seat[i].member, outcome)) *cancelled = 1;
 }
 
-/* delivers a member none of whose arms can reach its bound without a step, because no crossing
- * can happen */
+/* Delivers a member without a step if none of its arms can reach its bound, because then no
+ * crossing can happen. */
 static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->problem.duration};
     memcpy(e->phi, e->member.phi, (size_t)e->lanes.n * sizeof(double));
@@ -360,7 +360,7 @@ static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) 
     ensemble_seat_deliver(e, i, 1, &outcome, cancelled);
 }
 
-/* loads the next member into lane i; if there is none, the lane stays idle in its last state */
+/* loads the next member into lane i; if no member is left, the lane stays idle in its last state */
 static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_queue *queue) {
     while (queue->next < queue->end && !queue->cancelled) {
         pend_ensemble_fetch(e, queue->next, queue);
@@ -382,7 +382,7 @@ static int ensemble_seat_capped(const struct pend_ensemble *e, int i) {
            (e->control && steps - e->seat[i].sampled >= ENSEMBLE_SAMPLE_STEPS);
 }
 
-/* returns the part of the step of lane i at which the member ends, 0 = the member continues */
+/* returns the fraction of the step of lane i at which the member ends, 0 = the member continues */
 static double ensemble_seat_end(struct pend_ensemble *e, int i,
                                 const struct ensemble_attention *attention,
                                 struct pend_outcome *outcome) {
@@ -416,7 +416,7 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i,
     return 1;
 }
 
-/* completes a step of lane i; returns non-zero when its member has ended and was delivered */
+/* completes a step of lane i; returns non-zero if its member has ended and was delivered */
 static int ensemble_seat_serve(struct pend_ensemble *e, int i,
                                const struct ensemble_attention *attention, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->lanes.to.time[i]};
@@ -431,7 +431,7 @@ static int ensemble_seat_serve(struct pend_ensemble *e, int i,
     return 1;
 }
 
-/* one step of all lanes */
+/* takes one step of all lanes */
 static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue) {
     struct ensemble_lanes *lanes = &e->lanes;
     struct ensemble_attention attention;

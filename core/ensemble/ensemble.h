@@ -1,4 +1,4 @@
-/* Many trajectories of trees of one shape, several at once in the lanes of the processor's vectors.
+/* Many trajectories of trees of one shape; several run at once in the lanes of vector registers.
  * Leaves to others: the starts and the use of the results (callbacks), threads (server).
  * Invariant: a member's result depends neither on its lane, nor on its neighbours, nor on how
  * the members are divided among threads: the bits are the same for every number of threads, and
@@ -28,20 +28,21 @@ PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemb
 void pend_ensemble_free(struct pend_ensemble **ensemble);
 
 /**
- * Begins a run of the members first .. first + count - 1 that pend_ensemble_go continues; an
- * unfinished earlier run is dropped. A lane whose member has ended takes the next member; a member
- * that fails is delivered as failed, and the other members are not affected.
+ * Starts a run of the members first .. first + count - 1, which pend_ensemble_go continues; an
+ * unfinished earlier run is cancelled. A lane whose member has ended takes the next member; a
+ * member that fails is delivered as failed, and the other members are not affected.
  */
 void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count);
 
 /**
- * Takes up to `steps` steps of all lanes, so that the caller can check its deadline in between. The
- * results' bits do not depend on `steps`.
+ * Takes up to `steps` steps of all lanes, so that the caller can check its deadline between calls.
+ * The results' bits do not depend on `steps`.
  *
  * done  out: non-zero if all members of the run were delivered.
  *
  * PEND_CANCELLED  a callback returned non-zero. Any number of workspaces may run at once.
- * PEND_NO_MEMORY  members whose joints may stick or hit go one by one and allocate; no others do.
+ * PEND_NO_MEMORY  members whose joints may stick or hit stops run one by one and allocate memory;
+ *                 other members do not.
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps,
                                                   int *done);

@@ -48,7 +48,7 @@ void pend_ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue 
     if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 
-/* begins the search for conditions */
+/* starts the search for conditions */
 static enum pend_status alone_search(struct pend_ensemble *e, struct pend_error *error) {
     const struct pend_ensemble_problem *of = &e->problem;
     const struct pend_events_problem problem = {.tree = &e->alone.tree,
@@ -86,7 +86,7 @@ static enum pend_status alone_open(struct pend_ensemble *e, struct pend_error *e
     return PEND_OK;
 }
 
-/* passes on the next passage; where there is no more, the search ends */
+/* reports the next passage; the search ends after the last passage */
 static enum pend_status alone_look(struct pend_ensemble *e, struct pend_error *error) {
     enum { STEPS = 20 };
     struct ensemble_alone *alone = &e->alone;
@@ -102,7 +102,7 @@ static enum pend_status alone_look(struct pend_ensemble *e, struct pend_error *e
     return PEND_OK;
 }
 
-/* passes on the rows that a step has */
+/* reports the rows whose instants lie in a step */
 static void alone_rows(struct pend_ensemble *e, double until) {
     struct ensemble_seat *seat = &e->seat[0];
     const struct pend_points points = {.phi = e->rows[0],
@@ -118,7 +118,7 @@ static void alone_rows(struct pend_ensemble *e, double until) {
     }
 }
 
-/* the energy that no drive, friction or impact accounts for, relative to the scale */
+/* the energy change that drives, friction and impacts do not explain, relative to the scale */
 static double alone_drift(struct pend_ensemble *e) {
     const struct ensemble_alone *alone = &e->alone;
     double work, heat, time = e->member.start + alone->end;
@@ -130,7 +130,7 @@ static double alone_drift(struct pend_ensemble *e) {
     return scale > 0 ? fabs(gap) / scale : 0;
 }
 
-/* a step of the motion; returns whether it is the last */
+/* takes a step of the motion; last: set if it was the last step */
 static enum pend_status alone_move(struct pend_ensemble *e, int *last, struct pend_error *error) {
     struct ensemble_alone *alone = &e->alone;
     const struct pend_points points = {.phi = e->phi, .rate = e->rate};
@@ -144,7 +144,7 @@ static enum pend_status alone_move(struct pend_ensemble *e, int *last, struct pe
     return PEND_OK;
 }
 
-/* what is known of a member at its end */
+/* fills in the results of a member at its end */
 static void alone_tell(struct pend_ensemble *e, enum pend_status status,
                        struct pend_outcome *outcome) {
     struct ensemble_alone *alone = &e->alone;
@@ -168,7 +168,8 @@ static void alone_tell(struct pend_ensemble *e, enum pend_status status,
     if (moved && e->problem.observe & PEND_OBSERVE_ENERGY) outcome->energy_drift = alone_drift(e);
 }
 
-/* the next step of the search, then of the motion; ended: nothing is left */
+/* takes the next step of the search or, after it, of the motion; ended: set if nothing is left to
+ * do */
 static enum pend_status alone_go(struct pend_ensemble *e, int *ended, struct pend_error *error) {
     struct ensemble_alone *alone = &e->alone;
     if (e->problem.events && !alone->search) PEND_TRY(alone_search(e, error));

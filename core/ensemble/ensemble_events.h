@@ -1,15 +1,15 @@
 /* Conditions on the members of an ensemble: their passages, found on the series of each lane.
- * Leaves to others: finding them in a step (event_search), other events (ensemble_watch).
+ * Leaves to others: finding passages in a step (event_search), other events (ensemble_watch).
  * Invariant: a member's passages depend neither on its lane nor on its neighbours. */
 #pragma once
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Returns the bytes of memory that the conditions of a problem take, a multiple of 64; 0 without
+/** Returns the bytes of memory for the conditions of a problem, a multiple of 64; 0 without
  * conditions. */
 size_t pend_ensemble_events_bytes(const struct pend_ensemble_problem *problem, int width);
 
-/** Lays out the conditions in that memory, which is zero and aligned to 64. */
+/** Places the conditions in that memory, which must be zero and aligned to 64. */
 void pend_ensemble_events_place(struct pend_ensemble *e, void *memory);
 
 /** Clears the data of the previous member in lane i. O(conditions). */
@@ -18,7 +18,7 @@ void pend_ensemble_events_start(struct pend_ensemble *e, int i);
 /**
  * Reports the passages in the step that lane i just took.
  *
- * Returns the place in the step, from 0 to 1, at which they end the member; infinity if they do not
+ * Returns the fraction of the step, 0 .. 1, at which they end the member; infinity if they do not
  * end it. No allocation.
  */
 double pend_ensemble_events_step(struct pend_ensemble *e, int i);

@@ -3,25 +3,24 @@
 #include <assert.h>
 #include <math.h>
 
-/* the distance that is restored, rad: its square, neglected by the linear law, and rounding errors
- * divided by it are both near 1e-8 */
+/* The distance, rad, to which the neighbour is reset: the square of the distance, which the linear
+ * law neglects, and the rounding errors divided by the distance are both near 1e-8. */
 static const double shadow_distance = 1e-8;
 
-/* b = a + gap, as a sum of two */
+/* computes b = a + gap, each a sum of two doubles */
 static void shadow_put(double high[], double low[], int at, double gap) {
     double add = low[at] + gap, total = high[at] + add, part = total - high[at];
     high[at + 1] = total;
     low[at + 1] = (high[at] - (total - part)) + (add - part);
 }
 
-/* the unit by which the gap of coordinate k is divided to compare it with angles: m for a cart's
- * position */
+/* the divisor of the gap of coordinate k: it makes a cart's position, m, comparable with angles */
 static double shadow_unit(const struct pend_ensemble *e, int i, int k) {
     return k || !pend_terms_cart(e->lanes.terms) ? 1 : e->seat[i].shortest;
 }
 
-/* Sets the factors that convert rates, and a cart's position, to angles. Without gravity the former
- * is the rate of the arms, or 1 over the duration. */
+/* Sets the factors that convert rates, and a cart's position, to angles. Without gravity, the
+ * factor of rates is the largest rate of an arm, or 1 over the duration. */
 static void shadow_scale(struct pend_ensemble *e, int i) {
     const struct ensemble_lanes *lanes = &e->lanes;
     double length = 0, turning = 0, shortest = INFINITY;
@@ -53,7 +52,7 @@ void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
         if (lanes->bound > 0) lanes->cell[at + 1] = lanes->cell[at];
     }
     e->seat[i].growth = 0;
-    // a direction that no symmetry of a tree has
+    // a direction that is not a symmetry of any tree
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i;
         double distance = shadow_distance * shadow_unit(e, i, k) / sqrt(sum);
@@ -71,7 +70,7 @@ void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
     lanes->unit[i + 1] = lanes->unit[i];
 }
 
-/* b - a of sums of two */
+/* b - a, each a sum of two doubles */
 static double shadow_gap(const double high[], const double low[], int at) {
     return (high[at + 1] - high[at]) + (low[at + 1] - low[at]);
 }

@@ -7,15 +7,15 @@
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Puts the neighbour of the member that starts in lane i into lane i + 1. O(n). */
+/** Stores the neighbour of the member that starts in lane i in lane i + 1. O(n). */
 void pend_ensemble_shadow_start(struct pend_ensemble *e, int i);
 
 /**
- * After a step of lane i: moves the neighbour back to the first distance, along the line between
- * the two, once the distance has changed much. O(n).
+ * After a step of lane i: if the distance has changed much, moves the neighbour back to the initial
+ * distance, along the line through both states. O(n).
  */
 void pend_ensemble_shadow_step(struct pend_ensemble *e, int i);
 
 /** Returns the logarithm of the growth of the neighbour's distance up to the end of the step,
- * divided by the time, 1/s; NaN where the time is 0. */
+ * divided by the time, 1/s; NaN if the time is 0. */
 double pend_ensemble_shadow_exponent(const struct pend_ensemble *e, int i);

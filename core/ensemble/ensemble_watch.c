@@ -23,7 +23,8 @@ void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory) {
     if (e->lanes.forces) pend_event_truth_place(&e->truth, e->problem.tree, memory);
 }
 
-/* the tree and the loads of the member in lane i, as far as positions and energies need them */
+/* the tree and the loads of the member in lane i, with the values that positions and energies
+ * need */
 static struct pend_tree watch_member(const struct pend_ensemble *e, int i,
                                      struct pend_loads *loads) {
     const struct ensemble_lanes *lanes = &e->lanes;
@@ -63,7 +64,7 @@ struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                .degree = pend_event_series_degree(lanes->order)};
 }
 
-/* true if the forces of the current member must be computed from states */
+/* true if the forces of the current member must be computed from its states */
 static int watch_unlike(const struct pend_ensemble *e) {
     struct pend_tree tree = *e->problem.tree;
     tree.mass = e->member.mass;
@@ -111,14 +112,13 @@ static struct roots_path watch_force(const struct pend_ensemble *e, int i, int k
     return path;
 }
 
-/* returns true where the only event is that a member which starts on its bound moves into the
- * cell next to it */
+/* True if the member starts on its bound: then moving into the next cell is not a crossing. */
 static int watch_leaves_start(const struct pend_ensemble *e, int i, double phi, double level) {
     return e->lanes.from.time[i] == 0 && fabs(phi - level) <= 1e-14 * (1 + fabs(level));
 }
 
-/* follows arm k of lane i through the step from cell to cell, up to `most` of it; returns the place
- * where it first leaves a cell, infinity if it leaves none */
+/* Follows arm k of lane i through the step from cell to cell, up to the fraction `most`. Returns
+ * the fraction at which it first leaves a cell; infinity if it leaves none. */
 static double watch_cross(struct pend_ensemble *e, int i, int k, double most) {
     const struct ensemble_lanes *lanes = &e->lanes;
     struct roots_path path = watch_phi(e, i, k);
@@ -145,7 +145,7 @@ static double watch_cross(struct pend_ensemble *e, int i, int k, double most) {
     return first;
 }
 
-/* removes the crossings that come after the one that ends the member */
+/* removes the crossings after the crossing that ends the member */
 static void watch_undo(struct pend_ensemble *e, int i) {
     for (int k = 0; k < e->lanes.n; k++) {
         if (k == e->seat[i].arm) continue;
@@ -159,7 +159,7 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     struct ensemble_seat *seat = &e->seat[i];
     double first = INFINITY;
     int arm = -1;
-    // the place of a cart is no angle
+    // the position of a cart is not an angle
     for (int k = pend_terms_cart(e->lanes.terms); k < e->lanes.n; k++) {
         if (!(e->lanes.near[k] >> i & 1)) continue;
         double s = watch_cross(e, i, k, most);
@@ -178,7 +178,7 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     return first;
 }
 
-/* the force's path, from states if the step has them */
+/* the path of the force; computed from states if the step has them */
 static struct roots_path watch_true_force(const struct event_step *step, int k, double part) {
     struct roots_path path = {.degree = EVENT_TERMS - 1};
     double power = 1;
@@ -213,8 +213,8 @@ static double watch_sense(const struct roots_path *path, double slack) {
     return 0;
 }
 
-/* notes a change of sign; a force that is zero to rounding and returns to its side has not
- * changed sign */
+/* Records a change of sign. A force that reaches zero within rounding and returns to its side has
+ * not changed sign. */
 static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
                        const struct roots_path *path) {
     int own = i * e->lanes.n + k, way = 0;
@@ -227,7 +227,7 @@ static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
     double beyond = pend_roots_next(path, 0, *sense > 0 ? -slack : -INFINITY,
                                     *sense > 0 ? INFINITY : slack, &way);
     if (!(beyond < INFINITY)) return;
-    // a force that starts at zero changes its sign at a later zero
+    // a force that is zero at the start changes its sign at a later zero
     double zero =
         pend_roots_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
     e->sign_change[own] =
@@ -246,7 +246,7 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
     }
     for (int k = 0; k < e->lanes.n; k++) {
         int own = i * e->lanes.n + k, peak = e->lanes.peak[k] >> i & 1;
-        // a sign that is not known yet is searched in every step
+        // until the first sign is known, every step is searched
         int turn = e->lanes.signs && isnan(e->sign_change[own]) &&
                    ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
         if (!peak && !turn) continue;
@@ -277,9 +277,9 @@ static void watch_give(struct pend_ensemble *e, int i, int count) {
     e->seat[i].row += count;
 }
 
-/* Angles from hanging at the instants x, whose angles are known. Of a small swing they are
- * computed from the series that begins with the angles from hanging, which keep all their
- * digits; during the call the arrays of the outcome hold that beginning. */
+/* Angles from hanging at the instants x, whose angles are known. For a small swing they come from
+ * the series that starts with the angles from hanging, which keep all their digits. During the
+ * call, the arrays of the outcome hold that start. */
 static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};
@@ -363,7 +363,7 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part) {
     }
 }
 
-/* the controllers of lane i see its state at the beginning of a piece, and hold their outputs */
+/* the controllers of lane i sample its state at the start of a piece, and hold their outputs */
 static void watch_control(struct pend_ensemble *e, int i, double now,
                           const struct ensemble_state *state) {
     const struct ensemble_lanes *lanes = &e->lanes;
@@ -415,7 +415,7 @@ int pend_ensemble_watch_piece(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     if (lanes->stop[i] == e->problem.duration) return 0;
     pend_ensemble_watch_begin(e, i, e->seat[i].knot, &lanes->to);
-    // a short step to the end of a piece says nothing of the steps to come
+    // a short step to the end of a piece does not predict the length of later steps
     for (int lane = i; lane <= i + lanes->paired; lane++) lanes->unit[lane] = e->unit[lane];
     return 1;
 }

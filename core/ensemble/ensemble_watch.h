@@ -7,52 +7,55 @@
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Returns the bytes of memory for forces of states, a multiple of 64; lays them out in that
- * memory, aligned to 64. */
+/** Returns the bytes of memory for forces computed from states, a multiple of 64. Places them in
+ * that memory, aligned to 64. */
 size_t pend_ensemble_watch_bytes(const struct pend_ensemble_problem *problem, int forces);
 void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory);
 
 /**
- * Returns the step that lane i just took, for searches in it.
+ * Returns the step that lane i just took, so that events can be searched in it.
  *
- * tree, loads  out: the pendulum of its member, as far as positions, energies and forces need it;
- *              valid until the next call, and longer than the step that points to them.
+ * tree, loads  out: the pendulum of its member, with the values that positions, energies and forces
+ *              need; valid until the next call; must outlive the returned step.
  */
 struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                            struct pend_tree *tree, struct pend_loads *loads);
 
-/** Prepares lane i for the events of the member that starts in it. O(n). */
+/** Prepares the event search of the member that starts in lane i. O(n). */
 void pend_ensemble_watch_start(struct pend_ensemble *e, int i);
 
 /**
- * Notes the crossings in the step that lane i just took, up to `most` of it, 0 <= most <= 1.
+ * Records the crossings in the step that lane i just took, up to its fraction `most`, 0 <= most <=
+ * 1.
  *
- * Returns the place in the step, from 0 to 1, at which these crossings end the member; infinity if
+ * Returns the fraction of the step, 0 .. 1, at which these crossings end the member; infinity if
  * they do not end it.
  */
 double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most);
 
-/** Notes the extremes and changes of sign of the forces up to `part` of the step, 0 < part <= 1. */
+/** Records the extremes and sign changes of the forces up to the fraction `part` of the step, 0 <
+ * part <= 1. */
 void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part);
 
 /** Reports the rows whose instants lie in the step of lane i, up to `until`, s. */
 void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until);
 
-/** Computes the state at `part` of the step of lane i, 0 .. 1, into the outcome's arrays. */
+/** Computes the state at the fraction `part` of the step of lane i, 0 .. 1, into the outcome's
+ * arrays. */
 void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part);
 
-/** Returns the time at `part` of the step of lane i, s. */
+/** Returns the time at the fraction `part` of the step of lane i, s. */
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part);
 
-/** Begins the piece of lane i at `now`, s, in the time of the drives: samples of its controllers
- * from `state`, its inputs, and where the lane stops. O(n controllers). */
+/** Starts the piece of lane i at `now`, s, in the time of the drives: the controllers sample
+ * `state`, and the inputs and the stop of the lane are set. O(n controllers). */
 void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now,
                                const struct ensemble_state *state);
 
-/** Notes in seat i whether the member is near the reference of its controllers at `now`, s. */
+/** Records for seat i whether the member is near the reference of its controllers at `now`, s. */
 void pend_ensemble_watch_settled(struct pend_ensemble *e, int i, const double phi[],
                                  const struct pend_loads *loads, double now);
 
-/** Begins the next piece of a lane that has reached its stop; returns 0 if that is the member's
- * end. */
+/** Starts the next piece of a lane that has reached its stop; returns 0 if the member ends
+ * there. */
 int pend_ensemble_watch_piece(struct pend_ensemble *e, int i);

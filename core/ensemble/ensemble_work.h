@@ -10,38 +10,41 @@
 #include "core/integrate/events/event_search.h"
 #include "core/taylor/jets_system.h"
 
-/* the most steps of a member between two samples: one that was lost may whirl ever faster */
+/* largest number of steps of a member between two samples: an unstable member may rotate ever
+ * faster */
 enum { ENSEMBLE_SAMPLE_STEPS = 200 };
 
-/* a member in its lane */
+/* The member in a lane. */
 struct ensemble_seat {
     long member; /* -1 = the lane is idle */
     long steps, row;
-    int arm, open;        /* the arm that crossed first; the number of arms that may still cross
-                           * and have not */
-    double first;         /* s, of the first crossing of any arm */
+    int arm, open;        /* the arm that crossed first; number of arms that may still cross but
+                           * have not */
+    double first;         /* s, time of the first crossing of any arm */
     double knot;          /* s, in the time of the drives: the end of its piece */
     long sampled;         /* steps at the last sample of a controller */
-    double settled;       /* s, since then the controllers see it near their reference; NaN */
-    double energy, scale; /* J: at the start, and the scale of a drift */
-    int unlike;           /* forces are computed from states, because a series loses their digits */
+    double settled;       /* s, from this time on the controllers see it near their reference; NaN =
+                           * not near */
+    double energy, scale; /* J: energy at the start, and the scale of the drift */
+    int unlike;           /* forces are computed from states, because their series loses their
+                           * digits */
     double growth, frequency,
         shortest; /* logarithm of the neighbour's growth so far; 1/s, divides rates to give angles;
-                   * m, divides a cart's position: the shortest arm */
+                   * m, divides a cart's position: length of the shortest arm */
 };
 
-/* the members of a run that are not delivered yet */
+/* The members of a run that are not delivered yet. */
 struct ensemble_queue {
     long next, end;
-    long left; /* not delivered yet */
+    long left; /* number of members not delivered yet */
     int cancelled;
 };
 
-/* the member under way of those that go one by one */
+/* The current one of the members that run one by one. */
 struct ensemble_alone {
-    const struct pend_method *method; /* NULL = members go side by side */
+    const struct pend_method *method; /* NULL = members run side by side in lanes */
     struct pend_tree tree;
-    struct pend_events *search; /* conditions are searched first */
+    struct pend_events *search; /* conditions are searched before the motion is computed */
     void *stepper;
     int searched;
     double end, reached; /* s, after the member's start */
@@ -51,33 +54,34 @@ struct pend_ensemble {
     struct pend_ensemble_problem problem;
     const struct ensemble_kernel *kernel;
     struct ensemble_lanes lanes;
-    double unit[ENSEMBLE_WIDTH_MAX]; /* s, of the step just taken */
+    double unit[ENSEMBLE_WIDTH_MAX]; /* s, unit of the step just taken */
     struct ensemble_queue queue;
     struct ensemble_seat seat[ENSEMBLE_WIDTH_MAX];
-    double *first_crossing; /* [lane * n + arm], as all of these */
+    double *first_crossing; /* [lane * n + arm], as for the following arrays */
     long *crossings;
     double *most, *most_time, *least, *least_time, *sign_change;
-    double *sense; /* the first sign of a force, 0 = none yet */
+    double *sense; /* the first sign of each force, 0 = not known yet */
     struct pend_member member;
     double *turns, *turns_low; /* rad, whole turns by which the member's angles exceed the lane's:
                                 * [arm width + lane] */
     double *phi, *rate, *phi_low; /* of an outcome */
     double *subtree;              /* kg, of the member in `member` */
     double *room;                 /* 4 n, of energies */
-    /* angles, rates, forces and angles from hanging of some instants: row by row, and as the
-     * kernel leaves them */
+    /* angles, rates, forces and angles from hanging at some instants: sorted by rows, and in the
+     * order of the kernel */
     double *rows[4], *instants[4];
     struct event_truth truth;   /* space for forces of states; phi is NULL if they are not needed */
-    struct event_search search; /* of the problem's conditions */
+    struct event_search search; /* search for the problem's conditions */
     struct event_watch *watch;  /* [lane * conditions + condition] */
-    double *control;            /* [lane * controls + number]: what controllers keep */
+    double *control;            /* [lane * controls + number]: memory of the controllers */
     size_t controls;
     struct ensemble_alone alone;
 };
 
 /**
- * Returns the order of the errors' series: two more for each tenfold number of swings. An error of
- * a regular motion grows like t, and a truncated series would make it grow exponentially.
+ * Returns the order of the errors' series: it grows by two if the number of swings grows tenfold.
+ * An error of a regular motion grows like t, and a truncated series would make it grow
+ * exponentially.
  *
  * gravity, duration  m/s^2 and s, of either sign.
  * known              orders of the motion's series, the upper limit.

@@ -8,7 +8,7 @@
 #define NUMBER_VEC KERNEL_WIDTH
 #include "core/taylor/jets_system.h"
 
-/* bit i of a set for lane i; the lanes of each pair exchanged */
+/* bit i of a set stands for lane i; exchanges the lanes of each pair */
 #if defined(__AVX512F__)
 #define mask_set(x) ((ensemble_set)_mm512_movepi64_mask((__m512i)(x)))
 #define num_swap(x) ((lanes8)_mm512_permute_pd((__m512d)(x), 0x55))
@@ -39,8 +39,8 @@ enum {
         ARRAY_COUNT
 };
 
-/* numbers from one series to the next; an odd number of cache lines apart, because arrays an
- * even number of lines apart evict each other */
+/* Distance in numbers from one series to the next: an odd number of cache lines, because arrays at
+ * a distance of an even number of lines evict each other. */
 static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
 
 static size_t ensemble_numbers(const struct pend_terms *terms, int n, int order) {
@@ -177,8 +177,8 @@ VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     *low = bottom - rest;
 }
 
-/* which lanes have arm k possibly outside its cell during the step; the result is the
- * complement, as a wide_mask */
+/* The lanes in which arm k may leave its cell during the step. Returns the complement, as a
+ * wide_mask. */
 static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s,
                                int k, num x) {
     const num *c = s->rate + k;
@@ -189,7 +189,7 @@ static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct 
     for (int j = lanes->order; j >= RANGE_DEGREE; j--)
         rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]) * s->share[j]);
     ensemble_range(a, rest * power, &low, &high);
-    // theta = phi + pi / 2, from the cell's middle
+    // theta = phi + pi / 2, measured from the middle of the cell
     num middle =
         lane_get(lanes->from.phi, k) + M_PI_2 - lane_get(lanes->cell, k) * (2 * lanes->bound);
     double inside = lanes->bound * (1 - 1e-12);
@@ -213,7 +213,7 @@ static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_syste
     lanes->turn[k] = lanes->signs ? mask_set((wide_mask)(high >= 0) & (wide_mask)(low <= 0)) : 0;
 }
 
-/* the state at the end of the step; the return value is 0 where all sums are finite */
+/* computes the state at the end of the step; returns 0 if all sums are finite */
 static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
                             num inverse) {
     const struct ensemble_state *from = &lanes->from, *to = &lanes->to;
@@ -255,7 +255,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     const struct jets_system *s = ensemble_view(lanes);
     num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0),
         stop = lane_get(lanes->stop, 0);
-    // the unit is a power of two: its inverse is exact
+    // the unit is a power of two, so its inverse is exact
     num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
     ensemble_expand(lanes, s, unit, gravity, lanes->known);
     num x = step_reach(s, lanes->order, lanes->log_rtol, lanes->log_atol);
@@ -263,7 +263,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     if (lanes->paired) x = num_min(x, num_swap(x));
     wide_mask lands = (wide_mask)(x >= (stop - time) * inverse);
     num next = NUM_(pick)(lands, stop, time + x * unit);
-    // the duration does not resolve this step: time would stand still
+    // the step is below the resolution of the time, which would not advance
     wide_mask still =
         (wide_mask)(next == time) | (wide_mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
     x = (next - time) * inverse;
@@ -285,7 +285,7 @@ static const double *ensemble_forces(const struct ensemble_lanes *lanes) {
     return (const double *)ensemble_view(lanes)->force;
 }
 
-/* a vector of instants at a time; the sums are those of ensemble_advance */
+/* computes one vector of instants at a time; the sums are those of ensemble_advance */
 static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double unit,
                             const double x[], const struct ensemble_values *to) {
     const struct jets_system *s = ensemble_view(lanes);

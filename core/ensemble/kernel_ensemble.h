@@ -19,19 +19,18 @@ struct ensemble_state {
 /* Sets of lanes, bit i for lane i. */
 typedef unsigned char ensemble_set;
 
-/* Horizons of the members: as horizon.h, for all lanes at once. Each array has one value per lane,
- * or one value per arm and lane. */
+/* Horizons of the members, computed as in horizon.h for all lanes at once. Each array has one value
+ * per lane, or one value per arm and lane. */
 struct ensemble_doubt {
-    double grade;       /* the factor from an error to its ratio to the allowed error; 0 = no
-                         * horizons */
-    double *phi, *rate; /* the errors, rad and rad/s, of each arm */
-    double *fastest, *strongest; /* rad/s and N, the largest so far */
-    double *time, *ratio; /* s, and the largest ratio of an error to the allowed one, at the noted
-                           * instants */
-    double *held;         /* s, the instant up to which the accuracy holds; ENSEMBLE_HELD while
-                           * it is not lost */
-    int order;            /* of the errors' series during a step */
-    double *series;       /* of the errors' change during a step */
+    double grade;                /* divides an error by the allowed error; 0 = no horizons */
+    double *phi, *rate;          /* the errors, rad and rad/s, of each arm */
+    double *fastest, *strongest; /* largest rate, rad/s, and force, N, so far */
+    double *time, *ratio; /* the recorded instants, s, and the largest ratio of an error to the
+                           * allowed one at each */
+    double *held;         /* s, the instant up to which the accuracy holds; ENSEMBLE_HELD until it
+                           * is lost */
+    int order;            /* order of the errors' series during a step */
+    double *series;       /* series of the errors during a step */
     double *limit;        /* ensemble_limits numbers per lane, for series that do not converge */
 };
 
@@ -40,10 +39,10 @@ static inline size_t ensemble_limits(int n, int order) {
     return 4 * (size_t)n * (size_t)(order + 1);
 }
 
-/* s, beyond every time */
+/* s, later than every time */
 #define ENSEMBLE_HELD 1e301
 
-/* Orders beyond the series' own whose coefficients are computed when horizons are wanted. */
+/* Additional orders of the series whose coefficients are computed if horizons are requested. */
 enum { ENSEMBLE_DOUBT_BEYOND = 1 };
 
 struct ensemble_lanes {
@@ -58,16 +57,18 @@ struct ensemble_lanes {
         signs;  /* non-zero: searches for new extremes of forces, and for changes of sign */
     int forces; /* non-zero: forces beyond the start of a step are needed */
     struct ensemble_state from, to; /* start and end of the step */
-    double *len, *inv_len, *mass;   /* an arm's own */
-    double *gravity, *unit, *stop;  /* one value per lane; unit and stop - time have one sign */
+    double *len, *inv_len, *mass;   /* properties of each arm */
+    double *gravity, *unit, *stop;  /* one value per lane; unit and stop - time have the same
+                                     * sign */
     double *start;                  /* s, one value per lane: time 0 in the time of the drives */
-    const struct pend_terms *terms; /* of real pendulums; NULL = ideal ones */
-    double *value;                  /* their numbers: number j of lane i at value[j * width + i] */
-    double *power; /* out: order j of the step's gain per unit of x, over j + 1, J, at power[j *
-                    * width + lane]; NULL if not needed */
+    const struct pend_terms *terms; /* terms of real pendulums; NULL = ideal pendulums */
+    double *value;                  /* values of the terms: number j of lane i at value[j * width +
+                                     * i] */
+    double *power; /* out: coefficient j of the step's gain per unit of x, divided by j + 1, J, at
+                    * power[j * width + lane]; NULL if not needed */
     double *step;  /* out: the step in units */
-    double *cell;  /* the index i of the cell that contains theta of an arm */
-    double *force_max, *force_min;    /* N, of each arm so far */
+    double *cell;  /* the index i of the cell that contains theta of each arm */
+    double *force_max, *force_min;    /* N, extremes of each arm so far */
     ensemble_set *near, *peak, *turn; /* out, one set per arm: the step may leave the cell, the
                                        * force may exceed its extremes, the force may be zero */
     double *series; /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
@@ -79,9 +80,9 @@ enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8, ENSEMBLE_ORDER_MAX = 32 };
 /* Lanes that need the caller's attention. */
 struct ensemble_attention {
     ensemble_set done;  /* stop is reached */
-    ensemble_set bad;   /* a number is not finite, or the time does not advance */
-    ensemble_set near;  /* some arm may have left its cell */
-    ensemble_set force; /* the force of some arm may have passed an extreme or zero */
+    ensemble_set bad;   /* a value is not finite, or the time does not advance */
+    ensemble_set near;  /* an arm may have left its cell */
+    ensemble_set force; /* the force of an arm may have passed an extreme or zero */
 };
 
 /* Values inside a step: instant i of arm k at [k * ENSEMBLE_INSTANTS + i]; force may be NULL. */
@@ -91,7 +92,7 @@ struct ensemble_values {
 
 struct ensemble_kernel {
     int width;
-    /** Returns the doubles that `series` needs; terms: NULL for ideal pendulums. */
+    /** Returns the number of doubles that `series` needs; terms: NULL for ideal pendulums. */
     size_t (*series_count)(const struct pend_terms *terms, int n, int order);
     /** Prepares `series`, once, after all other arrays are set. */
     void (*prepare)(struct ensemble_lanes *lanes);
@@ -100,10 +101,10 @@ struct ensemble_kernel {
     /** Takes one step in every lane, never beyond stop. */
     void (*step)(struct ensemble_lanes *lanes, struct ensemble_attention *attention);
     /**
-     * The values of one lane at ENSEMBLE_INSTANTS places x inside its last step, in units; before
-     * from and to are swapped.
+     * Computes the values of one lane at ENSEMBLE_INSTANTS instants x inside its last step, in
+     * units; to be called before `from` and `to` are swapped.
      *
-     * unit  s, of the step taken.
+     * unit  s, unit of the last step.
      */
     void (*values)(const struct ensemble_lanes *lanes, int lane, double unit, const double x[],
                    const struct ensemble_values *to);

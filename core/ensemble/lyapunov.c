@@ -10,12 +10,12 @@
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
-/* the distance of neighbours on both sides, rad: the linear law neglects its square, and rounding
+/* distance of the neighbours on both sides, rad: the linear law neglects its square, and rounding
  * errors are 1e-11 of it */
 static const double lyapunov_distance = 1e-5;
 
-/* the largest neglected part, relative to the shortest remaining direction; below the second value
- * longer pieces suffice */
+/* largest neglected component, relative to the shortest remaining direction; if it is below the
+ * second value, longer pieces suffice */
 static const double lyapunov_error = 1e-6, lyapunov_little = 1e-9;
 
 enum {
@@ -30,27 +30,26 @@ struct pend_lyapunov {
     struct pend_loads loads;
     double rtol, frequency, interval;
     double start; /* s, the start of the first interval that counts, in the time of drives */
-    int whole;    /* motions do not depend on whole turns: there are no springs */
+    int whole;    /* motions do not depend on whole turns, because there are no springs */
     int n, count;
-    double unit; /* m, by which the position of a cart is divided; 1 without a cart */
-    struct pend_ensemble *ensemble; /* of pieces of this length */
-    long pieces, piece;             /* the number of pieces in an interval; the number of
-                                     * finished pieces */
-    int under_way;                  /* a piece was begun */
-    double neglected;               /* the largest neglected part of this interval, relative to the
-                                     * remaining length of a direction */
-    enum pend_status status;        /* of a motion that could not be computed */
+    double unit;                    /* m, divides the position of a cart; 1 without a cart */
+    struct pend_ensemble *ensemble; /* workspace for pieces of this length */
+    long pieces, piece;             /* number of pieces in an interval; number of finished pieces */
+    int under_way;                  /* a piece has started */
+    double neglected;               /* the largest neglected component in this interval, relative to
+                                     * the remaining length of a direction */
+    enum pend_status status;        /* status of a motion that could not be computed */
     double failed_at;
     long steps, intervals;
     double *base;      /* 2 n: angles, and rates over the frequency */
     double *direction; /* count x 2 n, orthonormal */
-    double *end;       /* (2 count + 1) x 2 n: ends of the motion and its neighbours */
+    double *end;       /* (2 count + 1) x 2 n: final states of the motion and its neighbours */
     double *growth;    /* count: logarithms */
-    long a_mark;       /* intervals from a mark to the next */
+    long a_mark;       /* number of intervals from one mark to the next */
     int marks;         /* number of marks in use */
-    double *mark;      /* count x LYAPUNOV_MARKS: the growth at equidistant instants */
-    double *length;    /* count: the factor by which a piece has stretched each direction,
-                        * without the directions before it */
+    double *mark;      /* count x LYAPUNOV_MARKS: the logarithmic growth at equidistant instants */
+    double *length;    /* count: the factor by which a piece has stretched each direction, without
+                        * its components along earlier directions */
 };
 
 /* --- the members: the motion, and two neighbours in each direction, one ahead and one behind
@@ -90,7 +89,7 @@ static int lyapunov_deliver(void *context, long i, const struct pend_outcome *ou
     return 0;
 }
 
-/* opens a workspace for pieces of the present length */
+/* opens a workspace for pieces of the current length */
 static enum pend_status lyapunov_open(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     struct pend_ensemble_problem problem = {.tree = lyapunov->tree,
                                             .loads = lyapunov->loads,
@@ -131,7 +130,7 @@ static int lyapunov_straighten(int count, int size, double direction[], double l
     return 1;
 }
 
-/* directions that no symmetry of a tree has */
+/* directions that are not symmetries of any tree */
 static void lyapunov_aim(struct pend_lyapunov *lyapunov) {
     int size = 2 * lyapunov->n;
     for (int i = 0; i < lyapunov->count; i++)
@@ -144,8 +143,8 @@ static void lyapunov_aim(struct pend_lyapunov *lyapunov) {
 /* --- an interval --- */
 
 /* Converts the ends of the neighbours to directions, in the first rows after the motion's own.
- * Returns 0 if the neighbours are not linear enough: the error of two neighbours grows as the third
- * power of their distance. */
+ * Returns 0 if the deviation from linearity is too large; the error of two opposite neighbours
+ * grows as the third power of their distance. */
 static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
     double longest = 0, shortest = INFINITY;
@@ -164,7 +163,7 @@ static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     return neglected <= lyapunov_error;
 }
 
-/* starts the next piece at the end of this one, without whole turns, which would cost digits */
+/* starts the next piece at the end of this piece; removes whole turns, which would cost digits */
 static void lyapunov_follow(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
     memcpy(lyapunov->base, lyapunov->end, size * sizeof *lyapunov->base);
@@ -183,7 +182,7 @@ static enum pend_status lyapunov_fail(const struct pend_lyapunov *lyapunov,
                      pend_status_text(lyapunov->status));
 }
 
-/* completes a piece; a piece that was too long is computed again in halves */
+/* completes a piece; if the piece was too long, computes it again in halves */
 static enum pend_status lyapunov_settle(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     lyapunov->under_way = 0;
     if (lyapunov->status != PEND_OK) return lyapunov_fail(lyapunov, error);
@@ -201,7 +200,7 @@ static enum pend_status lyapunov_settle(struct pend_lyapunov *lyapunov, struct p
     return lyapunov_fail(lyapunov, error);
 }
 
-/* begins the next interval, with longer pieces if the last ones were shorter than necessary */
+/* starts the next interval, with longer pieces if the last pieces were shorter than necessary */
 static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     int longer = lyapunov->pieces > 1 && lyapunov->neglected < lyapunov_little;
     lyapunov->piece = 0;
@@ -211,7 +210,7 @@ static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pen
     return lyapunov_open(lyapunov, error);
 }
 
-/* sets a mark if one is due; when all marks are used, keeps every second one */
+/* sets a mark if one is due; if all marks are used, keeps every second mark */
 static void lyapunov_mark(struct pend_lyapunov *lyapunov) {
     if (lyapunov->intervals % lyapunov->a_mark) return;
     for (int i = 0; i < lyapunov->count; i++)
@@ -242,7 +241,7 @@ enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, in
     return lyapunov_next(lyapunov, error);
 }
 
-/* --- the whole --- */
+/* --- the computation --- */
 
 static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *problem,
                                        struct pend_error *error) {
@@ -256,7 +255,7 @@ static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *probl
                      problem->interval);
 }
 
-/* m, the length of the shortest arm; the first stored one may be a cart */
+/* m, the length of the shortest arm; the first stored arm may be a cart */
 static double lyapunov_shortest(const struct pend_lyapunov_problem *problem) {
     double shortest = INFINITY;
     for (int k = pend_terms_cart(problem->loads.terms); k < problem->tree->n; k++)
@@ -265,8 +264,8 @@ static double lyapunov_shortest(const struct pend_lyapunov_problem *problem) {
 }
 
 /* 1/s, approximate frequency of the fastest swing. Rates divided by it make an oscillation a
- * near-circle, which stretches no direction much. Without gravity it is the rate of the arms, or 1
- * over the interval. */
+ * near-circle, which hardly stretches any direction. Without gravity, it is the largest rate of an
+ * arm, or 1 over the interval. */
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = lyapunov_shortest(problem);
     double frequency = sqrt(fabs(problem->loads.gravity) * sqrt(problem->tree->n) / shortest);
@@ -314,8 +313,8 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     made->mark = made->length + count;
     made->a_mark = 1;
     for (size_t k = 0; k < n; k++) {
-        // neighbours are 1e-5 rad away: relative to that distance the digits beyond those of a
-        // double do not matter
+        // neighbours are at a distance of 1e-5 rad; digits beyond those of a double are irrelevant
+        // relative to that distance
         double low = problem->phi_low ? problem->phi_low[k] : 0;
         made->base[k] =
             made->whole ? pend_turns_rest(problem->phi[k], low, NULL).high : problem->phi[k];

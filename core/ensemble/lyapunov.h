@@ -1,6 +1,6 @@
-/* Lyapunov exponents of a motion: the rates at which neighbours in several directions move away
- * from it, with the directions made orthonormal interval by interval.
- * Leaves to others: the steps, which the motion and its neighbours take side by side (ensemble).
+/* Lyapunov exponents of a motion: the growth rates of small deviations in several directions, which
+ * are made orthonormal after each interval.
+ * Leaves to others: the steps, which the motion and its neighbours take together (ensemble).
  * Invariant: neighbours are close enough for a linear law of their distances; otherwise an interval
  * is computed again in shorter pieces. */
 #pragma once
@@ -10,14 +10,15 @@
 
 struct pend_lyapunov_problem {
     const struct pend_tree *tree; /* must outlive the computation */
-    struct pend_loads loads;      /* what acts on the tree; so must its terms and their numbers */
+    struct pend_loads loads;      /* gravity and other loads; its terms and their values must
+                                   * outlive the computation too */
     /* the start, n values each, stored order; copied. The position of a cart counts in lengths of
      * the shortest arm. */
     const double *phi, *rate;
-    int count; /* exponents, the largest first; 1 .. 2 n */
-    double
-        interval; /* s, > 0: after which the directions are made orthonormal again, or more often */
-    double rtol;  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */
+    int count;       /* number of exponents, the largest first; 1 .. 2 n */
+    double interval; /* s, > 0: time after which the directions are made orthonormal again; this may
+                      * happen more often */
+    double rtol;     /* local error tolerance of the motions, as for the taylor method; 0 = 1e-14 */
     const double *phi_low; /* rad, low-order part of phi, n values; NULL = 0 */
     double start;          /* s, the start of the motion in the time of its drives */
 };
@@ -43,17 +44,17 @@ void pend_lyapunov_free(struct pend_lyapunov **lyapunov);
  * Continues the current interval. The results' bits do not depend on `steps`.
  *
  * steps  the largest number of steps of all lanes in this call.
- * done   out: non-zero if the interval is over; the next call begins another.
+ * done   out: non-zero if the interval is over; the next call starts another.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the motion, or one beside it, cannot
- * be computed.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the motion, or a neighbour of it,
+ * cannot be computed.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps,
                                                   int *done, struct pend_error *error);
 
-/** Discards the intervals so far as a transient: exponents are computed from the following ones.
- * The directions are kept. */
+/** Discards the intervals so far as a transient: the exponents will be computed from later
+ * intervals. The directions are kept. */
 void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
 
 /**
@@ -64,22 +65,23 @@ void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
 void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]);
 
 /**
- * The standard error of each exponent, 1/s. It is the error of the mean of 16 to 31 parts of the
- * time, equal in length, from the scatter of their growth rates, plus one power of e divided by the
- * time, because the directions take time to align. About two in three exponents of a longer time
- * lie within one error, nearly all within two; exponents that tend to 0 are within two errors of 0.
- * Before there are four parts the error is the exponent's own size, or more.
+ * Computes the standard error of each exponent, 1/s: the error of the mean over 16 to 31 time spans
+ * of equal length, from the scatter of their growth rates, plus 1 over the total time, because the
+ * directions take time to align. About two in three exponents of a longer time lie within one
+ * error, nearly all within two; exponents that tend to 0 are within two errors of 0. With fewer
+ * than four spans, the error is at least the size of the exponent.
  *
  * error  out, `count` values.
  */
 void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
 
-/** Copies the motion's state at the end of the last interval: rad without whole turns, and rad/s.
+/** Copies the motion's state at the end of the last interval: rad, with whole turns removed, and
+ * rad/s.
  */
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
 
-/** Returns the frequency, 1/s, by which differences of rates are divided before they are compared
- * with differences of angles. */
+/** Returns the frequency, 1/s, that divides differences of rates before they are compared with
+ * differences of angles. */
 double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov);
 
 /** Returns the number of integration steps of all motions so far. */

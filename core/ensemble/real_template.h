@@ -1,7 +1,8 @@
 /* Real pendulums in the lanes of an ensemble, one per lane: their series, the balance of their
  * energies, and the propagation of small errors. Included by the kernel, after the numbers.
  * Leaves to others: the equations of motion (bodies_template), steps (kernel_ensemble).
- * Invariant: lanes may differ in the numbers of the list of terms, and as ideal pendulums do. */
+ * Invariant: lanes may differ in the values of the terms, and in everything in which ideal
+ * pendulums may. */
 #pragma once
 
 #include "core/bodies/bodies_template.h"
@@ -10,16 +11,17 @@
 #include "core/taylor/lanes/lanes_loads_template.h"
 #include "core/tree/turns.h"
 
-/* a neighbour's distance in its largest coordinate, rad, at which errors count as linear; an error
+/* largest coordinate, rad, of a neighbour's distance, small enough for linear errors; an error
  * below the second value counts as 0 */
 static const double real_near = 0x1p-20, real_least = 0x1p-1000;
 
-/* Numbers of a series to `order` in addition to those of an ideal pendulum; 0 for an ideal one. */
+/* Returns the numbers that a series to `order` needs in addition to those of an ideal pendulum; 0
+ * for an ideal pendulum. */
 static size_t real_numbers(const struct pend_terms *terms, int n, size_t series, int order) {
     return terms ? bodies_numbers(terms, (size_t)n, series, order) : 0;
 }
 
-/* lays out the additional arrays, and shares those of an ideal pendulum */
+/* places the additional arrays; the others are those of an ideal pendulum */
 static void real_lay(struct bodies_system *b, const struct ensemble_lanes *lanes,
                      const struct jets_system *s, size_t series, int order, num *memory) {
     *b = jets_bodies(s, lanes->terms, (const num *)(const void *)lanes->value);
@@ -46,8 +48,8 @@ static void real_bend(const struct bodies_system *b, const num phi[], const num 
     if (pend_terms_cart(b->terms)) bodies_cart_start(b, phi[0] + low[0]);
 }
 
-/* the orders by the quick form if it supports the pendulum, else by the general one; forces beyond
- * order 0 on request */
+/* computes the orders by the fast form if it supports the pendulum, otherwise by the general form;
+ * forces beyond order 0 on request */
 static void real_orders(const struct jets_system *s, const struct bodies_system *b,
                         const struct bodies_moment *now, int order, int forces) {
     if (s->n <= DENSE_MAX && jets_loads_known(b->terms)) {
@@ -62,7 +64,7 @@ static void real_orders(const struct jets_system *s, const struct bodies_system 
     if (forces) bodies_forces(b, order);
 }
 
-/* the series of a state */
+/* computes the series of a state */
 static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *lanes,
                                                   const struct jets_system *s,
                                                   const struct bodies_system *b, num unit,
@@ -74,13 +76,13 @@ static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *l
     real_orders(s, b, &now, order, lanes->forces);
 }
 
-/* the step of x units, or a shorter one required by the joints' dry friction */
+/* the step of x units, or a shorter step that the joints' dry friction requires */
 static num real_reach(const struct bodies_system *b, num x) {
     return b->need & BODIES_FRICTION ? bodies_reach(b, x) : x;
 }
 
-/* The work of the pivot in x units beyond the orders of its power, as pend_exchange_beyond, times
- * unit^2. */
+/* The work of the pivot in x units from the orders beyond those of its power, as
+ * pend_exchange_beyond, times unit^2. */
 static num real_beyond(const struct bodies_system *b, int order, num x) {
     num sum = num_of(0);
     for (int k = 2 * order - 2; k >= order; k--) {
@@ -95,8 +97,8 @@ static num real_beyond(const struct bodies_system *b, int order, num x) {
     return sum;
 }
 
-/* work of drives and heat of friction in a step of x units, J; stores its series for parts of the
- * step */
+/* Computes the work of drives minus the heat of friction in a step of x units, J; stores its series
+ * for fractions of the step. */
 static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *lanes,
                                                    const struct bodies_system *b, num unit, num x) {
     num sum = num_of(0), inverse = 1 / unit, work[ENSEMBLE_ORDER_MAX], heat[ENSEMBLE_ORDER_MAX];
@@ -110,7 +112,7 @@ static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *
     NUM_(put)(lanes->to.gain, NUM_(get)(lanes->from.gain) + sum * x);
 }
 
-/* A time, s, that converts the error of a rate to one of an angle. Dry friction is linear only for
+/* A time, s, that converts the error of a rate to that of an angle. Dry friction is linear only for
  * distances small compared with its speed; the joint with the smallest friction speed decides. */
 static num real_time(const struct ensemble_lanes *lanes, num length) {
     const double linear = 1e-5;
@@ -123,9 +125,9 @@ static num real_time(const struct ensemble_lanes *lanes, num length) {
     return time;
 }
 
-/* The series of errors, to first order: that of a neighbour in their direction minus the motion's
- * own, as in neighbour.c, in the rates of `near`. Returns the largest error of a force at the
- * start, times unit^2. s: the series of the neighbour. */
+/* The series of the errors, to first order: the series of a neighbour in their direction minus that
+ * of the motion, as in neighbour.c, stored in the rates of `near`. Returns the largest error of a
+ * force at the start, times unit^2. s: the series of the neighbour. */
 static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *lanes,
                                                  const struct jets_system *s,
                                                  const struct bodies_system *own,
@@ -137,7 +139,7 @@ static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *la
     num most = num_of(real_least), force = num_of(0), time = real_time(lanes, x * unit);
     const num *error_phi = (const num *)(const void *)doubt->phi,
               *error_rate = (const num *)(const void *)doubt->rate;
-    // arrays of the series that are not in use yet
+    // uses arrays of the series that are not needed yet
     num *phi = near->turned, *low = near->pulled;
     for (int k = 0; k < own->n; k++)
         most = num_max(most, num_max(num_abs(error_phi[k]), num_abs(error_rate[k] * time)));
