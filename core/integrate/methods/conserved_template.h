@@ -1,17 +1,17 @@
 /* Real pendulums that keep their energy, in angles and momenta: rates from momenta, and the force
  * on each angle, for the lanes of the symplectic kernel, which includes this after its numbers.
  * Leaves to others: the stages (kernel_symplectic), the factorization (bodies_template).
- * Invariant: O(n); what friction or a drive would do is not in it.
+ * Invariant: O(n); friction and drives are not supported.
  *
  * Derivation. In the frame of an arm its joint has the velocity v, its body the mass M, the first
- * moment h and the inertia J about the joint, and child c hangs at p_c and carries the momentum P_c
- * of all that hangs on it:
+ * moment h and the inertia J about the joint, and child c hangs at p_c, and the sub-tree of child c
+ * has the momentum P_c:
  *     P = M v + i h phi' + sum P_c,    L = conj(h) v + i J phi' + sum conj(p_c) P_c.
- * The momentum of the angle is p = Im L, and the kinetic energy has the derivative -phi' Re L by
- * the angle at fixed rates. (Re M)^-1 p are the accelerations that torques p give to a pendulum at
- * rest without gravity: the general kernel's order 0. A cart is an arm whose u is 1
- * (bodies_factor_template): its place has the momentum Im L, and the kinetic energy does not depend
- * on it.
+ * The momentum of the angle is p = Im L, and the kinetic energy has the derivative -phi' Re L with
+ * respect to the angle at fixed rates. (Re M)^-1 p are the accelerations that torques p give to a
+ * pendulum at rest without gravity: the general kernel's order 0. A cart is an arm whose u is 1
+ * (bodies_factor_template): the momentum of its position is Im L, and the kinetic energy does not
+ * depend on the position.
  */
 #pragma once
 
@@ -19,11 +19,11 @@
 #include "core/tree/turns.h"
 
 /*
- * Of every arm, beside the system of bodies:
+ * For every arm, in addition to the system of bodies:
  *
  * length, load              as the tree has them, m and kg
- * weight_x, weight_y        h + sum p_c m_c, m_c the mass of all that hangs on child c: g times it
- *                           is what gravity turns by
+ * weight_x, weight_y        h + sum p_c m_c, m_c the mass of the sub-tree of child c; times g: its
+ *                           torque by gravity
  * swing                     J + sum m_c |p_c|^2
  * mass                      M + sum m_c
  * couple_x, couple_y        L
@@ -34,7 +34,7 @@
 
 struct conserved {
     struct bodies_system body;
-    num *value; /* of the terms */
+    num *value; /* values of the terms */
 #define X(name) num *name;
     CONSERVED_ARRAYS(X)
 #undef X
@@ -47,13 +47,14 @@ enum {
         CONSERVED_COUNT
 };
 
-/* numbers that a pendulum takes: its arrays, the list of its terms, and the pivot's acceleration */
+/* the number of values that a pendulum needs: its arrays, the list of its terms, and the pivot's
+ * acceleration */
 static size_t conserved_numbers(const struct pend_terms *terms, int n) {
     if (!terms) return 0;
     return (size_t)(BODIES_ARRAY_COUNT + CONSERVED_COUNT) * (size_t)n + (size_t)terms->count + 2;
 }
 
-/* lays a pendulum into memory of conserved_numbers */
+/* places a pendulum in memory of conserved_numbers values */
 static struct conserved conserved_view(const struct pend_terms *terms, int n, const int parent[],
                                        num *at) {
     size_t row = (size_t)n;
@@ -78,7 +79,7 @@ static struct conserved conserved_view(const struct pend_terms *terms, int n, co
     return c;
 }
 
-/* copies a pendulum's numbers, and sums up what hangs on each arm */
+/* copies the values of a pendulum, and sums up the sub-tree of each arm */
 static void conserved_load(const struct conserved *c, const double len[], const double mass[],
                            const double value[]) {
     const struct bodies_system *b = &c->body;
@@ -102,7 +103,7 @@ static void conserved_load(const struct conserved *c, const double len[], const 
     b->lift_x[0] = b->lift_y[0] = num_of(0);
 }
 
-/* angles to the parents, their sines and cosines, and the factorization */
+/* computes angles relative to the parents, their sines and cosines, and the factorization */
 static void conserved_place(const struct conserved *c, const num phi[], const num low[]) {
     const struct bodies_system *b = &c->body;
     for (int k = 0; k < b->n; k++) {
@@ -116,7 +117,7 @@ static void conserved_place(const struct conserved *c, const num phi[], const nu
     bodies_factor(b);
 }
 
-/* phi' = (Re M)^-1 p, after conserved_place */
+/* computes phi' = (Re M)^-1 p, after conserved_place */
 static void conserved_rates(const struct conserved *c, const num momentum[], num rate[]) {
     const struct bodies_system *b = &c->body;
     for (int k = 0; k < b->n; k++) {
@@ -130,7 +131,7 @@ static void conserved_rates(const struct conserved *c, const num momentum[], num
     for (int k = 0; k < b->n; k++) rate[k] = b->answer[k];
 }
 
-/* L of all arms from their rates, after conserved_place */
+/* computes L of all arms from their rates, after conserved_place */
 static void conserved_flow(const struct conserved *c, const num rate[]) {
     const struct bodies_system *b = &c->body;
     for (int k = 0; k < b->n; k++) {
@@ -159,13 +160,13 @@ static void conserved_flow(const struct conserved *c, const num rate[]) {
     }
 }
 
-/* the forces on the angles, of motion, gravity and springs, after conserved_flow; up_re, up_im:
- * e^{i phi} */
+/* computes the forces on the angles from motion, gravity and springs, after conserved_flow; up_re,
+ * up_im: e^{i phi} */
 static void conserved_pull(const struct conserved *c, double gravity, const num rate[],
                            const num up_re[], const num up_im[]) {
     const struct bodies_system *b = &c->body;
     int stiff = b->terms->row[PEND_TERM_STIFFNESS] >= 0;
-    // a cart's frame does not turn
+    // the frame of a cart does not rotate
     if (pend_terms_cart(b->terms)) c->pull[0] = -gravity * c->weight_x[0];
     for (int k = pend_terms_cart(b->terms) ? 1 : 0; k < b->n; k++) {
         num fall = c->weight_x[k] * up_re[k] - c->weight_y[k] * up_im[k];

@@ -1,7 +1,7 @@
-/* What a pendulum is given by drives and loses by friction in a motion by power series: the
- * integral of a power, step by step. Leaves to others: the power's series (jets, extended), which
- * motions have one (terms). Invariant: the sum is compensated, so that a million steps add no more
- * than their own rounding. */
+/* The work of drives and the heat of friction in a motion by power series: integrals of a power,
+ * step by step. Leaves to others: the series of the power (jets, extended), which motions have a
+ * power (terms). Invariant: the sum is compensated, so that a million steps add no more than their
+ * own rounding. */
 #pragma once
 
 #include <assert.h>
@@ -10,27 +10,28 @@
 
 enum { PEND_EXCHANGE_ORDERS = 80 };
 
-/* J: up to the start of the last step, as a sum of two; since then a series over the square of the
- * unit, that of the power until it is taken, then its integral over x. */
+/* J: the sum up to the start of the last step, as a sum of two doubles; then a series for that
+ * step, divided by the square of the unit: first the power, later its integral over x. */
 struct pend_given {
     double sum, low;
-    int count;  /* coefficients, up to the last one that is not 0 */
-    double end; /* J, what the whole step gives */
+    int count;  /* number of coefficients up to the last one that is not 0 */
+    double end; /* J, integral over the whole step */
     double series[PEND_EXCHANGE_ORDERS];
 };
 
 struct pend_exchange {
-    int order;   /* coefficients of both series, at most PEND_EXCHANGE_ORDERS */
-    double unit; /* s, of the last step */
-    double end;  /* units after its start, where it ends */
-    double share[PEND_EXCHANGE_ORDERS]; /* 1 / (j + 1), once a step was taken */
+    int order;   /* number of coefficients of both series, at most PEND_EXCHANGE_ORDERS */
+    double unit; /* s, unit of the last step */
+    double end;  /* length of the last step in units */
+    double share[PEND_EXCHANGE_ORDERS]; /* 1 / (j + 1); set after the first step */
     struct pend_given work, heat;
 };
 
-/** Returns what the series has given x units after the start of the step, J. O(order). */
+/** Returns the integral of the series from the start of the step to x units after it, J.
+ * O(order). */
 static inline double pend_given_inside(const struct pend_exchange *exchange,
                                        const struct pend_given *given, double x) {
-    // four sums of every fourth power do not wait for each other
+    // sums every fourth power separately, because the four sums do not wait for each other
     double sum[4] = {0}, square = x * x, fourth = square * square, inverse = 1 / exchange->unit;
     if (!given->count) return 0;
     for (int j = (given->count - 1) / 4 * 4; j >= 0; j -= 4)
@@ -39,12 +40,12 @@ static inline double pend_given_inside(const struct pend_exchange *exchange,
     return (even + x * odd) * x * (inverse * inverse);
 }
 
-/** Returns all that was given when the last step has given `inside`, J. */
+/** Returns the total, J, if the integral inside the last step is `inside`. */
 static inline double pend_given_plus(const struct pend_given *given, double inside) {
     return given->sum + (given->low + inside);
 }
 
-/** Returns all that was given x units after the start of the last step, J. O(order). */
+/** Returns the total x units after the start of the last step, J. O(order). */
 static inline double pend_given_at(const struct pend_exchange *exchange,
                                    const struct pend_given *given, double x) {
     double inside = x == exchange->end ? given->end : pend_given_inside(exchange, given, x);
@@ -52,9 +53,10 @@ static inline double pend_given_at(const struct pend_exchange *exchange,
 }
 
 /**
- * Returns what the pivot gives x units after the start of the step beyond the first `from` orders
- * of its power, the product of its force and its velocity, of which `order` are known: the later
- * half of the product, which a quick drive's power does not fall off in. J times unit^2 / unit.
+ * Returns the work of the pivot x units after the start of the step from the orders beyond `from`
+ * of its power. The power is the product of force and velocity, of which `order` coefficients are
+ * known. With a fast drive, the later half of the product does not decrease. Unit: J times unit^2 /
+ * unit.
  *
  * force, speed  along the same two axes.
  * from          order .. 2 order - 1.
@@ -75,7 +77,7 @@ static inline double pend_exchange_beyond(const double *const force[2],
     return sum;
 }
 
-/** Takes the powers of a step that ends after x units. O(order). */
+/** Starts the series of the power for a step that ends after x units. O(order). */
 static inline void pend_exchange_take(struct pend_exchange *exchange, double x) {
     struct pend_given *both[] = {&exchange->work, &exchange->heat};
     assert(exchange->order >= 0 && exchange->order <= PEND_EXCHANGE_ORDERS && exchange->unit != 0);
@@ -93,7 +95,7 @@ static inline void pend_exchange_take(struct pend_exchange *exchange, double x) 
     }
 }
 
-/** Takes a step whose work and heat, J, are known, and that has no series. O(1). */
+/** Adds a step without a series whose work and heat, J, are known. O(1). */
 static inline void pend_exchange_put(struct pend_exchange *exchange, double x, double work,
                                      double heat) {
     exchange->end = x;
@@ -101,7 +103,7 @@ static inline void pend_exchange_put(struct pend_exchange *exchange, double x, d
     exchange->work.end = work, exchange->heat.end = heat;
 }
 
-/** Adds a step that has ended. */
+/** Adds a completed step. */
 static inline void pend_exchange_add(struct pend_exchange *exchange) {
     struct pend_given *both[] = {&exchange->work, &exchange->heat};
     for (int i = 0; i < 2; i++) {
@@ -112,7 +114,8 @@ static inline void pend_exchange_add(struct pend_exchange *exchange) {
     }
 }
 
-/** Shows the sums to a checkpoint; the series of the last step are computed again. */
+/** Saves the sums to a checkpoint, or restores them; the series of the last step are computed
+ * again. */
 static inline void pend_exchange_carry(struct pend_exchange *exchange,
                                        struct pend_checkpoint *checkpoint) {
     double *sums[] = {&exchange->work.sum, &exchange->work.low, &exchange->heat.sum,

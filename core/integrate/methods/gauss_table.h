@@ -1,18 +1,18 @@
 /* The coefficients of the Gauss-Legendre collocation of 8 stages, order 16, computed with 60
  * digits and rounded.
  * Leaves to others: steps (kernel_symplectic).
- * Invariant: through[j][i] + through[i][j] is 1 without any rounding, which is what makes the
- * map symplectic; and through[7 - j][7 - i] is through[i][j], which makes it symmetric. */
+ * Invariant: through[j][i] + through[i][j] is exactly 1, so that the map is symplectic; through[7 -
+ * j][7 - i] equals through[i][j], so that it is symmetric. */
 #pragma once
 
 enum { GAUSS_STAGES = 8 };
 
-/* weights b_j; as b_j is b_{7 - j}, in pairs */
+/* weights b_j, in pairs, because b_j = b_{7 - j} */
 static const double gauss_weight[GAUSS_STAGES] = {
     0x1.9ea1d04ca0374p-5, 0x1.c76fb531d2b96p-4, 0x1.413c50a255615p-3, 0x1.736360b199343p-3,
     0x1.736360b199343p-3, 0x1.413c50a255615p-3, 0x1.c76fb531d2b96p-4, 0x1.9ea1d04ca0374p-5};
 
-/* a_ij / b_j as [j][i]: what a stage j adds to every stage, in units of what it adds to the
+/* a_ij / b_j as [j][i]: the contribution of stage j to stage i, relative to its contribution to the
  * whole step */
 static const _Alignas(64) double gauss_through[GAUSS_STAGES][GAUSS_STAGES] = {
     {0x1.0000000000000p-1, 0x1.14f7117c3edf9p+0, 0x1.eb7f85d1a91e8p-1, 0x1.0654235bbce3ep+0,
@@ -33,8 +33,8 @@ static const _Alignas(64) double gauss_through[GAUSS_STAGES][GAUSS_STAGES] = {
      -0x1.9508d6ef38f80p-6, 0x1.4807a2e56e180p-5, -0x1.4f7117c3edf90p-4, 0x1.0000000000000p-1},
 };
 
-/* what a stage j tells of every stage of the next step, by the polynomial through all stages, as
- * [j][i] */
+/* extrapolation of stage j to every stage of the next step, with the polynomial through all stages,
+ * as [j][i] */
 static const _Alignas(64) double gauss_onward[GAUSS_STAGES][GAUSS_STAGES] = {
     {-0x1.82329d5f34ec4p-4, -0x1.22b73af4b84e0p+1, -0x1.f717a974ac986p+4, -0x1.fda9b043cebbap+7,
      -0x1.2fc297bf7039fp+10, -0x1.a979f561d6039p+11, -0x1.4ffda07d2a01dp+12,

@@ -4,7 +4,7 @@
 
 #include "core/simd/vec_isa.h"
 
-/* Gauss-Legendre of order 24 on 0 .. 1, and nothing in the lanes that are left over */
+/* Gauss-Legendre nodes of order 24 on 0 .. 1; the remaining lanes hold zeros */
 enum { NODES = 12, LANES_OF_NODES = 16, PARTS = (NODES + WIDE - 1) / WIDE };
 
 static const _Alignas(64) double nodes[LANES_OF_NODES] = {
@@ -27,12 +27,14 @@ static inline struct at_nodes nodes_of(double x) {
     return at;
 }
 
-/* coefficient j of a series whose terms are `stride` apart, less that of `from`, unless NULL */
+/* coefficient j of a series whose terms are `stride` apart, minus that of `from` unless it is
+ * NULL */
 static inline wide nodes_term(const double *a, const double *from, int stride, int j) {
     return wide_of(a[j * stride] - (from ? from[j * stride] : 0));
 }
 
-/* the series of `order` terms; even and odd ones do not wait for each other */
+/* sums the series of `order` terms; even and odd terms are summed separately, because the two sums
+ * do not wait for each other */
 static inline struct at_nodes nodes_sum(const struct at_nodes *x, const double *a,
                                         const double *from, int stride, int order) {
     struct at_nodes even, odd, square;
@@ -52,15 +54,15 @@ static inline struct at_nodes nodes_sum(const struct at_nodes *x, const double *
     return even;
 }
 
-/* adds a factor times a product to the power */
+/* adds to the power: a factor times a product */
 static inline void nodes_add(struct at_nodes *power, double factor, const struct at_nodes *a,
                              const struct at_nodes *b) {
     for (int p = 0; p < PARTS; p++)
         power->part[p] = wide_fma(factor * a->part[p], b->part[p], power->part[p]);
 }
 
-/* The integral over the nodes' interval, of length 1. The order of the sum is that of every width
- * of vectors. */
+/* The integral over the nodes' interval of length 1. The order of summation is the same for every
+ * vector width. */
 static inline double nodes_integral(const struct at_nodes *power) {
     double each[PARTS * WIDE], sum[4] = {0};
     for (int p = 0; p < PARTS; p++) {
@@ -72,7 +74,7 @@ static inline double nodes_integral(const struct at_nodes *power) {
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* friction of up to eight arms, by the rates of the joints; returns its integral */
+/* the friction of up to eight arms, from the rates of the joints; returns its integral */
 static double nodes_loss(const struct jets_system *s, double x, const double damping[], double unit,
                          int order) {
     struct at_nodes at = nodes_of(x), power = nodes_of(0);
@@ -85,8 +87,8 @@ static double nodes_loss(const struct jets_system *s, double x, const double dam
     return nodes_integral(&power);
 }
 
-/* the friction of eight arms of a larger tree, arms side by side and all nodes in turn; adds its
- * integral to each arm's */
+/* The friction of eight arms of a larger tree: the arms in lanes, the nodes one after the other.
+ * Adds its integral to that of each arm. */
 static void nodes_tile(const struct jets_system *s, const double x[NODES], int tile, int order,
                        double sum[PEND_JETS_PAD]) {
     const struct jets_loads *loads = s->loads;
@@ -113,7 +115,7 @@ static double nodes_losses(const struct jets_system *s, double x, int order) {
     return all;
 }
 
-/* torques, which stand as forces across the arms */
+/* torques, stored as forces across the arms */
 static void nodes_effort(const struct jets_system *s, const struct at_nodes *x, int order,
                          struct at_nodes *power) {
     const double *force = s->loads->given + (s->n > 4 ? 8 : s->n > 2 ? 4 : 2);
@@ -125,7 +127,7 @@ static void nodes_effort(const struct jets_system *s, const struct at_nodes *x, 
     }
 }
 
-/* the heat of joints that slide: of a constant torque, less it times the angle */
+/* the heat of sliding joints: a constant torque times the angle, with the opposite sign */
 static double nodes_slides(const struct jets_system *s, const double slide[], double x, int order) {
     double lost = 0;
     for (int k = 0; k < s->n; k++) {
@@ -141,7 +143,7 @@ static double nodes_slides(const struct jets_system *s, const double slide[], do
     return lost;
 }
 
-/* whether the pivot moves to the right, too */
+/* whether the pivot also moves to the right */
 static int nodes_sideways(const struct pend_terms *terms) {
     int found = terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0;
     for (int i = 0; i < terms->harmonics; i++)
@@ -149,7 +151,7 @@ static int nodes_sideways(const struct pend_terms *terms) {
     return found;
 }
 
-/* the pivot's force along its velocity, in axes that are fixed */
+/* the power of the pivot's force along its velocity, in fixed axes */
 static void nodes_haul(const struct jets_system *s, const struct at_nodes *x, int order,
                        struct at_nodes *power) {
     const struct jets_loads *loads = s->loads;

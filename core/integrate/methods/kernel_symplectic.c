@@ -14,12 +14,12 @@ enum { WIDTH = 8 };
 #include "core/integrate/methods/conserved_template.h"
 
 /*
- * Of every stage, beside the tree system:
+ * For every stage, in addition to the tree system:
  *
- * turn, boost        what phi and p gain in the step by it: h b_j phi', h b_j p'
+ * turn, boost        contribution to phi and p in the step: h b_j phi', h b_j p'
  * phi, phi_low       angles, as sums of two
  * up_re, up_im       e^{i phi}
- * go_re, go_im       z', then the momentum of all that hangs on the arm
+ * go_re, go_im       z', then the momentum of the arm and its sub-tree
  */
 #define SYMPLECTIC_ARRAYS(X)                                                                       \
     X(turn) X(boost) X(phi) X(phi_low) X(rate) X(up_re) X(up_im) X(go_re) X(go_im)
@@ -33,7 +33,7 @@ enum {
 
 struct symplectic_lanes {
     struct jets_system tree;
-    int real; /* the pendulum has terms: `body` is used, and of `tree` only drag_im */
+    int real; /* the pendulum has terms: `body` is used, and only drag_im of `tree` */
     struct conserved body;
 #define X(name) num *name;
     SYMPLECTIC_ARRAYS(X)
@@ -74,7 +74,7 @@ static void symplectic_load(struct symplectic_system *system, const double len[]
     }
 }
 
-/* sines and cosines of all angles, and the tree system */
+/* computes sines and cosines of all angles, and the tree system */
 static void symplectic_place(const struct symplectic_lanes *s) {
     const struct jets_system *tree = &s->tree;
     for (int k = 0; k < tree->n; k++) {
@@ -97,8 +97,8 @@ static void symplectic_place(const struct symplectic_lanes *s) {
         jets_factor(tree);
 }
 
-/* phi' = (Re M)^-1 p: a momentum is a couple on its arm, a force p / l across it; p is in
- * drag_im */
+/* Computes phi' = (Re M)^-1 p. A momentum acts as a couple on its arm, which is a force p / l
+ * across it; p is in drag_im. */
 static void symplectic_solve(const struct symplectic_lanes *s) {
     const struct jets_system *tree = &s->tree;
     if (s->real) {
@@ -119,7 +119,7 @@ static void symplectic_solve(const struct symplectic_lanes *s) {
     }
 }
 
-/* momenta of all that hangs on each arm, from the rates */
+/* computes the momentum of the sub-tree of each arm from the rates */
 static void symplectic_flow(const struct symplectic_lanes *s) {
     const struct jets_system *tree = &s->tree;
     if (s->real) {
@@ -139,7 +139,7 @@ static void symplectic_flow(const struct symplectic_lanes *s) {
     }
 }
 
-/* start + what the stages add, through the tableau */
+/* the start plus the contributions of the stages, by the tableau */
 VEC_INLINE num symplectic_through(num gain) {
     num sum = num_of(0);
     for (int j = 0; j < GAUSS_STAGES; j++)
@@ -147,8 +147,8 @@ VEC_INLINE num symplectic_through(num gain) {
     return sum;
 }
 
-/* the force on the angle of arm k: p' = - l (phi' Re(conj(u) P) + g m cos phi), P and m of all that
- * hangs on the arm */
+/* the force on the angle of arm k: p' = - l (phi' Re(conj(u) P) + g m cos phi), with P and m of the
+ * arm and its sub-tree */
 VEC_INLINE num symplectic_force(const struct symplectic_system *system,
                                 const struct symplectic_lanes *s, int k) {
     if (s->real) return s->body.pull[k];
@@ -157,15 +157,15 @@ VEC_INLINE num symplectic_force(const struct symplectic_system *system,
                                      system->loads.gravity * system->subtree_mass[k] * s->up_re[k]);
 }
 
-/* what turns with the angle of arm k, kg m^2 */
+/* the inertia that turns with the angle of arm k, kg m^2 */
 VEC_INLINE num symplectic_inertia(const struct symplectic_system *system,
                                   const struct symplectic_lanes *s, int k) {
     if (s->real) return s->body.swing[k];
     return system->subtree_mass[k] * s->tree.len[k] * s->tree.len[k];
 }
 
-/* one iteration: angles from rates, rates from momenta, forces from both; returns the largest
- * change as an angle */
+/* One iteration: angles from rates, rates from momenta, forces from both. Returns the largest
+ * change as an angle. */
 static double symplectic_iterate(const struct symplectic_system *system,
                                  const struct symplectic_lanes *s,
                                  const struct symplectic_state *from, num weight) {
@@ -185,7 +185,7 @@ static double symplectic_iterate(const struct symplectic_system *system,
     for (int k = 0; k < tree->n; k++) {
         num turn = weight * s->rate[k], boost = weight * symplectic_force(system, s, k);
         change = lanes8_max(change, lanes8_abs(turn - s->turn[k]));
-        // of a momentum: what the angle would change by in a step
+        // for a momentum: the change of the angle in a step
         num inertia = symplectic_inertia(system, s, k);
         change = lanes8_max(change, system->length * lanes8_abs(boost - s->boost[k]) / inertia);
         s->turn[k] = turn;
@@ -200,21 +200,22 @@ static double symplectic_iterate(const struct symplectic_system *system,
     return most;
 }
 
-/* Iterates until rounding keeps the stages from coming any closer, and once more: an end that
- * always lacks a little on the same side makes the energy drift (Hairer, McLachlan, Razakarivony
- * 2008). */
+/* Iterates until rounding stops the convergence of the stages, and once more. Otherwise the end
+ * would always deviate to the same side, and the energy would drift (Hairer, McLachlan,
+ * Razakarivony 2008). */
 static int symplectic_converge(struct symplectic_system *system, const struct symplectic_lanes *s,
                                const struct symplectic_state *from, num weight) {
     enum { ITERATIONS = 100, WINDOW = 8 };
-    // the momentum of an arm is a sum over all that hangs on it, and is rounded as such
+    // the momentum of an arm is a sum over its sub-tree, and has the rounding error of that sum
     double last = INFINITY, size = 0, near = 1e-12 * (system->n > 8 ? system->n / 8.0 : 1);
-    // in a chain of thousands of arms rounding keeps stages from coming as near, and they only stop
-    // coming nearer
+    // in a chain of thousands of arms, rounding stops the convergence earlier, and the only sign is
+    // that the changes no longer decrease
     double noise = fmin(1e-6, 4e-15 * system->n * system->n), least = INFINITY, earlier = INFINITY;
     for (int i = 0; i < ITERATIONS; i++) {
         double change = symplectic_iterate(system, s, from, weight);
         system->iterations++;
-        // later than in the first, numbers that are not finite come of stages that do not converge
+        // after the first iteration, values that are not finite mean that the stages do not
+        // converge
         if (isnan(change)) return i ? 0 : -1;
         if (i == 0)
             for (int k = 0; k < system->n; k++)
@@ -234,7 +235,7 @@ static int symplectic_converge(struct symplectic_system *system, const struct sy
     return 0;
 }
 
-/* high + low + the sum over the stages, to all digits of two doubles */
+/* high + low + the sum over the stages, exact to the digits of two doubles */
 static void symplectic_sum(double high, double low, num gain, double *to, double *to_low) {
     for (int j = 0; j < GAUSS_STAGES; j++) {
         double sum = high + gain[j], part = sum - high;
@@ -255,7 +256,7 @@ static int symplectic_step(struct symplectic_system *system, const struct symple
     for (int k = 0; k < system->n; k++) {
         symplectic_sum(from->phi[k], from->phi_low[k], s.turn[k], &to->phi[k], &to->phi_low[k]);
         symplectic_sum(from->p[k], from->p_low[k], s.boost[k], &to->p[k], &to->p_low[k]);
-        // the first guess of the next step
+        // the first guess for the next step
         num turn = num_of(0), push = num_of(0);
         for (int j = 0; j < GAUSS_STAGES; j++) {
             turn = num_fma(num_of(s.turn[k][j]), *(const num *)gauss_onward[j], turn);

@@ -9,7 +9,8 @@
 #include "core/base/isa.h"
 #include "core/tree/loads.h"
 
-/* Angles, rad, and their momenta p = Re M phi', kg m^2 rad/s, as sums of two: n values each. */
+/* Angles, rad, and their momenta p = Re M phi', kg m^2 rad/s, as sums of two doubles; n values
+ * each. */
 struct symplectic_state {
     double *phi, *phi_low, *p, *p_low;
 };
@@ -17,19 +18,19 @@ struct symplectic_state {
 struct symplectic_system {
     int n;
     const int *parent, *end;
-    struct pend_loads loads;    /* what acts on the tree; terms keep its energy */
+    struct pend_loads loads;    /* gravity and other loads; the terms conserve the energy */
     const double *subtree_mass; /* n values, kg */
-    double length;              /* s, > 0: the size of the step, in either direction */
+    double length;              /* s, > 0: length of the step, in either direction of time */
     double weight[8];           /* s: the step times b_j */
-    double *lanes;   /* symplectic_count doubles, aligned to 64: the tree system, eight lanes a
-                        value */
-    long iterations; /* in all steps so far */
+    double *lanes;   /* symplectic_count doubles, aligned to 64: the tree system, eight lanes per
+                      * value */
+    long iterations; /* number of iterations in all steps so far */
 };
 
 struct symplectic_kernel {
     /** Returns the number of doubles in `lanes` for n arms; terms: NULL for ideal pendulums. */
     size_t (*count)(const struct pend_terms *terms, int n);
-    /** Copies a tree and the numbers of its terms into the lanes; the first guess for the next step
+    /** Copies a tree and the values of its terms into the lanes; the first guess for the next step
      * is a constant state. */
     void (*load)(struct symplectic_system *system, const double len[], const double mass[]);
     /** Computes the momenta p = Re M(phi) phi'. O(n). */

@@ -6,7 +6,7 @@
 double pend_times_at(const struct pend_times *times, long i) {
     assert(i >= 0 && i < times->count);
     if (times->list) return times->list[i];
-    /* the last instant of a grid whose step divides its span is its end, without a rounding */
+    /* the last instant of a grid is exactly its end if the step divides the span */
     if ((double)i == times->divisor) return times->start + times->span;
     return times->start + (double)i * times->span / times->divisor;
 }
@@ -18,7 +18,7 @@ void pend_times_list(const struct pend_times *times, long first, int count, doub
         return;
     }
     double base = (double)first, start = times->start, span = times->span, divisor = times->divisor;
-    // whole numbers of this size are exact
+    // whole numbers of this size are exact in doubles
     for (int i = 0; i < count; i++) t[i] = start + (base + i) * span / divisor;
     double last = divisor - base;
     if (last >= 0 && last < count && last == (int)last) t[(int)last] = start + span;

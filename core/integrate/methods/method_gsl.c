@@ -13,36 +13,36 @@
 #include "core/dynamics/dynamics.h"
 #include "core/integrate/methods/method.h"
 
-/* what GSL can still meet: the rounding of an angle of one radian */
+/* the best accuracy of GSL's methods: the rounding error of an angle of one radian */
 static const double GSL_RTOL_LEAST = 1e-16;
 
 struct gsl_stepper {
     const struct pend_tree *tree;
     struct pend_loads loads;
     gsl_odeiv2_system system;
-    gsl_odeiv2_driver
-        driver; /* made here part by part: GSL's own maker does not look whether it got memory */
+    gsl_odeiv2_driver driver; /* allocated part by part, because gsl_odeiv2_driver_alloc does not
+                               * check its allocations */
     gsl_odeiv2_control control;
     double atol, rtol;
-    double t,
-        size; /* s: reached, relative to the first instant; the next step, with its direction */
+    double t, size; /* s: end of the last step, relative to the first instant; signed length of the
+                     * next step */
     struct pend_stepper_counts counts;
-    long rejected; /* steps before GSL's last start */
-    double start;  /* s, the first instant in the request's own time */
+    long rejected; /* steps rejected before GSL's last restart */
+    double start;  /* s, the first instant in the time of the request */
     int n;
-    int gives; /* drives and friction change the energy */
-    /* phi and phi' beneath each other, 2 n values, where something changes the energy the work and
-     * the heat so far, J, which no step depends on; behind them three times as much of scratch */
+    int gives; /* drives or friction change the energy */
+    /* phi, then phi', 2 n values; if the energy changes also work and heat so far, J, which do not
+     * affect the steps; then three times as much scratch memory */
     double *y;
     void *work;
 };
 
-/* GSL's default handler aborts the process, even when memory is short, and is the property of
- * the whole process: it is switched off once, before main, where no other thread can look. A
- * host that sets one of its own later keeps it. */
+/* GSL's default error handler aborts the process, even if memory is short, and is global. It is
+ * switched off once, before main, while no other thread runs. A handler that a host sets later is
+ * kept. */
 __attribute__((constructor)) static void gsl_stepper_quieten(void) { gsl_set_error_handler_off(); }
 
-/* the right-hand side; where it overflows GSL_EBADFUNC ends the step */
+/* the right-hand side; if it overflows, GSL_EBADFUNC ends the step */
 static int gsl_stepper_derivative(double t, const double y[], double f[], void *context) {
     struct gsl_stepper *g = context;
     int n = g->n, bad = 0;
@@ -68,8 +68,8 @@ static double gsl_stepper_norm(const struct gsl_stepper *g, const struct pend_pr
     return sqrt(sum / (2 * g->n));
 }
 
-/* The first step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4,
- * for a method of that order; `scratch` has three times the values of y. */
+/* The first step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4, for
+ * a method of the given order; `scratch` has three times as many values as y. */
 static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_problem *problem,
                                      int order, double scratch[]) {
     int m = (int)g->system.dimension;
@@ -115,7 +115,7 @@ static int gsl_control_errlevel(void *state, const double y, const double slope,
                                 const size_t index, double *level) {
     const struct gsl_stepper *g = state;
     *level = gsl_control_level(state, y, slope, size);
-    if (index >= 2 * (size_t)g->n) *level = DBL_MAX; // work and heat, of whatever size
+    if (index >= 2 * (size_t)g->n) *level = DBL_MAX; // work and heat may have any error
     return *level <= 0 ? GSL_ESANITY : GSL_SUCCESS;
 }
 
@@ -128,8 +128,8 @@ static const gsl_odeiv2_control_type gsl_control = {"tolerances", .hadjust = gsl
                                                     .errlevel = gsl_control_errlevel,
                                                     .set_driver = gsl_control_set_driver};
 
-/* fills the driver as gsl_odeiv2_driver_alloc_y_new does, but looks at every allocation; 0 = out
- * of memory */
+/* fills the driver as gsl_odeiv2_driver_alloc_y_new does, but checks every allocation; 0 = out of
+ * memory */
 static int gsl_stepper_drive(struct gsl_stepper *g, const gsl_odeiv2_step_type *type) {
     gsl_odeiv2_driver *d = &g->driver;
     *d = (gsl_odeiv2_driver){.sys = &g->system, .h = g->size, .hmax = DBL_MAX};
@@ -146,9 +146,9 @@ static void gsl_stepper_free(struct gsl_stepper *g) {
     free(g);
 }
 
-/* The part of both tolerances that one step is asked for, calibrated by make bench-precision:
- * `loose` from rtol 1e-6 on, `tight` up to 1e-9, in between a power of rtol. The errors of
- * Prince and Dormand's steps fall faster than the tolerance does. */
+/* The fraction of both tolerances that is requested of each step, calibrated by make
+ * bench-precision: `loose` for rtol >= 1e-6, `tight` for rtol <= 1e-9, and a power of rtol between
+ * them. The errors of Prince and Dormand's steps decrease faster than the tolerance. */
 struct gsl_share {
     double loose, tight;
 };
@@ -159,9 +159,9 @@ static double gsl_share_at(struct gsl_share share, double rtol) {
     return share.loose * pow(share.tight / share.loose, part);
 }
 
-/* What GSL is asked for. It bounds the error of one step; a share of the tolerances keeps what
- * the steps of a run leave together within 30 times the tolerances, as long as the motion does
- * not amplify it (core/theory.md has the figures). */
+/* The tolerances requested of GSL, which bounds the error of one step. With these fractions, the
+ * total error of a run stays within 30 times the tolerances unless the motion amplifies it
+ * (core/theory.md has the figures). */
 static struct pend_problem gsl_stepper_tighten(const struct pend_problem *problem,
                                                struct gsl_share shares) {
     struct pend_problem tight = *problem;
@@ -218,9 +218,9 @@ static void gsl_stepper_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* One accepted step of GSL's. Where it would end within a hundredth of the limit it is stretched to
- * land there, since GSL can miss by a rounding and then makes a step of that size; a step that is
- * cut or stretched leaves the size alone.
+/* One accepted step of GSL. A step that would end within a hundredth of its length before the limit
+ * is stretched to the limit; otherwise GSL may miss it by a rounding error and take a step of that
+ * size. A cut or stretched step does not change the step size.
  */
 static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     gsl_odeiv2_driver *d = &g->driver;
@@ -232,8 +232,8 @@ static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     return status;
 }
 
-/* The same; where it fails on numbers that are not finite, once more without history: GSL's
- * multistep method divides by differences that vanish where two states are all but one. */
+/* The same; if a value is not finite, once more without history, because GSL's multistep method
+ * divides by the difference of two states, which may vanish. */
 static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
     double t = g->t, size = g->size, *kept = g->y + g->system.dimension;
     size_t bytes = g->system.dimension * sizeof(double);
@@ -267,7 +267,7 @@ static void gsl_stepper_at(void *stepper, const double t[], int count,
                            const struct pend_points *points) {
     struct gsl_stepper *g = stepper;
     size_t row = (size_t)g->n * sizeof(double);
-    (void)t; /* only ever the end of the last step */
+    (void)t; /* always the end of the last step */
     for (int i = 0; i < count; i++) {
         memcpy(points->phi + i * g->n, g->y, row);
         memcpy(points->rate + i * g->n, g->y + g->n, row);
@@ -277,15 +277,15 @@ static void gsl_stepper_at(void *stepper, const double t[], int count,
 static void gsl_stepper_exchange(const void *stepper, const double t[], int count, double work[],
                                  double heat[]) {
     const struct gsl_stepper *g = stepper;
-    (void)t; /* only ever the end of the last step */
+    (void)t; /* always the end of the last step */
     for (int i = 0; i < count; i++) {
         work[i] = g->gives ? g->y[2 * g->n] : 0;
         heat[i] = g->gives ? g->y[2 * g->n + 1] : 0;
     }
 }
 
-/* the steppers of one step keep nothing but what their driver shows: the last derivative, and
- * that there is one */
+/* one-step methods keep no state beyond that of their driver: the last derivative, and whether it
+ * exists */
 static void gsl_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct gsl_stepper *g = stepper;
     gsl_odeiv2_evolve *e = g->driver.e;
@@ -319,7 +319,7 @@ static enum pend_status gsl_stepper_open_rk8pd(void **stepper, const struct pend
                             (struct gsl_share){0.2, 0.7});
 }
 
-/* its order varies and begins at 1 */
+/* its order varies and starts at 1 */
 static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pend_problem *problem,
                                                  struct pend_error *error) {
     return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1,
@@ -352,7 +352,7 @@ GSL_STEPPER(rkf45, gsl_stepper_carry,
 GSL_STEPPER(rk8pd, gsl_stepper_carry,
             "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; a step ends at every "
             "requested instant.");
-/* the history of the multistep method is out of reach: such a run is never cut */
+/* GSL does not expose the history of the multistep method, so such a run cannot be saved or cut */
 GSL_STEPPER(msadams, NULL,
             "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; a step ends "
             "at every requested instant.");

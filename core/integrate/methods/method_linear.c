@@ -14,10 +14,10 @@ struct linear {
     struct pend_modes *modes;
     struct pend_stepper_counts counts;
     int n;
-    double *phase;      /* rad, one a mode */
+    double *phase;      /* rad, one phase per mode */
     double *rest;       /* rad, the hanging position nearest to the start: phi = rest + theta */
-    double *swing;      /* rad, the start's angle from it */
-    double *phi, *rate; /* the start */
+    double *swing;      /* rad, the start's angle from that position */
+    double *phi, *rate; /* the initial state */
 };
 
 static void linear_close(void **stepper) {
@@ -27,7 +27,8 @@ static void linear_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* the modes, phases from the start, amplitudes into the vectors; scratch has n values */
+/* computes the modes, the initial phases, and the amplitudes, which scale the vectors; scratch has
+ * n values */
 static enum pend_status linear_start(struct linear *linear, const struct pend_problem *problem,
                                      double scratch[], struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
@@ -68,7 +69,7 @@ static enum pend_status linear_open(void **stepper, const struct pend_problem *p
     return status;
 }
 
-/* the whole time is one step */
+/* the whole time span is one step */
 static enum pend_status linear_step(void *stepper, double limit, double *reached,
                                     struct pend_error *error) {
     struct linear *linear = stepper;
@@ -78,12 +79,12 @@ static enum pend_status linear_step(void *stepper, double limit, double *reached
     return PEND_OK;
 }
 
-/* how far the hanging position that the start is nearest to is from theta = 0, rad */
+/* the distance of the hanging position nearest to the start from theta = 0, rad */
 static double linear_turns(const struct linear *linear, int k) {
     return rint(linear->rest[k] / (2 * M_PI) + 0.25) * (2 * M_PI);
 }
 
-/* one instant: the sum of the modes; acc and theta may be NULL */
+/* the state at one instant: the sum of the modes; acc and theta may be NULL */
 static void linear_sum(const struct linear *linear, double t, double phi[], double rate[],
                        double acc[], double theta[]) {
     int n = linear->n;
@@ -114,7 +115,7 @@ static void linear_at(void *stepper, const double t[], int count,
         if (t[i] != 0) continue;
         for (size_t k = 0; k < n && theta; k++)
             theta[k] = linear->swing[k] + linear_turns(linear, (int)k);
-        /* the start itself, without a rounding */
+        /* the initial state itself, without rounding errors */
         memcpy(phi, linear->phi, n * sizeof(double));
         memcpy(rate, linear->rate, n * sizeof(double));
     }
@@ -124,7 +125,7 @@ static struct pend_stepper_counts linear_counts(const void *stepper) {
     return ((const struct linear *)stepper)->counts;
 }
 
-/* the modes are found anew, the same ones */
+/* the modes are computed again, with the same result */
 static void linear_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct linear *linear = stepper;
     pend_stepper_counts_carry(&linear->counts, checkpoint);

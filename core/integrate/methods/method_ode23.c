@@ -1,9 +1,9 @@
 /* ode23: the pair of Bogacki and Shampine, 3(2), with the step control, the defaults and the
  * interpolant of MATLAB's function of that name.
  * Leaves to others: the time loop (run).
- * Invariant: y, f[0] belong to the begin of the last step, y_end, f[3] to its end. From rtol
- * 1e-3 on, which is MATLAB's default, every operation is MATLAB's; below it the tolerances are
- * calibrated and the state is a compensated sum. */
+ * Invariant: y, f[0] belong to the start of the last step; y_end, f[3] to its end. For rtol >=
+ * 1e-3, MATLAB's default, every operation is the same as in MATLAB; for smaller values the
+ * tolerances are calibrated and the state is a compensated sum. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,39 +15,40 @@
 struct ode23 {
     const struct pend_tree *tree;
     struct pend_loads loads;
-    double asked, rtol, threshold; /* the caller's rtol, and what one step is asked for */
+    double asked, rtol, threshold; /* the caller's rtol; the tolerances requested of one step */
     double begin, end,
-        length; /* s: the last step's begin, end and end - begin; before the first step all 0 */
-    double first, last;    /* s: the first instant in the request's own time; the last, relative */
-    double size, size_max; /* s, of the next step and of any, >= 0 */
+        length; /* s: start and end of the last step, and its length; all 0 before the first step */
+    double first, last;    /* s: the first instant in the time of the request; the last instant,
+                            * relative */
+    double size, size_max; /* s, length of the next step, and of the longest allowed step, >= 0 */
     struct pend_stepper_counts counts;
     int n;
-    int gives;  /* drives and friction change the energy */
-    int count;  /* 2 n, and 2 more where something changes the energy */
-    int matlab; /* each operation is MATLAB's */
-    /* phi and phi' beneath each other, 2 n values each, with the work and the heat so far, J, which
-     * no step depends on; and their derivatives */
+    int gives;  /* drives or friction change the energy */
+    int count;  /* 2 n, plus 2 if the energy changes */
+    int matlab; /* every operation is the same as in MATLAB */
+    /* phi, then phi', 2 n values, then work and heat so far, J, which do not affect the steps; and
+     * their derivatives */
     double *y, *y_end, *f[4];
-    double *low,
-        *low_end; /* what rounding has left of y and y_end; 0 where each operation is MATLAB's */
+    double *low, *low_end; /* rounding errors of y and y_end; 0 if every operation is the same as in
+                            * MATLAB */
     void *work;
 };
 
-/* MATLAB's default, from which on nothing differs from MATLAB's */
+/* MATLAB's default, above which nothing differs from MATLAB */
 static const double ODE23_MATLAB_RTOL = 1e-3;
 
-/* what a step is asked for below that, as a part of both tolerances: calibrated by make
+/* the fraction of both tolerances that is requested of a step below that: calibrated by make
  * bench-precision, so that the error of a run stays within 30 times its tolerance */
 static const double ODE23_SHARE = 0.1;
 
 enum { ODE23_ROWS = 8 };
 
-/* rows of the last step's derivatives for the second and third stage and the result, weights of
+/* weights of the last step's derivatives for the second and third stage, for the result, and for
  * the error estimate */
 static const double ode23_stage2 = 1.0 / 2, ode23_stage3 = 3.0 / 4;
 static const double ode23_result[3] = {2.0 / 9, 1.0 / 3, 4.0 / 9};
 static const double ode23_error[4] = {-5.0 / 72, 1.0 / 12, 1.0 / 9, -1.0 / 8};
-/* the interpolant's weight of derivative j is its polynomial in s = (t - begin)/length, without
+/* weight of derivative j in the interpolant: a polynomial in s = (t - begin)/length without
  * constant term */
 static const double ode23_interpolant[4][3] = {
     {1, -4.0 / 3, 5.0 / 9}, {0, 1, -2.0 / 3}, {0, 4.0 / 3, -8.0 / 9}, {0, -1, 1}};
@@ -64,8 +65,8 @@ static void ode23_derivative(struct ode23 *o, double time, const double y[], dou
     o->counts.evaluations++;
 }
 
-/* MATLAB's initial step, from |y'| alone. MATLAB bounds it by the first wanted gap too, so that
- * the motion would depend on which instants are asked for. */
+/* MATLAB's initial step, from |y'| alone. MATLAB also bounds it by the first requested interval;
+ * then the motion would depend on the requested instants. */
 static double ode23_first_size(const struct ode23 *o) {
     double rate = 0;
     for (int i = 0; i < 2 * o->n; i++)
@@ -125,7 +126,7 @@ static void ode23_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* the end of the last step is the begin of the next, its last derivative the first one */
+/* the end of the last step becomes the start of the next, and its last derivative the first one */
 static void ode23_advance(struct ode23 *o) {
     double *y = o->y, *f = o->f[0], *low = o->low;
     o->y = o->y_end;
@@ -137,17 +138,16 @@ static void ode23_advance(struct ode23 *o) {
     o->begin = o->end;
 }
 
-/* y_end = y + change as a sum of two doubles; a short run's thousand steps do not need it, a
- * million steps do */
+/* y_end = y + change as a sum of two doubles; needed for a million steps, not for a thousand */
 static void ode23_sum(struct ode23 *o, int i, double change) {
     double y = o->y[i], part = change + o->low[i], end = y + part, moved = end - y;
     o->y_end[i] = end;
     o->low_end[i] = (y - (end - moved)) + (part - moved);
 }
 
-/* One try from begin to end. The stages use `h`, as MATLAB does, before end - begin takes its
- * place; where the tolerance is tighter than MATLAB's default they use end - begin, which
- * differs from `h` by a rounding of the time. */
+/* One try from begin to end. The stages use `h`, as in MATLAB, and the result end - begin. If the
+ * tolerance is tighter than MATLAB's default, the stages also use end - begin, which differs from
+ * `h` by a rounding error of the time. */
 static void ode23_try(struct ode23 *o, double h) {
     int m = o->count;
     double *y = o->y, *y_end = o->y_end, *f0 = o->f[0], *f1 = o->f[1], *f2 = o->f[2];
@@ -184,13 +184,13 @@ static double ode23_estimate(const struct ode23 *o) {
 static enum pend_status ode23_step(void *stepper, double limit, double *reached,
                                    struct pend_error *error) {
     struct ode23 *o = stepper;
-    (void)limit; /* it is the last instant, known since the start */
+    (void)limit; /* it is always the last instant */
     ode23_advance(o);
     double size_min = 16 * (nextafter(fabs(o->begin), INFINITY) - fabs(o->begin));
     o->size = fmin(o->size_max, fmax(size_min, o->size));
     double h = copysign(o->size, o->last), estimate;
 
-    /* stretch the step if it comes within 10 % of the last instant */
+    /* stretch the step if it would end within 10 % of the last instant */
     int last = 1.1 * o->size >= fabs(o->last - o->begin);
     if (last) h = o->last - o->begin;
     o->size = fabs(h);
@@ -221,7 +221,7 @@ static enum pend_status ode23_step(void *stepper, double limit, double *reached,
     return PEND_OK;
 }
 
-/* the weights of the derivatives in the cubic through both ends with the slopes there, as MATLAB's
+/* the weights of the derivatives in the cubic through both ends with their slopes, as in MATLAB's
  * ntrp23 */
 static void ode23_weigh(const struct ode23 *o, double t, double weight[4]) {
     double s = (t - o->begin) / o->length;

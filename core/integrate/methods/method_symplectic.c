@@ -1,7 +1,7 @@
 /* symplectic: Gauss-Legendre collocation of order 16 with a fixed step, for very long runs.
  * Leaves to others: the stages (kernel_symplectic), the series for instants inside a step
  * (jets), the time loop (run).
- * Invariant: step i ends at exactly i times the step, whatever instants are wanted. */
+ * Invariant: step i ends at exactly i times the step, for any requested instants. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +15,7 @@
 
 enum { SYMPLECTIC_ORDER = 22 };
 
-/* a state at one end of a step, and the power series about it where one was needed */
+/* the state at one end of a step, and the power series about it, if it was needed */
 struct symplectic_end {
     struct symplectic_state state;
     double *rate, *zero;
@@ -28,18 +28,18 @@ struct symplectic {
     const struct symplectic_kernel *kernel;
     struct symplectic_system system;
     double length, unit; /* s, signed */
-    double time;         /* s, where the last step began */
+    double time;         /* s, start of the last step */
     struct symplectic_end end[2];
-    struct symplectic_state spare; /* between the parts of a step that had to be divided */
-    int own;                       /* the step is the method's own choice */
-    int now; /* which of them the last step ended with; it began with the other */
+    struct symplectic_state spare; /* state between the parts of a divided step */
+    int own;                       /* the method itself chooses the step */
+    int now; /* index of the end state of the last step; the other one is its start */
     struct pend_stepper_counts counts;
 };
 
 /* ---- the length of the step */
 
-/* how fast the arms may become by the energy that the start holds over that of hanging at rest,
- * 1/s: a start at an unstable equilibrium does not show it; scratch: 4 n values */
+/* Upper bound on the arms' rates, 1/s, from the energy of the start above hanging at rest. The
+ * rates alone would miss a start at an unstable equilibrium. scratch: 4 n values. */
 static double symplectic_speed(const struct pend_problem *problem, double scratch[]) {
     const struct pend_tree *tree = problem->tree;
     const struct pend_loads *loads = &problem->loads;
@@ -55,9 +55,9 @@ static double symplectic_speed(const struct pend_problem *problem, double scratc
     return free > 0 && inertia > 0 ? sqrt(2 * free * tree->n / inertia) : 0;
 }
 
-/* the shortest of the steps that method taylor takes first, with rtol 1e-12: about a quarter of
- * the distance to the nearest singularity of the motion in complex time, which bounds every
- * method's step; state: 4 n values of scratch */
+/* The shortest of the first steps of method taylor with rtol 1e-12: about a quarter of the distance
+ * to the nearest singularity of the motion in complex time, which bounds the step of every method.
+ * state: 4 n values of scratch memory. */
 static enum pend_status symplectic_scout(const struct pend_problem *problem, double span,
                                          double state[], double *shortest,
                                          struct pend_error *error) {
@@ -70,12 +70,12 @@ static enum pend_status symplectic_scout(const struct pend_problem *problem, dou
     scout.rtol = 1e-12;
     scout.atol = 0;
     PEND_TRY(pend_method_taylor.open(&stepper, &scout, error));
-    // a motion that cannot be followed will be told of by the first step
+    // if the motion cannot be computed, the first step will report it
     enum pend_status status = PEND_OK;
     *shortest = INFINITY;
     steps = steps < 16 ? 16 : steps > 512 ? 512 : steps;
     for (int i = 0; i < steps && status == PEND_OK && fabs(reached) < fabs(span); i++) {
-        // towards a time beyond the last instant, so that none is cut short
+        // the limit is beyond the last instant, so that no step is cut short
         status = pend_method_taylor.step(stepper, 4 * span, &reached, NULL);
         if (status != PEND_OK) break;
         *shortest = fmin(*shortest, fabs(reached - last));
@@ -89,14 +89,14 @@ static enum pend_status symplectic_scout(const struct pend_problem *problem, dou
     return PEND_OK;
 }
 
-/* cut to 24 bits, so that half a thousand million multiples of it are exact */
+/* cut to 24 bits, so that half a billion multiples of it are exact */
 static double symplectic_round(double step) {
     int exponent;
     double part = frexp(step, &exponent);
     return ldexp(floor(ldexp(part, 24)), exponent - 24);
 }
 
-/* takes a step's length, signed */
+/* sets a step's length, signed */
 static void symplectic_take(struct symplectic *s, double length) {
     s->length = length;
     s->system.length = fabs(length);
@@ -117,16 +117,16 @@ static enum pend_status symplectic_choose(struct symplectic *s, const struct pen
         enum pend_status status = symplectic_scout(problem, span, state, &length, error);
         free(state);
         PEND_TRY(status);
-        // where nothing moves, steps have no end
+        // without motion, the length of a step is unlimited
         length = fmin(symplectic_round(length), pend_method_symplectic.step_max);
     }
     symplectic_take(s, copysign(length, span));
     return PEND_OK;
 }
 
-/* ---- opening and closing */
+/* ---- creation and release */
 
-/* lays the parts out in a block that was set to zero; with base NULL only counts its bytes */
+/* places the arrays in a block of zeros; with base NULL only counts its bytes */
 static size_t symplectic_place(struct symplectic *s, char *base) {
     int n = s->tree->n;
     size_t used = (sizeof *s + 63) / 64 * 64, row = pend_jets_stride(n),
@@ -157,8 +157,8 @@ static void symplectic_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* halves a step of the method's own choice until the first one's stages converge: in long chains
- * they need not at once
+/* halves a step chosen by the method until the stages of the first step converge; in long chains
+ * they may not converge at once
  */
 static void symplectic_halve(struct symplectic *s) {
     enum { HALVINGS = 40 };
@@ -166,10 +166,10 @@ static void symplectic_halve(struct symplectic *s) {
     size_t lanes = s->kernel->count(s->system.loads.terms, s->tree->n) * sizeof(double);
     for (int i = 0; i < HALVINGS && s->length != 0; i++) {
         int good = s->kernel->step(&s->system, &begin->state, &end->state);
-        // the next guess is none
+        // clears the guess for the next step
         memset(s->system.lanes, 0, lanes);
         s->kernel->load(&s->system, s->tree->len, s->tree->mass);
-        if (good) break; // also where numbers are not finite, which the first step will tell
+        if (good) break; // also on values that are not finite; the first step reports those
         symplectic_take(s, s->length / 2);
     }
     s->system.iterations = 0;
@@ -211,13 +211,13 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
 
 /* ---- steps */
 
-/* A step of the method's own choice is divided into so many parts at most; of a step that the
- * caller chose only the first part is tried, down to so small ones. */
+/* Largest number of parts into which a step chosen by the method is divided. Of a step chosen by
+ * the caller, only the first part is tried, down to this size. */
 enum { PARTS_OWN = 256, PARTS_TOLD = 1 << 30 };
 
-/* A step whose stages do not converge, in equal parts whose stages do: each part is symplectic,
- * and so is the whole. Returns what the kernel's step returned for the last part; `used` becomes
- * the number of parts. The lanes hold no guess afterwards. */
+/* If the stages of a step do not converge, divides it into equal parts whose stages do. Each part
+ * is symplectic, and so is the whole step. Returns the kernel's result for the last part; `used`
+ * becomes the number of parts. The lanes hold no guess afterwards. */
 static int symplectic_divide(struct symplectic *s, const struct symplectic_state *begin,
                              const struct symplectic_state *end, int *used) {
     double whole = s->length;
@@ -276,8 +276,8 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     return PEND_OK;
 }
 
-/* Angles from hanging x units after an end of the step. Of a small swing they are the series' sums
- * upon the end's own angles from hanging, of which all digits are there. */
+/* Angles from hanging x units after an end of the step. For a small swing, the sum of the series is
+ * added to the angles from hanging at that end, of which all digits are known. */
 static void symplectic_theta(const struct symplectic *s, const struct symplectic_end *end, double x,
                              const double phi[], double theta[], double rate[]) {
     int n = s->tree->n;
@@ -297,7 +297,7 @@ static void symplectic_theta(const struct symplectic *s, const struct symplectic
         pend_jets_values(&end->jets, SYMPLECTIC_ORDER, &x, 1, s->unit, &hanging, &values);
 }
 
-/* a state inside the step by the power series about the nearer of its ends; theta may be NULL */
+/* a state inside the step, from the power series about its nearer end; theta may be NULL */
 static void symplectic_inside(struct symplectic *s, double t, double phi[], double rate[],
                               double theta[]) {
     double end_time = (double)s->counts.steps * s->length;
@@ -340,7 +340,7 @@ static struct pend_stepper_counts symplectic_counts(const void *stepper) {
     return ((const struct symplectic *)stepper)->counts;
 }
 
-/* the lanes hold the first guess of the next step's stages */
+/* the lanes hold the first guess for the stages of the next step */
 static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct symplectic *s = stepper;
     size_t row = pend_jets_stride(s->tree->n);

@@ -1,7 +1,7 @@
-/* The Taylor method: one power series a step, its order by the tolerance, its step by the
- * trailing coefficients.
+/* The Taylor method: one power series per step; the tolerance determines the order, the last
+ * coefficients determine the step.
  * Leaves to others: the series (jets), the time loop (run).
- * Invariant: angles and rates are sums with compensation; a step allocates nothing. */
+ * Invariant: angles and rates are compensated sums; a step allocates no memory. */
 #include "core/integrate/methods/exchange.h"
 #include "core/integrate/methods/kernel_exchange.h"
 #include "core/integrate/methods/method.h"
@@ -19,33 +19,33 @@
 
 enum { TAYLOR_STATE = 10, TAYLOR_GROUP = 64 };
 
-/* the shortest step, as a part of the time that is left */
+/* shortest step, as a fraction of the remaining time */
 static const double TAYLOR_LEAST = 1e-14;
 
 struct taylor {
     const struct pend_tree *tree;
     struct pend_loads loads;
-    double start;              /* s, the first instant in the request's own time */
+    double start;              /* s, the first instant in the time of the request */
     double log_rtol, log_atol; /* binary logarithms */
-    double kinetic; /* J, of the start, which no step of several arms without gravity changes; 0 =
-                       it may change */
-    int order, beyond; /* of the step, and how many more are known */
-    int beyond_most;   /* > 0 where a horizon is asked for */
-    int stands;        /* pend_series */
-    double unit;       /* s, of the series */
+    double kinetic;    /* J, kinetic energy of the start, which is constant for several arms without
+                        * gravity; 0 = it may change */
+    int order, beyond; /* order of the step; number of further known coefficients */
+    int beyond_most;   /* > 0 if a horizon is requested */
+    int stands;        /* as in pend_series */
+    double unit;       /* s, unit of the series */
     double next_unit;  /* s, > 0 */
     double time,
-        reached; /* s: start and end of the last step, exact: the step is what lies between */
+        reached; /* s: start and end of the last step, exact: the step is their difference */
     struct jets_state begin, end;
-    int gives; /* the work of drives and the heat of friction are added up */
-    int nodes; /* ... from their power at nodes of a step */
+    int gives; /* work of drives and heat of friction are summed */
+    int nodes; /* ... from their power at nodes in a step */
     struct pend_exchange exchange;
-    double *hanging; /* angles of a step's begin from hanging, and zeros */
+    double *hanging; /* angles from hanging at the start of a step, and zeros */
     struct pend_jets jets;
     struct pend_stepper_counts counts;
 };
 
-/* the order for the tolerance, lower where the series would fill the memory */
+/* the order for the tolerance; lower if the series would need too much memory */
 static int taylor_order(const struct pend_problem *problem) {
     enum { BYTES_CAP = 1 << 30 };
     int order = pend_taylor_order(problem->rtol, 1);
@@ -112,7 +112,7 @@ static void taylor_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* the arm whose coefficients are not finite, as the caller counts; -1 where all are */
+/* the arm whose coefficients are not finite, in the caller's numbering; -1 if all are finite */
 static int taylor_bad_arm(const struct taylor *taylor) {
     for (int j = 0; j <= taylor->order; j++) {
         for (int k = 0; k < taylor->tree->n; k++) {
@@ -123,8 +123,9 @@ static int taylor_bad_arm(const struct taylor *taylor) {
     return -1;
 }
 
-/* Expands about the start of step number `step`. After the first steps only every fourth has orders
- * beyond its own, for its truncation error, and after many steps it stands for the four. */
+/* Expands about the start of step number `step`. After the first steps, only every fourth step
+ * computes higher orders for the truncation error; after many steps, its error counts for all
+ * four. */
 static void taylor_series_of(struct taylor *taylor, long step) {
     enum { FIRST = 24, MANY = 256, EVERY = 4 };
     int looks = step < FIRST || step % EVERY == 0;
@@ -134,8 +135,8 @@ static void taylor_series_of(struct taylor *taylor, long step) {
                      taylor->order + taylor->beyond);
 }
 
-/* expands about the start of the step in a unit of time near the step, which is returned in units;
- * NaN where that fails
+/* Expands about the start of the step with a unit of time near the step. Returns the step in units;
+ * NaN on failure.
  */
 static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
@@ -144,7 +145,7 @@ static double taylor_expand(struct taylor *taylor, double limit) {
         taylor_series_of(taylor, taylor->counts.steps);
         taylor->counts.evaluations += taylor->order;
         x = pend_jets_reach(&taylor->jets, taylor->order, taylor->log_rtol, taylor->log_atol);
-        // a step may pass the last instant, by no more than its own length
+        // a step may pass the last instant by at most its own length
         if (x > 2 * left / fabs(taylor->unit)) x = 2 * left / fabs(taylor->unit);
         if (x >= exp2(-RANGE) && x <= exp2(RANGE)) break;
         taylor->unit *= exp2(x > 1 ? RANGE : -RANGE);
@@ -152,8 +153,7 @@ static double taylor_expand(struct taylor *taylor, double limit) {
     return x;
 }
 
-/* the power of two below a step's length; of a step that is hardly a number, one that is far too
- * long */
+/* the largest power of two below a step's length; far too large if the step is almost 0 */
 static double taylor_power_of_two(double step) {
     uint64_t bits;
     memcpy(&bits, &step, sizeof bits);
@@ -162,13 +162,13 @@ static double taylor_power_of_two(double step) {
     return step > 0 ? step : DBL_MIN;
 }
 
-/* what was given and lost since the start of the step, of a pendulum that has it at nodes */
+/* work and heat since the start of the step, if they are computed at nodes */
 static struct exchange_given taylor_given(const struct taylor *taylor, double x) {
     const struct exchange_kernel *kernel = PEND_ISA_PICK(pend_kernel_exchange, taylor->jets.isa);
     return kernel->given(&taylor->jets, &taylor->loads, taylor->unit, taylor->order, x);
 }
 
-/* what the pivot gives beyond the orders of its power, J, where that is a series */
+/* the work of the pivot, J, from orders beyond those of its power, if that is a series */
 static double taylor_beyond(const struct taylor *taylor, double x) {
     const struct bodies_system *s = &taylor->jets.bodies;
     const struct jets_loads *loads = &taylor->jets.loads;
@@ -181,7 +181,7 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
                square;
     }
     if (!loads->moves) return 0;
-    // along the first arm's axes
+    // along and across the first arm
     double C = taylor->jets.system.cosine[0], Z = taylor->jets.system.sine[0];
     for (int j = 0; j < taylor->order; j++) {
         turned[0][j] = C * loads->pivot_force_x[j] - Z * loads->pivot_force_y[j];
@@ -191,10 +191,10 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
     return pend_exchange_beyond(force, speed, taylor->order, taylor->exchange.order, x) / square;
 }
 
-/* the power of the last expansion, as series, or what it has given by the end of the step */
+/* the power of the last expansion, as series, or its integral up to the end of the step */
 static void taylor_power(struct taylor *taylor) {
-    /* Orders of a general pendulum's power beyond those of its factors: each makes what is left
-     * out about three times smaller, and a run with every load 3 % dearer. */
+    /* Orders of a general pendulum's power beyond those of its factors. Each order makes the
+     * neglected remainder about three times smaller, and a run with every load 3 % slower. */
     enum { TAYLOR_BEYOND = 4 };
     struct pend_exchange *exchange = &taylor->exchange;
     exchange->order = taylor->order + (taylor->jets.general ? TAYLOR_BEYOND : 0);
@@ -211,12 +211,12 @@ static void taylor_power(struct taylor *taylor) {
     exchange->work.end += taylor_beyond(taylor, exchange->end);
 }
 
-/* Gives the end of a step the energy of the start. Arms that turn like one rigid body round
- * alike in every step, so that their rates would drift by 1e-15 of themselves a step: 2e-4 rad
- * in 1e6. Rates times a number go the same way faster, which is all that this changes. */
+/* Restores the energy of the start at the end of a step. Arms that rotate as one rigid body have
+ * the same rounding error in every step, so that their rates would drift by a relative 1e-15 per
+ * step: 2e-4 rad in 1e6 steps. Scaling all rates only changes the speed along the same path. */
 static void taylor_hold(const struct taylor *taylor) {
     const double most =
-        1e-6; /* a step with a looser tolerance than that leaves more than rounding */
+        1e-6; /* with a looser tolerance, the errors of a step are larger than rounding */
     const struct jets_state *end = &taylor->end;
     double kinetic =
         pend_kinematics_energy(taylor->tree, &(const struct pend_loads){0}, end->phi, end->rate)
@@ -230,7 +230,7 @@ static void taylor_hold(const struct taylor *taylor) {
     }
 }
 
-/* the end of the step, and what was given by then */
+/* computes the end of the step, and the work and heat up to it */
 static void taylor_arrive(struct taylor *taylor) {
     if (taylor->gives) taylor_power(taylor);
     pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit,
@@ -279,7 +279,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
                          "the motion of an arm ceased to be finite");
     }
     taylor->reached = taylor->time + x * taylor->unit;
-    // nobody would see the end of a run of such steps, though the clock, near zero, still moves
+    // such a run would never end, although the clock, near zero, still advances
     if (taylor->reached == taylor->time ||
         x * fabs(taylor->unit) < TAYLOR_LEAST * fabs(limit - taylor->time)) {
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s",
@@ -292,8 +292,8 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     return PEND_OK;
 }
 
-/* one instant at the end of the step: the sums themselves, so that the next step starts where
- * this one ends */
+/* an instant at the end of the step: the compensated sums themselves, from which the next step
+ * starts */
 static void taylor_at_end(const struct taylor *taylor, double phi[], double rate[]) {
     size_t bytes = (size_t)taylor->tree->n * sizeof(double);
     memcpy(phi, taylor->end.phi, bytes);
@@ -304,13 +304,13 @@ static double *taylor_offset(double *array, size_t base) { return array ? array 
 
 static void taylor_group(const struct taylor *taylor, const double t[], int count,
                          const struct jets_values *values) {
-    double x[TAYLOR_GROUP], inverse = 1 / taylor->unit; // exact: a power of two
+    double x[TAYLOR_GROUP], inverse = 1 / taylor->unit; // exact, because it is a power of two
     for (int i = 0; i < count; i++) x[i] = (t[i] - taylor->time) * inverse;
     pend_jets_values(&taylor->jets, taylor->order, x, count, taylor->unit, &taylor->begin, values);
 }
 
-/* The angles from hanging. Of a small swing they are the series' sums upon the start's own
- * angles from hanging, of which all digits are there; else there is nothing to be gained. */
+/* The angles from hanging. For a small swing, the sum of the series is added to the angles from
+ * hanging at the start, of which all digits are known; otherwise this gains nothing. */
 static void taylor_theta(const struct taylor *taylor, const double t[], int count,
                          const struct pend_points *points) {
     size_t n = (size_t)taylor->tree->n;
@@ -410,7 +410,7 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
             pend_checkpoint_row(checkpoint, rows[j], stride);
     }
     if (taylor->gives) pend_exchange_carry(&taylor->exchange, checkpoint);
-    // the series of the last step follows from its start
+    // the series of the last step is recomputed from its start
     if (!pend_checkpoint_puts(checkpoint) || !taylor->counts.steps) return;
     jets_state_time(&taylor->begin, taylor->start, taylor->time);
     taylor_series_of(taylor, taylor->counts.steps - 1);

@@ -10,54 +10,52 @@
 #include "core/taylor/jets/jets.h"
 #include "core/taylor/taylor_order.h"
 
-/* The source of the errors of single steps: the step's own power series; a second solution of the
+/* The source of the errors of single steps: the power series of the step; a second solution of the
  * step by a power series; the truncation of numbers of 32 digits; or the method itself. */
 enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_METHOD };
 
 enum {
-    HORIZON_ANEW_ORDER = 30, /* of a step that is solved anew */
+    HORIZON_ANEW_ORDER = 30, /* order of the second solution of a step */
     HORIZON_STATES = 8,
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
 
-/* horizon_least */
+/* these are for pend_horizon_least */
 static const double HORIZON_SPREAD = 0.1, HORIZON_REGULAR = 150, HORIZON_LONG = 0.1;
-static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* of a step, over the changes that it makes */
-static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation of a step that is solved anew */
-static const double HORIZON_LEFT = 2; /* by how much more may be left out than is foretold */
+static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* rounding of a step over its increments */
+static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation error of the second solution */
+static const double HORIZON_LEFT = 2;               /* allowed truncation over the predicted one */
 
 struct pend_horizon {
     struct pend_problem problem; /* phi .. rate_low are not kept */
     const struct pend_method *method;
     enum horizon_way way;
-    double grade;  /* over an error, what it is over the error that is allowed */
-    double target; /* what a step's first neglected term is over its motion */
-    double cart;   /* m, by which the place of a cart is divided before it counts beside angles: the
-                      shortest arm; 0 where there is none */
+    double grade;  /* divides an error by the allowed error */
+    double target; /* first neglected term of a step, relative to its motion */
+    double cart;   /* m, divides the position of a cart to compare it with angles: length of the
+                    * shortest arm; 0 without a cart */
     int lost;
-    double end_time;    /* s, relative, of the last instant */
-    double held;        /* s, relative: how far the accuracy goes, once it is lost */
-    double time, ratio; /* s, relative, and the largest error over what is allowed, at the start of
-                           the step */
-    double end_ratio; /* that of angles and rates at the end of the step before; negative where not
-                         known */
-    double fastest, strongest; /* rad/s and N, the largest so far */
-    double settled; /* s, relative: the last instant up to which steps were solved anew */
-    double reach,
-        unit; /* s, > 0, of the last series that did so: how far it would have served, its unit */
-    double *phi, *rate;           /* the error, rad and rad/s */
-    double *left_rate, *left_phi; /* what a step leaves out */
-    struct jets_state begin, end; /* of a step that is solved anew */
+    double end_time;    /* s, relative, time of the last instant */
+    double held;        /* s, relative: time up to which the accuracy holds, once it is lost */
+    double time, ratio; /* s, relative: start of the step; error over the allowed error there */
+    double end_ratio;   /* the same at the end of the previous step; negative if unknown */
+    double fastest, strongest; /* rad/s and N, largest values so far */
+    double settled; /* s, relative: the last instant up to which steps were solved a second time */
+    double reach, unit; /* s, > 0, for the last series of a second solution: how far it would have
+                         * been accurate; its unit */
+    double *phi, *rate; /* the error, rad and rad/s */
+    double *left_rate, *left_phi; /* truncation error of a step */
+    struct jets_state begin, end; /* of the second solution of a step */
     struct pend_jets anew;
     struct pend_neighbour near;
 };
 
-/* the estimate between two calls */
+/* state of the estimate between two calls */
 PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
     return (horizon->lost == 0 || horizon->lost == 1) && horizon->grade > 0;
 }
 
-/* ---- making and freeing */
+/* ---- creation and release */
 
 static enum horizon_way horizon_way(const struct pend_method *method) {
     if (method->series) return HORIZON_SERIES;
@@ -73,7 +71,7 @@ static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride
     for (size_t i = 0; i < HORIZON_ROWS; i++) *row[i] = at + i * stride;
 }
 
-/* the shortest arm on a cart, m; 0 where there is none */
+/* length of the shortest arm on a cart, m; 0 without a cart */
 static double horizon_cart(const struct pend_problem *problem) {
     double shortest = INFINITY;
     if (!pend_terms_cart(problem->loads.terms)) return 0;
@@ -81,7 +79,7 @@ static double horizon_cart(const struct pend_problem *problem) {
     return shortest;
 }
 
-/* errors that the start has, for methods that carry no more than doubles */
+/* rounding errors of the initial state, for methods that use only doubles */
 static void horizon_start(struct pend_horizon *horizon, const struct pend_problem *problem) {
     size_t n = (size_t)problem->tree->n;
     memcpy(horizon->begin.phi, problem->phi, n * sizeof(double));
@@ -139,9 +137,9 @@ void pend_horizon_free(struct pend_horizon **horizon) {
     *horizon = NULL;
 }
 
-/* ---- how errors spread */
+/* ---- propagation of errors */
 
-/* the largest error of angles and rates over what is allowed */
+/* the largest error of angles and rates, relative to the allowed error */
 static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
     double angle = 0, speed = 0, sum = 0, fastest = horizon->fastest;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
@@ -157,8 +155,8 @@ static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
     return horizon->grade * pend_larger(angle, fastest > 0 ? speed / fastest : 0);
 }
 
-/* notes the error at an instant; where it is too large, the accuracy was lost since the one
- * before, as a power of time */
+/* Records the error at an instant. If it is too large, the accuracy was lost after the previous
+ * instant; the time between is interpolated by a power law. */
 static void horizon_note(struct pend_horizon *horizon, double time, double ratio) {
     if (ratio <= 1) return;
     double part = horizon->ratio > 0 && isfinite(ratio)
@@ -168,18 +166,18 @@ static void horizon_note(struct pend_horizon *horizon, double time, double ratio
     horizon->lost = 1;
 }
 
-/* The largest size of the last terms of an error's growth in a step, over the error. Each of the N
- * steps of a run adds to a spurious growth; in a regular motion, where errors grow like t, it has
- * to stay small beside 1 at the end, so a part of 1 / N is enough. A short run is far from its
- * accuracy and needs less. */
+/* The largest allowed size of the last terms in the series of an error, relative to the error.
+ * Truncation causes a spurious growth in each of the N steps of a run. In a regular motion, where
+ * errors grow like t, the total must be small compared with 1, so a fraction of 1 / N is enough. A
+ * short run needs less accuracy. */
 static double horizon_least(const struct pend_horizon *horizon, double length) {
     double step = fabs(length / horizon->end_time), part = HORIZON_REGULAR * step;
-    // a method without a series begins with larger errors, and costs more than this anyway
+    // a method without a series starts with larger errors, and costs more anyway
     double least = horizon->way == HORIZON_SERIES ? 1 : 0.01;
     return least * fmax(fmin(HORIZON_SPREAD, part * part * part), HORIZON_LONG * step);
 }
 
-/* the motion's own part of that */
+/* the contribution of the motion itself to that */
 static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *series,
                          double unit) {
     double inverse = 1 / unit;
@@ -189,8 +187,8 @@ static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *s
     }
 }
 
-/* The error at the end of a step from that at its start, as the motion's own series has it, else
- * a neighbour; returns by how much forces are off at the start, N. */
+/* Computes the error at the end of a step from that at its start, with the motion's own series if
+ * it supports this, otherwise with a neighbour. Returns the error of the forces at the start, N. */
 static double horizon_carry(struct pend_horizon *horizon, const struct pend_series *step,
                             double x) {
     const struct pend_loads *loads = &horizon->problem.loads;
@@ -198,7 +196,7 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_seri
     horizon_look(horizon, step->jets, step->unit);
     if (!pend_jets_spreads(step->jets))
         return pend_neighbour_spread(&horizon->near, step, x, least, horizon->phi, horizon->rate);
-    // nothing contracts in an ideal tree: in a short run the least order is enough
+    // the error of an ideal tree does not contract; in a short run the lowest order is enough
     struct jets_spread how = {.order = least < HORIZON_SPREAD ? step->order : JETS_SPREAD,
                               .x = x,
                               .unit = step->unit,
@@ -206,8 +204,8 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_seri
     return pend_jets_spread(step->jets, loads, &how, horizon->phi, horizon->rate);
 }
 
-/* from the start of a step to its end; the error at the start is looked at on the way, once its
- * forces are known. Returns the part of the forces in it */
+/* Propagates the error from the start of a step to its end. Checks the error at the start as soon
+ * as the forces there are known. Returns their fraction of the error ratio. */
 static double horizon_pass(struct pend_horizon *horizon, const struct pend_series *step, double x,
                            double time) {
     double ratio = horizon->end_ratio, part = 0;
@@ -222,13 +220,12 @@ static double horizon_pass(struct pend_horizon *horizon, const struct pend_serie
     return ratio > 0 ? part / ratio : 0;
 }
 
-/* ---- the errors of single steps */
+/* ---- errors of single steps */
 
-/* |a| more of an error, on the side where it is already */
+/* increases the magnitude of an error by |a| */
 static void horizon_more(double *error, double a) { *error += copysign(a, *error); }
 
-/* of a step of a power series, and of those that it stands for: the terms that were left out, and
- * rounding */
+/* adds truncation and rounding of a power-series step, and of the steps that it represents */
 static void horizon_series_error(struct pend_horizon *horizon, const struct pend_series *step,
                                  double x) {
     const struct pend_tree *tree = horizon->problem.tree;
@@ -243,7 +240,8 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
         double faster = left * horizon->left_rate[k] * inverse,
                turned = left * horizon->left_phi[k] * x, push = most * jets->system.inv_len[k],
                shift = push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn;
-        // of rounding no side is known: a smaller part with a side could cancel with it only here
+        // the sign of a rounding error is unknown; a smaller contribution with a sign could cancel
+        // with it only here
         if (push < fabs(faster)) {
             horizon->rate[k] -= faster;
             horizon->phi[k] -= turned;
@@ -266,8 +264,8 @@ static void horizon_series_step(struct pend_horizon *horizon, const struct pend_
     horizon_note(horizon, step->reached, horizon->end_ratio * pend_larger(1, part));
 }
 
-/* expands about the start of a step that is solved anew; returns how far the series serves, in
- * units */
+/* Expands about the start of a step for the second solution. Returns how far the series is
+ * accurate, in units. */
 static double horizon_expand(struct pend_horizon *horizon, double *unit, double left) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN;
@@ -284,7 +282,7 @@ static double horizon_expand(struct pend_horizon *horizon, double *unit, double 
     return x;
 }
 
-/* what 32 digits leave of a step, over the changes that it makes */
+/* the truncation error of numbers of 32 digits in a step, relative to its increments */
 static void horizon_extended_error(struct pend_horizon *horizon, double length) {
     const struct pend_tree *tree = horizon->problem.tree;
     const struct jets_state *begin = &horizon->begin, *end = &horizon->end;
@@ -299,8 +297,8 @@ static void horizon_extended_error(struct pend_horizon *horizon, double length) 
     }
 }
 
-/* from the last instant that was looked at to this one by a series of its own: the method's
- * error is what its state differs by */
+/* Solves from the last checked instant to this one with a separate series. The error of the method
+ * is the difference of the states. */
 static void horizon_anew(struct pend_horizon *horizon, double reached, const double phi[],
                          const double rate[]) {
     struct jets_state *begin = &horizon->begin, *end = &horizon->end;
@@ -340,7 +338,7 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
 
 void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]) {
-    static const double often = 0.7; // a series of its own serves so far and a little further
+    static const double often = 0.7; // a separate series is accurate this far, and a little further
     struct pend_series step;
     assert(horizon_valid(horizon));
     if (horizon->lost) return;
@@ -372,7 +370,7 @@ double pend_horizon_until(const struct pend_horizon *horizon) {
     double start = pend_times_at(times, 0);
     long first = 0, last = times->count - 1;
     if (!horizon->lost) return pend_times_at(times, last);
-    // instant `first` is within, `last` may be
+    // instant `first` is within the accuracy; instant `last` may not be
     while (first < last) {
         long middle = first + (last - first + 1) / 2;
         if (fabs(pend_times_at(times, middle) - start) <= fabs(horizon->held))
@@ -396,7 +394,8 @@ enum pend_status pend_horizon_carry(struct pend_horizon *horizon,
         pend_checkpoint_row(checkpoint, number[i], 1);
     for (size_t i = 0; i < sizeof row / sizeof *row; i++)
         pend_checkpoint_row(checkpoint, row[i], stride);
-    // what lies between here and the steps' end is solved anew: not more than the run itself
+    // the second solution covers the time up to the end of the steps; it costs no more than the run
+    // itself
     int good = fabs(horizon->settled) <= 4 * fabs(horizon->end_time) && horizon->unit > 0 &&
                isfinite(horizon->unit) && (near->order >= JETS_SPREAD || !near->jets.order_cap);
     return good && !isnan(horizon->held) && !isnan(horizon->ratio) ? PEND_OK : PEND_INVALID;

@@ -1,9 +1,10 @@
-/* The horizon of an answer's digits: the error of a computed motion, estimated during the
- * integration. The linearized equations, or a neighbour at a small distance, show how errors
- * grow, and the error of every step is added.
- * Leaves to others: the steps (method_*), the neighbour (neighbour), the wanted instants (run), the
- * exact comparison with 32 digits (trust).
- * Invariant: the motion's bits do not depend on it; the same problem gives the same estimate. */
+/* The horizon of a motion, up to which its accuracy holds: the error is estimated during the
+ * integration. The linearized equations, or a neighbour at a small distance, show how errors grow,
+ * and the error of every step is added.
+ * Leaves to others: the steps (method_*), the neighbour (neighbour), the requested instants (run),
+ * the exact comparison with 32 digits (trust).
+ * Invariant: the motion's bits do not depend on the estimate; the same problem gives the same
+ * estimate. */
 #pragma once
 
 #include "core/integrate/methods/method.h"
@@ -37,7 +38,7 @@ void pend_horizon_free(struct pend_horizon **horizon);
  * Adds an accepted step to the estimate; the caller calls it after each step, in their order. It
  * does nothing once the accuracy is lost.
  *
- * stepper    the method's, after the step.
+ * stepper    stepper of the method, after the step.
  * reached    the end of the step, s, relative to the first instant.
  * phi, rate  the state there, n values each, stored order.
  *
@@ -49,21 +50,21 @@ void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reach
                        const double phi[], const double rate[]);
 
 /**
- * Returns the last wanted instant, s, among those that the steps have passed, up to which the
- * errors of all angles stay within the problem's accuracy, rad, those of all angular velocities
- * within the accuracy times the largest angular velocity of any arm so far, and those of all forces
- * within the accuracy times the largest force in any arm so far; the first instant if no later one
- * does. This is an estimate: of 504 random motions of every kind it was from half of the true
- * instant to a tenth beyond it. O(log of the number of instants).
+ * Returns the last requested instant, s, of those already passed, up to which the accuracy holds;
+ * the first instant if no later one qualifies. The accuracy bounds the errors of all angles, rad;
+ * of all angular velocities, relative to the largest angular velocity so far; and of all forces,
+ * relative to the largest force so far. This is an estimate: for 504 random motions of every kind,
+ * it was between half of the true instant and a tenth beyond it. O(log of the number of instants).
  */
 double pend_horizon_until(const struct pend_horizon *horizon);
 
 /**
- * Returns the time up to which the accuracy is kept, s, relative to the first instant and not
- * rounded to a wanted instant; `reached` if the accuracy is not lost yet. O(1).
+ * Returns the time up to which the accuracy holds, s, relative to the first instant and not rounded
+ * to a requested instant; `reached` if the accuracy is not lost yet. O(1).
  */
 double pend_horizon_held(const struct pend_horizon *horizon, double reached);
 
-/** Shows a checkpoint the state of an estimate; parameters and errors as pend_run_carry. */
+/** Saves the state of an estimate to a checkpoint, or restores it; parameters and errors as
+ * pend_run_carry. */
 PEND_MUST_CHECK enum pend_status pend_horizon_carry(struct pend_horizon *horizon,
                                                     struct pend_checkpoint *checkpoint);

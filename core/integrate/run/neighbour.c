@@ -7,12 +7,13 @@
 
 enum { NEIGHBOUR_STATES = 4 };
 
-static const double NEIGHBOUR_NEAR = 1e-7;    /* rad, the largest distance */
-static const double NEIGHBOUR_LINEAR = 1e-5;  /* of the speed of dry friction, the fastest one */
-static const double NEIGHBOUR_ROUNDED = 1e-8; /* over the distance: what rounding leaves of it */
-static const double NEIGHBOUR_NEARLY = 2;     /* `least`, and what a step may have over it */
-static const double NEIGHBOUR_FALLS = 0.1;    /* the last terms over the largest: a series falls */
-static const double NEIGHBOUR_LIMIT = 0.03;   /* by how much two limits of a series may differ */
+static const double NEIGHBOUR_NEAR = 1e-7;    /* rad, largest distance */
+static const double NEIGHBOUR_LINEAR = 1e-5;  /* relative to the speed of dry friction */
+static const double NEIGHBOUR_ROUNDED = 1e-8; /* rounding error of the distance, relative to it */
+static const double NEIGHBOUR_NEARLY = 2;     /* factor by which a step may exceed `least` */
+static const double NEIGHBOUR_FALLS = 0.1;    /* if the last terms are below this fraction of the
+                                               * largest, the series converges */
+static const double NEIGHBOUR_LIMIT = 0.03;   /* largest difference of two limits of a series */
 
 static size_t neighbour_rows(const struct pend_problem *problem, int cap) {
     size_t n = (size_t)problem->tree->n, states = NEIGHBOUR_STATES * pend_jets_stride((int)n);
@@ -23,7 +24,7 @@ size_t pend_neighbour_bytes(const struct pend_problem *problem, int cap) {
     return neighbour_rows(problem, cap) + pend_jets_bytes(problem->tree, problem->loads.terms, cap);
 }
 
-/* the largest distance of a rate at which dry friction is linear in it */
+/* the largest distance of a rate within which dry friction is linear */
 static double neighbour_speed(const struct pend_problem *problem) {
     const struct pend_terms *terms = problem->loads.terms;
     const double *value = problem->loads.value;
@@ -50,14 +51,14 @@ void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_pro
                    (char *)memory + neighbour_rows(problem, cap));
 }
 
-/* puts x + d into a sum of two doubles */
+/* stores x + d as a sum of two doubles */
 static void neighbour_add(double x, double low, double d, double *sum, double *rest) {
     double s = x + d, part = s - x;
     *sum = s;
     *rest = (x - (s - part)) + (d - part) + low;
 }
 
-/* an error's size: angles, and rates over a time, s */
+/* size of an error: of angles, and of rates times a time, s */
 static double neighbour_size(const struct pend_neighbour *neighbour, const double phi[],
                              const double rate[], double time) {
     double most = 0;
@@ -68,8 +69,8 @@ static double neighbour_size(const struct pend_neighbour *neighbour, const doubl
     return most;
 }
 
-/* the neighbour of a state in the direction of the error; returns its distance over the error, 0
- * without an error */
+/* Computes the neighbour of a state in the direction of the error. Returns the ratio of
+ * displacement to error; 0 without an error. */
 static double neighbour_displace(struct pend_neighbour *neighbour, const struct jets_state *from,
                                  double length, const double phi[], const double rate[]) {
     struct jets_state *near = &neighbour->state;
@@ -87,8 +88,8 @@ static double neighbour_displace(struct pend_neighbour *neighbour, const struct 
     return scale;
 }
 
-/* Partial sums of the distance's series in rows of angles and of rates times the step, j = 0 ..
- * order; term: the sizes of its terms. */
+/* Computes partial sums of the distance's series, in rows of angles and of rates times the step, j
+ * = 0 .. order; term: the sizes of the terms. */
 static void neighbour_sums(const struct pend_neighbour *neighbour, const struct pend_series *step,
                            double x, double scale, const double phi[], const double rate[],
                            double term[]) {
@@ -120,9 +121,9 @@ static double neighbour_inverse(const double row[], int size) {
     return square > DBL_MIN ? 1 / square : 0;
 }
 
-/* The limit of the partial sums, which are used up: each sweep makes a column of Wynn's table of
- * the two before it, and every other column has limits. `differs` becomes the largest difference
- * of the last two. */
+/* The limit of the partial sums, which are overwritten. Each sweep computes a column of Wynn's
+ * table from the two previous columns; every second column contains limits. `differs` becomes the
+ * largest difference between the last two. */
 static const double *neighbour_limit(struct pend_neighbour *neighbour, double *differs) {
     int size = 2 * neighbour->problem->tree->n, last = neighbour->order / 2 * 2;
     double *sum = neighbour->sum, *before = neighbour->before;
@@ -140,14 +141,14 @@ static const double *neighbour_limit(struct pend_neighbour *neighbour, double *d
         }
         memcpy(before + left * size, sum + left * size, (size_t)size * sizeof(double));
     }
-    // row 2 of the column before the last two has stayed where it was
+    // row 2 of the column before the last two is still in its memory
     *differs = 0;
     for (int i = 0; i < size; i++) *differs = fmax(*differs, fabs(sum[i] - before[2 * size + i]));
     return sum;
 }
 
-/* Expands the neighbour to as many orders as are needed; returns its distance later, as a row of
- * the sums. */
+/* Expands the neighbour to as many orders as needed. Returns its displacement from the motion x
+ * units later: angles, then rates times the step, as in a row of the partial sums. */
 static const double *neighbour_later(struct pend_neighbour *neighbour,
                                      const struct pend_series *step, double x, double scale,
                                      double least, const double phi[], const double rate[]) {
@@ -165,7 +166,7 @@ static const double *neighbour_later(struct pend_neighbour *neighbour,
         while (enough > JETS_SPREAD && term[enough - 1] + term[enough - 2] < least) enough--;
         neighbour->order = enough;
         if (last < NEIGHBOUR_NEARLY * least) {
-            // a little more than that is too much only in many steps
+            // a slightly larger value matters only over many steps
             if (last >= least) neighbour->order = order < step->order ? order + 1 : order;
             return neighbour->sum + 2 * order * neighbour->problem->tree->n;
         }

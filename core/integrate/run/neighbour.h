@@ -1,7 +1,7 @@
 /* How the error of a state changes in one step: the power series of a neighbouring motion, at a
- * small distance in the direction of the error, less that of the motion itself.
- * Leaves to others: what errors steps make, and what is allowed (horizon); the same for small
- * ideal trees, whose equations are linearized (pend_jets_spread).
+ * small distance in the direction of the error, minus that of the motion itself.
+ * Leaves to others: the errors of steps, and the allowed error (horizon); the same for small ideal
+ * trees, whose equations are linearized (pend_jets_spread).
  * Invariant: the motion's series are only read. */
 #pragma once
 
@@ -12,22 +12,21 @@ struct pend_neighbour {
     const struct pend_problem *problem;
     struct pend_jets jets;
     struct jets_state state;
-    int order;    /* to which the last step was expanded; kept from step to step */
-    double cart;  /* m, by which the place of a cart is divided before it counts beside angles; 0
-                     where there is none */
+    int order;    /* order of the last expansion; kept from step to step */
+    double cart;  /* m, divides the position of a cart into an angle; 0 without a cart */
     double speed; /* rad/s, up to which dry friction is linear in the distance; 0 = no friction */
-    double *sum, *before; /* of the limit */
+    double *sum, *before; /* rows for the limit */
 };
 
-/** The factor of the error of coordinate k before it counts beside angles. */
+/** Returns the factor that makes the error of coordinate k comparable with errors of angles. */
 static inline double pend_neighbour_share(double cart, int k) {
     return k || cart == 0 ? 1 : 1 / cart;
 }
 
-/** The larger of two; of what is no number, either. */
+/** Returns the larger of two values; NaN if one is NaN. */
 static inline double pend_larger(double x, double y) { return x > y ? x : y; }
 
-/** Bytes of memory, a multiple of 64, for series up to order `cap`. O(n). */
+/** Returns the bytes of memory, a multiple of 64, for series up to order `cap`. O(n). */
 size_t pend_neighbour_bytes(const struct pend_problem *problem, int cap);
 
 /**
@@ -43,14 +42,15 @@ void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_pro
                          int cap, double cart, void *memory);
 
 /**
- * Replaces the errors of the start of a step by those x units later, to first order.
+ * Replaces the errors at the start of a step by those x units later, to first order.
  *
  * The orders are as many as the series needs for its last two terms to be below `least`. A series
- * whose terms do not fall, as those of a contracting motion, is summed by Wynn's vector epsilon
- * algorithm (P. Wynn, Math. Comp. 16 (1962) 301): a rational function that decays where e^-x does.
+ * whose terms do not decrease, for example in a contracting motion, is summed by Wynn's vector
+ * epsilon algorithm (P. Wynn, Math. Comp. 16 (1962) 301): a rational function that decays where
+ * e^-x does.
  *
- * step       its jets, begin, unit and order are read; order <= cap.
- * least      truncation over the error, > 0.
+ * step       jets, begin, unit and order are used; order <= cap.
+ * least      allowed truncation relative to the error, > 0.
  * phi, rate  in and out: the errors, rad and rad/s, n values each.
  *
  * Returns the largest error of a force at the start, N. O(n order^2), no allocation.

@@ -15,13 +15,13 @@
 #include "core/integrate/run/run_samples.h"
 #include "core/tree/turns.h"
 
-/* samples are made in groups: at most this many instants, and about this many numbers an array */
+/* samples are computed in groups of at most this many instants, about this many numbers an array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
-/* ends of steps whose energies are found together: at most this many, and about this many
- * numbers an array */
+/* energies are computed for several ends of steps at once: at most this many, and about this many
+ * numbers per array */
 enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
-/* evaluations times arms after which the rows of a block are checked although it is not full:
- * numbers that overflow can make steps so short that the block is never filled */
+/* after this many evaluations times arms, the rows of a block are checked although it is not full:
+ * values that overflow can make steps so short that the block never fills */
 static const double RUN_LOOK = 1e6;
 
 int pend_run_valid(const struct pend_run *run) {
@@ -30,16 +30,16 @@ int pend_run_valid(const struct pend_run *run) {
            run->listed <= run->group && run->ends.count >= 0 && run->ends.count < run->ends.cap;
 }
 
-/* ---- making and freeing */
+/* ---- creation and release */
 
-/* takes `bytes` from a block, aligned to 64; with base NULL only counts them */
+/* reserves `bytes` in a block, aligned to 64; with base NULL only counts them */
 static void *run_take(char *base, size_t *used, size_t bytes) {
     void *part = base ? base + *used : NULL;
     *used += (bytes + 63) / 64 * 64;
     return part;
 }
 
-/* places a run's parts in its block; says how many bytes they need */
+/* places the arrays of a run in its block; returns their bytes */
 static size_t run_place(struct pend_run *run, char *base, int group, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n;
@@ -83,8 +83,7 @@ static int run_ends(int n) {
     return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
 }
 
-/* subtracts whole turns from the angles of a copied start if one of them is huge; returns whether
- * one is */
+/* subtracts whole turns from a copied start if an angle is huge; returns whether one is */
 static int run_turn(const struct pend_run *run, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n, turned = 0;
@@ -100,7 +99,7 @@ static int run_turn(const struct pend_run *run, double *start[4]) {
     return turned;
 }
 
-/* a run in one block, its problem's state copied, no stepper yet */
+/* creates a run in one block, with a copy of the initial state, without a stepper */
 static struct pend_run *run_allocate(const struct pend_method *method,
                                      const struct pend_problem *problem) {
     int n = problem->tree->n, group = run_group(n);
@@ -115,7 +114,7 @@ static struct pend_run *run_allocate(const struct pend_method *method,
     char *block = aligned_alloc(64, bytes);
     if (!block) return NULL;
 #ifndef NDEBUG
-    memset(block, 0xff, bytes); /* not-a-numbers, so that reading before writing shows */
+    memset(block, 0xff, bytes); /* fills the block with NaNs, so that uninitialized values show */
 #endif
     run_place(&sketch, block, group, start);
     for (int i = 0; i < 4; i++)
@@ -138,7 +137,7 @@ static void run_start(struct pend_run *run) {
     run->end = pend_times_at(&problem->times, problem->times.count - 1) - run->start;
     run->ordered = 1;
     for (int k = 0; k < tree->n; k++) run->ordered &= tree->order[k] == k;
-    /* a sum of n modes: a multiply and add takes about an eighth of an arm-evaluation */
+    /* the cost of a sum of n modes: a multiply-add is about an eighth of an arm evaluation */
     run->sample_cost =
         run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
     struct pend_energy energy = pend_kinematics_energy_at(tree, &problem->loads, run->start,
@@ -207,8 +206,8 @@ static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
 
 /* ---- steps */
 
-/* the drift of a real pendulum: its energy less what was given and plus what was lost, over a
- * scale that grows with what there is */
+/* the drift of a real pendulum: its energy minus the work plus the heat, relative to a scale that
+ * grows with all three */
 static void run_balance(struct pend_run *run, const struct pend_energy energy[]) {
     const struct run_ends *ends = &run->ends;
     for (int i = 0; i < ends->count; i++) {
@@ -220,7 +219,7 @@ static void run_balance(struct pend_run *run, const struct pend_energy energy[])
     }
 }
 
-/* updates the energy drift by the steps whose energies were not computed yet */
+/* updates the energy drift with the steps whose energies were not computed yet */
 static void run_weigh(struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
     struct run_ends *ends = &run->ends;
@@ -240,7 +239,7 @@ static void run_weigh(struct pend_run *run) {
     if (run->scale > 0) run->drift = fmax(run->drift, most / run->scale);
 }
 
-/* notes the time of the end of a step, and what was given and lost by then */
+/* records the time of the end of a step, and the work and heat up to it */
 static void run_note(struct pend_run *run) {
     struct run_ends *ends = &run->ends;
     int i = ends->count;
@@ -315,7 +314,7 @@ static int run_due(struct pend_run *run, long most) {
     return due;
 }
 
-/* removes the rows from the first one on that is not finite, which ends the run */
+/* removes the rows from the first one with a value that is not finite; this ends the run */
 static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples,
                                      enum pend_status status, struct pend_error *error) {
     struct run_flaw flaw = pend_run_find_flaw(run, samples);
@@ -364,7 +363,8 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
 
 /* ---- statistics */
 
-/* the part of the time up to the first instant without a sample, or up to the end of the last step
+/* the fraction of the time up to the first instant without a sample, or up to the end of the last
+ * step
  */
 static double run_progress(const struct pend_run *run) {
     const struct pend_times *times = &run->problem.times;
@@ -407,7 +407,7 @@ enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *ch
     pend_checkpoint_part(checkpoint, &run->scale, sizeof run->scale);
     run->method->carry(run->stepper, checkpoint);
     if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, checkpoint));
-    /* a checkpoint that refused has restored only some parts, and is not whole */
+    /* after a refused checkpoint, the state of the run is incomplete */
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
     int good = run->next <= run->problem.times.count && isfinite(run->reached) &&
                isfinite(run->drift) && isfinite(run->scale);

@@ -1,4 +1,4 @@
-/* An integration under way: the time loop, which returns samples block by block.
+/* A running integration: the time loop, which returns samples block by block.
  * Leaves to others: the steps (method_*), threads, deadlines and text (server, api).
  * Invariant: the same problem gives the same bits, whatever the sizes of the blocks. */
 #pragma once
@@ -10,13 +10,13 @@ struct pend_run_stats {
     const char *method;
     long steps, rejected, evaluations;
     double energy_drift; /* largest |E - E(start)| over the steps, relative to
-                            pend_kinematics_energy_scale; 0 for linear methods and for problems
-                            with no_drift; NaN where an energy is beyond all doubles */
-    double horizon;      /* s, pend_horizon_until: among the instants returned so far; NaN if the
-                            problem has no accuracy, and for linear methods */
+                          * pend_kinematics_energy_scale; 0 for linear methods and with no_drift;
+                          * NaN if an energy overflows */
+    double horizon;      /* s, pend_horizon_until for the instants returned so far; NaN without an
+                          * accuracy, and for linear methods */
     double held;         /* s, the same, not rounded to an instant */
     double progress;     /* 0 .. 1 */
-    double saturated;    /* pend_control_saturated, of this controller */
+    double saturated;    /* pend_control_saturated, and its controller */
     int controller;
 };
 
@@ -44,15 +44,15 @@ void pend_run_free(struct pend_run **run);
 
 /**
  * Continues the integration until `samples` is full, the last instant is reached, or `work` is used
- * up, so that the caller can check its deadline and its client in between.
+ * up, so that the caller can check its deadline and its client between calls.
  *
  * samples  cap >= 1; count becomes the number of samples, also on failure; it can be 0.
- * work     about the number of arm-evaluations that this call may take; it takes at least one step
- *          or makes one group of samples.
+ * work     approximate number of arm evaluations that this call may use; it takes at least one step
+ *          or computes one group of samples.
  * done     out: non-zero once the sample of the last instant was returned.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error says the time and, if known, the
- * arm. Later calls return the same failure.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error contains the time and, if known,
+ * the arm. Later calls return the same failure.
  */
 PEND_MUST_CHECK enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples,
                                                double work, int *done, struct pend_error *error);

@@ -68,7 +68,7 @@ static enum pend_status run_check_state(const struct pend_problem *problem,
 
 enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_error *error) {
     for (int k = 0; k < tree->n; k++) {
-        // a mass of 0 is one that terms make up for
+        // a mass of 0 is allowed if terms add inertia
         int light = tree->mass[k] != 0 && tree->mass[k] < DBL_MIN, arm = tree->order[k];
         if (!light && tree->len[k] >= DBL_MIN) continue;
         return pend_fail(error, PEND_INVALID, arm, 0,
@@ -80,7 +80,7 @@ enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_e
     return PEND_OK;
 }
 
-/* the terms of a real pendulum are those that the method has */
+/* the terms of a real pendulum must be supported by the method */
 static enum pend_status run_check_terms(const struct pend_method *method,
                                         const struct pend_loads *loads, struct pend_error *error) {
     if (!loads->terms) return PEND_OK;
@@ -104,7 +104,7 @@ static enum pend_status run_check_terms(const struct pend_method *method,
     return PEND_OK;
 }
 
-/* a method that goes forwards alone where something is lost is not asked to go back */
+/* a method that integrates only forwards with dissipation must not integrate backwards */
 static enum pend_status run_check_direction(const struct pend_method *method,
                                             const struct pend_problem *problem,
                                             struct pend_error *error) {

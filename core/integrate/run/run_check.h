@@ -49,7 +49,7 @@ PEND_MUST_CHECK enum pend_status pend_run_check_tree(const struct pend_tree *tre
  * Checks a problem and replaces zeros with the method's defaults.
  *
  * PEND_INVALID  tolerances out of the method's range, times not monotonic, a state that is not
- *               finite; error says which.
+ *               finite; error names it.
  * O(n), and O(number of instants) for a list or a very fine grid.
  */
 PEND_MUST_CHECK enum pend_status pend_run_check(const struct pend_method *method,

@@ -12,13 +12,12 @@
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
-/* columns of the caller's arrays: the arms without a cart */
+/* number of columns in the caller's arrays: the arms without a cart */
 static int run_arms(const struct pend_run *run) {
     return run->problem.tree->n - (pend_terms_cart(run->problem.loads.terms) ? 1 : 0);
 }
 
-/* the arrays for a group's states: the caller's if they have the stored order, otherwise the run's
- * own */
+/* the arrays for a group's states: the caller's if in stored order, otherwise those of the run */
 static struct pend_points run_room(const struct pend_run *run, const struct pend_samples *samples) {
     struct pend_points room = run->points;
     size_t at = (size_t)samples->count * (size_t)run->problem.tree->n;
@@ -31,7 +30,7 @@ static struct pend_points run_room(const struct pend_run *run, const struct pend
     return room;
 }
 
-/* the start is a small swing about hanging */
+/* true if the start is a small swing about hanging */
 static int run_swings(const struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
     double largest = 0;
@@ -40,7 +39,7 @@ static int run_swings(const struct pend_run *run) {
     return largest <= PEND_TURNS_SMALL;
 }
 
-/* the states at the start, and theta if it is wanted */
+/* the initial states, and theta if requested */
 static void run_start_states(const struct pend_problem *problem, const struct pend_points *points) {
     size_t n = (size_t)problem->tree->n;
     memcpy(points->phi, problem->phi, n * sizeof(double));
@@ -49,7 +48,7 @@ static void run_start_states(const struct pend_problem *problem, const struct pe
         points->theta[k] = pend_turns_theta(problem->phi[k], problem->phi_low[k]);
 }
 
-/* accelerations and forces of `due` states by the equations of motion, or of the linear method */
+/* accelerations and forces of `due` states from the equations of motion, or of the linear method */
 static void run_forces(struct pend_run *run, int due, int swings, const struct pend_points *points,
                        const struct pend_points *room) {
     const struct pend_problem *problem = &run->problem;
@@ -76,8 +75,8 @@ static void run_forces(struct pend_run *run, int due, int swings, const struct p
                                   points->rate + row, points->acc + row, points->force + row);
 }
 
-/* Forces of `due` states by the equations of motion where those of the series lose digits. The
- * accelerations are the series', which does not lose any. */
+/* Forces of `due` states from the equations of motion if the series loses their digits. The
+ * accelerations of the series are accurate. */
 static void run_true_forces(struct pend_run *run, int due, const struct pend_points *points,
                             const struct pend_points *room) {
     struct pend_points own = *room;
@@ -86,7 +85,7 @@ static void run_true_forces(struct pend_run *run, int due, const struct pend_poi
     run_forces(run, due, 0, points, &own);
 }
 
-/* those arrays of a group that the method is to fill in */
+/* the arrays of a group that the method fills in */
 static struct pend_points run_wanted(const struct pend_run *run, const struct pend_samples *samples,
                                      int fine, const struct pend_points *room) {
     struct pend_points points = *room;
@@ -98,7 +97,7 @@ static struct pend_points run_wanted(const struct pend_run *run, const struct pe
     return points;
 }
 
-/* those accelerations and forces of `due` states that the method has not filled in */
+/* computes the accelerations and forces of `due` states that the method has not filled in */
 static void run_pull(struct pend_run *run, const struct pend_samples *samples, int due, int swings,
                      const struct pend_points *points, const struct pend_points *room) {
     int series = run->method->flags & PEND_METHOD_SERIES && run->next > 0;
@@ -108,7 +107,7 @@ static void run_pull(struct pend_run *run, const struct pend_samples *samples, i
         run_forces(run, due, swings, points, room);
 }
 
-/* the states of the instants due, and their accelerations and forces if they are wanted */
+/* the states at the instants due, and their accelerations and forces if requested */
 static void run_states(struct pend_run *run, const struct pend_samples *samples, int due,
                        const struct pend_points *room) {
     const struct pend_problem *problem = &run->problem;
@@ -139,13 +138,13 @@ static void run_put(const struct pend_run *run, const double rows[], int count, 
         memcpy(out, rows, (size_t)count * n * sizeof(double));
         return;
     }
-    // a cart, the first that is stored, has columns of its own
+    // a cart, stored first, has separate columns
     int cart = arms < n ? order[0] : (int)n;
     for (int i = 0; i < count; i++, out += arms, rows += n)
         for (size_t k = n - arms; k < n; k++) out[order[k] - (order[k] > cart)] = rows[k];
 }
 
-/* positions, velocities and energies of one row, if they are wanted */
+/* positions, velocities and energies of one row, if requested */
 static void run_derive(struct pend_run *run, double time, const double phi[], const double rate[],
                        struct pend_samples *samples, long at) {
     const struct pend_problem *problem = &run->problem;
@@ -168,8 +167,8 @@ static void run_derive(struct pend_run *run, double time, const double phi[], co
     }
 }
 
-/* the forces of real pendulums beyond lambda, and what they are of ideal ones: lambda at the joint
- * too, nothing across */
+/* the forces of real pendulums besides lambda; for ideal pendulums: lambda at the joint too, and no
+ * force across */
 static void run_joints(struct pend_run *run, const struct pend_points *points, int due,
                        struct pend_samples *samples) {
     const struct pend_problem *problem = &run->problem;
@@ -196,7 +195,7 @@ static void run_joints(struct pend_run *run, const struct pend_points *points, i
     }
 }
 
-/* work and heat of the instants due */
+/* work and heat at the instants due */
 static void run_exchange(const struct pend_run *run, int due, struct pend_samples *samples) {
     const double *t = run->relative + (run->next - run->listed_from);
     for (int i = 0; i < due; i++) {
@@ -208,7 +207,7 @@ static void run_exchange(const struct pend_run *run, int due, struct pend_sample
     }
 }
 
-/* what controllers hold at the instants due */
+/* outputs of the controllers at the instants due */
 static void run_control(const struct pend_run *run, int due, struct pend_samples *samples) {
     const struct pend_problem *problem = &run->problem;
     const double *own = pend_pieces_control(run->method, run->stepper);
@@ -263,7 +262,7 @@ static void run_return(const struct pend_run *run, double phi[], int count) {
                 pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
 }
 
-/* what follows from the states of the instants due, as far as it is wanted */
+/* computes all requested quantities from the states at the instants due */
 static void run_all_derive(struct pend_run *run, const struct pend_points *points, int due,
                            struct pend_samples *samples) {
     size_t n = (size_t)run->problem.tree->n;

@@ -1,5 +1,5 @@
-/* Samples of a run: states, accelerations, forces, positions and energies at the wanted instants.
- * Leaves to others: steps and the choice of instants (run).
+/* Samples of a run: states, accelerations, forces, positions and energies at the requested
+ * instants. Leaves to others: steps and the choice of instants (run).
  * Invariant: an instant's bits do not depend on the other instants of its group. */
 #pragma once
 
@@ -8,14 +8,14 @@
 
 /**
  * Appends the next `due` listed instants, which lie inside the last step, to a block of samples.
- * O(due n), and what the method's `at` costs.
+ * O(due n), plus the cost of the method's `at`.
  */
 void pend_run_sample(struct pend_run *run, struct pend_samples *samples, int due);
 
-/* The first number of a block that is not finite; row is the number of rows if all are finite. */
+/* The first value of a block that is not finite; row is the number of rows if all are finite. */
 struct run_flaw {
     long row;
-    int arm; /* the caller's number from 0; -1 = the number concerns no single arm */
+    int arm; /* the caller's number from 0; -1 = the value belongs to no single arm */
     const char *what;
 };
 

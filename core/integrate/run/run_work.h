@@ -1,4 +1,4 @@
-/* The workspace of an integration under way.
+/* The workspace of a running integration.
  * Leaves to others: the time loop (run), the samples (run_samples).
  * Invariant: one block of memory; arrays are in the tree's stored order. */
 #pragma once
@@ -10,7 +10,7 @@
 struct run_ends {
     int count, cap;
     double *phi, *rate;         /* stored order */
-    double *time, *work, *heat; /* s, the request's own; J, what was given and lost so far */
+    double *time, *work, *heat; /* s, in the time of the request; J, work and heat so far */
     double *room;               /* 2 (cap + 1) rows, for energies */
 };
 
@@ -19,27 +19,26 @@ struct pend_run {
     struct pend_problem problem; /* phi and rate point into this block */
     void *stepper;
     struct pend_horizon *horizon; /* NULL: no accuracy is given */
-    double start, end;            /* s: the first instant, and the last one relative to it */
+    double start, end;            /* s: first instant; last instant, relative */
     double reached;               /* s, relative: the end of the last step */
     long next;                    /* number of the first instant without a sample */
     int group;                    /* most instants in one group */
     long listed_from;             /* number of the first instant in t */
     int listed;                   /* instants in t */
     int ordered;                  /* stored order is the caller's order */
-    double sample_cost;           /* arm-evaluations that a sample stands for */
+    double sample_cost;           /* cost of a sample in arm evaluations */
     double scale, energy_start, drift;
-    int gives;                 /* drives and friction change the energy */
+    int gives;                 /* drives or friction change the energy */
     struct pend_error failure; /* code PEND_OK: none */
-    double *t, *relative;      /* the next instants, and the same relative to the first */
-    struct pend_points points; /* a group's states, stored order */
+    double *t, *relative;      /* the next instants; the same, relative to the first */
+    struct pend_points points; /* states of a group, stored order */
     struct run_ends ends;
     double *re, *im, *scratch; /* one row each, and three */
-    double *turns,
-        *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
-    int turned;     /* some turns are not 0 */
-    int fine;       /* the start has digits that doubles do not hold */
-    int unlike;     /* rows have the forces of their states, where those of a series lose digits */
-    double *spare;  /* accelerations of a group that nobody wants; NULL where forces need none */
-    double *room;   /* four rows, for energies */
-    void *work;     /* of pend_dynamics_many, or of pend_dynamics_at of a real pendulum */
+    double *turns, *turns_low; /* rad, whole turns removed from the initial angles, stored order */
+    int turned;                /* some of these turns are not 0 */
+    int fine;                  /* the initial state has digits beyond those of doubles */
+    int unlike;    /* forces are computed from the states, because the series loses their digits */
+    double *spare; /* accelerations of a group, if needed but not requested; else NULL */
+    double *room;  /* four rows, for energies */
+    void *work;    /* memory of pend_dynamics_many, or of pend_dynamics_at for a real pendulum */
 };

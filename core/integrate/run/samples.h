@@ -3,24 +3,23 @@
  * Invariant: the arrays belong to the caller. */
 #pragma once
 
-/* A block of samples, time-major in the CALLER's order of arms: phi[i * n + arm]. Arrays that
- * are not wanted are NULL. */
+/* A block of samples, time-major in the CALLER's order of arms: phi[i * n + arm]. Arrays that are
+ * not requested are NULL. */
 struct pend_samples {
-    long cap, count; /* sizes of the arrays, and number of samples in them */
+    long cap, count; /* capacity of the arrays; number of samples in them */
     double *t;       /* never NULL */
     double *phi, *rate, *acc, *force;
     double *z_re, *z_im, *zd_re, *zd_im;
-    double *theta; /* rad, phi + pi/2, of small swings with all the digits that phi as a double does
-                      not hold */
-    /* N, of real pendulums more than `force`, the compression at the tip: across the arm there, and
-     * along and across it at its joint; as struct bodies_forces has them */
+    double *theta; /* rad, phi + pi/2; for a small swing with more correct digits than phi */
+    /* N, forces of real pendulums besides `force`, the compression at the tip: across the arm at
+     * the tip; along and across it at its joint; as in struct bodies_forces */
     double *across, *joint_along, *joint_across;
-    /* one value a sample, of a pendulum with a cart: place, m, and speed, m/s, along the rail, and
-     * the force of the rail across it, N; the arrays of the arms have no column for the cart. Of a
-     * pendulum without a cart they stay as they are. */
+    /* One value per sample, for a pendulum with a cart: position, m, and speed, m/s, along the
+     * rail, and the force of the rail across it, N. The arrays of the arms have no column for the
+     * cart. Without a cart these arrays are not changed. */
     double *cart_place, *cart_speed, *cart_reaction;
-    double *control; /* an output a controller and sample, N m or N, that acts up to this instant */
-    double *kinetic, *potential; /* one value a sample, J */
-    double *work, *heat; /* one value a sample, J: what drives gave and friction took since the
-                            first instant */
+    double *control; /* one output per controller and sample, N m or N, up to this instant */
+    double *kinetic, *potential; /* one value per sample, J */
+    double *work, *heat;         /* J per sample: work of drives, heat of friction since the first
+                                  * instant */
 };
