@@ -28,8 +28,7 @@ struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
     struct pend_terms *none; /* terms of an ideal pendulum */
-    int quick;               /* the derivatives are computed from the known motion; `ideal` contains
-                              * both */
+    int quick;               /* derivatives follow from the known motion; `ideal` has both */
     int count, passes;       /* number of parameters; number of passes of eight parameters */
     int order;
     double log_rtol, log_atol;

@@ -48,8 +48,7 @@ static double ideal_carried(const struct pend_tree *tree, const struct pend_load
     return sum;
 }
 
-/* true if the centers of bodies are near their arms, and no arm is negligible compared with its
- * load */
+/* true if bodies' centers are near their arms, and no arm is negligible compared with its load */
 static int ideal_shaped(const struct pend_tree *tree, const struct pend_loads *loads) {
     const struct pend_terms *terms = loads->terms;
     for (int k = tree->n - 1; k >= 0; k--) {

@@ -27,8 +27,7 @@ int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *load
 void pend_ideal_load(struct ideal_known *known, const struct pend_tree *tree,
                      const struct pend_loads *loads);
 
-/** Sets the unit `seed` of a derivative with respect to a length or a term, in a lane of a group.
- * O(1). */
+/** Sets the unit `seed` of a derivative by length or term, in a lane of a group. O(1). */
 void pend_ideal_vary(struct ideal_known *known, struct ideal_group *group, int lane,
                      const struct pend_tree *tree, const struct pend_loads *loads,
                      struct pend_parameter by, double seed);

@@ -35,8 +35,7 @@ struct ideal_known {
     double gravity;            /* in units */
     double unit, square;       /* s, the unit of time; its square */
     struct jets_system system; /* the system of order 0; only arrays of the factorization */
-    /* For a real pendulum (ideal_loads.h); the masses at the tips are those of the equivalent
-     * points. */
+    /* For real pendulums (ideal_loads.h); masses at the tips are those of the equivalent points. */
     int loaded, joints, bodies; /* it is a real pendulum; it has friction, springs or torques; it
                                  * has bodies */
     int lengths;                /* some parameter is a length */

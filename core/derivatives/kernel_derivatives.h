@@ -43,7 +43,7 @@ struct derivatives_view {
 };
 
 struct derivatives_kernel {
-    /** Returns the count of numbers that a series to an order needs, for `series` and `place`.
+    /** Returns the count of numbers in a series to an order, for `series` and `place`.
      * O(harmonics). */
     size_t (*count)(const struct pend_terms *terms, int n, int order);
     /**

@@ -265,8 +265,7 @@ static double ideal_motion_norm(const struct ideal_known *s, int j) {
     return most[0] > 0 ? WIDE_(log2)(most)[0] + ideal_floor : -1e4;
 }
 
-/* the rule of step_template for each lane; a derivative counts as at least 2^ideal_floor of the
- * motion */
+/* the rule of step_template for each lane; derivatives are at least 2^ideal_floor of the motion */
 static double ideal_reach(const struct ideal_known *s, const struct ideal_group *g, double log_rtol,
                           double log_atol) {
     const double *last = s->system.share + s->order, *share = s->system.share;

@@ -22,7 +22,7 @@ const struct derivatives_kernel *pend_kernel_derivatives(void) {
 
 /* ---- the motion */
 
-/* Computes the accelerations at an instant, s, relative. For stage `stage` >= 0 of a step also the
+/* Computes the accelerations at an instant, s, relative; for a stage >= 0 of a step also the
  * power. */
 static void radau_pull(struct radau *r, double time, const struct radau_state *state, double acc[],
                        int stage) {
@@ -131,8 +131,7 @@ void pend_radau_differ(const struct radau *r, const double bent[], const double 
     }
 }
 
-/* Computes R of a step of length h into `pull`, and the power at the stages. Returns 0 if a value
- * is not finite. */
+/* Computes R of a step h into `pull`, and the power at the stages. Returns 0 if not finite. */
 static int radau_rest(struct radau *r, double h) {
     double bad = 0, column[STAGES];
     int n = r->n;

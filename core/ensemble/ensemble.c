@@ -315,8 +315,7 @@ static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double pa
     return part == 1 ? lanes->to.gain[i] : lanes->from.gain[i] + sum * x;
 }
 
-/* the energy at a fraction of the step, minus the initial energy and the exchanged energy, relative
- * to the scale */
+/* the energy at a fraction of the step minus the initial and exchanged energy, over the scale */
 static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     const struct ensemble_lanes *lanes = &e->lanes;
     int width = lanes->width, terms = (int)ensemble_terms(lanes->terms);

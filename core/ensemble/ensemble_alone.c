@@ -168,8 +168,7 @@ static void alone_tell(struct pend_ensemble *e, enum pend_status status,
     if (moved && e->problem.observe & PEND_OBSERVE_ENERGY) outcome->energy_drift = alone_drift(e);
 }
 
-/* takes the next step of the search or, after it, of the motion; ended: set if nothing is left to
- * do */
+/* takes the next step of the search, then of the motion; ended: set if nothing is left to do */
 static enum pend_status alone_go(struct pend_ensemble *e, int *ended, struct pend_error *error) {
     struct ensemble_alone *alone = &e->alone;
     if (e->problem.events && !alone->search) PEND_TRY(alone_search(e, error));

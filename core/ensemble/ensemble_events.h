@@ -5,8 +5,7 @@
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Returns the bytes of memory for the conditions of a problem, a multiple of 64; 0 without
- * conditions. */
+/** Returns the bytes of memory for a problem's conditions, a multiple of 64; may be 0. */
 size_t pend_ensemble_events_bytes(const struct pend_ensemble_problem *problem, int width);
 
 /** Places the conditions in that memory, which must be zero and aligned to 64. */

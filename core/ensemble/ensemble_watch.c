@@ -23,8 +23,7 @@ void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory) {
     if (e->lanes.forces) pend_event_truth_place(&e->truth, e->problem.tree, memory);
 }
 
-/* the tree and the loads of the member in lane i, with the values that positions and energies
- * need */
+/* the tree and loads of the member in lane i, with what positions and energies need */
 static struct pend_tree watch_member(const struct pend_ensemble *e, int i,
                                      struct pend_loads *loads) {
     const struct ensemble_lanes *lanes = &e->lanes;

@@ -40,8 +40,7 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part);
 /** Reports the rows whose instants lie in the step of lane i, up to `until`, s. */
 void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until);
 
-/** Computes the state at the fraction `part` of the step of lane i, 0 .. 1, into the outcome's
- * arrays. */
+/** Computes the state at `part` of the step of lane i, 0 .. 1, into the outcome's arrays. */
 void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part);
 
 /** Returns the time at the fraction `part` of the step of lane i, s. */
@@ -56,6 +55,5 @@ void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now,
 void pend_ensemble_watch_settled(struct pend_ensemble *e, int i, const double phi[],
                                  const struct pend_loads *loads, double now);
 
-/** Starts the next piece of a lane that has reached its stop; returns 0 if the member ends
- * there. */
+/** Starts the next piece of a lane at its stop; returns 0 if the member ends there. */
 int pend_ensemble_watch_piece(struct pend_ensemble *e, int i);

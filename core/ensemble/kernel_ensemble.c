@@ -177,8 +177,7 @@ VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     *low = bottom - rest;
 }
 
-/* The lanes in which arm k may leave its cell during the step. Returns the complement, as a
- * wide_mask. */
+/* the complement, as a wide_mask, of the lanes in which arm k may leave its cell during the step */
 static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s,
                                int k, num x) {
     const num *c = s->rate + k;

@@ -12,8 +12,7 @@
  * lengths and masses, the problem's loads, and zeros. */
 struct pend_member {
     double *phi, *rate;      /* rad, rad/s */
-    double *length, *mass;   /* m, kg, finite and > 0; a mass may be 0 if terms give the arm an
-                              * inertia */
+    double *length, *mass;   /* m, kg, finite and > 0; a mass may be 0 if terms add inertia */
     struct pend_loads loads; /* gravity and other loads; its terms are those of the problem */
     double *value;           /* values of the terms of this member, loads.terms->count; loads.value
                               * points to them; NULL without terms */
@@ -61,11 +60,9 @@ struct pend_outcome {
     double time;              /* s, time at which the member ended */
     int arm;                  /* stored number of the arm that crossed its bound first; -1 = none */
     double first;             /* s, time of that crossing; NaN = never */
-    const double *phi, *rate; /* state at `time`; for a member that was not integrated (`spare`), at
-                               * the start */
+    const double *phi, *rate; /* state at `time`; at the start if not integrated (`spare`) */
     const double *phi_low;    /* rad, low-order part of phi; NULL if unknown */
-    const double *first_crossing;  /* s, first crossing of each arm; NaN = never; NULL without a
-                                    * bound */
+    const double *first_crossing;  /* s, first crossing of each arm; NaN = never; may be NULL */
     const long *crossings;         /* number of crossings of each arm; NULL without a bound */
     struct pend_force_range force; /* NULLs if not requested */
     const double *sign_change;     /* s, time at which each arm's force first changes sign; NaN =
@@ -77,8 +74,7 @@ struct pend_outcome {
                       * it never loses it; NaN if the problem has no accuracy */
     double settled;  /* s, from this time on `settle` holds; NaN = it does not hold in the last
                       * tenth of the time */
-    double lyapunov; /* 1/s, logarithm of a neighbour's growth divided by the time; NaN if the time
-                      * is 0 */
+    double lyapunov; /* 1/s, logarithm of a neighbour's growth over the time; NaN for time 0 */
     long steps;
 };
 
@@ -117,12 +113,10 @@ struct pend_ensemble_problem {
                 * any arm to reach its bound is delivered at once, with `time` equal to the duration
                 * and no steps. */
     unsigned observe;    /* enum pend_observe, or-ed */
-    const double *times; /* s, instants of rows, in the direction of the duration and not beyond
-                          * it */
+    const double *times; /* s, instants of rows, in the direction of the duration, within it */
     long times_count;    /* 0 = no rows */
     int events;          /* number of conditions, with until PEND_UNTIL_TIME or _TOLD; 0 = none */
-    const struct pend_event *event; /* must outlive the ensemble; an event with `stop` ends the
-                                     * member */
+    const struct pend_event *event; /* must outlive the ensemble; `stop` ends the member */
     long step_cap;                  /* largest number of steps of a member, 0 = no limit */
     pend_fetch_fn *fetch;
     pend_deliver_fn *deliver;

@@ -9,8 +9,8 @@
 
 #include "core/fit/fit_problem.h"
 
-/** Computes a loss at z: `rho`, its derivative `slope`, and the derivative of residual times slope,
- * psi'. O(1). */
+/** Computes a loss at z: `rho`, its derivative `slope`, and psi' of psi = residual times slope.
+ * O(1). */
 struct fit_loss {
     double rho, slope, psi;
 };

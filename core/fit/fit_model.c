@@ -205,8 +205,8 @@ static void model_angle(const struct fit_model *model, const struct pend_fit_col
     }
 }
 
-/* the model of one measurement, and its derivatives with respect to the pendulum's parameters and
- * the camera */
+/* the model of one measurement, and its derivatives by the pendulum's and the camera's
+ * parameters */
 static void model_number(const struct fit_model *model, const struct pend_fit_column *column,
                          long row, int slopes, double *model_value, double slope[]) {
     const struct pend_fit_problem *p = model->problem;
@@ -264,8 +264,7 @@ static void model_row(const struct fit_model *model, long row, long from, double
     }
 }
 
-/* the instants first .. first + count - 1 of a run, stored in `seen` and `slope` from index
- * `from` */
+/* the instants first .. first + count - 1 of a run, in `seen` and `slope` from `from` on */
 static void model_rows(const struct fit_model *model, long first, long from, long count,
                        double residual[], double slope[]) {
     for (long i = first; i < first + count; i++)

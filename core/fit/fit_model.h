@@ -8,11 +8,9 @@
 /* Workspace of a model; one block. */
 struct fit_model {
     const struct pend_fit_problem *problem;
-    int parameters;                   /* number of unknowns that belong to the pendulum or to the
-                                       * run's start */
+    int parameters;                   /* number of unknowns of the pendulum and the start */
     struct pend_parameter *parameter; /* those unknowns as parameters */
-    int *place;                       /* for every unknown, its index among the parameters; -1 = not
-                                       * a parameter */
+    int *place;                       /* index of every unknown among the parameters; -1 = none */
     long *row;                        /* for every instant of the run, its first row */
     double *length, *mass, *value, *phi, *rate;
     double *t;                  /* instants of the start and of the run's rows, or of the rows
@@ -21,8 +19,7 @@ struct fit_model {
     int before;                 /* 1 if the start is before the first row */
     int shifts;                 /* the time shift is unknown */
     int modes;                  /* modes are measured */
-    double *omega, *near;       /* frequencies of all modes, rad/s, and those of a pendulum with a
-                                 * changed value */
+    double *omega, *near;       /* mode frequencies, rad/s; with a changed unknown */
     double *lean;               /* n x unknowns: derivatives of the frequencies */
     double *beside;             /* values at a finite-difference step */
     double *seen[4], *slope[4]; /* phi, x, y, rate of a block of rows, and their derivatives */

@@ -12,8 +12,7 @@
 #include "core/fit/fit_constants.h"
 
 struct piece {
-    struct pend_fit_problem problem; /* rows of the piece, and one for the continuity condition at
-                                      * its end */
+    struct pend_fit_problem problem; /* rows of the piece, and one for continuity at its end */
     double start;                    /* instant of its start, s */
     struct fit_model model;
     char *memory;
@@ -33,8 +32,7 @@ struct fit_pieces {
     int count, unknowns, round, here;
     struct piece piece[FIT_PIECES];
     double *x; /* inner numbers of the unknowns, then phi and rate at every join, stored order */
-    double omega, sigma; /* rad/s, angular frequency of a swing; rad, standard deviation of a
-                          * measurement */
+    double omega, sigma; /* rad/s, frequency of a swing; rad, standard deviation of the data */
     gsl_multifit_nlinear_workspace *work;
     gsl_multifit_nlinear_fdf fdf;
     long evaluations;
@@ -43,8 +41,7 @@ struct fit_pieces {
 
 /* ---- how the motion is divided */
 
-/* the number of first rows to divide: for the largest number of pieces, and within the memory
- * limit */
+/* the number of first rows to divide, limited by the number of pieces and by memory */
 static long pieces_rows(const struct pend_fit_problem *p, double swing) {
     long rows = 1;
     while (rows < p->rows && rows * p->columns < FIT_PIECE_NUMBERS &&

@@ -74,8 +74,7 @@ struct pend_fit_problem {
     const double *phi, *rate; /* initial states, runs x n, stored order */
     const double *start; /* s, instant of each start, not after its shifted first row; NULL = 0 */
     double camera[PEND_FIT_CAMERA];
-    int zeros;          /* number of offsets that instruments add to angles, rad, and rates,
-                         * rad/s */
+    int zeros;          /* number of instruments' offsets: of angles, rad, and rates, rad/s */
     const double *zero; /* those offsets */
     long rows;          /* rows are sorted by the time since the start of their run */
     const double *t;    /* s, not decreasing within a run; rows of one instant are adjacent */
@@ -89,8 +88,7 @@ struct pend_fit_problem {
                          * = none; NULL = none for all columns */
     double rtol;        /* tolerance of the motion, as for the taylor method */
     int iterations;     /* most iterations, 1 .. */
-    long step_cap;      /* most steps of a motion, 0 = no limit; lowered to what an ordinary motion
-                         * needs */
+    long step_cap;      /* most steps of a motion, 0 = no limit; lowered for ordinary motions */
 };
 
 /** Returns the number of motions. O(1). */
@@ -108,7 +106,7 @@ static inline double pend_fit_start(const struct pend_fit_problem *problem, int 
     return problem->start ? problem->start[run] : 0;
 }
 
-/** Returns a row's time since the start of its motion, s, with the given shift of the camera.
+/** Returns a row's time since the start of its motion, s, with the camera's given shift.
  * O(1). */
 static inline double pend_fit_since(const struct pend_fit_problem *problem, long row) {
     return problem->t[row] + problem->camera[PEND_FIT_SHIFT] -

@@ -43,13 +43,10 @@ struct pend_fit_result {
     double explained;      /* fraction explained: 1 - sum of squares over the sum of squares of the
                             * data about their mean */
     enum pend_fit_model model;
-    double p_value;       /* p-value of chi-squared; NaN if a sigma is not given, or without degrees
-                           * of freedom */
+    double p_value;       /* p-value of chi-squared; NaN without sigmas or degrees of freedom */
     double watson;        /* Durbin-Watson statistic of the residuals; NaN without adjacent rows */
-    double alike;         /* p-value of the residuals' autocorrelation; NaN with few adjacent
-                           * rows */
-    double widened;       /* factor by which the standard errors were increased; infinite if they
-                           * are withheld */
+    double alike;         /* p-value of the residuals' autocorrelation; NaN with few rows */
+    double widened;       /* factor by which standard errors were increased; infinite: withheld */
     double effective;     /* equivalent number of independent measurements */
     const double *spread; /* for each column, the robust standard deviation of its residuals */
     double beyond;        /* a residual beyond this many spreads is an outlier; may be infinite */

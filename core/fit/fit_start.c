@@ -34,8 +34,7 @@ double pend_fit_start_zero(const struct pend_fit_problem *p, int zero) {
     return count > 0 ? sum / count : atan2(im, re);
 }
 
-/* the tip of an arm in camera units at a row, or the pivot for arm -1; returns 0 if it was not
- * seen */
+/* an arm's tip in camera units at a row, or the pivot for arm -1; returns 0 if not seen */
 static int start_tip(const struct pend_fit_problem *p, int arm, long row, double *x, double *y) {
     *x = p->camera[PEND_FIT_ORIGIN_X], *y = p->camera[PEND_FIT_ORIGIN_Y];
     if (arm < 0) return 1;

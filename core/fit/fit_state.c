@@ -86,8 +86,7 @@ double pend_fit_state_variance(const struct pend_fit *fit, double squares, long 
     return pend_fit_state_known(fit) || freedom < 1 ? 1 : squares / (double)freedom;
 }
 
-/* the effect of rounding on all data together, in standard deviations; smaller effects do not
- * count */
+/* the effect of rounding on all data, in standard deviations; smaller effects do not count */
 static double state_rounding(const struct pend_fit *fit) {
     double sum = 0;
     for (int c = 0; c < fit->problem.columns; c++) {

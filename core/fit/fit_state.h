@@ -32,12 +32,11 @@ struct pend_fit {
                                 * used, or runs were fitted separately */
     struct fit_alone *alone;   /* the run that is fitted separately */
     struct pend_fit *single;   /* its search */
-    double *found, told;       /* inner numbers found by the separate runs; explained fraction of
-                                * the best run */
+    double *found, told;       /* inner numbers of the separate runs; fraction explained by the
+                                * best */
     double *best;              /* inner numbers of the lowest sum of squares of all rows */
     double least;              /* that sum; infinite before there is one */
-    double variance;           /* variance of a residual at the last evaluation of all rows; 0 = not
-                                * known */
+    double variance;           /* of a residual at the last evaluation of all rows; 0 = unknown */
     int inside;                /* unknowns at bounds were restarted inside */
     int anew;                  /* the search was restarted because a decrease was predicted */
     unsigned char *bounded, *held; /* at a bound; fixed in the last evaluation */
@@ -54,8 +53,7 @@ double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner);
 enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
                                      struct pend_error *error);
 
-/** Sets the error for slopes that cannot be decomposed: no memory, or not finite. Returns the
- * status. */
+/** Sets the error for slopes without a decomposition (memory, not finite). Returns the status. */
 enum pend_status pend_fit_state_lost(enum pend_status status, struct pend_error *error);
 
 /** Computes slopes and residuals of the first rows at the fit's inner numbers; unknowns at bounds
@@ -67,8 +65,7 @@ PEND_MUST_CHECK enum pend_status pend_fit_state_look(struct pend_fit *fit, long 
  * measurements in them. O(measurements). */
 double pend_fit_state_squares(const struct pend_fit *fit, long rows, long *count);
 
-/** Returns the variance of a residual: 1 if every sigma is known, otherwise the estimate.
- * O(columns). */
+/** Returns the variance of a residual: 1 if every sigma is known, else an estimate. O(columns). */
 double pend_fit_state_variance(const struct pend_fit *fit, double squares, long freedom);
 
 /** Returns whether all standard deviations are known. O(columns). */

@@ -159,7 +159,7 @@ static double told_unseen(const struct fit_told *told, int j) {
     return sum;
 }
 
-/* subtracts from a row its projection on the rows before it; returns the remaining fraction of its
+/* subtracts from a row its projection on earlier rows; returns the remaining fraction of its
  * length */
 static double told_part(int q, const double to[], int count, double row[]) {
     double square = 0;

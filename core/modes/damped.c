@@ -29,8 +29,7 @@ static void damped_form(const struct linear_arms *arms, int drag, double out[]) 
     }
 }
 
-/* adds a torque of the joints, of `strength` per radian of an arm's angle relative to the arm that
- * holds it */
+/* adds a torque of the joints: `strength` per radian of the angle relative to the holding arm */
 static void damped_joint(const struct linear_arms *arms, size_t k, double strength, double out[]) {
     size_t n = (size_t)arms->n;
     out[k * n + k] += strength;
@@ -124,8 +123,7 @@ static struct pend_damped *damped_alloc(int n) {
     return made;
 }
 
-/* The first arm whose angle scales a shape. The position of a cart, m, is used only if no arm
- * swings. */
+/* the first arm whose angle scales a shape; a cart's position, m, counts only if no arm swings */
 static size_t damped_first(const struct pend_damped *damped, const double complex shape[]) {
     if (!damped->loads || !pend_terms_cart(damped->loads->terms)) return 0;
     for (int k = 1; k < damped->n; k++)

@@ -197,8 +197,7 @@ static void kernel_place(const struct linear_arms *arms, const wave pivot[2],
     }
 }
 
-/* the force at the joint, and the residual of the arm's own equation, without the contributions of
- * children */
+/* the force at the joint, and the residual of the arm's own equation, both without its children */
 static void kernel_balance(const struct linear_arms *arms, const struct kernel_shift *shift, int k,
                            struct response_node node[]) {
     const struct linear_arm *arm = arms->arm + k;

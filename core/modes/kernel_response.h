@@ -25,8 +25,7 @@ struct response_node {
     struct response_lanes drive, couple, push[2]; /* given torque, N m; torque, N m, and force, N,
                                                    * of an elimination */
     struct response_lanes angle, base[2];         /* rad, m */
-    struct response_lanes force[2], rest;         /* force at the joint, N; residual of the
-                                                   * equation, N m */
+    struct response_lanes force[2], rest;         /* joint's force, N; equation's residual, N m */
     struct response_lanes scale;                  /* sizes of `own`, and of the terms of `rest` */
 };
 

@@ -46,8 +46,7 @@ struct lossy_node {
 struct pend_lossy {
     struct linear_arms arms;
     struct pend_still *still;  /* NULL once the undamped modes are found */
-    int n, round, at;          /* round of Aberth's method; in it, the next root to move or to
-                                * return */
+    int n, round, at;          /* round of Aberth's method; next root to move or return */
     int moving;                /* number of roots that have not converged in the round */
     int fewest, patience;      /* the smallest value of `moving` so far, and the remaining rounds in
                                 * which it must decrease */

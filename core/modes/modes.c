@@ -45,8 +45,7 @@ struct pend_modes_search {
     struct pend_spectrum *spectrum;
     enum phase phase;
     int part;      /* the current part, in PHASE_VALUES */
-    int *first;    /* for each part, its first index in value[]; an additional entry ends the last
-                    * part */
+    int *first;    /* for each part, its first index in value[]; one more entry ends the last */
     int *number;   /* for each part, the number of its first computed eigenvalue */
     double *value; /* the computed eigenvalues, signed, ascending in each part */
     struct mode *mode;
@@ -55,8 +54,7 @@ struct pend_modes_search {
     int drop, keep; /* the requested rows are drop .. keep - 1; the other rows only complete
                      * repeated frequencies */
     struct pend_modes *modes;
-    int *lead;   /* for each row, the first arm that moves, in the caller's numbering; -1 if
-                  * unknown */
+    int *lead;   /* for each row, the first moving arm, in the caller's numbering; -1: unknown */
     int at, end; /* the modes of the current part, in PHASE_VECTORS and PHASE_SPREAD */
     int low;     /* index of the first of these vectors */
     int row;     /* number of occurrences done in PHASE_SPREAD; from PHASE_STAND on, the next row */

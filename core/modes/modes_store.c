@@ -89,8 +89,7 @@ static double store_largest(int n, const double x[]) {
     return largest[0];
 }
 
-/* the first arm, in the caller's numbering from `from` on, with a non-zero entry; n if there is
- * none */
+/* the first arm with a non-zero entry, in the caller's numbering from `from` on; n: none */
 static int store_first(const struct pend_tree *tree, const double x[], double zero, int from) {
     while (from < tree->n && fabs(x[tree->place[from]]) <= zero) from++;
     return from;
@@ -113,8 +112,7 @@ static void store_rotate(int n, double x[], double y[], int entry) {
 static void store_echelon(const struct pend_tree *tree, int group, double vector[]) {
     int n = tree->n, lead = 0;
     for (int done = 0; done < group - 1; done++, lead++) {
-        /* the first arm that moves in any remaining vector, and the vector in which it moves
-         * most */
+        /* the first arm that moves in any remaining vector; the vector that moves it most */
         int first = n, best = done;
         for (int j = done; j < group; j++) {
             double *x = vector + (size_t)j * n;

@@ -156,8 +156,7 @@ static void symmetry_contrasts(struct pend_symmetry *s, struct pend_part *part, 
     }
 }
 
-/* sorts the like branches by kind and creates a part for each kind; returns 0 if two hashes
- * collide */
+/* sorts the like branches by kind, creates a part for each kind; returns 0 if hashes collide */
 static int symmetry_parts(struct finder *f, int place[], int at[]) {
     struct pend_symmetry *s = f->symmetry;
     qsort(f->found, (size_t)f->found_count, sizeof *f->found, symmetry_by_kind);

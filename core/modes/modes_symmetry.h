@@ -29,8 +29,7 @@ struct pend_part {
     int root;  /* stored number of the arm at which the part begins */
     int n;     /* number of arms after merging */
     int times; /* number of times that each of its modes occurs */
-    int first; /* its first contrast; a part has `times` contrasts, sorted by lead; part 0 has
-                * none */
+    int first; /* its first of `times` contrasts, sorted by lead; part 0 has none */
 };
 
 struct pend_symmetry {

@@ -8,8 +8,7 @@
 
 enum {
     VALUES_BATCH = 64, /* number of shifts tried at once */
-    VALUES_LANES = 16, /* number of shifts that cost as much time as one; a sweep with fewer is
-                        * wasteful */
+    VALUES_LANES = 16, /* number of shifts that cost as much as one; fewer are wasteful */
     VALUES_TRIES = 6   /* number of Laguerre steps before they alternate with bisection */
 };
 
@@ -25,8 +24,7 @@ struct span_end {
     int near;    /* non-zero if one eigenvalue inside outweighs all others there, so that the hint
                   * converges to it */
     double hint; /* Laguerre's bound of the nearest eigenvalue on the inside; `at` if unknown */
-    double step; /* distance to the hint, which may be below the last digit of `at`; infinite if
-                  * unknown */
+    double step; /* distance to the hint, may be below the last digit of `at`; infinite: unknown */
 };
 
 /* An interval that contains hi.below - lo.below > 0 of the requested eigenvalues. */
@@ -120,8 +118,7 @@ static double values_next(struct span *span) {
         return values_middle(span->lo.at, span->hi.at);
     const struct span_end *end = values_nearer(span);
     if (end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
-    /* both hints fall short of the eigenvalue, from either side, by about the cubes of their
-     * steps */
+    /* both hints fall short of the eigenvalue by about the cubes of their steps */
     double share = span->lo.step / span->hi.step;
     share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share)
                                                                 : end == &span->lo;

@@ -31,8 +31,7 @@ struct settling {
     int first; /* the first vector among those to which this one is orthogonalized */
     int next;  /* the first vector that this pass has not reached */
     int pass, try;
-    int due; /* iterations that are always done, because a random start has a component along every
-              * mode */
+    int due;        /* iterations always done, because a random start contains every mode */
     double squares; /* the sum of the squares of the components that this pass removed */
     double left;    /* the norm of the vector after projection; 1 if nothing was removed */
 };
@@ -46,8 +45,7 @@ struct pend_vectors {
     struct settling settling;
     int begin;           /* the first vector that is close by the wider tolerance */
     int begin_fine;      /* the first vector that is close by the narrower tolerance */
-    int coarse;          /* the first vector from `begin` on that is not computed in
-                          * double-double */
+    int coarse;          /* first vector from `begin` on not computed in double-double */
     unsigned char *fine; /* for each vector, non-zero if it is computed in double-double */
     double **vector;
     double *tips; /* tip displacements of the last `rows` vectors, vector k in row k % rows */
@@ -249,8 +247,7 @@ static int vectors_crowds(struct pend_vectors *v, int lanes) {
     return any;
 }
 
-/* returns the largest number of vectors to which a vector is orthogonalized, including those in
- * between */
+/* returns the largest number of vectors to which one is orthogonalized, with those in between */
 static int vectors_window(struct pend_vectors *v) {
     int window = 0;
     for (int number = 1; number < v->count; number++) {

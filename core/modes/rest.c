@@ -9,8 +9,7 @@ enum { STEPS_MOST = 200, FALLS_MOST = 1000, HALVINGS_MOST = 40 };
 static const double angle_most = 0.5;   /* rad, the largest change of an arm in a step */
 static const double least_pivot = 0.05; /* least elimination pivot when minimizing, relative to its
                                          * largest possible value */
-static const double least_fall = 1e-4;  /* least decrease, relative to the decrease predicted by the
-                                         * slope */
+static const double least_fall = 1e-4;  /* least decrease, relative to the predicted one */
 
 /* data of an arm during the search for an equilibrium */
 struct rest_node {
@@ -217,8 +216,7 @@ static double rest_height(const struct pend_tree *tree, const struct pend_loads 
     return height;
 }
 
-/* Takes a step. When minimizing, shortens it until the potential energy decreases. Returns 0 if it
- * never does. */
+/* takes a step; minimizing shortens it until the potential energy decreases; 0 if it never does */
 static int rest_move(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                      struct rest_node node[], double phi[], double fall) {
     double size, part = 1, height = down ? rest_height(tree, loads, phi, node, &size) : 0;

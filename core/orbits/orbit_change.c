@@ -346,8 +346,7 @@ static void change_touch(struct pend_orbits *o) {
     change_locate_at(o);
 }
 
-/* reports the bifurcation at the next orbit, because no orbit was found at a fraction of the
- * path */
+/* reports the bifurcation at the next orbit, because no orbit was found in between */
 static enum pend_status change_unplaced(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
     struct pend_problem motion;

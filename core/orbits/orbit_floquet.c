@@ -87,8 +87,7 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     return PEND_OK;
 }
 
-/* the derivative of a motion with respect to its start, times `side`; rates are in units of
- * omega */
+/* derivative of a motion with respect to its start, times `side`; rates in units of omega */
 static void floquet_matrix(const struct orbit_floquet *f, const struct orbit_newton *newton,
                            double side, double matrix[]) {
     int n = f->n, q = newton->map.count;

@@ -131,8 +131,7 @@ static enum orbit_newton_end newton_far(struct orbit_newton *newton, double corr
     return ORBIT_GOING;
 }
 
-/* a correction of the size of round-off: the solution is found, or all derivatives are still
- * needed */
+/* a correction of the size of round-off: the solution is found, or still needs all derivatives */
 static enum orbit_newton_end newton_last(struct orbit_newton *newton, double correction) {
     newton->last = correction;
     if (newton->whole && !newton->complete) return ORBIT_GOING;

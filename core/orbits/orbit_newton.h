@@ -18,11 +18,9 @@ struct orbit_newton {
     double *normal; /* closing equation: normal . u = value; */
     double value;
     int energy;  /* non-zero: the closing equation is instead: energy above rest = value, J */
-    int careful; /* non-zero: the guess is far away; only steps that reduce the error are
-                  * accepted */
+    int careful; /* non-zero: far from a solution; accepts only steps that reduce the error */
     int look;    /* non-zero: computes J at the guess instead of a solution; its last row is 0 */
-    int whole;   /* non-zero: the solution's map has all derivatives with respect to angles and
-                  * rates */
+    int whole;   /* non-zero: the map has all derivatives with respect to angles and rates */
     double *J;   /* of the solution: unknowns x unknowns, the last row is the closing equation */
     /* state of the search */
     int iteration, under_way, complete; /* complete: the map has all derivatives */

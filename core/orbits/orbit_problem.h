@@ -65,8 +65,7 @@ enum pend_orbits_end {
     PEND_ORBITS_POINTS,  /* the largest allowed number of steps was used */
     PEND_ORBITS_LOST,    /* no orbit was found beyond the last one, with any step */
     PEND_ORBITS_MEETS,   /* beyond the last one, orbits have a fraction of the period */
-    PEND_ORBITS_WILD,    /* beyond the last one, double precision cannot decide whether an orbit
-                          * returns */
+    PEND_ORBITS_WILD,    /* beyond the last one, doubles cannot decide whether an orbit returns */
     PEND_ORBITS_BACK,    /* the branch of a driven pendulum returned to its start */
     PEND_ORBITS_CLOSED,  /* the branch is closed: it returned to its first orbit */
     PEND_ORBITS_NONE,    /* there is no orbit near the start */

@@ -16,8 +16,7 @@ enum orbits_aim { FIRST, STEP, LAST, LOCATE, LOOK, HALF };
 enum orbits_border {
     ORBIT_TURN = ORBIT_REAL, /* the sign of the derivative of the energy, or of the varied number,
                               * along the branch */
-    ORBIT_AROUND,            /* the number of multipliers outside the unit circle, real or
-                              * complex */
+    ORBIT_AROUND,            /* number of multipliers outside the unit circle */
     ORBIT_BORDERS
 };
 
@@ -49,13 +48,11 @@ struct pend_orbits {
     enum orbits_aim aim, came;      /* came: the aim of the search that found the next orbit */
     struct orbits_point last, next; /* the previous orbit, and the one being searched */
     double begin, step, before;     /* lengths of the first step, the current one, the last one */
-    double swing;                   /* rad, the first swing of a branch between two states of
-                                     * rest */
+    double swing;                   /* rad, first swing between two states of rest */
     double *turned;                 /* direction at the orbit before the last one */
     double *home;                   /* 2 x unknowns: the first orbit of the branch, and its
                                      * direction there */
-    double *leaving;                /* 2 x unknowns: the direction in which the search leaves the
-                                     * branch */
+    double *leaving;                /* 2 x unknowns: direction of leaving the branch */
     double way;                     /* progress at the last orbit, 1 = end of the branch */
     int points;                     /* steps so far */
     enum pend_orbits_end end, why;  /* why: the reason for which the last step failed */
@@ -64,15 +61,13 @@ struct pend_orbits {
      * the next one lies before the last of the `waiting` orbits. -1: no orbit was searched yet. */
     struct orbits_mark low, ahead[ORBITS_AHEAD];
     int waiting, border, tries, side;
-    int known[ORBIT_REAL];           /* whether multipliers cross there, instead of remaining at +1
-                                      * or -1 */
+    int known[ORBIT_REAL];           /* whether multipliers cross or remain at +1 or -1 */
     int beside;                      /* orbits searched on either side of a fold */
     double at, touch, weight[2];     /* fractions of the path; weights of the tests at `low` and at
                                       * the nearest waiting orbit */
     enum pend_orbits_kind turned_at; /* as pend_orbits_turned */
     int met;                         /* bifurcations of this branch so far */
-    int left, attempts; /* number of branches left so far; attempts to find the first orbit of the
-                         * new branch */
+    int left, attempts; /* branches left so far; attempts to find a new branch's first orbit */
     struct pend_orbit now;
     struct pend_run *settling;
     long settled; /* steps of this integration */
