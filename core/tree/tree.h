@@ -20,7 +20,7 @@ enum pend_kin {
  * belong to the tree. */
 struct pend_tree {
     int n;
-    const double *len;          /* kg, at the tip; 0 only if terms give the arm an inertia */
+    const double *len;          /* m */
     const double *mass;         /* kg, at the tip; 0 only where terms make up for it */
     const double *subtree_mass; /* kg, S^T m: the mass of the arm's sub-tree, its own included */
     const int *parent; /* stored number of the arm whose tip carries this one, -1 = the pivot */

@@ -7,7 +7,8 @@
 #include "core/dynamics/dynamics.h"
 #include "core/tree/turns.h"
 
-/* rounding errors of a quantity at the start, relative to it; and of a sum of a series' sizes */
+/* relative rounding error of a quantity at the start; and of a sum of the sizes of a series'
+ * terms */
 static const double start_slack = 1e-14, size_slack = 1 + 1e-12;
 
 enum pend_status pend_event_search_check(int count, const struct pend_event event[], int n,
@@ -21,21 +22,21 @@ enum pend_status pend_event_search_check(int count, const struct pend_event even
     return PEND_OK;
 }
 
-/* numbers of the energies' series */
+/* number of doubles for the series of the energies */
 static size_t search_room(int count, const struct pend_event event[], int n) {
     for (int i = 0; i < count; i++)
         if (event[i].quantity >= PEND_QUANTITY_KINETIC) return pend_event_series_room(n);
     return 0;
 }
 
-/* whether a force is asked for */
+/* whether a condition concerns a force */
 static int search_pulls(int count, const struct pend_event event[]) {
     for (int i = 0; i < count; i++)
         if (event[i].quantity == PEND_QUANTITY_FORCE) return 1;
     return 0;
 }
 
-/* bytes up to the forces of states, which are aligned to 64 */
+/* bytes before the forces of states, which are aligned to 64 */
 static size_t search_own(int count, const struct pend_event event[], int n) {
     return search_room(count, event, n) * sizeof(double) +
            (size_t)count * EVENT_HITS * sizeof(struct pend_hit);
@@ -59,7 +60,7 @@ void pend_event_search_init(struct event_search *search, int count, const struct
     pend_event_truth_place(&search->truth, tree, at + (64 - (size_t)at % 64) % 64);
 }
 
-/* the quantity of a condition over the step */
+/* the series of a condition's quantity over the step */
 static void search_series(const struct event_search *search, const struct event_step *step,
                           const struct pend_event *event, double out[EVENT_TERMS]) {
     double other[EVENT_TERMS];
@@ -90,8 +91,8 @@ static void search_series(const struct event_search *search, const struct event_
     }
 }
 
-/* whether the quantity is above the level from the start on; negative if it stays at the level, but
- * for rounding */
+/* whether the quantity is above the level after the start; negative if it stays at the level, up to
+ * rounding */
 static int search_side(const struct roots_path *path, double size) {
     double slack = start_slack * size;
     if (fabs(path->base + path->low) > slack) return path->base + path->low > 0;
@@ -100,7 +101,7 @@ static int search_side(const struct roots_path *path, double size) {
     return -1;
 }
 
-/* true if the path cannot leave the side of the level that it is known to be on */
+/* true if the path cannot leave its known side of the level */
 static int search_stays(const struct roots_path *path, int above) {
     double size = fabs(path->low), base = path->base;
     for (int j = 1; j <= path->degree; j++) size += fabs(path->a[j]);
@@ -108,7 +109,7 @@ static int search_stays(const struct roots_path *path, int above) {
 }
 
 static void search_note(struct event_search *search, double time, int event, int up, int lower) {
-    // at the lower bound of a size, growing is inwards
+    // at the lower bound of a magnitude, a growing value moves into the interval
     enum pend_way way = up != lower ? PEND_WAY_UP : PEND_WAY_DOWN;
     if (!(search->event[event].ways & way)) return;
     assert(search->queued < search->count * EVENT_HITS);
@@ -118,7 +119,7 @@ static void search_note(struct event_search *search, double time, int event, int
     search->queue[i] = (struct pend_hit){time, event, way};
 }
 
-/* the crossings of a level, whose path is given less the level, over a step */
+/* finds the crossings of a level in a step; the path is given minus the level */
 static void search_cross(struct event_search *search, int event, int lower, int *above,
                          struct roots_path *path, double from, double length) {
     double a = 0;
@@ -130,7 +131,7 @@ static void search_cross(struct event_search *search, int event, int lower, int 
         if (beyond != *above) {
             double s =
                 pend_roots_next(path, a, beyond ? -INFINITY : 0, beyond ? 0 : INFINITY, &way);
-            // by rounding it may be where the piece begins
+            // by rounding, it may be at the start of the piece
             if (!(s >= a && s <= b)) s = a;
             search_note(search, from + s * length, event, beyond, lower);
             *above = beyond;
@@ -139,20 +140,20 @@ static void search_cross(struct event_search *search, int event, int lower, int 
     }
 }
 
-/* what the lanes' angle of an arm is smaller by than the motion's, rad */
+/* rad, by which the angle of an arm in a lane is smaller than that of the motion */
 static double search_turns(const struct event_step *step, const double turns[], int k) {
     return turns ? turns[k * step->lanes] : 0;
 }
 
-/* whether nothing but rounding changes the quantity: the whole energy of what neither gains nor
- * loses any; in a long motion it goes by any slack */
+/* whether only rounding changes the quantity: the total energy without work and heat; in a long
+ * motion its drift exceeds any tolerance */
 static int search_keeps(const struct event_step *step, const struct pend_event *event) {
     const struct pend_loads *loads = step->loads;
     return event->quantity == PEND_QUANTITY_ENERGY &&
            (!loads->terms || pend_terms_conserve(loads->terms, loads->value));
 }
 
-/* looks for a condition in the step */
+/* searches for a condition in the step */
 static void search_look(struct event_search *search, const struct event_step *step, int event,
                         struct event_watch *watch, double from, int first) {
     const struct pend_event *asked = &search->event[event];

@@ -15,7 +15,9 @@ static double event_get(const struct event_step *step, enum pend_term_row row, i
 }
 
 int pend_event_series_degree(int order) {
-    enum { BEYOND = 6 }; // orders by which series of places exceed those of their angles
+    enum {
+        BEYOND = 6
+    }; // additional orders of the series of positions, compared with those of angles
     return order + BEYOND < EVENT_TERMS ? order + BEYOND : EVENT_TERMS - 1;
 }
 
@@ -37,14 +39,14 @@ struct event_step pend_event_series_step(const struct pend_series *series,
                                .degree = pend_event_series_degree(series->order)};
 }
 
-/* where coefficient j of arm k is in a series */
+/* index of coefficient j of arm k in a series */
 static size_t event_place(const struct event_step *step, int k, int j) {
     if (step->jets) return pend_jets_place(step->jets, k, j);
     return ((size_t)j * (size_t)step->tree->n + (size_t)k) * (size_t)step->lanes;
 }
 
-/* coefficients of a series of the motion, of `terms` orders, in powers of s; `first` is the power
- * of s of order 0 */
+/* the coefficients, in powers of s, of a series of the motion with `terms` orders; `first` is the
+ * power of s of order 0 */
 static void event_scale(const struct event_step *step, const double *from, int k, int terms,
                         int first, double factor, double out[]) {
     double x = step->length / step->unit, power = factor;
@@ -69,7 +71,7 @@ void pend_event_series_rate(const struct event_step *step, int k, double out[EVE
 
 /* ---- forces */
 
-/* bytes of the numbers of a truth, a multiple of 64 */
+/* bytes of the arrays of a truth, a multiple of 64 */
 static size_t event_truth_numbers(const struct pend_tree *tree) {
     size_t numbers = (3 * EVENT_NODES + 1) * (size_t)tree->n * sizeof(double);
     return (numbers + 63) / 64 * 64;
@@ -87,10 +89,10 @@ void pend_event_truth_place(struct event_truth *truth, const struct pend_tree *t
     truth->work = (char *)memory + event_truth_numbers(tree);
 }
 
-/* the place of node i in the step: both ends are nodes, so that two steps agree where they meet */
+/* the position of node i in the step; both ends are nodes, so that adjacent steps agree there */
 static double event_node(int i) { return pend_roots_node(i, EVENT_NODES); }
 
-/* the sum of a series at s, the first term left out */
+/* the sum of a series at s, without the first term */
 static double event_beyond(const double a[EVENT_TERMS], double s) {
     double sum = 0;
     for (int j = EVENT_TERMS - 1; j > 0; j--) sum = (sum + a[j]) * s;
@@ -115,7 +117,7 @@ void pend_event_series_truth(const struct event_step *step, const struct event_t
                          truth->force + i * n);
 }
 
-/* adds to a force's series what it misses at the nodes */
+/* adds to the series of a force its error at the nodes, interpolated */
 static void event_amend(const struct event_step *step, int k, double out[EVENT_TERMS]) {
     double gap[EVENT_NODES], sum[EVENT_NODES];
     for (int i = 0; i < EVENT_NODES; i++)
@@ -132,7 +134,7 @@ void pend_event_series_force(const struct event_step *step, int k, double out[EV
     if (step->truth) event_amend(step, k, out);
 }
 
-/* ---- places */
+/* ---- positions */
 
 /* adds p e^{i phi} of arm k, whose derivative is u' = i phi' u */
 static void event_turn(const struct event_step *step, int k, double complex p,
@@ -149,7 +151,7 @@ static void event_turn(const struct event_step *step, int k, double complex p,
     for (int j = 0; j <= step->degree; j++) out[j] += u[j];
 }
 
-/* adds the pivot's place */
+/* adds the position of the pivot */
 static void event_pivot(const struct event_step *step, double complex out[EVENT_TERMS]) {
     const struct pend_terms *terms = step->loads->terms;
     const double *value = step->loads->value;
@@ -165,7 +167,7 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
         const double *h = value + terms->harmonic[i].at;
         double complex way = terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X ? 1 : I;
         double angle = h[1] * step->time + h[2], size = h[0], x = cos(angle), y = sin(angle);
-        const double turned[] = {x, -y, -x, y}; // by quarters
+        const double turned[] = {x, -y, -x, y}; // for rotations by quarter turns
         for (int j = 0; j <= step->degree; j++) {
             out[j] += way * size * turned[j % 4];
             size *= h[1] * step->length / (j + 1);
@@ -173,7 +175,7 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
     }
 }
 
-/* adds the place of a point of arm k from its joint on; of a cart its place on the rail */
+/* adds the vector from the joint of arm k to a point on it; for a cart, its position on the rail */
 static void event_point(const struct event_step *step, int k, double complex p,
                         double complex out[EVENT_TERMS]) {
     if (k || !pend_terms_cart(step->loads->terms)) {
@@ -232,7 +234,7 @@ void pend_event_series_square(const struct event_step *step, int k, int other,
 
 size_t pend_event_series_room(int n) { return 2 * (size_t)n * EVENT_TERMS; }
 
-/* the derivative by time, s in parts of the step */
+/* the derivative with respect to time; s is the fraction of the step */
 static void event_slope(const struct event_step *step, const double complex from[],
                         double complex out[EVENT_TERMS]) {
     for (int j = 0; j + 1 < EVENT_TERMS; j++) out[j] = (j + 1) * from[j + 1] / step->length;
@@ -255,7 +257,7 @@ static void event_spring(const struct event_step *step, int k, double potential[
     event_product(step, stiffness / 2, bent, bent, potential);
 }
 
-/* adds the energies of a cart, whose place the rail's beginning is added to */
+/* adds the energies of a cart, and adds the start of the rail to its position */
 static void event_cart(const struct event_step *step, const double complex pivot[],
                        double kinetic[EVENT_TERMS], double potential[EVENT_TERMS]) {
     double mass = step->tree->mass[0];
@@ -310,6 +312,6 @@ void pend_event_series_energy(const struct event_step *step, double kinetic[EVEN
         else
             event_arm(step, k, own, kinetic, potential);
     }
-    // the last terms of a derivative are not known
+    // the last terms of a derivative are unknown
     kinetic[step->degree] = 0;
 }

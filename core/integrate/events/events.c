@@ -14,13 +14,13 @@ struct pend_events {
     int n;
     const struct pend_method *method;
     void *stepper;
-    double reached;               /* s, the end of the last step */
-    double stopped;               /* s; NaN = not yet */
-    int begun, ended;             /* a step was taken; nothing more is to be told */
+    double reached;               /* s, end of the last step */
+    double stopped;               /* s, at which a condition stopped the motion; NaN = not yet */
+    int begun, ended;             /* a step was taken; all passages are reported */
     struct pend_horizon *horizon; /* NULL: no accuracy is given */
-    double *phi, *rate;           /* n each: the state at the end of a step */
-    double *whole; /* of joints that may hold: angles of all arms where a step begins, their low
-                      parts, and their rates' series; else NULL */
+    double *phi, *rate;           /* n each: state at the end of a step */
+    double *whole; /* with joints that may hold: angles of all arms at the start of a step, their
+                    * low parts, and the series of their rates; otherwise NULL */
     struct event_search search;
     struct event_watch *watch;
 };
@@ -63,7 +63,7 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
 
 /* ---- the search */
 
-/* the next hit of the step that is to be told; 0 if there is none */
+/* the next hit of the step to report; 0 if there is none */
 static int events_give(struct pend_events *e, struct pend_hit *hit, double phi[], double rate[]) {
     int stops = 0;
     const struct pend_hit *next =
@@ -119,7 +119,7 @@ double pend_events_progress(const struct pend_events *e) {
     return e->ended ? 1 : fmin(1, e->reached / e->problem.duration);
 }
 
-/* ---- making and freeing */
+/* ---- creation and release */
 
 static enum pend_status events_check(const struct pend_events_problem *problem,
                                      struct pend_error *error) {
@@ -135,7 +135,7 @@ static enum pend_status events_check(const struct pend_events_problem *problem,
     return pend_event_search_check(problem->count, problem->event, problem->tree->n, error);
 }
 
-/* the search in one block, but for its stepper */
+/* creates the search in one block, except its stepper */
 static struct pend_events *events_allocate(const struct pend_events_problem *problem) {
     size_t bytes = pend_event_search_bytes(problem->count, problem->event, problem->tree,
                                            &problem->loads),

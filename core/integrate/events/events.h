@@ -1,9 +1,9 @@
-/* The instants at which something about a motion comes to a wanted value: an angle, a rate, a
- * force, a place, a distance, an energy.
- * Leaves to others: where in a step they are (event_search), the steps (method_taylor), samples
- * (run), how long the digits hold (horizon).
- * Invariant: instants are roots of power series of each step, in order of time; a crossing that the
- * computed motion makes is found once, however near it is to another one or to the end of a step.
+/* The instants at which a quantity of a motion reaches a given value: an angle, a rate, a force, a
+ * position, a distance, an energy.
+ * Leaves to others: finding them in a step (event_search), the steps (method_taylor), samples
+ * (run), the horizon of the accuracy (horizon).
+ * Invariant: instants are roots of power series of each step, in order of time; each crossing of
+ * the computed motion is found once, even close to another crossing or to the end of a step.
  */
 #pragma once
 
@@ -13,24 +13,24 @@ struct pend_events_problem {
     const struct pend_tree *tree; /* must outlive the search */
     struct pend_loads loads;
     const double *phi, *rate;         /* start, n values each, stored order; copied */
-    const double *phi_low, *rate_low; /* their rounding errors; NULL = 0 */
+    const double *phi_low, *rate_low; /* low-order parts of the start; NULL = 0 */
     double start;                     /* s, in the time of the drives */
-    double duration;                  /* s, not 0; below 0 backwards in time */
-    double rtol, atol;                /* as of the taylor method; 0 = its default */
-    double accuracy;                  /* as of horizon.h; 0 = how long it holds is not asked */
+    double duration;                  /* s, not 0; < 0: backwards in time */
+    double rtol, atol;                /* as for the taylor method; 0 = its default */
+    double accuracy;                  /* as in horizon.h; 0 = no horizon is requested */
     int count;                        /* >= 1 */
-    const struct pend_event *event;   /* count of them; must outlive the search */
+    const struct pend_event *event;   /* `count` conditions; must outlive the search */
 };
 
 struct pend_events;
 
 /**
- * Prepares a search; a start at the wanted value is no passage.
+ * Prepares a search; a start at the given value is not a passage.
  *
  * events  out; NULL on failure; released by pend_events_free.
  *
  * PEND_INVALID    no duration, no such arm, a level that is not finite.
- * PEND_NO_MEMORY, and what the method's open returns.
+ * PEND_NO_MEMORY, and the failures of the method's `open`.
  */
 PEND_MUST_CHECK enum pend_status pend_events_new(struct pend_events **events,
                                                  const struct pend_events_problem *problem,
@@ -40,17 +40,17 @@ PEND_MUST_CHECK enum pend_status pend_events_new(struct pend_events **events,
 void pend_events_free(struct pend_events **events);
 
 /**
- * Looks for the next passage in time; of simultaneous ones that of the first condition.
+ * Searches for the next passage in time; of simultaneous passages, that of the first condition.
  *
  * steps      the largest number of integration steps of this call, >= 1.
- * found      out: nothing yet, a passage, or the end: of the duration, of the motion by a condition
- *            that stops it, or of all that is to be told.
+ * found      out: nothing yet, a passage, or the end: of the duration, of the motion at a stopping
+ *            condition, or of all passages to report.
  * hit        out, if one was found.
  * phi, rate  out, n values each: the state then.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error says the time.
- * No allocation. A step costs what the method's does, and O(order^2) for each condition, times the
- * arms on the way to the pivot for a place; and once that of all arms, if there is an energy.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error contains the time.
+ * No allocation. Cost per step: the step of the method, plus O(order^2) for each condition; for a
+ * position times the number of arms up to the pivot, for energies once times n.
  */
 PEND_MUST_CHECK enum pend_status pend_events_next(struct pend_events *events, long steps,
                                                   enum pend_found *found, struct pend_hit *hit,
@@ -62,13 +62,13 @@ PEND_MUST_CHECK enum pend_status pend_events_next(struct pend_events *events, lo
 double pend_events_stopped(const struct pend_events *events);
 
 /**
- * Returns the time, s after the start, up to which the motion keeps the problem's accuracy, as far
- * as it was searched, and no further than where a condition stopped it; NaN without an accuracy.
+ * Returns the time, s after the start, up to which the searched motion keeps the problem's
+ * accuracy, at most the time at which a condition stopped it; NaN without an accuracy.
  */
 double pend_events_held(const struct pend_events *events);
 
 /** Returns the number of integration steps so far. */
 long pend_events_steps(const struct pend_events *events);
 
-/** Returns the part of the duration that was searched, 0 .. 1. */
+/** Returns the fraction of the duration that was searched, 0 .. 1. */
 double pend_events_progress(const struct pend_events *events);

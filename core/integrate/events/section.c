@@ -11,9 +11,9 @@
 
 enum { SECTION_LOOKS = 32, SECTION_QUEUE = 4 * SECTION_LOOKS, SECTION_HALVINGS = 200 };
 
-/* The searched arm at an instant of the step. */
+/* The searched arm at one instant of the step. */
 struct section_look {
-    double time, phi, rate; /* of a small swing phi is the angle from hanging */
+    double time, phi, rate; /* for a small swing, phi is the angle from hanging */
 };
 
 struct pend_section {
@@ -22,15 +22,18 @@ struct pend_section {
     const struct pend_method *method;
     void *stepper;
     struct pend_horizon *horizon; /* NULL: no accuracy is given */
-    double reached;               /* s, by the last step */
-    double flash;                 /* of the next instant of a stroboscopic section, which one */
-    double *theta;       /* of a small swing, whose angles from hanging have more digits than phi */
-    double level, start; /* the arm's angle in the section and at the start, as of a look */
-    struct pend_passage queue[SECTION_QUEUE]; /* of the last step; entries next .. queued - 1 were
-                                                 not returned yet */
+    double reached;               /* s, end of the last step */
+    double flash;                 /* number of the next instant of a stroboscopic section */
+    double *theta;       /* angles from hanging, which for a small swing have more digits than
+                          * phi */
+    double level, start; /* the arm's angle in the section and at the start, in the form of
+                          * section_look */
+    struct pend_passage queue[SECTION_QUEUE]; /* passages of the last step; entries next .. queued -
+                                               * 1 were not returned yet */
     int next, queued;
-    double *phi, *rate;                          /* of SECTION_LOOKS + 1 instants */
-    double *rest, *rest_low, *turns, *turns_low; /* rad, of the start's angles, n each */
+    double *phi, *rate;                          /* at SECTION_LOOKS + 1 instants */
+    double *rest, *rest_low, *turns, *turns_low; /* rad, initial angles and their whole turns, n
+                                                  * each */
 };
 
 /* the search between two calls */
@@ -50,13 +53,13 @@ static struct section_look section_at(const struct pend_section *section, double
                                  section->rate[section->problem.arm]};
 }
 
-/* whole turns behind the section */
+/* whole turns between the angle and the section */
 static double section_turns(const struct pend_section *section, double phi) {
     return floor((phi - section->level) / (2 * M_PI));
 }
 
-/* the instant between two looks at which the angle, which is monotonic between them, is `target`:
- * Newton's method inside a bracket, with bisection if a step leaves the bracket */
+/* The instant between two looks at which the angle is `target`; the angle is monotonic between
+ * them. Newton's method inside a bracket, with bisection if a step leaves the bracket. */
 static double section_solve(const struct pend_section *section, struct section_look a,
                             struct section_look b, double target) {
     assert(a.time <= b.time);
@@ -104,7 +107,7 @@ static void section_add(struct pend_section *section, double time, enum pend_way
     section->queue[section->queued++] = (struct pend_passage){time, way};
 }
 
-/* adds the passages between two looks between which the angle is monotonic */
+/* adds the passages between two looks; the angle is monotonic between them */
 static void section_between(struct pend_section *section, struct section_look a,
                             struct section_look b) {
     double from = section_turns(section, a.phi), to = section_turns(section, b.phi);
@@ -116,7 +119,7 @@ static void section_between(struct pend_section *section, struct section_look a,
                     PEND_WAY_DOWN);
 }
 
-/* true if the angle can reach a section between two looks with the rates that it has at them */
+/* true if the angle can reach a section between two looks with the rates at these looks */
 static int section_near(const struct pend_section *section, struct section_look a,
                         struct section_look b) {
     double far = (fabs(a.rate) + fabs(b.rate)) * (b.time - a.time);
@@ -173,7 +176,7 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
     return PEND_OK;
 }
 
-/* hands out the state at a passage */
+/* returns the state at a passage */
 static void section_give(struct pend_section *section, const struct pend_passage *passage,
                          double phi[], double rate[]) {
     const struct pend_points points = {.phi = phi, .rate = rate};
@@ -182,7 +185,7 @@ static void section_give(struct pend_section *section, const struct pend_passage
         phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
 }
 
-/* pend_section_next of a stroboscopic section */
+/* pend_section_next for a stroboscopic section */
 static enum pend_status section_flash(struct pend_section *section, long steps,
                                       enum pend_found *found, struct pend_passage *passage,
                                       double phi[], double rate[], struct pend_error *error) {
@@ -221,8 +224,8 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
     return PEND_OK;
 }
 
-/* subtracts whole turns from the start, which sections do not depend on, but springs do; memory: 4
- * n values */
+/* Subtracts whole turns from the start: sections do not depend on them, but springs do. memory: 4 n
+ * values. */
 static void section_turn(struct pend_section *section, double memory[]) {
     const struct pend_terms *terms = section->problem.loads.terms;
     size_t n = (size_t)section->n;
@@ -238,14 +241,13 @@ static void section_turn(struct pend_section *section, double memory[]) {
     }
 }
 
-/* Sets the level of the section and the arm's start, as angles from hanging if start and section
- * are those of a small swing with more digits than phi holds. `theta`: n values for each look at a
- * step. */
+/* Sets the level of the section and the arm's start. For a small swing with more digits than phi
+ * holds, both are angles from hanging. `theta`: n values for each look at a step. */
 static void section_aim(struct pend_section *section, double theta[]) {
     const struct pend_section_problem *problem = &section->problem;
     double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level),
            low = 0;
-    // the place of a cart, which is stored first, is no angle
+    // the position of a cart, which is stored first, is not an angle
     for (int k = pend_terms_cart(problem->loads.terms); k < section->n; k++) {
         largest = fmax(largest, fabs(pend_turns_theta(section->rest[k], section->rest_low[k])));
         low = fmax(low, fabs(section->rest_low[k]));
@@ -298,7 +300,7 @@ enum pend_status pend_section_new(struct pend_section **section,
     made->method = method;
     made->n = problem->tree->n;
     if (problem->period > 0) {
-        made->problem.arm = 0; // it is not looked at
+        made->problem.arm = 0; // unused
         // the first instant after the start
         made->flash = floor(-problem->first / problem->period) + 1;
     }

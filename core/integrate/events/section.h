@@ -1,5 +1,5 @@
-/* A Poincare section: the instants at which an arm of a motion passes a given direction, or those
- * that follow each other by the period of a drive, and the states at these instants.
+/* A Poincare section: the instants at which an arm of a motion passes a given direction, or
+ * instants at intervals of the period of a drive, and the states at these instants.
  * Leaves to others: the steps (method_taylor), tables of the passages (api).
  * Invariant: an instant is computed from the step's own series, to rounding; a pair of passages at
  * a near tangent is found too, unless both lie within a thirty-second of a step and the angle
@@ -14,20 +14,20 @@ enum pend_way { PEND_WAY_UP = 1, PEND_WAY_DOWN = 2 };
 
 struct pend_section_problem {
     const struct pend_tree *tree; /* must outlive the search */
-    struct pend_loads loads;      /* what acts on the tree */
+    struct pend_loads loads;      /* gravity and other loads */
     const double *phi, *rate;     /* start, n values each, stored order; copied */
     double duration;              /* s, > 0 */
     int arm;                      /* stored number */
-    double angle;                 /* rad, of phi; whole turns do not matter */
+    double angle;                 /* rad, value of phi; whole turns are ignored */
     unsigned ways;
-    double rtol, atol; /* as of the taylor method; 0 = its default */
-    double accuracy;   /* that pend_section_held uses, > 0; 0 = no estimate */
-    /* the rounding errors of the start, n values each, NULL = 0; and of the angle, rad */
+    double rtol, atol; /* as for the taylor method; 0 = its default */
+    double accuracy;   /* the accuracy for pend_section_held, > 0; 0 = no estimate */
+    /* low-order parts of the start, n values each, NULL = 0; and of the angle, rad */
     const double *phi_low, *rate_low;
     double angle_low;
-    double start; /* s, the motion's beginning in the time of its drives; passages count from it */
-    /* s, > 0: the section is stroboscopic, and its passages are at first + k period, k any integer;
-     * 0: it is that of the arm. The arm, its angle and its ways are ignored then. */
+    double start; /* s, start of the motion in the time of its drives; passages count from it */
+    /* s, > 0: the section is stroboscopic, with passages at first + k period, k any integer; arm,
+     * angle and ways are ignored. 0: the section is that of the arm. */
     double period, first;
 };
 
@@ -40,13 +40,13 @@ struct pend_passage {
 struct pend_section;
 
 /**
- * Prepares a search from time 0; a start that lies in the section is no passage.
+ * Prepares a search from time 0; a start in the section is not a passage.
  *
  * section  out; NULL on failure; released by pend_section_free.
  *
- * PEND_INVALID    the duration is not > 0, there is no such arm, the angle is not finite, or ways
- *                 are none of enum pend_way, or the period is not >= 0; more than 2^53 periods.
- * PEND_NO_MEMORY, and what the method's open returns.
+ * PEND_INVALID    the duration is not > 0, there is no such arm, the angle is not finite, ways is
+ *                 not of enum pend_way, or the period is not >= 0; more than 2^53 periods.
+ *                 PEND_NO_MEMORY, and the failures of the method's `open`.
  */
 PEND_MUST_CHECK enum pend_status pend_section_new(struct pend_section **section,
                                                   const struct pend_section_problem *problem,
@@ -58,14 +58,14 @@ void pend_section_free(struct pend_section **section);
 enum pend_found { PEND_FOUND_NOTHING, PEND_FOUND_PASSAGE, PEND_FOUND_END };
 
 /**
- * Looks for the next passage in time.
+ * Searches for the next passage in time.
  *
  * steps      the largest number of integration steps of this call, >= 1.
  * found      out: nothing yet, a passage, or the end of the duration.
  * passage    out, if one was found.
  * phi, rate  out, n values each: the state at the passage.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error says the time.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error contains the time.
  * No allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_section_next(struct pend_section *section, long steps,
@@ -74,14 +74,13 @@ PEND_MUST_CHECK enum pend_status pend_section_next(struct pend_section *section,
                                                    double rate[], struct pend_error *error);
 
 /**
- * Returns the time, s, up to which the motion keeps the problem's accuracy (horizon.h), as far as
- * it was integrated; passages at later times may be those of another motion. NaN if the problem has
- * no accuracy.
+ * Returns the time, s, up to which the integrated motion keeps the problem's accuracy (horizon.h);
+ * later passages may be wrong. NaN if the problem has no accuracy.
  */
 double pend_section_held(const struct pend_section *section);
 
 /** Returns the number of integration steps so far. */
 long pend_section_steps(const struct pend_section *section);
 
-/** Returns the part of the duration that was integrated, 0 .. 1. */
+/** Returns the fraction of the duration that was integrated, 0 .. 1. */
 double pend_section_progress(const struct pend_section *section);

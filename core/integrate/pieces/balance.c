@@ -7,8 +7,8 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/simd/kernel_sincos.h"
 
-/* an arm: its direction, the acceleration and the velocity of its joint, the force that it asks of
- * the joint, and what acts at its tip but for the acceleration of the mass there */
+/* an arm: its direction, acceleration and velocity of its joint, the force that it exerts on the
+ * joint, and the force at its tip except for the mass there */
 struct balance_arm {
     double complex turn, acc, speed, force, tip;
     double torque;
@@ -54,7 +54,7 @@ double pend_balance_masses(const struct pend_tree *tree, const struct pend_loads
     return m + rod + body;
 }
 
-/* the acceleration of a point of an arm beyond that of its joint, for a unit of distance */
+/* the acceleration of a point at unit distance on an arm, relative to its joint */
 static double complex balance_whirl(const struct pend_loads *loads, const struct pend_moving *s,
                                     int k) {
     double twice = 2 * balance_one(loads, PEND_TERM_DRAG_PER_MASS), w = s->rate[k];
@@ -86,7 +86,7 @@ static void balance_move(const struct pend_tree *tree, const struct pend_loads *
     }
 }
 
-/* the air's force on a tip */
+/* the drag of the air on a tip */
 static double complex balance_air(const struct pend_tree *tree, const struct pend_loads *loads,
                                   const struct pend_moving *s, const struct balance_arm *own,
                                   int k) {
@@ -100,7 +100,8 @@ static double complex balance_air(const struct pend_tree *tree, const struct pen
            v;
 }
 
-/* the force that arm k asks of its joint and its moment about the joint, but for its children's */
+/* the force that arm k exerts on its joint, and its moment about the joint, both without its
+ * children's */
 static void balance_own(const struct pend_tree *tree, const struct pend_loads *loads,
                         const struct pend_moving *s, struct balance_arm arm[], int k) {
     struct balance_arm *own = &arm[k];

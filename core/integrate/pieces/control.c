@@ -95,7 +95,7 @@ static double view_state(const struct control_view *v, int i) {
     return v->phi[i] + (i || !view_cart(v) ? M_PI_2 : 0);
 }
 
-/* -gains (x - reference), and the gains of outputs that wait */
+/* computes -gains (x - reference), and the contribution of delayed outputs */
 static double law_feedback(const struct control_view *v, const struct pend_law *law,
                            const double turns[]) {
     int n = v->tree->n, at = 2 * n;
@@ -115,7 +115,7 @@ static double law_feedback(const struct control_view *v, const struct pend_law *
     return u;
 }
 
-/* the angle of a joint to what holds it, or the rate */
+/* the angle or the rate of a joint relative to the arm that holds it */
 static double view_joint(const struct control_view *v, int k, int rate) {
     int n = v->tree->n, p = pend_terms_holder(v->loads->terms, v->tree->parent, k);
     return view_state(v, k + rate * n) - (p >= 0 ? view_state(v, p + rate * n) : 0);
@@ -130,7 +130,7 @@ static double law_pid(const struct control_view *v, const struct pend_law *law,
     return gains[0] * error + gains[1] * own[INTEGRAL] - gains[2] * view_joint(v, c->drives, 1);
 }
 
-/* the energy with a speed of the cart in place of its own */
+/* the energy if the cart had the given speed */
 static double view_energy(const struct control_view *v, double speed) {
     int n = v->tree->n;
     double *rate = v->scratch;
@@ -141,7 +141,7 @@ static double view_energy(const struct control_view *v, double speed) {
     return energy.kinetic + energy.potential;
 }
 
-/* the energy that a swing-up aims at: by default that at rest where the next law takes over */
+/* the target energy of a swing-up: by default that of rest at the reference of the next law */
 static double law_energy(const struct control_view *v, const struct pend_law *law) {
     int n = v->tree->n;
     double *phi = v->scratch, *scratch = phi + 2 * n;
@@ -158,12 +158,12 @@ static double law_swing_up(const struct control_view *v, const struct pend_law *
     const double *gains = v->rules->number + law->gains.value;
     double missing = law_energy(v, law) - view_energy(v, 0);
     if (!view_cart(v) || drives) return gains[0] * missing * view_joint(v, drives, 1);
-    // the kinetic energy is m s^2 / 2 + s P + that of the arms alone
+    // the kinetic energy is m s^2 / 2 + s P + the energy of the arms alone
     double momentum = (view_energy(v, 1) - view_energy(v, -1)) / 2;
     return -gains[0] * missing * momentum - gains[1] * v->phi[0] - gains[2] * v->rate[0];
 }
 
-/* lets the next law take over where the state is near its reference */
+/* switches to the next law if the state is near its reference */
 static void law_hand_over(const struct control_view *v, const struct pend_law *law, double own[],
                           double turns[]) {
     const struct pend_law *next = v->rules->law + law->next;
@@ -215,7 +215,7 @@ void pend_control_sample(const struct pend_tree *tree, const struct pend_loads *
     double *room = own + control_place(rules, n, rules->controllers), *at = own;
     struct control_view view = {tree, loads, rules, now, phi, rate, own, room};
     assert(rules->controllers > 0);
-    // all compute before any output moves on
+    // all controllers compute before any output changes
     for (int i = 0; i < rules->controllers; i++) {
         const struct pend_controller *c = rules->controller + i;
         if (control_due(c, start, at) == now) at[FRESH] = control_compute(&view, c, at);

@@ -10,18 +10,18 @@
 
 enum { EVENT_NODES = PEND_JOINT_NODES, EVENT_POLISH = 6 };
 
-/* over the coefficients that follow it, a first one that is 0 but for rounding */
+/* a first coefficient below this fraction of the following ones is rounding */
 static const double event_rounded = 1e-9;
-/* of a torque: rounding */
+/* relative rounding error of a torque */
 static const double event_slack = 1e-13;
 
-/* a step while it is searched */
+/* a step during the search */
 struct event_look {
     struct pend_joints *joints;
     const struct pend_joint_step *step;
     struct pend_series series;
-    double length; /* s, from the step's beginning to where it counts */
-    double first;  /* parts of that: the first event so far */
+    double length; /* s, from the start of the step to the end of the search */
+    double first;  /* fraction of that length: the first event so far */
 };
 
 enum event_kind { EVENT_STOPPED, EVENT_UPPER, EVENT_LOWER, EVENT_FORCED };
@@ -68,7 +68,7 @@ static void event_divide(struct roots_path *path, int roots, int forced) {
     }
 }
 
-/* the part of the step at which a path that begins above 0 comes to 0 */
+/* the fraction of the step at which a path that starts above 0 reaches 0 */
 static double event_root(struct roots_path *path) {
     double size = 0;
     int way;
@@ -78,7 +78,7 @@ static double event_root(struct roots_path *path) {
     return pend_roots_next(path, 0, 0, INFINITY, &way);
 }
 
-/* notes an event of joint k */
+/* records an event of joint k */
 static void event_note(struct event_look *look, double s, enum event_kind kind, int k, int way) {
     struct pend_joints *j = look->joints;
     if (!(s <= 1) || s > look->first) return;
@@ -94,12 +94,12 @@ static void event_note(struct event_look *look, double s, enum event_kind kind, 
     if (kind == EVENT_FORCED) j->forced[k] = (signed char)way;
 }
 
-/* what a joint was marked with when the piece began */
+/* the mark of a joint when the piece began */
 struct event_marks {
     int forced, struck;
 };
 
-/* a joint that slides comes to rest */
+/* finds where a sliding joint comes to rest */
 static void event_stops(struct event_look *look, int k, const struct event_marks *had) {
     const struct pend_joints *j = look->joints;
     struct roots_path path;
@@ -110,7 +110,7 @@ static void event_stops(struct event_look *look, int k, const struct event_marks
     event_note(look, event_root(&path), EVENT_STOPPED, k, 0);
 }
 
-/* a joint comes to a stop */
+/* finds where a joint reaches a stop */
 static void event_hits(struct event_look *look, int k, const struct event_marks *had) {
     const struct pend_joints *j = look->joints;
     const double *rate = look->step->room, *phi = rate + j->n;
@@ -129,7 +129,7 @@ static void event_hits(struct event_look *look, int k, const struct event_marks 
 
 /* ---- torques */
 
-/* the torques of all joints at a part of the step */
+/* the torques of all joints at a fraction of the step */
 static const double *event_torques(const struct event_look *look, double s) {
     const struct pend_joints *j = look->joints;
     const struct pend_joint_step *step = look->step;
@@ -151,7 +151,7 @@ static const double *event_torques(const struct event_look *look, double s) {
     return own;
 }
 
-/* the root of a torque itself near that of its polynomial */
+/* the root of a torque near the root of its polynomial */
 static double event_polish(const struct event_look *look, int k, int way, double bound,
                            const struct roots_path *path, double s) {
     for (int i = 0; i < EVENT_POLISH && s > 0 && s < 1; i++) {
@@ -166,7 +166,7 @@ static double event_polish(const struct event_look *look, int k, int way, double
     return s;
 }
 
-/* the torque of a joint that holds comes to a bound */
+/* finds where the torque in a stuck joint reaches its limit */
 static void event_slips(struct event_look *look, int k) {
     const struct pend_joints *j = look->joints;
     const double *at = look->step->room + 5 * (size_t)j->n;
@@ -174,13 +174,13 @@ static void event_slips(struct event_look *look, int k) {
     for (int way = -1; way <= 1; way += 2) {
         struct roots_path path;
         double gap[EVENT_NODES], more = 0, most = bound;
-        if (j->touch[k] == -way) continue; // its stop holds it
+        if (j->touch[k] == -way) continue; // the stop holds the joint
         for (int i = 0; i < EVENT_NODES; i++) {
             double h = at[(size_t)i * (size_t)j->n + (size_t)k];
             gap[i] = bound - way * h;
             most = fmax(most, fabs(h));
         }
-        // a torque that is as large as the bound when the piece begins has to grow beyond rounding
+        // a torque that equals its limit when the piece begins must grow beyond rounding
         if (fabs(gap[0]) <= event_slack * most) more = 2 * event_slack * most;
         for (int i = 0; i < EVENT_NODES; i++) gap[i] += more;
         path = (struct roots_path){.degree = EVENT_NODES - 1, .base = gap[0]};

@@ -8,11 +8,11 @@
 #include "core/bodies/bodies.h"
 #include "core/integrate/pieces/balance.h"
 
-/* of a torque or an acceleration, over what it is a sum of: rounding */
+/* relative rounding error of a torque or an acceleration */
 static const double joints_slack = 1e-13;
-/* s: a flight between two impacts that is shorter is the last */
+/* s: a shorter flight between two impacts is the last */
 static const double joints_flight = 1e-6;
-/* rad: a joint so near to a stop is at it */
+/* rad: a joint closer to a stop is at the stop */
 static const double joints_near = 1e-14;
 
 enum { JOINTS_IMPACTS = 1000 };
@@ -37,7 +37,7 @@ static double joints_holding(const struct pend_joints *j, int k) {
 
 static size_t joints_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-/* lays out the arrays; says how many bytes they take */
+/* places the arrays; returns their bytes */
 static size_t joints_lay(struct pend_joints *j, const struct pend_tree *tree,
                          const struct pend_terms *terms, char *base) {
     size_t n = (size_t)tree->n, used = 0;
@@ -77,7 +77,7 @@ double pend_joints_angle(const struct pend_joints *j, const double phi[], int k)
     return p < 0 ? phi[k] + (cart ? 0 : M_PI_2) : phi[k] - phi[p];
 }
 
-/* whether a joint that can hold has an arm on whose tip the air acts, which would be lost */
+/* whether a joint that can hold has an arm with drag at its tip, whose torque would be lost */
 static int joints_blown(const struct pend_joints *j, int k) {
     const struct pend_loads *loads = joints_loads(j);
     const struct pend_rules *rules = j->piece->rules;
@@ -88,7 +88,7 @@ static int joints_blown(const struct pend_joints *j, int k) {
             pend_terms_get(loads->terms, loads->value, PEND_TERM_DRAG_QUADRATIC, k) != 0);
 }
 
-/* the sentence about a joint that starts beyond its stop */
+/* the message about a joint that starts beyond its stop */
 static enum pend_status joints_beyond(const struct pend_joints *j, int k, double q,
                                       struct pend_error *error) {
     double low = j->piece->rules->least[k], high = j->piece->rules->most[k];
@@ -130,9 +130,9 @@ enum pend_status pend_joints_start(struct pend_joints *j, struct pend_error *err
     return PEND_OK;
 }
 
-/* ---- accelerations of the modes that are looked at */
+/* ---- accelerations of the candidate modes */
 
-/* the torques of joints that slide, of the modes that are looked at */
+/* the torques of sliding joints in the candidate modes */
 static void joints_slide(const struct pend_joints *j) {
     int row = joints_loads(j)->terms->row[PEND_TERM_SLIDE];
     assert(row >= 0);
@@ -159,7 +159,7 @@ void pend_joints_accelerations(struct pend_joints *j, const struct pend_stuck *s
     pend_stuck_spread(stuck, speed, acc);
 }
 
-/* accelerations, and torques of the joints that hold */
+/* accelerations, and torques of the holding joints */
 static enum pend_status joints_look(struct pend_joints *j) {
     const struct pend_piece *piece = j->piece;
     struct pend_stuck *stuck = NULL;
@@ -195,7 +195,7 @@ static double joints_blow(struct pend_joints *j, int k) {
     return pend_joints_rate(j, j->blow, k);
 }
 
-/* what joints do that move, and do not lean any more */
+/* the modes of joints that move and no longer touch a stop */
 static void joints_moving(struct pend_joints *j) {
     for (int k = 0; k < j->n; k++) {
         double r = pend_joints_rate(j, j->piece->rate, k);
@@ -205,7 +205,7 @@ static void joints_moving(struct pend_joints *j) {
     }
 }
 
-/* whether the flight after an impact that leaves joint k with a rate is too short to be seen */
+/* whether the bounce after an impact is too short to resolve */
 static enum pend_status joints_last(struct pend_joints *j, int k, int side, int *last) {
     joints_moving(j);
     memcpy(j->try, j->mode, (size_t)j->n);
@@ -224,7 +224,8 @@ static enum pend_status joints_hit(struct pend_joints *j, int k) {
     for (int i = 0; i < j->n; i++) rate[i] -= (1 + e) * r / d * j->blow[i];
     if (!last) {
         PEND_TRY(joints_last(j, k, side, &last));
-        double now = last ? pend_joints_rate(j, rate, k) : 0; // and on with no restitution
+        double now = last ? pend_joints_rate(j, rate, k)
+                          : 0; // otherwise the joint continues without restitution
         for (int i = 0; i < j->n; i++) rate[i] -= now / d * j->blow[i];
     }
     if (last)
@@ -256,7 +257,7 @@ enum pend_status pend_joints_impacts(struct pend_joints *j, struct pend_error *e
 
 /* ---- the sort */
 
-/* by how much the torque of a joint that holds is over its bound, N m; way: the other out */
+/* the excess of a holding joint's torque over its limit, N m; way: out, its direction */
 static double joints_over(const struct pend_joints *j, int k, double bound, int *way) {
     double h = j->torque[k], high = j->touch[k] < 0 ? INFINITY : bound,
            low = j->touch[k] > 0 ? -INFINITY : -bound;
@@ -265,7 +266,7 @@ static double joints_over(const struct pend_joints *j, int k, double bound, int 
     return over > joints_slack * size ? over : 0;
 }
 
-/* by how much a joint that was released accelerates against its way, rad/s^2 */
+/* the acceleration of a released joint against its direction, rad/s^2 */
 static double joints_against(const struct pend_joints *j, int k) {
     int p = joints_holder(j, k);
     double a = pend_joints_rate(j, j->acc, k),
@@ -279,7 +280,7 @@ static int joints_rests(const struct pend_joints *j, int k) {
            (joints_sliding(j, k) > 0 || joints_holding(j, k) > 0 || j->touch[k]);
 }
 
-/* one change of the modes that are looked at; returns 0 where all are consistent */
+/* makes one change of the candidate modes; returns 0 if all are consistent */
 static int joints_change(struct pend_joints *j, const double bound[]) {
     double over = 0, against = 0;
     int out = -1, in = -1, way = 0;
@@ -297,7 +298,7 @@ static int joints_change(struct pend_joints *j, const double bound[]) {
     return in >= 0 || out >= 0;
 }
 
-/* sorts the joints at rest by bounds; *sorted: whether that came to an end */
+/* sorts the joints at rest by the limits; *sorted: whether this ended */
 static enum pend_status joints_try(struct pend_joints *j, const double bound[], int *sorted) {
     int most = 40;
     for (int k = 0; k < j->n; k++) {

@@ -7,7 +7,7 @@
 
 #include "core/integrate/pieces/pieces_work.h"
 
-/* inputs given at instants: a piece ends at each; with their values every list of inputs begins */
+/* inputs given at instants: a piece ends at each; every list of inputs starts with their values */
 static int tables_has(const struct pend_rules *given) { return given->tables > 0; }
 static double tables_next(const struct pend_piece *piece, const void *own) {
     (void)own;
@@ -15,7 +15,7 @@ static double tables_next(const struct pend_piece *piece, const void *own) {
 }
 static const struct pend_rule rule_tables = {.has = tables_has, .next = tables_next};
 
-/* in the order in which they change a state, and add to its inputs */
+/* in the order in which they change a state and add to its inputs */
 static const struct pend_rule *const rules[PIECES_RULES] = {&pend_rule_control, &rule_tables};
 
 PEND_VALIDATOR pieces_valid(const struct pieces *p) {
@@ -25,7 +25,7 @@ PEND_VALIDATOR pieces_valid(const struct pieces *p) {
 
 /* ---- the change between two pieces */
 
-/* where the new piece ends, if no event ends it before */
+/* the end of the new piece if no event ends it before */
 static void pieces_look(struct pieces *p) {
     p->next = copysign(INFINITY, p->piece.way);
     for (int i = 0; i < PIECES_RULES; i++) {
@@ -59,7 +59,7 @@ static void pieces_add(struct pend_sum *sum, double x) {
     sum->high = high;
 }
 
-/* closes the stepper, whose steps, work and heat are kept */
+/* closes the stepper, and keeps its steps, work and heat */
 static void pieces_leave(struct pieces *p) {
     double work = 0, heat = 0;
     struct pend_stepper_counts counts = p->inner->counts(p->stepper);
@@ -99,7 +99,7 @@ static enum pend_status pieces_enter(struct pieces *p, struct pend_error *error)
     return PEND_OK;
 }
 
-/* whether the joints that hold are those of the stepper's pendulum */
+/* whether the holding joints are those of the stepper's pendulum */
 static int pieces_same(const struct pieces *p) {
     const struct pend_tree *tree = p->problem.tree;
     for (int k = 0; p->joints && k < tree->n; k++) {
@@ -111,7 +111,7 @@ static int pieces_same(const struct pieces *p) {
     return 1;
 }
 
-/* the state at the end of the last step, with joints that have come to rest at rest */
+/* the state at the end of the last step; joints that came to rest are exactly at rest */
 static void pieces_arrive(struct pieces *p) {
     size_t bytes = (size_t)p->problem.tree->n * sizeof(double);
     struct pend_start end = p->inner->end(p->stepper);
@@ -135,11 +135,11 @@ static void pieces_arrive(struct pieces *p) {
     }
 }
 
-/* a new piece begins where the last step has ended */
+/* starts a new piece at the end of the last step */
 static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error) {
     double now = p->piece.start + p->reached;
     pieces_arrive(p);
-    // an event that rounding puts at an instant known beforehand comes before it
+    // if rounding puts an event at an instant known in advance, the event comes first
     if (p->ended == PIECES_EVENT && p->piece.way * (p->next - now) <= 0)
         now = nextafter(p->next, -INFINITY);
     p->piece.now = p->ended == PIECES_KNOWN ? p->next : now;
@@ -162,11 +162,11 @@ static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error)
     return PEND_OK;
 }
 
-/* ---- making and freeing */
+/* ---- creation and release */
 
 static size_t pieces_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-/* places what the rules keep behind `base`; returns the bytes */
+/* places the states of the rules after `base`; returns the bytes */
 static size_t pieces_own(const struct pend_problem *problem, char *base, void *own[]) {
     size_t used = 0;
     for (int i = 0; i < PIECES_RULES; i++) {
@@ -178,7 +178,7 @@ static size_t pieces_own(const struct pend_problem *problem, char *base, void *o
     return used;
 }
 
-/* lays out all arrays; says how many bytes they take */
+/* places all arrays; returns their bytes */
 static size_t pieces_lay(struct pieces *p, const struct pend_problem *problem, char *base) {
     const struct pend_terms *terms = problem->loads.terms;
     size_t n = (size_t)problem->tree->n, used = pieces_padded(sizeof *p);
@@ -252,7 +252,7 @@ static enum pend_status pieces_open(void **stepper, const struct pend_problem *p
 
 /* ---- steps */
 
-/* cuts the step where a joint ends the piece; returns whether one does */
+/* cuts the step if a joint ends the piece; returns whether one does */
 static int pieces_event(struct pieces *p, double end) {
     const struct pend_joint_step step = {.method = p->inner,
                                          .stepper = p->stepper,

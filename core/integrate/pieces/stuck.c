@@ -9,7 +9,7 @@
 #include "core/bodies/bodies.h"
 #include "core/integrate/pieces/balance.h"
 
-/* kg m^2, the inertia of an arm that is held by the ground: its rate stays 0 to all digits */
+/* kg m^2, the inertia of an arm stuck to the pivot: so large that its rate stays exactly 0 */
 static const double stuck_inertia = 1e40;
 
 void pend_stuck_free(struct pend_stuck **stuck) {
@@ -42,8 +42,8 @@ static double stuck_get(const struct pend_loads *loads, enum pend_term_row row, 
     return pend_terms_get(loads->terms, loads->value, row, k);
 }
 
-/* whose arms turn together, and by how much their angles differ; returns the arms that are left.
- * `place` is where an arm that stays is among these; -1 = it does not stay. */
+/* Finds which arms turn together, and the differences of their angles. Returns the number of
+ * remaining arms. `place` is the index of a remaining arm; -1 = it does not remain. */
 static int stuck_group(struct pend_stuck *s, const struct pend_tree *tree,
                        const struct pend_terms *terms, const unsigned char holds[],
                        const double phi[], const double low[], int place[], int top[]) {
@@ -85,7 +85,7 @@ static int stuck_waves(const struct pend_stuck *s, const struct pend_terms *term
     return count;
 }
 
-/* the layout of what is left */
+/* the layout of the contracted pendulum */
 static enum pend_status stuck_lay(struct pend_stuck *s, const struct pend_terms *terms, int left,
                                   const int place[]) {
     unsigned char rows[PEND_TERM_ROWS], ones[PEND_TERM_ONES];
@@ -98,7 +98,7 @@ static enum pend_status stuck_lay(struct pend_stuck *s, const struct pend_terms 
     int *from = drives + most, *order = from + most,
         count = stuck_waves(s, terms, place, drives, from);
     enum pend_status status = pend_terms_new(&s->terms, left, rows, ones, count, drives, order);
-    if (status == PEND_OK) s->terms->rules = terms->rules; // its energy is not kept
+    if (status == PEND_OK) s->terms->rules = terms->rules; // its energy is not conserved
     s->value = status == PEND_OK ? calloc((size_t)s->terms->count + 1, sizeof(double)) : NULL;
     if (status == PEND_OK && !s->value) status = PEND_NO_MEMORY;
     for (int i = 0; status == PEND_OK && i < count; i++)
@@ -123,7 +123,7 @@ static void stuck_bodies(const struct pend_tree *tree, const struct pend_loads *
     stuck_add(heap, rod, base + turn * (l / 2), rod * l * l / 12);
 }
 
-/* what acts in the joint of an arm that does not turn does nothing */
+/* loads in the joint of an arm that does not turn have no effect */
 static int stuck_idle(const struct pend_stuck *s, int row, int k) {
     return s->still[k] && row >= PEND_TERM_DAMPING && row != PEND_TERM_FRICTION_SPEED &&
            (row < PEND_TERM_DRAG || row > PEND_TERM_DRAG_SPEED);
@@ -142,7 +142,7 @@ static void stuck_arm(struct pend_stuck *s, const struct pend_tree *tree,
     s->value[row[PEND_TERM_CENTER_X] + c] = creal(heap->center);
     s->value[row[PEND_TERM_CENTER_Y] + c] = cimag(heap->center);
     s->value[row[PEND_TERM_INERTIA] + c] = heap->spread + (s->still[k] ? stuck_inertia : 0);
-    // springs and stops go by the angle to the parent itself
+    // springs and stops depend on the angle to the parent itself
     if (row[PEND_TERM_REST] >= 0 && holder >= 0)
         s->value[row[PEND_TERM_REST] + c] += s->offset[holder];
     if (p < 0 || (!p && pend_terms_cart(loads->terms))) return;
@@ -156,7 +156,7 @@ static void stuck_arm(struct pend_stuck *s, const struct pend_tree *tree,
     s->terms->hung[c] = 1;
 }
 
-/* the numbers of what is left */
+/* the values of the contracted pendulum */
 static void stuck_fill(struct pend_stuck *s, const struct pend_tree *tree,
                        const struct pend_loads *loads, double complex base[],
                        struct stuck_heap heap[]) {
