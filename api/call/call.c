@@ -189,7 +189,7 @@ static int call_foresee(struct api_call *call) {
 }
 
 /* reads the request for the preferred representation. If it is refused and JSON is acceptable too,
- * it is read for JSON, which can carry what others cannot: events beside samples, poles. */
+ * it is read for JSON, which can contain events beside samples, and poles. */
 static enum pend_status call_read(struct api_call *call, const struct api_request *request) {
     const struct api_format *json = api_negotiate_format(request->accept, 0);
     for (;;) {

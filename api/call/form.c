@@ -63,7 +63,7 @@ static int form_boundary(struct form *form, const char *content_type) {
     return 1;
 }
 
-/* Behind a boundary: where the next part begins, NULL behind the last of them or after a fault. */
+/* Returns the start of the next part after a boundary; NULL after the last boundary or a fault. */
 static const char *form_behind(const struct form *form, const char *at) {
     const char *end = form->end;
     if (end - at >= 2 && !memcmp(at, "--", 2)) {
@@ -177,7 +177,7 @@ static int form_cut(struct form *form) {
 
 /* ---- writing */
 
-/* whether a table is text; tells what is not */
+/* whether a table is plain text; adds a problem at the first other byte */
 static int table_plain(const struct span *table, int number, struct api_problem *problem) {
     for (size_t at = 0; at < table->bytes; at++) {
         unsigned char c = (unsigned char)table->at[at];
@@ -209,8 +209,8 @@ static int is_utf16(const struct span *table) {
            (!memcmp(table->at, "\xff\xfe", 2) || !memcmp(table->at, "\xfe\xff", 2));
 }
 
-/* UTF-16 as the inside of a string of JSON; controls and what lies beyond the first plane are '?'
- */
+/* converts UTF-16 to the inside of a JSON string; control characters and those beyond U+FFFF become
+ * '?' */
 static enum pend_status table_utf16(const struct span *table, struct api_buffer *out) {
     int low = (unsigned char)table->at[0] == 0xff;
     for (size_t at = 2; at + 1 < table->bytes; at += 2) {

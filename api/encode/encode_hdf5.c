@@ -30,7 +30,7 @@ struct plan {
     struct api_arrays arrays;
     size_t row;                     /* bytes of a row of all arrays */
     uint64_t most, pieces;          /* rows of a piece; pieces of an array */
-    int divided;                    /* there is more than one piece */
+    int divided;                    /* there are several pieces */
     size_t before[API_COLUMNS + 1]; /* bytes of a row of the arrays before this one */
     uint64_t tree[API_COLUMNS], heads, root, end;
     size_t root_bytes;
@@ -39,8 +39,8 @@ struct plan {
 struct hdf5_writer {
     struct api_writer base;
     struct plan plan;
-    uint64_t held; /* rows of the piece at hand that are kept */
-    int array;     /* the array whose tree is written */
+    uint64_t held; /* number of kept rows in the current piece */
+    int array;     /* the array whose B-tree is written */
     uint64_t node; /* of this tree */
     char piece[PIECE_BYTES];
 };

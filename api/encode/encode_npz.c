@@ -27,8 +27,8 @@ enum {
 struct npz_writer {
     struct api_writer base;
     struct api_arrays arrays;
-    int next;          /* the array that is being written */
-    int last;          /* of a writer with turns: those before this one are kept at this turn */
+    int next;          /* the array that is currently written */
+    int last;          /* in a writer with turns: arrays before this index are kept in this turn */
     uint64_t at;       /* the next of its numbers */
     uint64_t written;  /* bytes of the archive */
     int open, members; /* whether the header of array `next` is written; members that are begun */

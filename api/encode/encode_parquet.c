@@ -32,10 +32,10 @@ enum { THRIFT_I32 = 5, THRIFT_I64 = 6, THRIFT_BINARY = 8, THRIFT_LIST = 9, THRIF
 struct parquet_writer {
     struct api_writer base;
     long width;       /* numbers of a row */
-    long most, held;  /* rows of a group, and those that are kept of this one */
-    uint64_t written; /* bytes so far; while the description is written, where its groups are */
+    long most, held;  /* rows per group, and rows kept in the current one */
+    uint64_t written; /* bytes so far; while the metadata is written, the offset of its groups */
     size_t footer;    /* bytes of the description so far */
-    long next;        /* the row with which the group begins that is described next */
+    long next;        /* first row of the group that is described next */
     int begun;        /* the description is begun */
     double group[GROUP_NUMBERS]; /* number k of row i is at k most + i */
 };

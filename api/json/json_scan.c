@@ -245,7 +245,7 @@ static void scan_single_digits(struct scan *s) {
     s->at = (size_t)(p - s->text);
 }
 
-/* reads a number and continues behind it */
+/* reads a number and continues after it */
 static enum pend_status scan_number(struct scan *s, double *x) {
     const char *begin = s->text + s->at, *end = api_digits_whole(begin, s->text + s->bytes, x);
     if (end) {

@@ -67,8 +67,8 @@ class digits16_plain {
   private:
     static constexpr uint64_t ZEROS = 0x3030303030303030;
 
-    /* inserts a point at byte `at`, 0 to 7: the bytes before it stay, the bytes behind it are those
-     * of `moved` */
+    /* inserts a point at byte `at`, 0 to 7: the bytes before it stay, the bytes after it come from
+     * `moved` */
     static uint64_t with_point(uint64_t bytes, uint64_t moved, int at) {
         uint64_t before = ((uint64_t)1 << 8 * at) - 1, point = (uint64_t)0xff << 8 * at;
         return (bytes & before) | ((uint64_t)'.' << 8 * at) | (moved & ~before & ~point);

@@ -68,9 +68,9 @@ constexpr double short_tens[] = {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1,   
 
 /* how a number of a decimal exponent is laid out */
 struct short_layout {
-    uint64_t stay, move; /* masks of the bytes before the point and behind it */
+    uint64_t stay, move; /* masks of the bytes before and after the point */
     uint64_t point;
-    int start;  /* of the digits, behind "0.000" */
+    int start;  /* mask of the digits after "0.000" */
     int before; /* digits before the point; 8 = the point is not among them */
     int least;  /* characters even if the digits are fewer */
 };

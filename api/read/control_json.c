@@ -15,7 +15,8 @@ struct control_reading {
     const struct api_controlled *of;
     struct api_problem *problem;
     struct pend_controller *controller;
-    int outputs; /* of all controllers, that wait at a sample; gains may have one for each */
+    int outputs; /* number of delayed outputs of all controllers; gains may have a column for each
+                  */
     enum pend_status status;
 };
 
@@ -72,7 +73,7 @@ static const double *read_instants(struct control_reading *r, const struct api_v
     return good ? list : NULL;
 }
 
-/* reads a row, or {"t", "value"} with a row for each instant; `wide` is another good width */
+/* reads a row, or {"t", "value"} with a row for each instant; `wide` is another allowed width */
 static void read_schedule(struct control_reading *r, const struct api_value *value, int width,
                           int wide, int state, struct pend_schedule *schedule) {
     static const char *const names[] = {"t", "value", NULL};
@@ -121,7 +122,7 @@ static void read_feedback(struct control_reading *r, const struct api_value *val
     if (zero) memset(zero, 0, (size_t)rows * sizeof *zero);
 }
 
-/* numbers by their names, 0 where they are left out, as the gains of a law */
+/* reads numbers by their names, such as the gains of a law; missing ones are 0 */
 static void read_named(struct control_reading *r, const struct api_value *value,
                        const char *const names[], int count, struct pend_law *law) {
     law->gains.width = count;
@@ -172,7 +173,7 @@ static void read_swing_up(struct control_reading *r, const struct api_value *val
                         "must be a \"feedback\": its reference defines where it takes over");
 }
 
-/* returns the number of the law, -1 if it is faulty */
+/* reads the law of a controller; returns its index, -1 if it is faulty */
 static int read_law(struct control_reading *r, const struct api_value *value, int depth) {
     static const char *const kinds[] = {"feedback", "pid", "swing_up", NULL};
     struct pend_law law = {.next = -1};
@@ -211,7 +212,7 @@ static void read_limit(struct control_reading *r, const struct api_value *limit)
     r->controller->low = both[0], r->controller->high = both[1];
 }
 
-/* what the controller moves */
+/* reads the actuator: a joint or the cart */
 static void read_joint(struct control_reading *r, const struct api_value *value) {
     struct api_value joint = api_value_member(value, "joint"), on = api_value_member(value, "cart");
     int cart = 0, both = api_value_kind(&joint) != API_MISSING;
@@ -244,7 +245,7 @@ static void read_controller(struct control_reading *r, const struct api_value *v
     if (api_field_needed(&law, r->problem)) c->law = read_law(r, &law, 0);
 }
 
-/* gains of outputs that wait need them to wait equally long */
+/* gains of delayed outputs require that all controllers have the same delay */
 static void check_waiting(const struct control_reading *r, const struct api_value *value) {
     const struct api_rules *rules = r->rules;
     int wide = 0, alike = 1;

@@ -17,8 +17,8 @@ struct api_controlled {
     const struct api_tree *whole;
 };
 
-/** Returns the place in stored order of number i of a state in the caller's order: all theta, all
- * thetad, the cart's place and speed; i itself beyond. O(1). */
+/** Returns the index in stored order of number i of a state in the caller's order: all theta, all
+ * thetad, the cart's position and velocity; larger i are returned unchanged. O(1). */
 int api_control_place(const struct api_controlled *of, int i);
 
 /**

@@ -28,7 +28,7 @@ static const double *table_numbers(const struct api_value *list, int *count,
     return *count ? api_value_numbers(list, count) : NULL;
 }
 
-/* the instants ascend, by a nanosecond at least */
+/* adds a fault unless the instants ascend by at least a nanosecond */
 static int table_ascends(const struct api_value *list, const double t[], int count,
                          struct api_problem *problem) {
     for (int i = 1; i < count; i++) {
@@ -84,7 +84,7 @@ enum pend_status api_rules_read_table(struct api_rules *rules, int drives,
     return PEND_OK;
 }
 
-/* rows of numbers of joints, none of which does anything yet */
+/* rows of numbers of joints, initially without effect */
 static enum pend_status rules_joints(struct api_rules *rules, int n) {
     size_t row = (size_t)n + 1;
     if (rules->joint) return PEND_OK;

@@ -1,6 +1,6 @@
-/* Reading what makes a pendulum's motion a list of pieces: inputs by tables, dry friction, stops.
- * Leaves to others: the fields in which they stand (terms_json), what they do (core/tree/rules).
- * Invariant: what was made holds no pointer into the document. */
+/* Reading the rules that divide a motion into pieces: tables of inputs, dry friction, stops.
+ * Leaves to others: the fields that contain them (terms_json), their effect (core/tree/rules).
+ * Invariant: the result holds no pointer into the document. */
 #pragma once
 
 #include "api/read/field.h"
@@ -9,13 +9,13 @@
 
 /* The rules of a pendulum while it is read; arms in the caller's order, a cart is one more. */
 struct api_rules {
-    struct pend_table *table; /* t and value of each are one block of their own, which t begins */
+    struct pend_table *table; /* t and value of each table are one block, which begins with t */
     int tables, room;
-    /* rows of n + 1 numbers: what slides, what holds, the lower and the upper stop, restitution;
-     * NULL = no joint has dry friction or stops */
+    /* rows of n + 1 numbers: sliding and static friction, lower and upper stop, restitution; NULL =
+     * no joint has dry friction or stops */
     double *joint;
-    int n, rubs, stops;                 /* some joint has dry friction; a stop */
-    struct pend_controller *controller; /* in stored order, as laws and numbers are */
+    int n, rubs, stops;                 /* some joint has dry friction; some joint has a stop */
+    struct pend_controller *controller; /* in stored order, like laws and numbers */
     struct pend_law *law;
     double *number;
     int controllers, laws;
@@ -31,7 +31,7 @@ enum api_joint_row {
     API_JOINT_ROWS
 };
 
-/** Frees what was read. */
+/** Frees the rules. */
 void api_rules_clear(struct api_rules *rules);
 
 /**

@@ -105,7 +105,7 @@ static void read_harmonic(struct api_terms *terms, int drives, const struct api_
     }
 }
 
-/* reads the member `harmonics` of what drives something */
+/* reads the member `harmonics` of a drive */
 static void read_harmonics(struct api_terms *terms, int drives, const struct api_value *drive) {
     struct api_value list = api_value_member(drive, "harmonics");
     char found[API_FOUND_BYTES];
@@ -128,10 +128,10 @@ static void read_harmonics(struct api_terms *terms, int drives, const struct api
         read_harmonic(terms, drives, &item);
 }
 
-/* the parts of a drive, which are added */
+/* reads the parts of a drive, which are added up */
 static const char *const drive_names[] = {"constant", "harmonics", "table", NULL};
 
-/* reads the member `table` of what drives something */
+/* reads the member `table` of a drive */
 static void read_table(struct api_terms *terms, int drives, const struct api_value *drive) {
     struct api_value table = api_value_member(drive, "table");
     if (api_value_kind(&table) == API_MISSING) return;
@@ -227,11 +227,12 @@ void api_terms_read_arm(struct api_terms *terms, const struct api_value *arm) {
             if (!strcmp(member.key, field_names[f])) read_field(terms, f, arm->index, &member);
 }
 
-/* reads a list with an entry an arm */
+/* reads a list with one entry per arm */
 static void read_list(struct api_terms *terms, int f, const struct api_value *list) {
     char found[API_FOUND_BYTES];
     enum api_kind kind = api_value_kind(list);
-    // of one arm the entry may stand without its list: encoders of arrays write it so
+    // with one arm the entry need not be in a list, because some encoders of arrays write it that
+    // way
     if (terms->n == 1 && (kind == API_NUMBER || kind == API_OBJECT)) {
         read_field(terms, f, 0, list);
         return;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* whether the arm's place on its parent is another than its tip */
+/* whether the arm is attached to its parent at another point than its tip */
 static int arm_hung(const struct api_terms *terms, const struct pend_tree *tree, int i) {
     int p = tree->parent[tree->place[i]];
     if (terms->cart.given && p == 0) return 0;
@@ -82,7 +82,7 @@ static void terms_fill(const struct api_terms *terms, const struct pend_tree *tr
                sizeof terms->harmonic->part);
 }
 
-/* where the faults of the list go */
+/* the destination of the faults of the list */
 struct list_faults {
     const struct api_terms *terms;
     const struct pend_tree *tree;
@@ -91,8 +91,8 @@ struct list_faults {
     int count;
 };
 
-/* the ranges were checked number by number: what is left is an arm without inertia, which follows
- * from a fault where the arm has one */
+/* the ranges were checked one by one; the remaining fault is an arm without inertia, a consequence
+ * if the arm has another fault */
 static void list_fault(void *context, const struct pend_terms_fault *found) {
     struct list_faults *faults = context;
     int i = found->arm >= 0 && found->row >= 0 ? faults->tree->order[found->arm] : -1;

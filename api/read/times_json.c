@@ -9,13 +9,13 @@ static const char *const times_fields[] = {"start", "stop", "step", "count", NUL
 
 static const double divides_within = 1e-9; /* of the number of steps */
 
-/* a grid as the request gives it */
+/* a grid as in the request */
 struct grid {
     double start, stop, step;
     long count; /* 0 = defined by its step */
 };
 
-/* the span for which start + span is exactly stop, if one of the nearest doubles is such a span */
+/* the span for which start + span is exactly stop, if such a double exists nearby */
 static double grid_span(double start, double stop) {
     double span = stop - start, up = nextafter(span, INFINITY), down = nextafter(span, -INFINITY);
     if (start + span != stop && start + up == stop) return up;
@@ -95,7 +95,7 @@ static void check_count(const struct api_value *value, const struct grid *grid,
                         grid->count);
 }
 
-/* adds a fault for a grid by its step and its count, or by neither of them */
+/* adds a fault for a grid that has both a step and a count, or neither */
 static void check_one(const struct api_value *value, const struct api_value *count, int by_step,
                       int by_count, struct api_problem *problem) {
     if (by_step && by_count)

@@ -13,7 +13,7 @@
 
 enum form { FORM_ARMS, FORM_LISTS, FORM_PAPER, FORM_COUNT };
 
-/* the fields of each form, and which of them has the faults that core finds */
+/* the fields of each form, and the field that gets the faults found by core */
 static const struct {
     const char *summary;
     const char *field[3];
@@ -50,7 +50,7 @@ struct tree_reading {
     enum form form;
     int n;
     double *length, *mass;  /* n each; NAN = has a fault already */
-    struct api_terms terms; /* what is beyond the ideal pendulum */
+    struct api_terms terms; /* the terms beyond the ideal pendulum */
     unsigned char *bare;    /* n flags: the mass at the tip may be 0; NULL = nowhere */
     int *parent; /* n, from 0, -1 = the pivot, API_ARM_FAULTY; the three are one block, and length
                     begins it */
@@ -168,7 +168,7 @@ static void read_list(const struct tree_reading *reading, const char *name, doub
         (void)api_field_numbers(&field, reading->n, "arm", out, reading->problem);
 }
 
-/* the list of masses, where some arms may have none at their tips */
+/* reads the list of masses; a mass at the tip is optional for some arms */
 static void read_bare_masses(const struct tree_reading *reading) {
     struct api_value field = api_value_member(reading->pendulum, "mass"), item;
     int spared = 0, n = reading->n;
@@ -325,7 +325,7 @@ static void bare_arms(const struct tree_reading *reading) {
         reading->bare[i] = (unsigned char)api_terms_bare(&reading->terms, i);
 }
 
-/* a cart becomes the arm behind the caller's, which carries all that hang on the pivot */
+/* a cart becomes arm n, after the caller's arms, and carries all arms at the pivot */
 static void hang_on_cart(struct tree_reading *reading) {
     int n = reading->n;
     assert(n >= 1 && reading->terms.cart.given);
@@ -398,7 +398,7 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     return status == PEND_OK && fault_count(problem) > faults ? PEND_INVALID : status;
 }
 
-/* what was read of a tree agrees with the tree that was made of it */
+/* whether the parsed fields agree with the tree that was built from them */
 PEND_VALIDATOR tree_read_valid(const struct api_tree *tree) {
     return tree->n >= 0 &&
            (!tree->tree || (tree->tree->n == api_tree_stored(tree) && tree->n >= 1)) &&

@@ -13,13 +13,15 @@
 struct api_tree {
     int n;    /* arms, in the caller's order; 0 if their number is unknown */
     int cart; /* 1 = the pivot is on a cart: arm n of the tree, its first stored one */
-    struct pend_loads loads;  /* what acts on the tree */
-    struct pend_terms *terms; /* of a real pendulum, to which loads points; NULL = it is ideal */
-    double *value;            /* their numbers, terms->count of them */
-    struct pend_rules *rules; /* of a motion in pieces, to which terms point; NULL = it is smooth */
-    struct pend_tree *tree;   /* NULL if the description is faulty */
-    const char **names;       /* n names, or NULL if no arm has a name; the name of an arm without
-                                 one is its number, from "1" */
+    struct pend_loads loads; /* gravity, terms and drives of the tree */
+    struct pend_terms
+        *terms;    /* terms of a real pendulum, to which `loads` points; NULL = it is ideal */
+    double *value; /* their numbers, terms->count of them */
+    struct pend_rules
+        *rules; /* rules of a motion in pieces, to which the terms point; NULL = it is smooth */
+    struct pend_tree *tree; /* NULL if the description is faulty */
+    const char **names;     /* n names, or NULL if no arm has a name; the name of an arm without
+                               one is its number, from "1" */
 };
 
 /**

@@ -24,7 +24,7 @@ static const size_t class_expected[CLASS_LEVELS] = {SRV_EVENTS_TEXT, SRV_CLASS_P
 
 /* A room that has listeners. */
 struct class_room {
-    struct srv_list link, seats; /* in the topic's list; the clients that listen */
+    struct srv_list link, seats; /* links in the topic's list; the clients that listen */
     char code[SRV_CLASS_CODE];
     struct srv_turns_road road[CLASS_LEVELS];
     struct class_room *next; /* the next room whose change number is read */

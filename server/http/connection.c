@@ -50,8 +50,8 @@ struct connection {
     int refused; /* the request was answered after its head, while the body is still read */
     int64_t body_began;
     struct srv_response_stream stream;
-    int64_t paused, pauses; /* ns: time since which, and time during which, there was nothing to
-                             * send */
+    int64_t paused, pauses; /* ns: start of the current pause, and total time of pauses, in which
+                               there was nothing to send */
 };
 
 static struct connection *connection_of_watched(struct srv_watched *watched) {
@@ -363,7 +363,7 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
 }
 
-/* --- what the wire tells --- */
+/* --- bytes and events from the network --- */
 
 static struct connection *connection_of_hook(struct srv_recv_hook *hook) {
     return SRV_CONTAINER_OF(hook, struct connection, hook);

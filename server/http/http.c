@@ -31,8 +31,8 @@ struct srv_http {
     atomic_int
         listen; /* 1 = listening, 0 = the thread should stop listening, -1 = it has stopped */
     atomic_int end;
-    int64_t settling; /* ns: time since which no new connection is accepted, then since which the
-                       * thread does not listen */
+    int64_t settling; /* ns: start of the time without accepting connections, then of the time
+                         without listening */
 };
 
 /* The strict reader decodes paths, so libmicrohttpd must not. */

@@ -73,7 +73,7 @@ int srv_jobs_wanted(const struct srv_exchange *exchange) {
     /* only operations that answer a table run as jobs */
     const struct api_op *op = api_op_at(exchange->op);
     if (exchange->method && !strcmp(exchange->method, "QUERY"))
-        return 0; /* it is to change nothing */
+        return 0; /* the method QUERY must not change anything */
     return op && op->table && exchange->service->storage &&
            jobs_prefers(exchange->field[SRV_PREFER], "respond-async") != NULL;
 }
@@ -296,7 +296,7 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
 
 /* --- one job --- */
 
-/* Dismisses a job in the store; SRV_STORED_CLASH if it belongs to another client. */
+/* Cancels a job in the store; SRV_STORED_CLASH if it belongs to another client. */
 static enum srv_stored jobs_drop(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     enum srv_stored stored = srv_store_request_find(store, call);

@@ -33,8 +33,8 @@ enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_stor
     return srv_store_claim(store, &claim->asked, claim->lease);
 }
 
-/* Has the next claim wait a random time, the longer the more workers share the store: of those that
- * a notification wakes few find that the parts are claimed already. */
+/* Delays the next claim by a random time, which grows with the number of workers: a notification
+ * wakes many of them, and most find the parts already claimed. */
 static void claim_spread(struct srv_part_claim *claim, long workers, int64_t each_us, int64_t now) {
     long others = workers - 1 < CLAIM_SPREAD_MOST ? workers - 1 : CLAIM_SPREAD_MOST;
     if (others <= 0 || claim->at > now) return;
@@ -64,7 +64,7 @@ int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, lo
     if (!claim->aside_at && asked->skipped)
         claim->aside_at = now + (int64_t)CLAIM_ASIDE_MS * 1000000;
     if (!asked->skipped) claim->aside_at = 0;
-    /* if there was one part there may be more */
+    /* if one part was found there may be more */
     claim->wanted |= count > 0 || stored == SRV_STORED_LOST || stored == SRV_STORED_AGAIN;
     if (stored == SRV_STORED_LOST || small) claim_rest(claim, count, workers, now);
     return count;

@@ -1,28 +1,28 @@
-/* When a process claims parts of jobs, and which: after news, and again when a claim found some,
- * but not all processes at the same instant.
- * Leaves to others: asking the store, slots for the parts (part_runner).
- * Invariant: under the runner's lock, except srv_part_claim_run while the store is asked; the
- * leases are the claim's until they are taken. */
+/* When a process claims parts of jobs, and how many: after a notification, and again after a claim
+ * that found some; after a random time, so that processes do not claim simultaneously.
+ * Leaves to others: querying the store, slots for the parts (part_runner).
+ * Invariant: under the runner's lock. */
 #pragma once
 
 #include "server/store/store.h"
 
 struct srv_part_claim {
-    char name[SRV_NAME_BYTES]; /* of this process; no other has it, on any machine */
+    char name[SRV_NAME_BYTES]; /* unique name of this process, on all machines */
     struct srv_claim asked;
-    struct srv_lease lease[SRV_CLAIMS]; /* what the claim returned */
-    int wanted;                         /* the store should be asked for parts */
-    int64_t asked_at;                   /* ns: when the store was asked */
-    int64_t poll_at;                    /* ns: when to ask without being notified */
-    int64_t at;       /* ns: no claim before this instant: other workers may be quicker */
-    int64_t aside_at; /* ns: when parts that were set aside come before others; 0 = none wait */
-    uint64_t random;  /* of the waits before claims */
+    struct srv_lease lease[SRV_CLAIMS]; /* the result of the claim */
+    int wanted;                         /* the store should be queried for parts */
+    int64_t asked_at;                   /* ns: time of the last query */
+    int64_t poll_at;                    /* ns: time of the next query without a notification */
+    int64_t at;       /* ns: earliest time of the next claim, so that other workers have a chance */
+    int64_t aside_at; /* ns: from this time on, parts that were set aside come first; 0 = there are
+                         none */
+    uint64_t random;  /* random state for the waits before claims */
 };
 
-/** Prepares the claims of a process. lease_us: how long its parts are held. */
+/** Prepares the claims of a process. lease_us: the duration of its leases. */
 void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us);
 
-/** Claims: a call of the store, on a thread of the storage. */
+/** Claims parts; a call of the store, on one of its threads. */
 enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_store *store);
 
 /**
@@ -35,7 +35,7 @@ enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_stor
 int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, long workers,
                         int64_t now);
 
-/** There may be parts to claim. */
+/** Reports that there may be parts to claim. */
 void srv_part_claim_hear(struct srv_part_claim *claim, long workers, int64_t now);
 
 /**
@@ -46,5 +46,5 @@ void srv_part_claim_hear(struct srv_part_claim *claim, long workers, int64_t now
  */
 int srv_part_claim_due(struct srv_part_claim *claim, int room, int holds, int64_t now);
 
-/** ns: the instant of the next claim without news. */
+/** ns: time of the next claim if no notification arrives. */
 int64_t srv_part_claim_next(const struct srv_part_claim *claim, int64_t now);

@@ -11,40 +11,40 @@
 
 struct srv_part_run {
     struct srv_service *service;
-    char job[SRV_ID_BYTES]; /* whose request is kept; "" = none */
+    char job[SRV_ID_BYTES]; /* the job of the cached request; "" = none */
     void *request;
     size_t request_bytes;
     struct api_part *part;
-    struct srv_hold hold; /* of the memory of all this; no client pays for it */
+    struct srv_hold hold; /* memory of the run, not charged to any client */
     struct api_buffer out,
-        carry;     /* what is kept of it, and what the next part of a chain begins with */
-    int roomy;     /* there was room for the part's memory */
+        carry;     /* the results to store, and the checkpoint for the next part of a chain */
+    int roomy;     /* the memory of the part is reserved */
     int64_t spent; /* ns of computation */
     char message[SRV_REQUEST_HEAD_BYTES];
-    atomic_int stop; /* set by any thread: it is not to go on */
+    atomic_int stop; /* set by any thread: the run must stop */
 };
 
 /* How a turn ended. */
 enum srv_part_run_end {
     SRV_PART_RUN_YIELDS, /* another task waits for the worker */
     SRV_PART_RUN_STOPPED,
-    SRV_PART_RUN_DONE,  /* out and carry are complete */
+    SRV_PART_RUN_DONE,  /* `out` and `carry` are complete */
     SRV_PART_RUN_FAILED /* message says why */
 };
 
-/** Prepares a run without a part and a request. */
+/** Prepares an empty run, without a part or a request. */
 void srv_part_run_init(struct srv_part_run *run, struct srv_service *service);
 
-/** Frees what it holds. */
+/** Frees the memory of a run. */
 void srv_part_run_clear(struct srv_part_run *run);
 
 /** True when the fields of a run agree with each other; for assertions. O(1). */
 int srv_part_run_valid(const struct srv_part_run *run);
 
-/** Frees the request; the owner then sets that of another job. */
+/** Frees the cached request; the owner then sets the request of another job. */
 void srv_part_run_forget(struct srv_part_run *run);
 
-/** Frees what was computed, but not the request. */
+/** Frees the results, but not the request. */
 void srv_part_run_drop(struct srv_part_run *run);
 
 /** Sets the message that the client of a failed job reads. */

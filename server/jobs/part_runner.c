@@ -16,22 +16,22 @@
 struct srv_part_runner {
     struct srv_service *service;
     int64_t lease_us;
-    struct srv_lane lane; /* its lane in the queue */
+    struct srv_lane lane; /* the runner's lane in the queue */
     struct srv_ask release;
     pthread_mutex_t lock;
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
-    int doubt;          /* a job of a part that is held may have ended elsewhere */
-    int64_t looked_at;  /* ns: it is not looked again before this instant */
-    int64_t idle;       /* ns: since when there was nothing to do; 0 = there is, or it is unknown */
-    int draining;       /* 1 = no more claims, 2 = giving the parts back, 3 = they are given back */
-    struct srv_ask ask; /* the question of a claim */
-    int claiming;       /* it is under way */
+    int doubt;         /* the job of a held part may have ended elsewhere */
+    int64_t looked_at; /* ns: earliest time of the next check of that */
+    int64_t idle;      /* ns: start of the time without work; 0 = there is work, or it is unknown */
+    int draining;      /* 1 = no more claims, 2 = returning the parts, 3 = all are returned */
+    struct srv_ask ask; /* the query of a claim */
+    int claiming;       /* the query is running */
     struct srv_part_claim claim;
     int count;     /* slots */
-    int gathered;  /* results that wait for others, or did */
-    int most_long; /* parts that are not small and may be held at a time */
+    int gathered;  /* results that wait to be stored together */
+    int most_long; /* most long parts that are held at the same time */
     struct srv_part_slot slot[];
 };
 
@@ -39,11 +39,11 @@ enum {
     RUNNER_REST_MS = 1000, /* the longest sleep */
     RUNNER_AGAIN_MS = 200,
     RUNNER_BEAT_MS = 500,
-    RUNNER_LOOK_MS = 20,  /* ms between two looks, however many notifications arrive */
-    RUNNER_DEAF_MS = 50,  /* ms between two looks if the store cannot notify */
-    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not looked at: it may end soon */
-    RUNNER_GATHER_MS = 4, /* a result waits so long for those of other small parts */
-    RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever was estimated */
+    RUNNER_LOOK_MS = 20,  /* ms between two checks, however many notifications arrive */
+    RUNNER_DEAF_MS = 50,  /* ms between two checks if the store cannot notify */
+    RUNNER_YOUNG_MS = 20, /* a part held for less time is not checked, since it may end soon */
+    RUNNER_GATHER_MS = 4, /* longest wait of a result for those of other small parts */
+    RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever its estimate */
     RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
 
@@ -53,8 +53,9 @@ static int slot_small(const struct srv_part_slot *slot) {
     return slot->lease.parts == 1 && slot->lease.part_us <= SRV_SMALL_US;
 }
 
-/* How often a lease is renewed, in ns: well within its length, and, unless the part is small, often
- * enough to learn that another process dismissed the job even if a notification was lost. */
+/* Returns the interval between renewals of a lease, in ns. It is much shorter than the lease, and,
+ * unless the part is small, short enough to notice a dismissal by another process whose
+ * notification was lost. */
 static int64_t slot_beat_ns(const struct srv_part_slot *slot) {
     int64_t third = slot->lease_us * 1000 / 3, most = runner_ms(RUNNER_BEAT_MS);
     return third < most || slot_small(slot) ? third : most;
@@ -66,14 +67,14 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 }
 
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
-    /* The number of claimed parts belongs to the storage thread while the store is asked. */
+    /* The number of claimed parts belongs to the storage thread during the query. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
            runner->claim.asked.most <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3;
 }
 
-/* --- from one state to the next --- */
+/* --- transitions between states --- */
 
-/* Ends a slot: its part is done with. The caller holds the lock. */
+/* the method QUERY must not change anything */
 static void slot_end(struct srv_part_slot *slot) {
     srv_part_slot_drop(slot);
     slot->runner->claim.wanted = 1;
@@ -86,7 +87,7 @@ static void slot_compute(struct srv_part_slot *slot) {
     srv_queue_again(slot->runner->service->queue, &slot->task);
 }
 
-/* Asks the store again after a while. The caller holds the lock. */
+/* Schedules a repetition of the query. The caller holds the lock. */
 static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state again) {
     slot->state = SRV_PART_SLOT_RETRY;
     slot->again = again;
@@ -94,7 +95,8 @@ static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state agai
     pthread_cond_signal(&slot->runner->some);
 }
 
-/* Notes since when no part was available and none is held. The caller holds the lock. */
+/* Records the time since which there is no part, neither held nor available. The caller holds the
+ * lock. */
 static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed, int64_t now) {
     int holds = claimed != SRV_STORED_NONE;
     for (int i = 0; i < runner->count; i++) holds |= srv_part_slot_holds(&runner->slot[i]);
@@ -106,7 +108,7 @@ static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_stor
     return srv_part_claim_run(&runner->claim, store);
 }
 
-/* Gives a slot its part. The caller holds the lock. */
+/* Starts a claimed part in a slot. The caller holds the lock. */
 static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *lease, int64_t now) {
     struct srv_part_run *run = &slot->run;
     slot->lease = *lease;
@@ -135,7 +137,7 @@ static long runner_workers(const struct srv_part_runner *runner) {
     return storage ? srv_storage_figures(storage).workers : 0;
 }
 
-/* Takes the response to a claim. */
+/* Processes the result of a claim. */
 static void runner_claimed(struct srv_ask *ask) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, ask);
     enum srv_stored stored = ask->call.stored;
@@ -158,7 +160,7 @@ static void runner_claimed(struct srv_ask *ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-/* Takes the response to a slot's question. The caller holds the lock. */
+/* Processes the result of a slot's query. The caller holds the lock. */
 static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
     enum srv_part_slot_state asked = slot->state;
     struct srv_metrics *metrics = &slot->runner->service->metrics;
@@ -273,7 +275,7 @@ static int slot_run(struct srv_task *task) {
 
 /* --- the runner's thread; its functions are called with the lock --- */
 
-/* Returns 1 if a part occupies a worker for long, by its estimate or because it already has. */
+/* Returns 1 if a part occupies a worker for long: by its estimate, or by the time used so far. */
 static int slot_long(const struct srv_part_slot *slot, int64_t now) {
     int computes =
         slot->state == SRV_PART_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
@@ -314,11 +316,11 @@ static void runner_beat(struct srv_part_slot *slot, int64_t now) {
         srv_part_slot_beat(slot, 0);
 }
 
-/* Looks whether the jobs whose parts are held have ended elsewhere. */
+/* Checks whether the jobs of held parts have ended elsewhere. */
 static void runner_look(struct srv_part_runner *runner, int64_t now) {
     if (runner->draining || !runner->doubt || now < runner->looked_at) return;
     int deaf = !srv_storage_hears(runner->service->storage);
-    /* a part that is being claimed may be of such a job */
+    /* a part that is being claimed may belong to such a job */
     runner->doubt = runner->claiming || deaf;
     runner->looked_at = now + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_LOOK_MS);
     for (int i = 0; i < runner->count; i++) {
@@ -342,7 +344,7 @@ static void runner_retry(struct srv_part_slot *slot, int64_t now) {
         srv_part_slot_ask(slot, slot->again);
 }
 
-/* ns: when there is something to do without a notification. */
+/* ns: the next time at which the thread must act without a notification. */
 static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
     int64_t next = now + runner_ms(RUNNER_REST_MS),
             claim = srv_part_claim_next(&runner->claim, now);

@@ -8,35 +8,37 @@
 #include "server/jobs/part_run.h"
 #include "server/store/storage.h"
 
-/* What a slot is doing. */
+/* The states of a slot. */
 enum srv_part_slot_state {
     SRV_PART_SLOT_IDLE,
-    SRV_PART_SLOT_CLAIM,   /* waits for the answer to a claim of the runner */
-    SRV_PART_SLOT_REQUEST, /* asks for its job's request */
+    SRV_PART_SLOT_CLAIM,   /* waits for the result of the runner's claim */
+    SRV_PART_SLOT_REQUEST, /* reads its job's request from the store */
     SRV_PART_SLOT_COMPUTE, /* its task is in the queue or with a worker */
-    SRV_PART_SLOT_DONE,    /* has a result, which other small parts' follow in a moment */
-    SRV_PART_SLOT_FINISH,  /* asks the store to keep the result */
-    SRV_PART_SLOT_FAIL,    /* asks the store to end the job */
+    SRV_PART_SLOT_DONE,    /* has a result, and waits a moment for those of other small parts */
+    SRV_PART_SLOT_FINISH,  /* stores the result */
+    SRV_PART_SLOT_FAIL,    /* ends the job in the store as failed */
     SRV_PART_SLOT_RETRY    /* will ask again */
 };
 
 struct srv_part_slot {
-    struct srv_task task; /* first: a task is its slot */
+    struct srv_task task; /* first: a task is converted to its slot */
     struct srv_ask ask;
     struct srv_ask beat;
-    struct srv_lease beaten; /* the lease that the beat is of; without its start */
+    struct srv_lease beaten; /* the lease that is being renewed; without its start */
     struct srv_service *service;
     struct srv_part_runner *runner;
-    const char *holder; /* in whose name parts are held, and for how long */
+    const char *holder; /* name of the holder of the parts, and duration of the leases */
     int64_t lease_us;
-    struct srv_part_run run; /* the thread that has the slot uses it; any thread sets its stop */
+    struct srv_part_run
+        run; /* used by the thread that has the slot; any thread may set its `stop` */
 
-    /* under the runner's lock */
-    enum srv_part_slot_state state, again; /* again: what is asked after SRV_PART_SLOT_RETRY */
+    /* guarded by the runner's lock */
+    enum srv_part_slot_state state,
+        again; /* again: the query that is repeated after SRV_PART_SLOT_RETRY */
     int beating, looking;
-    int64_t at;      /* ns: when to ask again */
-    int64_t beat_at; /* ns: when to hold it for longer */
-    int64_t held_at; /* ns: since when it holds the part */
+    int64_t at;      /* ns: time of the repetition */
+    int64_t beat_at; /* ns: time of the next renewal of the lease */
+    int64_t held_at; /* ns: start of the lease */
     struct srv_lease lease;
 };
 
@@ -49,12 +51,12 @@ struct srv_part_slot {
 void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
                         void (*beaten)(struct srv_ask *beat));
 
-/** Frees what an idle slot holds. */
+/** Frees the memory of an idle slot. */
 void srv_part_slot_clear(struct srv_part_slot *slot);
 
-/** The slot that a question is of. */
+/** The slot that sent a query. */
 struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask);
-/** The slot that a beat is of. */
+/** The slot that sent a renewal of its lease. */
 struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat);
 
 /** True when the fields of a slot agree with its state; for assertions, under the runner's lock.
@@ -64,15 +66,15 @@ int srv_part_slot_valid(const struct srv_part_slot *slot);
 /** True if the slot holds a part. Called under the runner's lock, as all functions below. */
 int srv_part_slot_holds(const struct srv_part_slot *slot);
 
-/** Sends the question of a state: REQUEST, FINISH or FAIL. */
+/** Sends the query of a state: REQUEST, FINISH or FAIL. */
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state);
 
 /** Asks the store to extend the lease or, with `look`, only whether the job has ended: then the
  * answer is SRV_STORED_LOST. */
 void srv_part_slot_beat(struct srv_part_slot *slot, int look);
 
-/** True if the slot still holds the part that the beat was sent for. */
+/** True if the slot still holds the part whose lease was renewed. */
 int srv_part_slot_beats(const struct srv_part_slot *slot);
 
-/** Makes the slot idle: it does not hold the part any more. */
+/** Makes the slot idle; the part is no longer held. */
 void srv_part_slot_drop(struct srv_part_slot *slot);

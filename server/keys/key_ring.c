@@ -11,7 +11,7 @@
 struct srv_key_ring {
     pthread_mutex_t lock; /* guards keys */
     struct srv_keys keys;
-    struct stat seen; /* the state of the file at the last look */
+    struct stat seen; /* the state of the file at the last check */
     int missing;      /* the file did not exist */
     char path[];
 };

@@ -19,7 +19,7 @@ struct srv_cache {
     pthread_mutex_t lock;
     size_t cap;
     atomic_size_t bytes, bodies, entries;
-    struct srv_list order; /* of use: what was used last is last */
+    struct srv_list order; /* in order of use; the most recently used entry is last */
     struct srv_hash_table table;
 };
 

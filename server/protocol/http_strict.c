@@ -5,12 +5,12 @@
 
 /* classes of bytes */
 enum {
-    STRICT_TOKEN = 1,     /* of a method or a field's name: RFC 9110 5.6.2 */
+    STRICT_TOKEN = 1,     /* characters of a method or of a field's name: RFC 9110 5.6.2 */
     STRICT_VISIBLE = 2,   /* visible ASCII */
-    STRICT_VALUE = 4,     /* of a field's value: RFC 9110 5.5 */
-    STRICT_AUTHORITY = 8, /* of a host and a port: RFC 3986 3.2.2 */
+    STRICT_VALUE = 4,     /* characters of a field's value: RFC 9110 5.5 */
+    STRICT_AUTHORITY = 8, /* characters of a host and a port: RFC 3986 3.2.2 */
     STRICT_HEX = 16,
-    /* and the sets of classes that bytes have */
+    /* and the character classes of each byte */
     STRICT_BLANK = STRICT_VALUE,
     STRICT_DELIMITER = STRICT_VISIBLE | STRICT_VALUE,
     STRICT_HOST_MARK = STRICT_DELIMITER | STRICT_AUTHORITY,

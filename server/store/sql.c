@@ -44,7 +44,7 @@ static const struct {
 
 enum { SQL_SHORTS = sizeof sql_shorts / sizeof *sql_shorts, SQL_PIECE = 1024 };
 
-/* the places where a statement lists its rows of values, and the text around them */
+/* the positions where a statement lists its rows of values, and the text around them */
 static const struct {
     const char *token, *before, *after;
 } sql_lists[] = {{"{from ", "FROM ", ""}, {"{using ", "USING ", ""}, {"{beside ", "", ","}};

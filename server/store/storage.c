@@ -114,8 +114,8 @@ static int storage_take(struct storage_desk *desk, int most, int64_t until,
     return count;
 }
 
-/* The sweeps of a writing thread between queries: rounds of steps, one round per second. While
- * there is more to sweep, a round lasts its whole second. */
+/* The state of the sweeps that a writing thread runs between queries: rounds of steps, one round
+ * per second. While there is more to sweep, a round lasts its whole second. */
 struct storage_round {
     int64_t next, begun;    /* ns: time of the next step; start of the round */
     int64_t before, looked; /* us by the store's clock: start of the previous and of this round */

@@ -12,8 +12,7 @@
 enum {
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body from which reading it counts as long */
     COMPUTE_REFUSE_COST = 3,  /* a request whose estimate exceeds max-compute-seconds by more than
-                               * this factor is refused, because estimates may be wrong by as
-                               * much */
+                                 this factor is refused; estimates may be wrong by this factor */
     COMPUTE_REFUSE_STEPS = 30 /* the same factor for an estimate of steps, which the call checks
                                * itself while it runs */
 };
@@ -278,7 +277,7 @@ static enum api_progress compute_read(struct srv_work *work, const struct api_re
                         : api_call_open(work->call, request, &work->out);
 }
 
-/* Applies the Range field. Returns 1 if that settles the work. */
+/* Applies the Range field. Returns 1 if the response is then complete. */
 static int compute_range(struct srv_work *work) {
     if (!work->source || !work->source->ranged) return 0;
     api_call_length(work->call, srv_lengths_find(&work->service->lengths, work->etag));
@@ -295,7 +294,7 @@ static void compute_flow(struct srv_work *work) {
         if (buffer[i]->limit < API_CALL_STREAM) buffer[i]->limit = API_CALL_STREAM;
 }
 
-/* The first turn of a work. Returns 1 if the work should wait in the queue again. */
+/* The first turn of a work. Returns 1 if the work must return to the queue. */
 static int compute_open(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
     int reader = work->task.level == SRV_QUEUE_READ;

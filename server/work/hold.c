@@ -7,12 +7,11 @@ enum {
     HOLD_PART = 4,           /* the share of a client in max-held-bytes is 1/4 */
     HOLD_BESIDE = 32 << 20,  /* but at least a response of the largest size plus this many bytes */
     HOLD_BODY = 1 << 16,     /* bodies below this many bytes are not charged to their client */
-    HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated beyond what is counted */
+    HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated without being counted */
     HOLD_SMALL =
         1 << 16, /* a reservation below this many bytes succeeds even if too much is allocated */
     HOLD_LARGE =
-        1
-        << 20, /* a reservation above this many bytes leaves a part of the whole to smaller ones */
+        1 << 20, /* a reservation above this many bytes must leave some memory to smaller ones */
     HOLD_LEFT = 8
 };
 

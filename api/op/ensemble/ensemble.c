@@ -21,8 +21,8 @@ static const char *const fields[] = {
     "digits",   "picture", "accuracy",    "start",   "events", "rows",   "derivatives",
     "columns",  "number",  "none",        "within",  NULL};
 
-/* constants of the estimated cost: steps a radian of the fastest swing, s an arm and squared order,
- * s a number, the time of a member that goes alone over that of one in lanes */
+/* estimated cost: steps per radian of the fastest swing; s per arm and squared order; s per number;
+ * the time of a member that is computed alone, relative to a member in lanes */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9, alone = 8;
 
 /* the largest number of doubles in one member's raw rows, which limits the memory of a range */
