@@ -58,7 +58,7 @@ static void main_listen(struct main_ears *ears) {
     ears->terminal = isatty(STDIN_FILENO);
 }
 
-/* the next signal, waiting so long for it at most, < 0 for ever; 0 if there was none */
+/* waits for the next signal, at most `ms`; < 0 = without limit. Returns 0 if none arrived */
 static int main_signal(const struct main_ears *ears, int ms) {
     struct timespec span = {.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L};
     for (;;) {

@@ -54,8 +54,8 @@ static void setup_news(void *context, int rings) {
 
 static enum pend_status setup_storage(struct srv_service *service, struct pend_error *error) {
     const struct srv_config *config = &service->config;
-    /* what all of an address keep leaves a quarter to others, unless one client may have more by
-     * itself */
+    /* all clients of an address together may use three quarters of the store, or the quota of one
+     * client if that is larger */
     double shares = config->address_clients, most = 0.75 * config->store_bytes;
     double bytes = shares * config->client_bytes < most ? shares * config->client_bytes : most;
     const struct srv_store_rules rules = {

@@ -198,7 +198,7 @@ static enum pend_status oembed_attribute(const char *text, struct api_buffer *ou
     return PEND_OK;
 }
 
-/* what the link shows: its arms are counted where it is readable; others say it behind # only */
+/* the title of a link: counts its arms if they are in the query; a fragment is not read */
 static void oembed_title(const char *link, char title[64]) {
     const char *length = strstr(link, "&length="), *sheet = strstr(link, "&sheet=");
     snprintf(title, 64, "Pendulum");

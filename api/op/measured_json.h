@@ -22,35 +22,35 @@ struct api_measured {
 /**
  * Reads `csv`, `unit`, `arms` and `columns` of `data`.
  *
- * tree  what the request says of the pendulum; without arms and faults the table names the arms.
+ * tree  the pendulum of the request; if it has no arms and no faults, the table names the arms.
  *
  * Returns 0 after a fault. O(bytes).
  */
 int api_measured_read(struct api_measured *table, const struct api_tree *tree,
                       const struct api_value *data, struct api_problem *problem);
 
-/** Faults a table without instants or without what is measured of a pendulum, rows without an
- * instant, and words among the numbers that are used. Returns 0 after a fault. O(columns). */
+/** Adds faults for a table without instants or without measured quantities, for rows without an
+ * instant, and for words among the numbers that are used. Returns 0 after a fault. O(columns). */
 int api_measured_check(const struct api_measured *table, const struct api_value *text,
                        struct api_problem *problem);
 
 /**
- * Writes the table as an object: its layout, and what each column was taken for.
+ * Writes the table as an object: its layout, and the role of each column.
  *
- * rows  so many of the first rows are written too.
+ * rows  the number of first rows that are written too.
  * data  writes "data" too, the measurements as POST /v1/fits takes them: `t`, s, and `series`, rad,
- *       rad/s, and places as the table has them; not where a fit would refuse the table.
+ *       rad/s, and positions in the table's unit; omitted if a fit would refuse the table.
  *
  * PEND_LIMIT of the buffer, PEND_NO_MEMORY. O(rows columns) with data.
  */
 PEND_MUST_CHECK enum pend_status api_measured_write(const struct api_measured *table, int rows,
                                                     int data, struct api_buffer *out);
 
-/** Returns the rows that count, csv.rows - repeated times csv.columns, NaN where a cell has no
- * number; the caller frees them. NULL = no memory. O(rows columns). */
+/** Returns the distinct rows, (csv.rows - repeated) x csv.columns; NaN for cells without a number;
+ * the caller frees them. NULL = no memory. O(rows columns). */
 double *api_measured_rows(const struct api_measured *table);
 
-/** Returns what a row has in a column that is used, as a fit has it: s, rad, rad/s, places in the
- * table's unit; NaN = not measured, as what has no standard error where the others have: that is 1
- * then. O(1). */
+/** Returns the value of a row in a used column in the fit's units: s, rad, rad/s, positions in the
+ * table's unit; NaN = not measured. A measurement without a standard error is NaN if others have
+ * one, and that error is then 1. O(1). */
 double api_measured_value(const struct api_measured *table, int column, const double row[]);

@@ -70,8 +70,8 @@ double api_turn_seconds(const struct api_turn *turn);
  */
 int api_turn_over(const struct api_turn *turn);
 
-/** Adds what the answer comes from, and the seconds of computation, `more` beside those of the
- * turns; none without a clock. */
+/** Adds the version and engine, and the seconds of computation: those of the turns plus `more`; no
+ * seconds without a clock. */
 void api_turn_tell(const struct api_turn *turn, double more, struct api_stats *stats);
 
 struct api_op {

@@ -376,7 +376,7 @@ static enum pend_status trajectory_run(void *state, const struct api_turn *turn,
 
 static long trajectory_parts(const void *state) {
     const struct trajectory *trajectory = state;
-    if (trajectory->events.count) return 1; // what was found is not carried
+    if (trajectory->events.count) return 1; // found events are not passed to the next part
     return pend_run_carries(trajectory->method.method) ? MOST_PARTS : 1;
 }
 

@@ -105,7 +105,7 @@ static enum pend_status trees_run(void *state, const struct api_turn *turn, int 
     return status;
 }
 
-/* a matrix and its text: most entries of S have one digit, those of B a few */
+/* bytes of a matrix and its text: most entries of S have one digit, those of B a few */
 static double trees_bytes(const void *state) {
     const struct trees *trees = state;
     double n = api_tree_stored(&trees->tree), square = trees->matrices ? n * n : n;

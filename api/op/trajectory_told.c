@@ -4,8 +4,9 @@
 #include <math.h>
 #include <stdio.h>
 
-/* The estimate of the horizon beside the exact comparison of angles: the comparison itself where
- * both go by the same error, else on the side of it where it must be. */
+/* Returns the horizon, consistent with the exact comparison of angles: with the same tolerance it
+ * is the result of the comparison; otherwise an estimate on the wrong side of that result is
+ * replaced. */
 static double told_horizon(const struct api_trajectory_motion *motion, double horizon) {
     double exact = motion->trust_until, start = pend_times_at(motion->times, 0);
     double accuracy = motion->method->accuracy, tolerance = motion->tolerance;

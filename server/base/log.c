@@ -72,7 +72,7 @@ static void log_write(struct srv_log *log, struct log_stream *stream, int *patie
 }
 
 #ifndef NDEBUG
-/* what waits is whole lines; with the lock */
+/* the buffer has whole lines only; call with the lock held */
 static int log_stream_valid(const struct log_stream *stream) {
     const struct api_buffer *lines = &stream->filling;
     return lines->bytes <= LOG_BYTES && stream->dropped >= 0 &&
@@ -182,7 +182,7 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
 void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd) {
     struct log_stream *stream = kind == SRV_LOG_AUDIT ? &log->audit : &log->requests;
     pthread_mutex_lock(&log->lock);
-    /* one that was to come next and never came */
+    /* an earlier new file that was never used */
     if (stream->turning && stream->turn > STDERR_FILENO) close(stream->turn);
     stream->turning = 1;
     stream->turn = fd;
@@ -313,7 +313,7 @@ static enum pend_status log_audit_line(struct srv_log *log,
 void srv_log_audit_entry(struct srv_log *log, const struct srv_log_audit_entry *entry) {
     pthread_mutex_lock(&log->lock);
     size_t before = log->audit.filling.bytes;
-    /* one that comes while the file is being turned to goes there too */
+    /* an entry that arrives during the change of files goes to the new one */
     if ((log->audit.turning ? log->audit.turn : atomic_load(&log->audit.fd)) >= 0)
         log_added(log, &log->audit, before, log_audit_line(log, entry));
     pthread_mutex_unlock(&log->lock);

@@ -25,7 +25,7 @@ void srv_memory_look(struct srv_memory *memory) {
     int64_t now = srv_clock_now();
     long long looked = atomic_load(&memory->looked);
     if (now - looked < MEMORY_LOOK_MS * 1000000LL) return;
-    /* one of those who come at the same time looks */
+    /* of several threads that call this at the same time, one queries the allocator */
     if (!atomic_compare_exchange_strong(&memory->looked, &looked, now)) return;
 #if defined __GLIBC__ && (__GLIBC__ > 2 || __GLIBC_MINOR__ >= 33)
     struct mallinfo2 info = mallinfo2();

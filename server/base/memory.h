@@ -26,8 +26,8 @@ enum srv_memory_kind {
 
 struct srv_memory {
     atomic_llong all, kind[SRV_MEMORY_KINDS]; /* bytes */
-    atomic_llong allocated; /* allocated bytes at the last look at the allocator */
-    atomic_llong looked;    /* ns: when */
+    atomic_llong allocated; /* allocated bytes at the last query of the allocator */
+    atomic_llong looked;    /* ns: time of that query */
 };
 
 /** Adds to the count of a kind; `bytes` may be negative. Any thread. */

@@ -1,7 +1,6 @@
-/* Turns: those who wait are taken by roads (addresses, rooms), on a road by lanes (clients), in a
- * lane in the order in which they came. The queue, the lines of the storage and the streams of
- * class rooms take turns by it.
- * Leaves to others: locks, what waits, bounds.
+/* Fair turns in three levels: roads (addresses, rooms) take turns, the lanes (clients) of a road
+ * take turns, and a lane is first in, first out. The queue, the storage and class rooms use them.
+ * Leaves to others: locks, the waiting objects, bounds.
  * Invariant: a road is linked while one of its lanes is, a lane while something waits in it. */
 #pragma once
 
@@ -9,12 +8,12 @@
 
 enum { SRV_TURNS_ROW = 8 /* most turns in a row of one road */ };
 
-/* Somebody who takes turns. Initialized as {0}. */
+/* The roads that wait. Initialized as {0}. */
 struct srv_turns {
     struct srv_list roads; /* the ring of roads that wait; the next one first */
 };
 
-/* Begins as {0}; its memory may be freed while nothing of it waits. */
+/* Initialized as {0}; its memory may be freed while nothing in it waits. */
 struct srv_turns_road {
     struct srv_list link, lanes; /* among the roads; the ring of its lanes that wait */
     int busy, turns; /* the number of these lanes; turns since the road became the first */
@@ -22,7 +21,7 @@ struct srv_turns_road {
 
 /* As a road. It belongs to one road while something waits in it. */
 struct srv_turns_lane {
-    struct srv_list link, waiting; /* among the lanes of its road; what waits */
+    struct srv_list link, waiting; /* in the lanes of its road; the waiting links */
 };
 
 /** Appends a link to its lane. */

@@ -51,12 +51,12 @@ int srv_config_answers(const struct srv_config *config);
 /** Returns true if the process, by its role, computes jobs. */
 int srv_config_works(const struct srv_config *config);
 
-/** Returns the limits of a job's request: those of any request, or wider. */
+/** Returns the limits of a job's request, which are at least those of other requests. */
 struct api_limits srv_config_job_limits(const struct srv_config *config);
 
 /* The type of a value. */
 enum srv_option_kind {
-    SRV_OPTION_FLAG,    /* no value: asks for a task */
+    SRV_OPTION_FLAG,    /* no value: selects a task */
     SRV_OPTION_LISTEN,  /* HOST:PORT or unix:PATH */
     SRV_OPTION_FILE,    /* the options' file, which no such file may name */
     SRV_OPTION_TEXT,    /* anything */

@@ -102,8 +102,8 @@ static int load_frames_good(const char *list) {
     }
 }
 
-/* describes the valid words of a kind if the value is none of them; NULL if it is valid, or the
- * kind is no word */
+/* returns the valid words of a kind if the value is not one of them; NULL if it is valid, or the
+ * kind has no words */
 static const char *load_word_right(enum srv_option_kind kind, const char *value) {
     if (kind == SRV_OPTION_ROLE && strcmp(value, "all") && strcmp(value, "api") &&
         strcmp(value, "worker"))
@@ -153,7 +153,7 @@ static enum pend_status load_set_store(char *out, const struct srv_option *row,
     return load_set_text(out, row, place, value, error);
 }
 
-/* `auto` is a word of those switches alone whose row offers it */
+/* sets a switch; `auto` is valid only if the sample in its row contains it */
 static enum pend_status load_set_switch(double *out, const struct srv_option *row,
                                         const struct load_place *place, const char *value,
                                         struct pend_error *error) {

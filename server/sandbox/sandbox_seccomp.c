@@ -50,7 +50,7 @@ static const char *const calls_listed[] = {
     "pwritev2", "read", "readlink", "readlinkat", "readv", "rename", "renameat", "renameat2",
     "rmdir", "sendfile", "stat", "statfs", "statx", "unlink", "unlinkat", "utimensat", "write",
     "writev",
-    /* sockets; socket has a condition. A look-up of names binds a socket of netlink. */
+    /* sockets; socket has a condition. Name resolution binds a netlink socket. */
     "accept", "accept4", "bind", "connect", "epoll_create1", "epoll_ctl", "epoll_pwait",
     "epoll_pwait2", "epoll_wait", "eventfd2", "getpeername", "getsockname", "getsockopt", "listen",
     "pipe2", "poll", "ppoll", "pselect6", "recvfrom", "recvmmsg", "recvmsg", "select", "sendmmsg",
@@ -152,7 +152,7 @@ static int calls_conditions(scmp_filter_ctx filter) {
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1, no_run);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 1, no_run);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), 1, thread);
-    /* whose arguments no filter can read: the C library then calls clone */
+    /* no filter can read the arguments of clone3, so the C library must fall back to clone */
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
     for (size_t i = 0; !failed && i < sizeof calls_families / sizeof *calls_families; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1,

@@ -64,9 +64,9 @@ struct api_fit {
 int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int arm, int joint);
 
 /**
- * Reads where the camera is, and what of it is to be found; every fault is added.
+ * Reads the position of the camera, and which of its numbers are unknowns; every fault is added.
  *
- * fit  whose instants and `begin` were read; numbers of the camera and unknowns are added to it.
+ * fit  with its instants and `begin` already read; receives the camera and its unknowns.
  *
  * O(1).
  */

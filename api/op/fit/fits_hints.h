@@ -1,7 +1,7 @@
 /* What may be wrong with a request whose model is rejected: data in another unit, about another
- * zero, with arms exchanged, mirrored, or a number that is held and should not be. Each is tried by
- * a fit of its own, within a bounded number of motions.
- * Leaves to others: the fit that was asked for (op_fits).
+ * zero, with arms exchanged, mirrored, or a fixed number that should be an unknown. A separate fit
+ * tries each of these, within a bounded number of motions.
+ * Leaves to others: the requested fit (op_fits).
  * Invariant: the request and its fit are not changed. */
 #pragma once
 

@@ -1,18 +1,16 @@
-/* What an unknown of a fit needs that the pendulum has not: friction that is looked for from 0.
+/* Adds the terms that unknowns need and the pendulum lacks, such as friction that starts from 0.
  * Leaves to others: reading terms (api/read), reading unknowns (fits_unknowns).
- * Invariant: a pendulum with more terms is the same pendulum: what was added does nothing.
- */
+ * Invariant: the added terms are 0 and do not change the motion. */
 #pragma once
 
 #include "api/read/tree_json.h"
 
 /**
- * Gives a pendulum the terms that unknowns name and that do something from 0 on: masses of rods and
- * bodies, springs, friction, torques, drag, a push of the pivot. A pendulum on a cart is left
- * alone.
+ * Adds the terms of unknowns that may start from 0: masses of rods and bodies, springs, friction,
+ * torques, drag, an acceleration of the pivot. A pendulum on a cart is not changed.
  *
  * tree  as api_tree_read left it.
- * list  the unknowns as they are in the document, whatever they are.
+ * list  the unknowns in the document, valid or not.
  *
  * PEND_NO_MEMORY  O(arms + unknowns).
  */

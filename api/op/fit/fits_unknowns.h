@@ -1,6 +1,6 @@
-/* What a fit is to find: numbers of the pendulum and of its start, with bounds.
- * Leaves to others: the camera's (fits_camera), everything else of a request for one (fits_json).
- * Invariant: a number that was taken stands in the pendulum that was read. */
+/* The unknowns of a fit: numbers of the pendulum and of its start, with bounds.
+ * Leaves to others: the camera's unknowns (fits_camera), the other fields (fits_json).
+ * Invariant: each unknown has an index in the parsed pendulum or start. */
 #pragma once
 
 #include "api/op/fit/fits_camera.h"
@@ -8,7 +8,7 @@
 /**
  * Reads the unknowns; every fault is added.
  *
- * fit   whose pendulum, start and instants were read.
+ * fit   with its pendulum, start and instants already read.
  * list  an array of objects, or missing.
  *
  * O(unknowns harmonics).

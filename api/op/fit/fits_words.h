@@ -1,6 +1,6 @@
-/* How a fit ended and what the data do not tell, in sentences.
+/* Sentences about the end of a fit and the directions that the data do not determine.
  * Leaves to others: the numbers of an answer (op_fits).
- * Invariant: a sentence about what went wrong says the way out. */
+ * Invariant: a sentence about a failure names a remedy. */
 #pragma once
 
 #include "api/base/buffer.h"
@@ -12,9 +12,9 @@ PEND_MUST_CHECK enum pend_status api_fit_write_end(const struct api_fit *fit,
                                                    struct api_buffer *out);
 
 /**
- * Writes a sentence about a direction that the data do not tell, as an item of an array.
+ * Writes a sentence about an undetermined direction, as an item of an array.
  *
- * direction  of all unknowns, the largest of which is 1.
+ * direction  one number per unknown; the largest is 1.
  *
  * PEND_NO_MEMORY  O(unknowns).
  */

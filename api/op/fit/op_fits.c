@@ -1,7 +1,7 @@
 /* POST /v1/fits: parameters of a pendulum from measurements of its motion.
  * Leaves to others: reading (fits_json), the fit (core/fit), arms as JSON (tree_write).
  * Invariant: the answer says how the fit ended; an error that is not known is null. The answer is
- * JSON alone, so that a job has no rows of its table but the JSON behind them. */
+ * JSON only, so a job stores no rows but the JSON after them. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -257,10 +257,9 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
 
 /* ---- running */
 
-/* some fifty motions with derivatives, at 10 microseconds an arm, step and eight unknowns, of an
- * ideal pendulum 2 microseconds and eight unknowns, and 20 steps an arm for every swing; where
- * modes are counted, all of them twice an unknown, at 80 nanoseconds an arm cubed, of an ideal one
- * 2 */
+/* Estimated cost: about fifty motions with derivatives, 20 steps per arm and swing. A step takes 10
+ * us per arm and eight unknowns; 2 us for an ideal pendulum. With measured modes, all modes are
+ * computed twice per unknown, at 80 ns per cube of arms; 2 ns for an ideal pendulum. */
 static double fits_cost(const void *state) {
     const struct api_fit *asked = &((const struct fits *)state)->asked;
     assert(asked->rows >= 1 && asked->tree.n >= 1);
