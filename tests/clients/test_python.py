@@ -10,6 +10,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -133,6 +134,15 @@ def test_methods(client):
     line = tips.plot("phi").get_lines()[1]
     check("a plot has the columns over time", np.array_equal(line.get_ydata(), tips.phi[:, 1]) and np.array_equal(line.get_xdata(), tips.t))
     check("an animation has the last place", np.allclose(tips.animate()._func(10)[0].get_xdata(), [0, tips.z[10, 0].real]))
+
+
+def test_types():
+    """The package and a program of a user hold under mypy's strictest rules."""
+    if not shutil.which("mypy"):
+        skip("type hints", "mypy is not installed")
+        return
+    done = subprocess.run(["mypy", "--strict", "--cache-dir", "/dev/null", "pendulumd"], cwd=TOP / "api/clients/python", capture_output=True, text=True)
+    check("mypy --strict", done.returncode == 0, done.stdout)
 
 
 def test_local(client):
@@ -401,6 +411,7 @@ def test_python(server, home):
     test_results(client)
     test_methods(client)
     test_local(client)
+    test_types()
     test_mistakes(client, home)
     test_trouble(server, client)
     test_nginx(server)

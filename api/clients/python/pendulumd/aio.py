@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 import contextvars
+import functools
 import threading
 from collections.abc import AsyncIterator
 from typing import Any
@@ -27,7 +28,7 @@ class Async:
         if not callable(value) or (name == "request" and not isinstance(self._target, Job)):
             return value
         run: Any = _steps if name in ("stream", "jobs", "members") else _thread
-        return lambda *arguments, **fields: run(value, *arguments, **fields)
+        return functools.partial(run, value)
 
 
 async def _thread(function: Any, *arguments: Any, **fields: Any) -> Any:
@@ -35,7 +36,8 @@ async def _thread(function: Any, *arguments: Any, **fields: Any) -> Any:
     task.connection = None
     context = contextvars.copy_context()
     context.run(_task.set, task)
-    work = asyncio.get_running_loop().run_in_executor(None, lambda: context.run(function, *arguments, **fields))
+    call: Any = functools.partial(context.run, function, *arguments, **fields)
+    work: Any = asyncio.get_running_loop().run_in_executor(None, call)
     try:
         found = await asyncio.shield(work)
     except asyncio.CancelledError:
@@ -49,6 +51,7 @@ async def _thread(function: Any, *arguments: Any, **fields: Any) -> Any:
 
 
 async def _steps(function: Any, *arguments: Any, **fields: Any) -> AsyncIterator[Any]:
-    iterator, end = await _thread(function, *arguments, **fields), object()
+    end: Any = object()
+    iterator = await _thread(function, *arguments, **fields)
     while (item := await _thread(next, iterator, end)) is not end:
         yield item

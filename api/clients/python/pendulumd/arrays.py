@@ -95,7 +95,7 @@ class Result(dict[str, Any]):
         for axis in self.request.get("grid", ()):
             values = axis.get("values")
             if values is None:
-                space = np.geomspace if axis.get("scale") == "log" else np.linspace
+                space: Any = np.geomspace if axis.get("scale") == "log" else np.linspace
                 values = space(axis["start"], axis["stop"], axis["count"]) if {"start", "stop", "count"} <= axis.keys() else None
             if values is None or not isinstance(axis.get("vary"), str):
                 return {}
@@ -111,7 +111,7 @@ class Result(dict[str, Any]):
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame of `columns`; a grid's axes are columns too; `attrs` are the statistics and units."""
-        import pandas
+        import pandas  # type: ignore[import]
         columns = self.columns()
         axes = self.axes()
         if axes and len(columns.get("member", ())):

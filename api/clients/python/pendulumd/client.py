@@ -29,7 +29,7 @@ from typing import Any, BinaryIO, Optional, Union
 try:
     import fcntl
 except ImportError:  # Windows has no flock
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]
 
 from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
 
@@ -92,7 +92,7 @@ def asked(route: str, request: Body) -> Body:
 def _seconds(text: Optional[str]) -> float:
     """The seconds of a Retry-After, which may be a date; 0 if it cannot be read."""
     try:
-        return float(text)
+        return float(text or "")
     except (TypeError, ValueError):
         date = email.utils.parsedate_tz(text or "")
         return email.utils.mktime_tz(date) - time.time() if date else 0
@@ -135,7 +135,8 @@ class Client:
 
     def _once(self, method: str, path: str, body: Optional[bytes], headers: Mapping[str, str]) -> tuple[Any, Any]:
         """Sends a request over an idle or a new connection; (connection, response)."""
-        connection, task = self._idle.pop() if self._idle else None, _task.get()
+        connection: Any = self._idle.pop() if self._idle else None
+        task = _task.get()
         used = connection is not None
         if not used:
             kind = http.client.HTTPSConnection if self.url.scheme == "https" else http.client.HTTPConnection
@@ -460,7 +461,7 @@ def _kept(part: str) -> Any:
 def _bar() -> Callable[[Job], Any]:
     """A progress bar: that of tqdm, which notebooks draw, if it is installed, else a line on standard error."""
     try:
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import]
         bar = tqdm(total=100, unit="%")
     except ImportError:
         bar = None

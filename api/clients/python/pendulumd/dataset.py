@@ -7,6 +7,8 @@
 Leaves to others: what is drawn and computed (the server's /docs), jobs and downloads (Client). Invariant: a member of a set is a function
 of seed, number and request alone, and every number is in one split; a shard that is there is whole, and of this request.
 """
+from __future__ import annotations
+
 import contextlib
 import datetime
 import hashlib
@@ -15,13 +17,15 @@ import os
 import platform
 import re
 import urllib.parse
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Optional
 
 from .client import Problem, body_of
 
 try:
     import fcntl
 except ImportError:  # of Windows
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]
 
 __all__ = ["dataset"]
 CARD, REQUEST, AHEAD = "croissant.json", "request.json", 4
@@ -33,7 +37,7 @@ CONTEXT = {"@language": "en", "@vocab": "https://schema.org/", "sc": "https://sc
            **{term: f"cr:{term}" for term in TERMS}, "dataType": {"@id": "cr:dataType", "@type": "@vocab"}}
 
 
-def _shards(splits, size, ending):
+def _shards(splits: Mapping[str, int], size: int, ending: str) -> Iterator[tuple[str, int, int]]:
     """(name, first member, members) of each shard: the splits lie one behind the other in one sequence of draws."""
     first = 0
     for split, count in splits.items():
@@ -46,7 +50,7 @@ def _shards(splits, size, ending):
             first += members
 
 
-def _digest(path):
+def _digest(path: str) -> str:
     sha = hashlib.sha256()
     with open(path, "rb") as source:
         while piece := source.read(1 << 20):
@@ -54,7 +58,7 @@ def _digest(path):
     return sha.hexdigest()
 
 
-def _keep(folder, text, names):
+def _keep(folder: str, text: bytes, names: Iterable[str]) -> None:
     """The request of the set lies beside it: another one is no continuation, and files without one are nobody knows whose."""
     path = os.path.join(folder, REQUEST)
     if not os.path.exists(path):
@@ -71,10 +75,10 @@ def _keep(folder, text, names):
 
 
 @contextlib.contextmanager
-def _alone(folder):
+def _alone(folder: str) -> Iterator[None]:
     """Nobody else makes the set in this folder meanwhile, where the system can tell."""
     os.makedirs(folder, exist_ok=True)
-    place = os.open(folder, os.O_RDONLY) if fcntl else None
+    place = os.open(folder, os.O_RDONLY) if fcntl else -1
     try:
         try:
             if fcntl:
@@ -89,24 +93,25 @@ def _alone(folder):
             os.close(place)
 
 
-def _key(folder, body):
+def _key(folder: str, body: Mapping[str, Any]) -> str:
     """Of a shard's job: it is found again by who goes on in this folder, and is nobody else's, since it is removed when the shard is here."""
     return hashlib.sha256(f"{platform.node()}\0{os.path.abspath(folder)}\0".encode() + body_of(body)).hexdigest()[:48]
 
 
-def _columns(job):
+def _columns(job: Any) -> list[str]:
     """The names of the columns, as the first line of the CSV has them."""
     headers = {"Accept": "text/csv", "Range": "bytes=0-65535"}
     connection, response = job.client._open("GET", f"/v1/jobs/{job.id}/results", None, headers)
     try:
-        return response.read(65536).split(b"\n")[0].decode().strip().split(",")
+        return str(response.read(65536).split(b"\n")[0].decode()).strip().split(",")
     finally:
         connection.close()
 
 
-def _fetch(client, folder, wanted, progress):
+def _fetch(client: Any, folder: str, wanted: Sequence[tuple[str, Mapping[str, Any]]], progress: Any) -> Optional[list[str]]:
     """Computes and saves the shards that are not there, some jobs ahead; the names of their columns, None where all were there."""
-    waiting, columns = [], None
+    waiting: list[tuple[str, Any]] = []
+    columns: Optional[list[str]] = None
     for at in range(len(wanted) + AHEAD):
         if at < len(wanted):
             name, body = wanted[at]
@@ -123,13 +128,13 @@ def _fetch(client, folder, wanted, progress):
     return columns
 
 
-def _field(path, source):
+def _field(path: str, source: Mapping[str, Any]) -> dict[str, Any]:
     return {"@type": "cr:Field", "@id": path, "name": path, "dataType": "sc:Float", "source": {"fileSet": {"@id": "shards"}, "extract": source}}
 
 
-def _records(columns, splits):
+def _records(columns: Sequence[str], splits: Iterable[str]) -> list[dict[str, Any]]:
     """The splits, and the members with a column for their split, which the names of files begin with."""
-    split = _field("members/split", {"fileProperty": "filename"}) | {"dataType": "sc:Text", "references": {"field": {"@id": "splits/name"}}}
+    split: dict[str, Any] = _field("members/split", {"fileProperty": "filename"}) | {"dataType": "sc:Text", "references": {"field": {"@id": "splits/name"}}}
     split["source"]["transform"] = {"regex": "^([A-Za-z0-9_]+)-[0-9]+-of-"}
     name = {"@type": "cr:Field", "@id": "splits/name", "name": "splits/name", "dataType": "sc:Text"}
     return [{"@type": "cr:RecordSet", "@id": "splits", "name": "splits", "dataType": "cr:Split", "key": {"@id": "splits/name"}, "field": [name],
@@ -138,7 +143,7 @@ def _records(columns, splits):
              "field": [split, *(_field(f"members/{urllib.parse.quote(column)}", {"column": column}) for column in columns)]}]
 
 
-def _card(folder, names, columns, splits, card, kind):
+def _card(folder: str, names: Sequence[str], columns: Sequence[str], splits: Iterable[str], card: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """The set in the words of Croissant 1.0: its files with their digests and sizes, its columns, its splits."""
     files = [{"@type": "cr:FileObject", "@id": name, "name": name, "contentUrl": name, "sha256": _digest(os.path.join(folder, name)),
               "contentSize": f"{os.path.getsize(os.path.join(folder, name))} B", "encodingFormat": "application/json" if name == REQUEST else kind}
@@ -153,7 +158,8 @@ def _card(folder, names, columns, splits, card, kind):
     return made
 
 
-def dataset(pendulum, folder, splits, *, draw, card, seed=0, shard=10000, form=".parquet", progress=None, **fields):
+def dataset(pendulum: Any, folder: Any, splits: Mapping[str, int], *, draw: Any, card: Mapping[str, Any], seed: int = 0, shard: int = 10000, form: str = ".parquet",
+            progress: Any = None, **fields: Any) -> dict[str, Any]:
     """Makes a set in `folder`, or goes on with one that was begun there; its card, which is croissant.json there.
 
     splits  members of each: {"train": 80000, "validation": 10000, "test": 10000}

@@ -83,7 +83,7 @@ def result_html(result: Result) -> str:
 
 def _axes(ax: Any) -> Any:
     try:
-        import matplotlib.pyplot as pyplot
+        import matplotlib.pyplot as pyplot  # type: ignore[import]
     except ImportError as error:
         raise ImportError("plots need matplotlib: pip install matplotlib, or apt install python3-matplotlib") from error
     return ax if ax is not None else pyplot.subplots()[1]
@@ -126,7 +126,7 @@ def animate(result: Result, speed: float = 1, ax: Any = None) -> Any:
     if "pendulum" not in result.request or "t" not in result or not ("phi" in result or "theta" in result):
         raise ValueError("an animation needs the result of run(...) with phi or theta")
     ax = _axes(ax)
-    from matplotlib.animation import FuncAnimation
+    from matplotlib.animation import FuncAnimation  # type: ignore[import]
     pendulum = Pendulum(client=object(), **result.request["pendulum"])  # type: ignore[arg-type]
     phi = result["phi"] if "phi" in result else result["theta"] - np.pi / 2
     t = result["t"]
