@@ -161,7 +161,7 @@ const placeOf = (id) => /** @type {HTMLElement} */ (document.getElementById(id))
 async function tellWithout() {
   if (keep.refused) {
     const words =
-      "This browser keeps nothing for this page: light or dark lasts as long as this tab.";
+      "This browser stores nothing for this page: light or dark lasts as long as this tab.";
     placeOf("content").prepend(h("p", { role: "status" }, words));
   }
   if (await dressed("docs.css")) return;

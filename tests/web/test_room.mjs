@@ -218,7 +218,7 @@ export async function all_let_go_together_and_their_starts_lie_in_one_picture(ri
   const starts = await Promise.all(pupils.map((page) => page.evaluate(() => pendulumd.store.get().initial.phi[0])));
   assert.ok(Math.abs(Math.max(...starts) - Math.min(...starts) - 0.001) < 1e-9, `${starts}`);
   await teacher.click("[data-class=together]");
-  await teacher.waitForSelector("text=/3 starts.*They begin 0.001 rad apart.*exponent:/");
+  await teacher.waitForSelector("text=/3 starting positions.*They begin 0.001 rad apart.*exponent:/");
   await rig.shot(teacher, "room-together");
   await teacher.keyboard.press("Escape");
   // by hand: the pendulum hangs, and is let go when its pupil says so

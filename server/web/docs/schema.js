@@ -135,6 +135,9 @@ function nested(schema, reader) {
   if (schema.$ref) return [];
   if (schema.type === "array" && schema.items) return nested(schema.items, reader);
   if (schema.properties) return [list(schema, reader)];
+  // an object whose names are not known before: the fields of each of its values
+  if (typeof schema.additionalProperties === "object")
+    return nested(schema.additionalProperties, reader);
   return [...(schema.oneOf ?? []), ...(schema.anyOf ?? []), ...(schema.allOf ?? [])].flatMap(
     (one) => nested(one, reader),
   );
