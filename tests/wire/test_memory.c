@@ -352,13 +352,18 @@ TEST(bodies_that_drip_leave_other_clients_their_memory) {
                         "Content-Length: 8388608\r\n\r\n");
         test_client_send(&client[i], piece, SENT);
     }
-    for (int i = 0; i < SLOW; i++) {
-        char head[HEAD];
-        memory_other_is_served(server);
-        if (memory_peek(&client[i], head) != 429) continue;
-        refused++;
-        CHECK_SAYING(strstr(head, "\r\nRetry-After: ") && strstr(head, "\r\nCache-Control: "), "%s",
-                     head);
+    /* on a loaded machine the last refusals come late */
+    for (double until = test_clock() + TEST_PATIENCE; refused <= SLOW / 2 && test_clock() < until;
+         test_sleep(0.01)) {
+        refused = 0;
+        for (int i = 0; i < SLOW; i++) {
+            char head[HEAD];
+            memory_other_is_served(server);
+            if (memory_peek(&client[i], head) != 429) continue;
+            refused++;
+            CHECK_SAYING(strstr(head, "\r\nRetry-After: ") && strstr(head, "\r\nCache-Control: "),
+                         "%s", head);
+        }
     }
     CHECK_SAYING(refused > SLOW / 2, "%d bodies were refused", refused);
     double held = ask_metric(server, "pendulumd_held_kind_bytes{kind=\"bodies\"}");
