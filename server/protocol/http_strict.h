@@ -16,7 +16,7 @@ enum {
     SRV_STRICT_FIELDS = 100,     /* header fields; trailer fields as well */
     SRV_STRICT_HEAD = 8192,      /* bytes of the head; of the trailer section as well */
     SRV_STRICT_EXTENSIONS = 256, /* bytes of a chunk's extensions */
-    SRV_STRICT_NAME = 20         /* bytes of a field's name that are kept, to know the field by */
+    SRV_STRICT_NAME = 20         /* bytes of a field's name that are kept to identify it */
 };
 
 /* The place in a request to which the next byte belongs. */

@@ -34,7 +34,7 @@ static const struct {
     {"pending", "(SELECT {sum changes.%} FROM changes WHERE changes.name = clients.name AND "
                 "{bounded changes.%})"},
     {"late", "(clients.% + {pending %})"},
-    /* an id that no statement can find by its text */
+    /* an invalid id, so no statement can select the row by it */
     {"nameless", "(% IS NULL OR LENGTH(%) NOT BETWEEN 1 AND 26 OR CAST(% AS TEXT) <> %)"},
     /* srv_store_rank of a job with % parts left, relative to its creation: SRV_RANK_KNEE_US,
      * SRV_RANK_TIMES and SRV_RANK_MOST_S */

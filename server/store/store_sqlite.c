@@ -36,8 +36,8 @@ struct sqlite_sql {
     int patience_ms; /* longest wait */
 };
 
-/* Busy handler: another process writes, for some milliseconds. SQLite's own handler sleeps up to a
- * tenth of a second, and starves when others write much. */
+/* Busy handler, called while another process writes, which takes some milliseconds. SQLite's own
+ * handler sleeps up to a tenth of a second, and starves when others write much. */
 static int sqlite_busy(void *context, int tries) {
     struct sqlite_sql *own = context;
     const struct timespec nap = {0, BUSY_NAP_US * 1000};

@@ -50,7 +50,7 @@ struct srv_work {
     int over;                    /* no worker and no queue has it */
     int ended;                   /* 1 = complete, -1 = broken */
     struct api_buffer ready;     /* the block that is being sent */
-    size_t taken;                /* bytes of it that were */
+    size_t taken;                /* bytes of that block already sent */
 };
 
 /* Results of srv_inflight_read other than a number of bytes. */

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <limits.h>
 
-/* measured s per step: of a condition, and of an arm whose position is computed */
+/* measured cost in s per step: of a condition, and of computing the position of an arm */
 static const double condition_seconds = 0.5e-6, followed_seconds = 4e-6;
 
 static const double never = -1;
