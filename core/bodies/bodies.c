@@ -8,9 +8,8 @@
 
 enum {
     BODIES_TILE = 8,
-    BODIES_AHEAD = 3,  /* orders of a series that are stored beyond its order: turns are two
-                        * ahead */
-    BODIES_SURELY = 16 /* a value that is this much larger is treated as exact in comparison */
+    BODIES_AHEAD = 3,  /* orders stored beyond that of a series: rotations need two more */
+    BODIES_SURELY = 16 /* a value that is larger by this factor counts as exact in comparison */
 };
 
 const struct bodies_kernel *pend_kernel_bodies(void) {
@@ -26,7 +25,7 @@ static size_t bodies_series(int n, int order) {
     return bodies_arms(n) * (size_t)(order + BODIES_AHEAD);
 }
 
-/* the numbers of a system without the four series that jets stores */
+/* the doubles of a system, without the four series that jets stores */
 static size_t bodies_own(const struct pend_tree *tree, const struct pend_terms *terms, int order) {
     return bodies_numbers(terms, bodies_arms(tree->n), bodies_series(tree->n, order), order) +
            2 * bodies_arms(tree->n);
@@ -91,8 +90,8 @@ static double bodies_terms(const struct bodies_system *s, int k) {
 
 /* Sums over the children of every arm, in the arm's frame: their forces (wind), the terms of these
  * (known), and their resistance to acceleration with the arm's own mass (next_x, next_known,
- * next_y: the xx, xy and yy of a matrix). A state has no further orders, so these rows of the
- * series are free. */
+ * next_y: the xx, xy and yy of a matrix). A state needs no further orders, so these rows of the
+ * series are unused. */
 static void bodies_gather(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
         s->wind_x[k] = s->wind_y[k] = s->next_known[k] = s->known[k] = 0;
@@ -140,8 +139,8 @@ static void bodies_balance(const struct bodies_system *s) {
 
 /* The forces at the tips. The force at the joint minus all parts except the tip's equals the tip's
  * own force plus its children's. Each formula loses digits if the mass on its side is heavy. Their
- * mean, weighted with these masses, does not contain the acceleration of the joint: it is the part
- * w of the force at the joint that the tip's share of M carries, and m (l - c) u''. For children
+ * mean, weighted with these masses, does not contain the acceleration of the joint: it is w, the
+ * fraction of the joint's force that the tip's share of M carries, plus m (l - c) u''. For children
  * attached elsewhere w is subtracted, for children at the tip the remaining share is added. */
 static void bodies_tips(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
@@ -164,7 +163,7 @@ static void bodies_tips(const struct bodies_system *s) {
     }
 }
 
-/* the system at a state, to order 1 in seconds */
+/* the system at a state, to order 1; the unit of time is 1 s */
 static struct bodies_system bodies_expand(const struct pend_tree *tree,
                                           const struct pend_loads *loads,
                                           const struct bodies_state *state, void *work) {

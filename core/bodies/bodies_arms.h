@@ -1,6 +1,6 @@
 /* The type in which the general kernel computes several arms at once, or one arm if a number is a
- * vector already. Its functions beyond arithmetic: a bound, the sign, the larger of two, the square
- * root, the hyperbolic tangent with its distance to 1.
+ * vector already. Its functions besides arithmetic: a bound, the sign, the larger of two values,
+ * the square root, the hyperbolic tangent and its distance to 1.
  * Leaves to others: arithmetic (number), drives (bodies_number).
  * Invariant: an arm's result does not depend on other arms, nor on the width of vectors. */
 #pragma once
@@ -112,7 +112,7 @@ static inline num arms_root_near(num x) {
 #if defined NUMBER_VEC || defined NUMBER_TANGENT
 enum { ARMS_TANH_DEPTH = 9 };
 #else
-/** The square root of a number above 0, by two Newton steps from that of a double. */
+/** Returns the square root of a number above 0: two Newton steps from the root of a double. */
 static inline arms arms_root(arms x) {
     num r = arms_root_near(x);
     for (int i = 0; i < 3; i++) r = num_mul(num_of(0.5), num_add(r, num_div(x, r)));
@@ -122,7 +122,7 @@ static inline arms arms_root(arms x) {
 enum { ARMS_TANH_DEPTH = 16 };
 #endif
 
-/* beyond it 1 / (e^2x + 1) is negligible, and e^2x can still be squared */
+/* for larger x 1 / (e^2x + 1) is negligible; e^2x can still be squared */
 static const double arms_tanh_bound = 300;
 
 /**

@@ -27,7 +27,7 @@
 #include "core/bodies/bodies_number.h"
 #include "core/bodies/bodies_system.h"
 
-/* the number of a term of arm k, 0 if there is none */
+/* the value of a term of arm k; 0 if absent */
 VEC_INLINE num bodies_get(const struct bodies_system *s, enum pend_term_row row, int k) {
     return s->terms->row[row] < 0 ? num_of(0) : s->value[s->terms->row[row] + k];
 }
@@ -37,7 +37,7 @@ VEC_INLINE num bodies_one(const struct bodies_system *s, enum pend_term_one one)
 }
 
 /*
- * A pivot on a cart of mass M at place x. Let r be the direction of the rail and p = -i r. The
+ * A pivot on a cart of mass M at position x. Let r be the direction of the rail and p = -i r. The
  * acceleration a + r x'' of the cart equals a + i p chi with chi = x'', that of the point p of a
  * body in a frame that does not turn. So the cart is an arm with a point mass M at p, to which all
  * arms of the pivot are attached, with J = M |p|^2 = M, and u = 1: it has no series, and T and kr
@@ -46,7 +46,7 @@ VEC_INLINE num bodies_one(const struct bodies_system *s, enum pend_term_one one)
  * tau the forces along the rail (drives_template), and the force at its joint is that of the
  * rail. */
 
-/* p, the point of the cart's mass, to which all its children are attached */
+/* p, the point of the cart's mass, where all its children are attached */
 static inline void bodies_cart_point(const struct bodies_system *s) {
     num zero = num_of(0), sine, cosine;
     num_drive(zero, zero, zero, bodies_one(s, PEND_TERM_RAIL), &sine, &cosine);
@@ -74,7 +74,7 @@ VEC_INLINE num bodies_cart_speed(const struct bodies_system *s, int k) {
 }
 
 /* Order k of the product of the cart's momentum with the pivot's velocity; twice this is the cart's
- * part of sum m |v|^2, which for other arms contains the series of u. */
+ * contribution to sum m |v|^2, which for other arms contains the series of u. */
 static inline num bodies_cart_sweep(const struct bodies_system *s, int k, int low) {
     num sum = num_of(0), hx = s->moment_x[0], hy = s->moment_y[0];
     for (int j = low; j <= k - low; j++) {
@@ -240,8 +240,8 @@ static inline struct bodies_matrix bodies_before(const struct bodies_system *s, 
     return bodies_remains(s, p, &at, &tip, &off);
 }
 
-/* The child's form as the parent's base sees it: N^T W N, D N given, W = (D P + det P p p^T) over
- * the new D. Adds it to the parent's. */
+/* Adds the child's form, transformed to the parent's base, to that of the parent: N^T W N, with
+ * given D N and W = (D P + det P p p^T) over the new D. */
 static inline void bodies_form(const struct bodies_system *s, int p, const struct bodies_matrix *W,
                                const struct bodies_matrix *remains, num det) {
     num before = s->inv_total[p];
@@ -298,7 +298,7 @@ static inline void bodies_join(const struct bodies_system *s, int c, int p) {
 }
 
 /* D times N where arm c is attached, with all siblings but without c's own part; the siblings'
- * sums; moves c to the group that joined later than the next one */
+ * sums; moves c to the group of siblings that joined after the next one */
 static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, int c, int p,
                                                  const struct bodies_spot *at,
                                                  const struct bodies_pull *own,
@@ -311,7 +311,7 @@ static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, 
         struct bodies_pull same = bodies_both(early, late);
         late = bodies_both(late, *own);
         s->late_x[p] = late.x, s->late_y[p] = late.y;
-        // all of them at one point
+        // all siblings are attached at one point
         same.e = num_sub(num_mul(at->x, same.y), num_mul(at->y, same.x));
         same.p = num_fma(at->x, same.x, num_mul(at->y, same.y));
         *group = bodies_both(same, off);
@@ -355,7 +355,7 @@ static inline void bodies_hold(const struct bodies_system *s, int k, const struc
     s->keep_yy[k] = num_mul(inverse, num_fma(y, gy, less));
 }
 
-/* R^T N of arm k > 0, and its part of the parent's z and K */
+/* R^T N of arm k > 0, and its contribution to the parent's z and K */
 static inline void bodies_carry(const struct bodies_system *s, int k) {
     int p = s->parent[k];
     num C = s->cosine[k], Z = s->sine[k], x = s->place_x[k], y = s->place_y[k];

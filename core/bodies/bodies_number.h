@@ -54,8 +54,8 @@ static inline num_plain num_product(num_plain x, num_plain y, num_plain *low) {
 
 #ifdef NUMBER_VEC
 /**
- * Sine and cosine of omega (time + late) + phase, to the last digit of a double for omega time up
- * to 1e12.
+ * Computes sine and cosine of omega (time + late) + phase, accurate to the last digit of a double
+ * for omega time up to 1e12.
  */
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
     num low, x = num_product(omega, time, &low), sum = x + phase, part = sum - x;
@@ -63,7 +63,8 @@ static inline void num_drive(num omega, num time, num late, num phase, num *sine
     num_turn(sum, rest + (low + omega * late), sine, cosine);
 }
 #elif defined NUMBER_TANGENT
-/* as for doubles; the derivatives are those of omega (time + late) + phase */
+/* as for doubles; the derivatives are those with respect to the parameters of omega (time + late) +
+ * phase */
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
     double w = omega.value, t = time.value, start = phase.value, low;
     double x = num_product(w, t, &low), sum = x + start, part = sum - x;

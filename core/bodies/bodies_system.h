@@ -1,5 +1,5 @@
 /* The arrays that the general kernel works on, for every kind of number.
- * Leaves to others: the arithmetic (bodies_template), where the memory comes from (bodies, jets,
+ * Leaves to others: the arithmetic (bodies_template), allocating the memory (bodies, jets,
  * ensemble, extended).
  * Invariant: a series is stored in tiles of eight arms, all orders of a tile together, like those
  * of the ideal pendulum. */
@@ -12,7 +12,7 @@
 #if defined PEND_ISA || defined NUMBER_OTHER
 #include "core/simd/number.h"
 #else
-typedef double num; /* files that lay out memory count it in doubles and compute nothing */
+typedef double num; /* files that only place memory count it in doubles */
 #endif
 
 // clang-format off
@@ -145,13 +145,13 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
 
 struct bodies_system {
     int n;
-    size_t stride, tile; /* distance in numbers from one order to the next, from eight arms to the
+    size_t stride, tile; /* distance in numbers from one order to the next; from eight arms to the
                           * next eight */
     unsigned need;       /* of bodies_need */
     const int *parent;
     const struct pend_terms *terms;
     const num *len, *mass; /* m; kg, at the tip */
-    const num *value;      /* of the terms */
+    const num *value;      /* values of the terms */
     num *rate, *force, *turn_re,
         *turn_im;         /* series; order j of arm k at bodies_row(k) + j stride */
     num *lift_x, *lift_y; /* of the pivot: z'' + 2 gamma z', and gravity, order + 1 coefficients */
@@ -167,13 +167,13 @@ struct bodies_system {
 #undef X
 };
 
-/** Returns non-zero if arm k is attached elsewhere than its siblings are by default: at the tip, or
- * on a cart. */
+/** Returns non-zero if arm k is attached elsewhere than at the default point of its siblings: the
+ * tip, or the cart. O(1). */
 static inline int bodies_hung(const struct bodies_system *s, int k) {
     return s->terms->hung[k] && !(s->parent[k] == 0 && pend_terms_cart(s->terms));
 }
 
-/** Returns the index at which the series of arm k begin. */
+/** Returns the index at which the series of arm k start. */
 static inline size_t bodies_row(const struct bodies_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
@@ -186,8 +186,8 @@ enum {
     BODIES_PIVOT_SERIES = 7
 };
 
-/** Returns the count of numbers that bodies_lay needs: `seats` for an array of one value per arm,
- * `series` for a series, `order` the highest order. O(harmonics). */
+/** Returns the count of numbers that bodies_lay needs. `seats`: size of an array with one value per
+ * arm; `series`: size of a series; `order`: the highest order. O(harmonics). */
 static inline size_t bodies_numbers(const struct pend_terms *terms, size_t seats, size_t series,
                                     int order) {
     unsigned need = bodies_needs(terms);

@@ -1,5 +1,5 @@
 /* The motion of a real pendulum, with bodies, springs, friction, drag and drives, as power series
- * in time, O(n) per order, for any kind of number. It is the general form: the quick forms of ideal
+ * in time, O(n) per order, for any kind of number. It is the general form: the fast forms for ideal
  * pendulums agree with it up to rounding.
  * Leaves to others: memory (bodies_system), sines and cosines of the angles (the caller), drives
  * and friction (drives_template).
@@ -35,7 +35,7 @@
 
 /* ---- an order */
 
-/* sums of an order: T, and the parts of Im (conj u G) with Re u and Im u */
+/* sums of an order: T, and the terms of Im (conj u G) with Re u and with Im u */
 struct bodies_sums {
     arms Tr, Ti, known, less;
 };
@@ -58,7 +58,8 @@ VEC_INLINE void bodies_wind(const struct bodies_system *s, size_t u, size_t rate
     sum->Ti = arms_fma(arms_get(s->turn_im + u), w, sum->Ti);
 }
 
-/* theta, kr, m and beta of order k for the arms from a on, without the parts of their children */
+/* theta, kr, m and beta of order k for the arms from a on, without the contributions of their
+ * children */
 VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num gamma, arms Tr,
                                arms Ti, arms known) {
     size_t now = bodies_row(s, a) + (size_t)k * s->stride, next = now + s->stride;
@@ -94,8 +95,8 @@ VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num 
     arms_put(s->answer + a, m);
 }
 
-/* The sums of order k, which is even, and of order k + 1 without the terms that need order k:
- * loaded numbers serve both. The terms that need order k - 1 are added last. */
+/* The sums of orders k (even) and k + 1, without the terms that need order k, so that loaded
+ * numbers serve both. The terms that need order k - 1 are added last. */
 static inline void bodies_convolve(const struct bodies_system *s, int k, num gamma) {
     size_t stride = s->stride, last = (size_t)k * stride;
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
@@ -222,8 +223,8 @@ static inline void bodies_down(const struct bodies_system *s, int k) {
     }
 }
 
-/* The forces at the tips of arms from a on, without the children's forces if masses are not points;
- * for points it is the force at the joint. */
+/* The forces at the tips of arms from a on. If masses are not points, the children's forces are not
+ * included; for points it is the force at the joint. */
 VEC_INLINE void bodies_tip(const struct bodies_system *s, size_t row, int a) {
     arms x = arms_get(s->reach_x + a), y = arms_get(s->reach_y + a);
     if (s->need & BODIES_SHAPE) {
@@ -268,7 +269,7 @@ static inline void bodies_press(const struct bodies_system *s, size_t row, int a
     arms_put(s->heave_y + a, arms_sub(arms_mul(px, y), arms_mul(py, x)));
 }
 
-/* the force that the pivot exerts, which is that at the first joint, in the axes */
+/* the force that the pivot exerts, in fixed axes: the force at the first joint */
 VEC_INLINE void bodies_pivot_force_first(const struct bodies_system *s, int k) {
     num C = s->cosine[0], Z = s->sine[0], x = s->reach_x[0], y = s->reach_y[0];
     s->pivot_force_x[k] = num_sub(num_mul(C, x), num_mul(Z, y));
@@ -302,8 +303,8 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
 
 /* ---- all orders */
 
-/* The start of all orders: the factorization, drives, and the first turns. Requires angles, rates
- * of order 0 and the arms' numbers. */
+/* The start of all orders: the factorization, drives, and the first rotation factors. Requires
+ * angles, rates of order 0 and the values of the arms. */
 static inline void bodies_begin(const struct bodies_system *s, const struct bodies_moment *now,
                                 int order) {
     for (int j = 0; j <= order; j++) s->share[j] = num_div(num_of(1), num_of(j + 1));
@@ -321,8 +322,8 @@ static inline void bodies_begin(const struct bodies_system *s, const struct bodi
 }
 
 /**
- * All orders: rate_1 .. rate_order and force_0 from rate_0, cosine, sine and bend. The turns
- * include a row of order 0, which is 1. O(n order^2).
+ * Computes all orders: rate_1 .. rate_order and force_0 from rate_0, cosine, sine and bend. The
+ * turns include a row of order 0, which is 1. O(n order^2).
  */
 static inline void bodies_orders(const struct bodies_system *s, const struct bodies_moment *now,
                                  int order) {
@@ -343,8 +344,8 @@ static inline void bodies_orders(const struct bodies_system *s, const struct bod
         arms_put(s->force + bodies_row(s, a), arms_get(s->tip_x + bodies_row(s, a)));
 }
 
-/** The forces along the arms at their tips: force_1 .. force_{order - 1}, after bodies_orders.
- * O(n order^2). */
+/** Computes the forces along the arms at their tips: force_1 .. force_{order - 1}, after
+ * bodies_orders. O(n order^2). */
 static inline void bodies_forces(const struct bodies_system *s, int order) {
     for (int a = 0; a < s->n; a += BODIES_ARMS)
         for (int k = 1; k < order; k++) {

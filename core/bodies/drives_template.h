@@ -1,5 +1,5 @@
 /* Series of the forces on a real pendulum (springs, friction, drives, drag) and of the power of the
- * non-conservative ones. For any kind of number.
+ * non-conservative forces. For any kind of number.
  * Leaves to others: the motion (bodies_template, which includes this).
  * Invariant: a term that a pendulum does not have costs only a test. */
 #pragma once
@@ -44,7 +44,7 @@ static inline void bodies_drive(const struct bodies_system *s, const struct bodi
     }
 }
 
-/* the numbers of joints and drag in units of time; padding arms of the last vector get a non-zero
+/* the values of joints and drag in units of time; padding arms of the last vector get a non-zero
  * drag speed */
 static inline void bodies_scale(const struct bodies_system *s, const struct bodies_moment *now) {
     num unit = now->unit, square = num_mul(unit, unit);
@@ -133,9 +133,9 @@ static inline arms bodies_friction(const struct bodies_system *s, int a, int k) 
  * `far`.
  *
  * While x = speed / friction speed is large, w is too small to limit the step by its size, and a
- * step would pass over the moment at which the joint stops. So x may change by two fifths of itself
- * or by 8, whichever is larger; below |x| = 20 the coefficients of w limit the step. Each of the
- * orders 1 to 4 may use a quarter of this. */
+ * step would pass over the moment at which the joint stops. So x may change by 40 % or by 8,
+ * whichever is larger; below |x| = 20 the coefficients of w limit the step. Each of the orders 1 to
+ * 4 may use a quarter of this. */
 static inline num bodies_reach(const struct bodies_system *s, num far) {
     enum { ORDERS = 4 };
     arms least = arms_all(far);
@@ -193,7 +193,7 @@ static inline void bodies_couple(const struct bodies_system *s, int k) {
     size_t now = (size_t)k * s->stride;
     for (int a = 0; a < s->n; a++) s->swing[bodies_row(s, a) + now] = bodies_swing(s, a, k);
     for (int a = 0; a < s->n; a += BODIES_ARMS) arms_put(s->couple + a, bodies_torque(s, a, k));
-    // an arm's own torque is read before its children subtract theirs from it
+    // reads an arm's own torque before its children subtract theirs from it
     for (int a = 1; a < s->n; a++) {
         int p = pend_terms_holder(s->terms, s->parent, a);
         if (p < 0) continue;
@@ -201,7 +201,7 @@ static inline void bodies_couple(const struct bodies_system *s, int k) {
     }
 }
 
-/* ---- the air */
+/* ---- drag */
 
 /* velocities of joints and tips, order k */
 static inline void bodies_move(const struct bodies_system *s, int k) {
@@ -244,7 +244,7 @@ static inline void bodies_air_speed(const struct bodies_system *s, const struct 
     arms sum = bodies_square(s, s->way_x + row, k, 0);
     sum = arms_add(sum, bodies_square(s, s->way_y + row, k, 0));
     if (!k) {
-        // the root has the sign of the unit, by which speeds are multiplied; exact, because the
+        // the root has the sign of the unit, which multiplies speeds; this is exact, because the
         // unit is a power of two
         arms least = arms_get(s->air_least + a), unit = arms_all(now->unit);
         sum = arms_fma(least, least, sum);
@@ -292,7 +292,7 @@ enum { BODIES_ORDERS = 48 };
 
 /* Half of the power of drag_per_mass over gamma, order k, for arms from a on: sum of m |v|^2 over
  * all masses of an arm. The frame of the body turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J
- * phi'^2. low: the least order of a factor, also in the functions below. */
+ * phi'^2. low: the lowest order of a factor, also in the functions below. */
 static inline arms bodies_sweep(const struct bodies_system *s, int a, int k, int low) {
     size_t row = bodies_row(s, a), stride = s->stride;
     const num *x = s->base_way_x + row, *y = s->base_way_y + row;
@@ -311,7 +311,7 @@ static inline arms bodies_sweep(const struct bodies_system *s, int a, int k, int
     return arms_add(arms_fma(arms_get(s->body + a), square, spin), arms_add(part, part));
 }
 
-/* adds the power given to arms from a on to order k, in the arms' order */
+/* adds the power of drives on arms from a on to order k, sorted by arms */
 VEC_INLINE void bodies_gain(const struct bodies_system *s, int a, arms all, num *sum) {
     num part[BODIES_ARMS];
     arms_put(part, all);
@@ -334,7 +334,7 @@ static inline arms bodies_taken(const struct bodies_system *s, int a, int k, int
                                           : heat;
 }
 
-/* the pivot's power, order k: Re(conj(F) z'), F the force that it exerts */
+/* the pivot's power, order k: Re(conj(F) z') with the force F that it exerts */
 static inline num bodies_haul(const struct bodies_system *s, int k, int low) {
     num sum = num_of(0);
     for (int j = low; j <= k - low; j++) {
@@ -345,10 +345,10 @@ static inline num bodies_haul(const struct bodies_system *s, int k, int low) {
 }
 
 /**
- * The work of drives and the heat of friction and drag, per unit of time, as series: coefficients 0
- * .. count - 1, J times unit^2; after bodies_orders.
+ * Computes the power of drives, and of friction and drag, as series in the unit of time:
+ * coefficients 0 .. count - 1, J times unit^2; after bodies_orders.
  *
- * order  of the factors that are known, at most BODIES_ORDERS.
+ * order  known order of the factors, at most BODIES_ORDERS.
  * count  order .. 2 order - 1: from `order` on only products of known factors. They matter for
  *        terms that are fast compared with the pendulum.
  *

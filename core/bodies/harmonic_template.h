@@ -1,16 +1,16 @@
 /* Harmonic drives as series about an instant, and the motion of a driven pivot, for any kind of
- * number; used by the general kernel and the quick ones.
+ * number; used by the general kernel and the fast kernels.
  * Leaves to others: torques other than drives (drives_template, loads_template).
  * Invariant: a harmonic costs one sine and one cosine per expansion. */
 #pragma once
 
 #include "core/bodies/bodies_factor_template.h"
 
-/* The instant that a series is expanded about, and its unit. */
+/* The instant about which a series is expanded, and its unit. */
 struct bodies_moment {
     num unit;       /* s, a power of two */
     num gravity;    /* m/s^2 times unit^2 */
-    num time, late; /* s, in the request's time, as a sum of two */
+    num time, late; /* s, in the time of the request, as a sum of two doubles */
 };
 
 /* Adds the series of a harmonic's derivative of order `from`: A w^(from+j) / j! cos(theta + (from +
@@ -29,7 +29,7 @@ static inline void bodies_harmonic(const num harmonic[], const num share[],
     }
 }
 
-/* the pivot's z' to `order`, and its derivative z'' + 2 gamma z' and gravity to the order before */
+/* the pivot's z' to `order`; z'' + 2 gamma z' and gravity to one order less */
 static inline void bodies_drive_pivot(const struct bodies_system *s,
                                       const struct bodies_moment *now, int order) {
     num zero = num_of(0), square = num_mul(now->unit, now->unit);

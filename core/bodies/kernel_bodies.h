@@ -1,6 +1,5 @@
 /* The general kernel for one pendulum in doubles, by instruction set.
- * Leaves to others: memory (bodies), many pendulums side by side (ensemble), more digits
- * (extended).
+ * Leaves to others: memory (bodies), several pendulums in lanes (ensemble), more digits (extended).
  * Invariant: a kernel of an unsupported set is never called. */
 #pragma once
 
@@ -8,7 +7,7 @@
 #include "core/tree/loads.h"
 
 /* A state: n angles, rad, and angular velocities, rad/s, in stored order; the low-order parts of
- * the angles, or NULL; the time as a sum of two, s. */
+ * the angles, or NULL; the time as a sum of two doubles, s. */
 struct bodies_state {
     const double *phi, *phi_low, *rate;
     double time, late;
@@ -16,7 +15,7 @@ struct bodies_state {
 
 struct bodies_kernel {
     /**
-     * All orders: rate_1 .. rate_order and force_0, in powers of t / unit.
+     * Computes all orders: rate_1 .. rate_order and force_0, in powers of t / unit.
      *
      * system  arrays padded to eight arms; len, mass and value are set.
      * unit    s, a power of two of either sign.
@@ -24,18 +23,19 @@ struct bodies_kernel {
      */
     void (*orders)(const struct bodies_system *system, const struct bodies_state *state,
                    double gravity, double unit, int order);
-    /** The series of forces along the arms, orders 1 .. order - 1, after `orders`. O(n order^2). */
+    /** Computes the series of forces along the arms, orders 1 .. order - 1, after `orders`. O(n
+     * order^2). */
     void (*forces)(const struct bodies_system *system, int order);
     /**
-     * The work of drives and the heat of friction per unit of time, as series in the same variable,
-     * after `orders`: the coefficients of order 0 .. count - 1, count from order to 2 order - 1, J
-     * times unit^2. O(n order count).
+     * Computes the power of drives and of friction as series in the same variable, after `orders`:
+     * the coefficients of order 0 .. count - 1, count from order to 2 order - 1, J times unit^2.
+     * O(n order count).
      */
     void (*power)(const struct bodies_system *system, double unit, int order, int count,
                   double work[], double heat[]);
     /**
      * Returns the longest step in units, at most `far`, that dry friction at the joints allows,
-     * after `orders` to order 4 at least. O(n).
+     * after `orders` to at least order 4. O(n).
      */
     double (*reach)(const struct bodies_system *system, double far);
 };
