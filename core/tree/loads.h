@@ -1,4 +1,4 @@
-/* Everything that acts on a tree from outside it.
+/* The loads on a tree: gravity and the terms of a real pendulum.
  * Leaves to others: the equations that use it (dynamics, taylor, modes, integrate).
  * Invariant: a computation never changes its loads; their owner keeps them unchanged until it
  * ends. */
@@ -7,11 +7,12 @@
 #include "core/base/status.h"
 #include "core/tree/terms.h"
 
-/* Terms of the equations of motion that depend on the tree's surroundings are members here. */
+/* Terms of the equations of motion that do not belong to the tree itself. */
 struct pend_loads {
     double gravity; /* m/s^2, downwards (along -i); any finite value, negative values act upwards */
-    const struct pend_terms *terms; /* beyond the ideal pendulum's; NULL = none; not owned */
-    const double *value;            /* their numbers, terms->count; not owned */
+    const struct pend_terms *terms; /* terms besides those of the ideal pendulum; NULL = none; not
+                                     * owned */
+    const double *value;            /* their values, terms->count; not owned */
 };
 
 /**
@@ -23,9 +24,8 @@ PEND_MUST_CHECK enum pend_status pend_loads_check(const struct pend_loads *loads
                                                   struct pend_error *error);
 
 /**
- * Checks loads for a computation by power series: ensembles, Lyapunov exponents and sections,
- * which have no other method to fall back on. A term that the series do not support is refused
- * here.
+ * Checks loads for a computation by power series: ensembles, Lyapunov exponents and sections, which
+ * have no alternative method. Terms that the series do not support are rejected.
  *
  * PEND_INVALID  pend_loads_check fails. O(1).
  */
@@ -34,7 +34,7 @@ PEND_MUST_CHECK enum pend_status pend_loads_check_series(const struct pend_loads
 
 /**
  * Returns non-zero if the loads pull every arm downwards, so that hanging straight down is a stable
- * equilibrium: gravity is finite and greater than 0. The linearization needs it. O(1).
+ * equilibrium: gravity is finite and greater than 0. The linearization requires this. O(1).
  */
 int pend_loads_pull_down(const struct pend_loads *loads);
 
@@ -42,14 +42,14 @@ int pend_loads_pull_down(const struct pend_loads *loads);
 int pend_loads_lose(const struct pend_loads *loads);
 
 /**
- * Returns the approximate rate of a motion due to terms, rad/s: that of pend_terms_rate and the
- * fastest drive; 0 for an ideal pendulum. O(n + harmonics).
+ * Returns the approximate rate of a motion due to terms, rad/s: the sum of pend_terms_rate and the
+ * fastest drive's frequency; 0 for an ideal pendulum. O(n + harmonics).
  */
 double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *tree);
 
 /**
- * Returns the approximate decay rate of an arm due to friction and drag, 1/s. Stability bounds the
- * steps of explicit methods by it. O(n + harmonics).
+ * Returns the approximate decay rate of an arm due to friction and drag, 1/s. For stability, it
+ * bounds the steps of explicit methods. O(n + harmonics).
  */
 double pend_loads_decay(const struct pend_loads *loads, const struct pend_tree *tree);
 

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* the number of instants of a table up to t, t itself excluded on request */
+/* the number of a table's instants up to t; whether t counts is a parameter */
 static int table_before(const struct pend_table *table, double t, int itself) {
     int low = 0, high = table->count;
     while (low < high) {
@@ -35,7 +35,7 @@ static double table_look(const struct pend_table *table, double now, int way, do
         return table->outside == PEND_OUTSIDE_ZERO ? 0 : table->value[at < 0 ? 0 : last];
     if (!table->linear) return table->value[at];
     *slope = (table->value[at + 1] - table->value[at]) / (table->t[at + 1] - table->t[at]);
-    // use the value of the nearer end, which is exact there
+    // uses the value of the nearer end, which is exact there
     if (now - table->t[at] > table->t[at + 1] - now)
         return table->value[at + 1] + *slope * (now - table->t[at + 1]);
     return table->value[at] + *slope * (now - table->t[at]);
@@ -63,9 +63,9 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
     return pend_rules_next(terms->rules, now, way);
 }
 
-/* the number of impacts between stops that are `gap` apart, or at one stop, at a swing's rate */
+/* number of impacts between two stops `gap` apart, or at one stop, at the rate of a swing */
 static double rules_impacts(double gap, double e, double span, double rate) {
-    static const double shortest = 1e-6; // s, of a flight (core/integrate/pieces/joints.c)
+    static const double shortest = 1e-6; // s, duration of a flight (core/integrate/pieces/joints.c)
     double flight = fmin(gap, M_PI) / rate, loss = -log(e), swings = span * rate / M_PI;
     if (!(e > 0) || !(rate > 0)) return swings;
     if (isfinite(gap))

@@ -1,4 +1,4 @@
-/* The rules that divide a motion into pieces: what changes between two pieces.
+/* The rules that divide a motion into pieces, and the changes between two pieces.
  * Leaves to others: the loop over pieces (core/integrate/pieces), their JSON (api).
  * Invariant: immutable while a motion is computed; a motion without rules is one piece. */
 #pragma once
@@ -8,53 +8,54 @@
 #include "core/base/status.h"
 #include "core/tree/terms.h"
 
-/* The value of a table before its first instant and after its last one. */
+/* The value of a table before its first and after its last instant. */
 enum pend_outside { PEND_OUTSIDE_REFUSE, PEND_OUTSIDE_HOLD, PEND_OUTSIDE_ZERO };
 
-/* A torque, N m, or a force on a cart, N, given at instants, and added to the other inputs. */
+/* A torque, N m, or a force on a cart, N, given at instants; it is added to the other inputs. */
 struct pend_table {
-    int drives; /* a stored arm; 0 of a pendulum on a cart is the cart */
+    int drives; /* a stored arm; 0 for a pendulum on a cart is the cart */
     int count;  /* instants, >= 1 */
     int linear; /* 0: a value holds until the next instant; 1: linear between two */
     enum pend_outside outside;
     const double *t, *value; /* s, ascending, in the time of the drives; not owned */
 };
 
-/* Rows of numbers over time, linear between instants and constant outside; without instants one
- * row for all times. The numbers are in the rules' list, from t on and from value on. */
+/* Rows of numbers over time, linear between instants and constant outside; without instants, one
+ * row for all times. The numbers are in the list of the rules, from index t and from index value
+ * on. */
 struct pend_schedule {
-    int count, width; /* instants, 0 = one row; numbers a row */
+    int count, width; /* number of instants, 0 = one row; numbers per row */
     size_t t, value;
 };
 
 enum pend_law_kind { PEND_LAW_FEEDBACK, PEND_LAW_PID, PEND_LAW_SWING_UP };
 
 /* How a controller computes its output from the state x: all angles theta, then all rates, stored
- * order; a cart's are its place, m, and speed, m/s. */
+ * order; for a cart its position, m, and speed, m/s. */
 struct pend_law {
     enum pend_law_kind kind;
-    /* feedback: u = -gains (x - reference); behind 2 n gains there may be those of the outputs of
-     * all controllers that are computed and do not act yet, newest first.
+    /* feedback: u = -gains (x - reference); after the 2 n gains there may be gains of delayed
+     * outputs (computed, not yet acting) of all controllers, newest first.
      * pid: u = p e + i (sum of e period) + d e', e = reference - the joint's angle, or the cart's
      * place; gains p, i, d; the sum stands still while the output is at a limit.
      * swing_up: u = g (E* - E) r - p x - d v, gains g, p, d. E is the energy, r the joint's rate.
      * On a cart E is that of the arms as the cart sees them, r less their momentum along the rail,
      * x and v the cart's place and speed; p and d are 0 in a joint. */
     struct pend_schedule gains, reference;
-    double energy; /* J, E*; NAN = the potential energy where the next law takes over */
-    /* swing_up: the law `next` takes over at the first sample at which each angle is within a bound
-     * of its reference, whole turns apart, and each rate; rad, rad/s */
+    double energy; /* J, E*; NAN = the potential energy at the reference of the next law */
+    /* swing_up: the law `next` takes over at the first sample at which each angle, without whole
+     * turns, and each rate is within a bound of its reference; rad, rad/s */
     double within[2];
     int next;
 };
 
-/* A controller that samples: at start + k period it computes its output, which acts from `delay`
- * samples later on for a period. */
+/* A sampling controller: at start + k period it computes its output, which acts `delay` samples
+ * later for one period. */
 struct pend_controller {
     int drives, law, delay;
     double period;    /* s */
     double low, high; /* N m or N: limits of the output */
-    double quantum;   /* of which the output is a multiple; 0 = any */
+    double quantum;   /* the output is a multiple of it; 0 = any value */
 };
 
 /* Arrays of n values in stored order, not owned. */
@@ -64,16 +65,17 @@ struct pend_rules {
     const struct pend_controller *controller;
     const struct pend_law *law;
     const double *number;
-    size_t numbers; /* of `number` and of all tables */
-    /* Coulomb friction of joints, N m, 0 = none: of a joint that slides, and the most of one that
-     * holds, no less; both NULL = no joint has any. */
+    size_t numbers; /* size of `number`, and of all tables */
+    /* Coulomb friction of joints, N m, 0 = none: when sliding, and the largest when holding, which
+     * is not smaller; both NULL = no joint has any. */
     const double *sliding, *holding;
-    /* Stops of joints by their angles to the parents (of a root, and of arms on a cart, theta; of a
-     * cart its place, m): infinities = none; restitution 0 .. 1. All NULL = no joint has any. */
+    /* Stops of joints: limits of the angle to the parent (for a root and for arms on a cart, of
+     * theta; for a cart, of its position, m); infinity = no stop; restitution 0 .. 1. All NULL = no
+     * joint has any. */
     const double *least, *most, *restitution;
 };
 
-/** Non-zero if joints may hold, stick or hit. O(1). */
+/** Returns non-zero if joints may hold, stick or hit a stop. O(1). */
 static inline int pend_rules_joints(const struct pend_rules *rules) {
     return rules->sliding || rules->least;
 }
@@ -85,7 +87,7 @@ static inline int pend_rules_joints(const struct pend_rules *rules) {
 double pend_rules_next(const struct pend_rules *rules, double now, int way);
 
 /**
- * Writes the inputs of the piece that begins at an instant, or that ends there if way < 0.
+ * Writes the inputs of the piece that starts at an instant, or that ends there if way < 0.
  *
  * now    s, the instant; becomes PEND_TERM_PIECE.
  * value  in and out: the list of the terms; number j at value[j * stride].
@@ -95,24 +97,24 @@ double pend_rules_next(const struct pend_rules *rules, double now, int way);
 void pend_rules_inputs(const struct pend_rules *rules, const struct pend_terms *terms, double now,
                        int way, double value[], size_t stride);
 
-/** The same, and the end of the piece: what pend_rules_next returns. Of a pendulum without rules it
- * writes nothing and returns an infinity. */
+/** Does the same, and returns the end of the piece as pend_rules_next. For a pendulum without rules
+ * it writes nothing and returns infinity. */
 double pend_rules_piece(const struct pend_terms *terms, double now, int way, double value[],
                         size_t stride);
 
 /**
  * Estimates the number of pieces of a motion, beyond one; rules may be NULL.
  *
- * span  s, its length.
- * rate  rad/s, of the fastest swing: how fast joints come to their stops.
+ * span  s, length of the motion.
+ * rate  rad/s, of the fastest swing; determines how fast joints reach their stops.
  * Samples and instants of tables are counted, impacts are those of flights that a restitution
  * lengthens between two stops and shortens at one. O(n + tables + controllers).
  */
 double pend_rules_pieces(const struct pend_rules *rules, int n, double span, double rate);
 
 /**
- * Checks that the tables cover the times of a motion, and that it goes forward where controllers
- * sample.
+ * Checks that the tables cover the times of a motion, and that time increases if there are
+ * controllers.
  *
  * PEND_INVALID  the motion leaves a table without outside values; error->arm is the caller's arm
  *               number by `order`.

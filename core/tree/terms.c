@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* the first and the last of the terms of an arm that are stored together */
+/* the first and last terms of groups that are stored together for each arm */
 static const struct {
     enum pend_term_row first, last;
 } families[] = {{PEND_TERM_ROD, PEND_TERM_ROD},
@@ -20,7 +20,7 @@ static const struct {
                 {PEND_TERM_INPUT, PEND_TERM_INPUT_RATE},
                 {PEND_TERM_SLIDE, PEND_TERM_SLIDE}};
 
-/* the allowed range of the numbers of a term */
+/* the allowed range of the values of a term */
 enum range { RANGE_ANY, RANGE_NOT_NEGATIVE, RANGE_POSITIVE };
 
 static const unsigned char row_range[PEND_TERM_ROWS] = {
@@ -39,7 +39,7 @@ static const unsigned char row_range[PEND_TERM_ROWS] = {
 static const unsigned char one_range[PEND_TERM_ONES] = {[PEND_TERM_DRAG_PER_MASS] =
                                                             RANGE_NOT_NEGATIVE};
 
-/* assigns places to the terms of the arms; returns how many numbers they take */
+/* assigns indices to the terms of the arms; returns the count of values */
 static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]) {
     int count = 0;
     for (size_t f = 0; f < sizeof families / sizeof *families; f++) {
@@ -53,8 +53,8 @@ static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]
     return count;
 }
 
-/* assigns places to the terms of the pendulum, from `count` on; returns how many numbers there are
- * so far */
+/* assigns indices to the terms of the pendulum, from `count` on; returns the count of values so
+ * far */
 static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[], int count) {
     int moves = ones[PEND_TERM_PIVOT_ACCELERATION_X] || ones[PEND_TERM_PIVOT_ACCELERATION_Y];
     for (int i = 0; i < PEND_TERM_ONES; i++) {
@@ -65,7 +65,7 @@ static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[]
     return count;
 }
 
-/* sorts harmonics by what they drive; those of one drive keep the caller's order */
+/* sorts harmonics by the driven quantity; harmonics of one quantity keep the caller's order */
 static int drive_order(const void *a, const void *b, void *context) {
     const int *drives = context;
     int i = *(const int *)a, j = *(const int *)b;
@@ -114,7 +114,7 @@ void pend_terms_clear(const struct pend_terms *terms, const struct pend_tree *tr
     }
 }
 
-/* returns the fault of a number, or NULL */
+/* returns the fault of a value, or NULL */
 static const char *terms_wrong(double x, enum range range) {
     if (!isfinite(x)) return "must be a finite number";
     if (range == RANGE_NOT_NEGATIVE && x < 0) return "must be 0 or more";
@@ -158,7 +158,7 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
             -1, -1, i / 3, i % 3, terms_wrong(value[terms->harmonic[i / 3].at + i % 3], RANGE_ANY)};
         if (fault.text) found(context, &fault), faults++;
     }
-    int sound = !faults; // otherwise a wrong number may be the reason for a missing inertia
+    int sound = !faults; // otherwise an invalid value may cause a missing inertia
     for (int k = 0; k < terms->n && sound; k++) {
         fault = (struct pend_terms_fault){PEND_TERM_BODY, -1, k, 0,
                                           "has no inertia: give it a mass at its tip, a rod, or a "
@@ -183,7 +183,7 @@ int pend_terms_conserve(const struct pend_terms *terms, const double value[]) {
     static const enum pend_term_row changes[] = {
         PEND_TERM_DAMPING, PEND_TERM_FRICTION, PEND_TERM_DRAG,       PEND_TERM_DRAG_QUADRATIC,
         PEND_TERM_TORQUE,  PEND_TERM_INPUT,    PEND_TERM_INPUT_RATE, PEND_TERM_SLIDE};
-    // a later piece may add or remove energy that the list does not show yet
+    // a later piece may add or remove energy, although the list does not show this yet
     if (terms->rules) return 0;
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++)
         for (int k = 0; k < terms->n; k++)
@@ -207,7 +207,7 @@ double pend_terms_inertia(const struct pend_terms *terms, double length, double 
 }
 
 /* The sum of the amplitudes that drive an arm's torque or a coordinate of the pivot: N m or m/s^2.
- * Harmonics are grouped by what they drive; `next` is the first one not visited yet. */
+ * Harmonics are grouped by the driven quantity; `next` is the first harmonic not visited yet. */
 static double terms_drive(const struct pend_terms *terms, const double value[], int drives,
                           int *next) {
     double sum = 0;
@@ -218,8 +218,7 @@ static double terms_drive(const struct pend_terms *terms, const double value[], 
     return sum;
 }
 
-/* m, the shortest arm: the length to which forces on a cart and accelerations of its pivot are
- * compared */
+/* m, the shortest arm: the length scale for forces on a cart and accelerations of its pivot */
 static double terms_shortest(const struct pend_terms *terms, const double length[]) {
     double shortest = INFINITY;
     for (int k = 1; k < terms->n; k++) shortest = fmin(shortest, length[k]);

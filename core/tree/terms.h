@@ -1,23 +1,24 @@
-/* The terms of a real pendulum beyond the ideal one (bodies, springs, friction, drives), and the
- * place of each term's numbers in one list.
+/* The terms that a real pendulum adds to the ideal one (bodies, springs, friction, drives), and the
+ * index of each term's values in one list.
  * Leaves to others: their effect in the equations of motion (bodies), their JSON (api).
- * Invariant: immutable once made; every term's numbers occur in the list once, so that an entry of
- * the list is a parameter of the pendulum. Members of an ensemble differ in entries. */
+ * Invariant: immutable after creation; each value occurs in the list once, so that an entry of the
+ * list is a parameter of the pendulum. Members of an ensemble differ in entries. */
 #pragma once
 
 #include "core/base/status.h"
 #include "core/tree/tree.h"
 
 /* Terms with one number for each arm, in the tree's stored order. x and y are in the frame of the
- * body concerned: from its own joint along the arm, and across it, counterclockwise. A torque on
- * an arm acts with the opposite sign on the arm that carries it. */
+ * term's body: from its own joint along the arm, and across it, counterclockwise. A torque on an
+ * arm acts with the opposite sign on the arm that carries it. */
 enum pend_term_row {
     PEND_TERM_ROD,            /* kg, a uniform bar from joint to tip */
     PEND_TERM_BODY,           /* kg, of a body fixed to the arm */
-    PEND_TERM_CENTER_X,       /* m, its center of mass */
+    PEND_TERM_CENTER_X,       /* m, center of mass of the body */
     PEND_TERM_CENTER_Y,       /* m */
-    PEND_TERM_INERTIA,        /* kg m^2, about its center of mass */
-    PEND_TERM_AT_X,           /* m, where the arm's joint is on its parent, for arms that set it */
+    PEND_TERM_INERTIA,        /* kg m^2, of the body about its center of mass */
+    PEND_TERM_AT_X,           /* m, position of the arm's joint in the frame of its parent, for arms
+                               * that set it */
     PEND_TERM_AT_Y,           /* m */
     PEND_TERM_DAMPING,        /* N m s/rad: torque -c r, r the rate relative to the parent */
     PEND_TERM_STIFFNESS,      /* N m/rad: torque -k (q - a), q the angle to the parent; the first
@@ -33,8 +34,8 @@ enum pend_term_row {
     PEND_TERM_INPUT_RATE,     /* N m/s, j */
     PEND_TERM_SLIDE,          /* N m, of a piece: a constant torque whose work becomes heat */
     PEND_TERM_ROWS,
-    PEND_TERM_OWN_ROWS = PEND_TERM_INPUT /* the terms before are the pendulum's own, not a
-                                          * piece's */
+    PEND_TERM_OWN_ROWS = PEND_TERM_INPUT /* the preceding terms belong to the pendulum, not to a
+                                          * piece */
 };
 
 /* Terms with one number for the pendulum. */
@@ -44,7 +45,7 @@ enum pend_term_one {
     PEND_TERM_PIVOT_ACCELERATION_Y, /* m/s^2 */
     PEND_TERM_RAIL,                 /* rad, direction of the cart's rail; present if there is a
                                      * cart */
-    PEND_TERM_PIECE,                /* s, T: the start of the piece whose inputs are in the list */
+    PEND_TERM_PIECE,                /* s, T: start of the piece whose inputs are in the list */
     PEND_TERM_ONES,
     PEND_TERM_OWN_ONES = PEND_TERM_PIECE
 };
@@ -55,29 +56,30 @@ enum pend_term_one {
  * forces along the rail, N s/m, N/m and so on; it has no other terms. The angles of its children
  * are measured against the ground, as at a fixed pivot. */
 
-/* What a harmonic drives other than an arm's torque. */
+/* The targets of a harmonic besides an arm's torque. */
 enum { PEND_DRIVE_PIVOT_X = -1, PEND_DRIVE_PIVOT_Y = -2 };
 
 /* amplitude cos(omega t + phase), added to a torque, N m, or to a coordinate of the pivot, m. */
 struct pend_harmonic {
     int drives; /* a stored arm, or PEND_DRIVE_PIVOT_X or _Y */
-    int at;     /* place of the amplitude; omega, rad/s, and phase, rad, are the next two of the
-                 * list */
+    int at;     /* index of the amplitude; omega, rad/s, and phase, rad, follow it in the list */
 };
 
 struct pend_rules;
 
 struct pend_terms {
     int n;                   /* arms */
-    int count;               /* numbers of the list */
-    int row[PEND_TERM_ROWS]; /* the first of n numbers of a term, -1 = the pendulum does not have
-                              * it */
-    int one[PEND_TERM_ONES]; /* the number of a term, -1 = the pendulum does not have it */
-    int harmonics;           /* grouped by what they drive: the pivot first, then arms */
+    int count;               /* number of values in the list */
+    int row[PEND_TERM_ROWS]; /* index of the first of n values of a term; -1 = the pendulum does not
+                              * have it */
+    int one[PEND_TERM_ONES]; /* index of the value of a term; -1 = the pendulum does not have it */
+    int harmonics;           /* number of harmonics, grouped by target: the pivot first, then
+                              * arms */
     struct pend_harmonic *harmonic;
-    unsigned char *hung; /* n flags: non-zero if the arm is attached at AT_X, AT_Y; otherwise at its
-                          * parent's tip. */
-    const struct pend_rules *rules; /* how pieces of a motion differ; NULL = one piece; not owned */
+    unsigned char *hung; /* n flags: non-zero if the arm is attached at AT_X, AT_Y; otherwise at the
+                          * tip of its parent */
+    const struct pend_rules *rules; /* differences between pieces of a motion; NULL = one piece; not
+                                     * owned */
 };
 
 /**
@@ -88,10 +90,10 @@ struct pend_terms {
  * rows       PEND_TERM_ROWS flags: which terms of an arm are present. Terms that belong together
  *            are stored together: one of BODY, CENTER_X, CENTER_Y, INERTIA implies all four, and so
  *            on for AT, for STIFFNESS and REST, for FRICTION and for DRAG_QUADRATIC with a speed.
- * ones       PEND_TERM_ONES flags; the two of the pivot's acceleration belong together.
+ * ones       PEND_TERM_ONES flags; the two components of the pivot's acceleration belong together.
  * harmonics  number of harmonics, >= 0.
- * drives     what each harmonic drives, in any order; harmonic i of the list is the caller's
- *            place[i].
+ * drives     the target of each harmonic, in any order; harmonic i of the list is number place[i]
+ *            of the caller.
  * place      out, `harmonics` numbers; may be NULL if there are none.
  *
  * PEND_NO_MEMORY  O(n + h log h) of h harmonics.
@@ -104,12 +106,12 @@ PEND_MUST_CHECK enum pend_status pend_terms_new(struct pend_terms **terms, int n
 /** Frees terms and clears the pointer; NULL is accepted. */
 void pend_terms_free(struct pend_terms **terms);
 
-/** Returns the place of a term's number of stored arm k in the list, -1 if absent. O(1). */
+/** Returns the index of a term's value for stored arm k in the list, -1 if absent. O(1). */
 static inline int pend_terms_place(const struct pend_terms *terms, enum pend_term_row row, int k) {
     return terms->row[row] < 0 ? -1 : terms->row[row] + k;
 }
 
-/** Returns a term's number of stored arm k, 0 if the pendulum does not have the term. O(1). */
+/** Returns a term's value for stored arm k, 0 if the pendulum does not have the term. O(1). */
 static inline double pend_terms_get(const struct pend_terms *terms, const double value[],
                                     enum pend_term_row row, int k) {
     return terms->row[row] < 0 ? 0 : value[terms->row[row] + k];
@@ -138,24 +140,24 @@ static inline int pend_terms_whole_turns(const struct pend_terms *terms) {
 }
 
 /**
- * Fills a list with numbers that make all terms ineffective: 0 everywhere, speeds 1, joints at the
+ * Fills a list with values that make all terms ineffective: 0 everywhere, speeds 1, joints at the
  * tips.
  *
  * value  out, terms->count numbers.
  */
 void pend_terms_clear(const struct pend_terms *terms, const struct pend_tree *tree, double value[]);
 
-/* The fault of a list of numbers. */
+/* The fault of a value in the list. */
 struct pend_terms_fault {
-    int row, one;     /* the term, the other one -1; both -1: a harmonic */
-    int arm;          /* stored arm; -1 for a term of the pendulum; for a harmonic its place in the
+    int row, one;     /* the term, with the other member -1; both -1: a harmonic */
+    int arm;          /* stored arm; -1 for a term of the pendulum; for a harmonic its index in the
                        * list */
     int part;         /* for a harmonic: 0 amplitude, 1 omega, 2 phase */
     const char *text; /* the requirement: "must be 0 or more" */
 };
 
 /**
- * Checks the numbers of a list.
+ * Checks the values of a list.
  *
  * tree   the arms; a mass may be 0 if a rod or a body gives the arm an inertia about its own joint.
  * value  terms->count numbers.
@@ -169,14 +171,14 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
                      void *context);
 
 /**
- * Returns true if x is a valid number for a place of the list: finite, and >= 0 or > 0 if the term
- * requires it. O(1).
+ * Returns true if x is a valid value at an index of the list: finite, and >= 0 or > 0 if the term
+ * requires this. O(1).
  */
 int pend_terms_fits(const struct pend_terms *terms, int place, double x);
 
 /**
  * Returns non-zero if the energy (kinetic, of gravity and of springs) is conserved: no friction, no
- * drag, no torque, and a pivot that does not move. O(n).
+ * drag, no torque, and a fixed pivot. O(n).
  */
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]);
 
@@ -192,7 +194,7 @@ double pend_terms_inertia(const struct pend_terms *terms, double length, double 
  * friction and drag on the arms' own inertias; 0 if there are none.
  *
  * mass   n masses at the tips, kg; further inertia of an arm is in the terms.
- * decay  out, 1/s: the part of friction and drag; NULL if not needed.
+ * decay  out, 1/s: contribution of friction and drag; NULL if not needed.
  * O(n + harmonics).
  */
 double pend_terms_rate(const struct pend_terms *terms, const int parent[], const double length[],

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* the arrays of a tree under construction; views into the one block */
+/* the arrays of a tree under construction; pointers into the one block */
 struct tree_parts {
     double *len, *mass, *subtree_mass;
     int *parent, *end, *depth, *order, *place;
@@ -16,7 +16,7 @@ struct tree_parts {
 };
 
 struct tree_block {
-    struct pend_tree tree; /* first, so that the tree's address is the block's */
+    struct pend_tree tree; /* the first member, so that its address is the block's */
     double data[];         /* three arrays of n doubles, then five of n ints and one of n bytes */
 };
 
@@ -69,7 +69,7 @@ static double tree_check_values(int n, const double value[], const unsigned char
     return sum;
 }
 
-/* the parent if it is an arm, else -1 */
+/* the parent if it is an arm, otherwise -1 */
 static int tree_parent_arm(int n, int parent) { return parent >= 0 && parent < n ? parent : -1; }
 
 /* reports parents that are not arms, and all arms at the pivot except the first */
@@ -93,8 +93,8 @@ static void tree_check_parents(int n, const int parent[], struct tree_faults *fa
 }
 
 /* Lists the arms so that each comes after all arms of its sub-tree; size: the number of arms in
- * each sub-tree. Returns the number of arms listed. An arm that is not listed has waiting > 0 and
- * is in a cycle or has one in its sub-tree. */
+ * each sub-tree. Returns the number of arms listed. An arm that is not listed has waiting > 0; it
+ * is in a cycle, or its sub-tree contains a cycle. */
 static int tree_list_from_leaves(int n, const int parent[], int waiting[], int size[], int list[]) {
     int listed = 0;
     memset(waiting, 0, (size_t)n * sizeof *waiting);
@@ -145,7 +145,7 @@ static void tree_place(int n, const int parent[], const int size[], const int li
         int p = parent[i];
         if (p >= 0 && (heavy[p] < 0 || size[i] >= size[heavy[p]])) heavy[p] = i;
     }
-    // first an arm's offset from its parent's place, then, parents first, the place itself
+    // first the offset of an arm from its parent's index, then, parents first, the index itself
     for (int i = 0; i < n; i++) {
         int p = parent[i];
         if (p < 0) {
@@ -175,7 +175,7 @@ static unsigned char tree_kin(const int parent[], const int end[], int k) {
     return (unsigned char)kin;
 }
 
-/* fills the stored arrays; requires part.place and, in part.depth, the sizes in the caller's
+/* fills the stored arrays; requires part.place, and the sizes in part.depth, in the caller's
  * order */
 static void tree_store(int n, const double length[], const double mass[], const int parent[],
                        const struct tree_parts *part) {
@@ -234,7 +234,7 @@ enum pend_status pend_tree_new_bare(struct pend_tree **tree, int n, const double
     struct tree_block *block = tree_block_new(n, &part);
     if (!block) return PEND_NO_MEMORY;
 
-    // check everything; each array serves as scratch until its own values are stored
+    // checks everything; each array is scratch memory until its own values are stored
     block->tree.length_total =
         tree_check_values(n, length, NULL, PEND_FIELD_LENGTH, "lengths", &faults);
     tree_check_values(n, mass, bare, PEND_FIELD_MASS, "masses", &faults);
@@ -274,9 +274,9 @@ struct path_reading {
     int n;
     const double *path;
     int *score;    /* arms on the path to tip k, minus arms in k's sub-tree */
-    int *arm;      /* in the order of joining */
-    int *parent;   /* the best guess */
-    int *mismatch; /* of the joining arm: entries that differ if its parent is arm j */
+    int *arm;      /* in the order in which arms join */
+    int *parent;   /* the best candidate */
+    int *mismatch; /* for the joining arm: number of differing entries if its parent is arm j */
 };
 
 /* row i: every entry that is not 0 counts as 1, and the diagonal always counts as 1 */
@@ -308,7 +308,7 @@ static void path_order(const struct path_reading *in) {
     }
 }
 
-/* makes each arm a child of the arm whose path, including that arm, differs least from its row;
+/* makes each arm a child of the arm whose path, including itself, differs least from the row;
  * O(n^2), because a path differs from its parent's path in one entry */
 static void path_read(const struct path_reading *in) {
     in->parent[in->arm[0]] = -1;
@@ -404,7 +404,7 @@ void pend_tree_force_map(const struct pend_tree *tree, double force_map[]) {
     }
 }
 
-/* length and masses of arm k are valid, and `order` and `place` are inverse at k */
+/* true if length and masses of arm k are valid, and `order` and `place` are inverse at k */
 static int tree_values_valid(const struct pend_tree *tree, int k) {
     int order = tree->order[k];
     if (order < 0 || order >= tree->n || tree->place[order] != k) return 0;
@@ -412,7 +412,8 @@ static int tree_values_valid(const struct pend_tree *tree, int k) {
     return tree->subtree_mass[k] >= tree->mass[k] && isfinite(tree->subtree_mass[k]);
 }
 
-/* the sub-tree of arm k is a run inside its parent's, and its mass is part of the parent's */
+/* true if the sub-tree of arm k is a contiguous range within its parent's, and its mass at most the
+ * parent's */
 static int tree_arm_valid(const struct pend_tree *tree, int k) {
     int p = tree->parent[k];
     if (tree->end[k] <= k || tree->end[k] > tree->n) return 0;
@@ -424,7 +425,7 @@ static int tree_arm_valid(const struct pend_tree *tree, int k) {
     return tree->end[k] <= tree->end[p] && tree->subtree_mass[k] <= tree->subtree_mass[p];
 }
 
-/* the children's runs fill the run of k, and the last child is the largest */
+/* true if the ranges of the children fill the range of k, and the last child is the largest */
 static int tree_children_valid(const struct pend_tree *tree, int k) {
     int next = k + 1, largest = 0, last = 0;
     for (; next < tree->end[k]; next = tree->end[next]) {

@@ -1,7 +1,8 @@
 /* The immutable pendulum tree: arms stored parent before child in depth-first order, and the
  * paper's S, B and S^T m.
  * Leaves to others: angles and motion (dynamics), names and JSON (api).
- * Invariant: parent[k] < k, parent[0] = -1, and the sub-tree of arm k is the run k .. end[k]-1. */
+ * Invariant: parent[k] < k, parent[0] = -1, and the sub-tree of arm k is the range k ..
+ * end[k]-1. */
 #pragma once
 
 #include <stddef.h>
@@ -21,14 +22,14 @@ enum pend_kin {
 struct pend_tree {
     int n;
     const double *len;          /* m */
-    const double *mass;         /* kg, at the tip; 0 only where terms make up for it */
+    const double *mass;         /* kg, at the tip; 0 only if terms give the arm an inertia */
     const double *subtree_mass; /* kg, S^T m: the mass of the arm's sub-tree, its own included */
     const int *parent; /* stored number of the arm whose tip carries this one, -1 = the pivot */
-    const int *end;    /* one past the last stored arm of the sub-tree */
+    const int *end;    /* 1 + the last stored arm of the sub-tree */
     const int *depth;  /* 1 for the arm at the pivot */
     const int *order;
     const int *place;
-    const unsigned char *kin; /* of enum pend_kin; the root is first and last */
+    const unsigned char *kin; /* enum pend_kin, or-ed; the root is first and last */
     double length_total;      /* m, l_tot: the sum of all lengths */
 };
 
@@ -54,8 +55,8 @@ PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n,
                                                const struct pend_fault_sink *faults);
 
 /**
- * pend_tree_new of a tree in which some arms may have no mass at their tips, because a rod or a
- * body has mass (terms).
+ * As pend_tree_new, for a tree in which arms may have no mass at their tips, because terms give
+ * them a rod or a body.
  *
  * bare  n flags in the caller's order: non-zero if a mass of 0 is allowed; NULL = never.
  */
@@ -71,7 +72,7 @@ void pend_tree_free(struct pend_tree **tree);
  * Finds the parents from a path matrix S (row k = the arms on the path from the pivot to tip k).
  *
  * n       number of arms, >= 1.
- * path    n x n entries, row-major, each to be exactly 0 or 1.
+ * path    n x n entries, row-major, each must be exactly 0 or 1.
  * parent  out, n numbers from 0, -1 = the pivot.
  * faults  receives every fault with its row i and column j (PEND_FIELD_PATH); may be NULL.
  *

@@ -1,5 +1,5 @@
-/* Payne and Hanek's reduction: only the fraction of the product of a number and 1 / (2 pi) is
- * formed, from those binary places of 1 / (2 pi) that affect it. */
+/* Payne and Hanek's reduction: computes only the fraction of the product of a number and 1 / (2
+ * pi), from those binary digits of 1 / (2 pi) that affect it. */
 #include "core/tree/turns.h"
 
 #include <assert.h>
@@ -8,7 +8,7 @@
 
 enum { WORD = 64, FRACTION = 4, TABLE = 24 };
 
-/* 1 / (2 pi), 64 binary places per word, the first after the point */
+/* 1 / (2 pi), 64 binary digits per word, starting after the point */
 static const uint64_t turns_inverse[TABLE] = {
     UINT64_C(0x28be60db9391054a), UINT64_C(0x7f09d5f47d4d3770), UINT64_C(0x36d8a5664f10e410),
     UINT64_C(0x7f9458eaf7aef158), UINT64_C(0x6dc91b8e909374b8), UINT64_C(0x01924bba82746487),
@@ -61,7 +61,7 @@ static void turns_fraction(uint64_t m, int e, uint64_t fraction[FRACTION]) {
 /* 2 pi */
 static const struct pend_sum turns_whole = {2 * M_PI, 4 * PEND_QUARTER_LOW};
 
-/* 2 pi times a fraction, which is taken as a number from -1/2 to 1/2 */
+/* 2 pi times a fraction; the fraction counts as a number from -1/2 to 1/2 */
 static struct pend_sum turns_angle(uint64_t fraction[FRACTION]) {
     struct pend_sum sum = {0, 0};
     int negative = fraction[0] >> (WORD - 1) != 0;

@@ -19,21 +19,21 @@ struct pend_sum {
 };
 
 /**
- * Returns the remainder of an angle phi + low: the angle less whole turns.
+ * Returns the remainder of an angle phi + low: the angle minus whole turns.
  *
  * phi    any finite number, rad.
  * low    the rounding error of phi, rad, or 0.
  * turns  out, the whole turns that were subtracted, rad: remainder + turns = phi + low; NULL if not
  *        needed.
  *
- * Up to PEND_TURNS_FROM in size the remainder is the angle itself, with no turns. Otherwise it
- * lies in [-pi, pi], with an absolute error of at most 2^-102, and with that relative error if
- * `low` is 0. O(1): a product with 2^e / (2 pi) to 192 binary places (Payne and Hanek).
+ * Up to PEND_TURNS_FROM in size the remainder is the angle itself, with no turns. Otherwise it lies
+ * in [-pi, pi], with an absolute error of at most 2^-102, and with that relative error if `low` is
+ * 0. O(1): a product with 2^e / (2 pi) to 192 binary digits (Payne and Hanek).
  */
 struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns);
 
-/* rad; a double of an angle theta from hanging up to this size has digits that a double of
- * phi = theta - pi/2 does not hold */
+/* rad; a smaller angle theta from hanging has, as a double, digits that a double of phi = theta -
+ * pi/2 does not have */
 #define PEND_TURNS_SMALL 0x1p-6
 
 /** Returns the angle from hanging, phi + low + pi / 2, rounded once if it is small. */
