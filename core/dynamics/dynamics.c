@@ -19,7 +19,7 @@ static size_t dynamics_row(int n) {
     return ((size_t)n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK * DYNAMICS_BLOCK;
 }
 
-/* the scratch of either form, then forces that the caller did not request, then rates if acc
+/* the scratch memory of either form, then forces that the caller did not request, then rates if acc
  * overwrites them */
 static size_t dynamics_shared_bytes(int n) {
     size_t quick = DYNAMICS_VALUES * dynamics_row(n) * sizeof(double),
@@ -45,7 +45,7 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
     assert(phi != acc && phi != force && rate != force);
     double *spare = (double *)((char *)work + dynamics_shared_bytes(tree->n)),
            *kept = spare + dynamics_row(tree->n);
-    // keep the rates: the quick form may fail after it has written acc
+    // keep the rates, because the fast form may fail after it has written acc
     if (rate == acc) rate = memcpy(kept, rate, (size_t)tree->n * sizeof *rate);
     if (!dynamics_kernel(isa)->one(tree, loads, phi, rate, work, acc, force ? force : spare))
         pend_dynamics_careful(tree, loads, phi, rate, work, acc, force);
@@ -71,8 +71,8 @@ void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loa
         pend_dynamics(tree, loads, phi, rate, work, acc, force);
 }
 
-/* masses that differ by more than this factor are unlike; chains are solved in pieces up to the
- * same factor */
+/* masses that differ by a larger factor are unlike; chains are solved in pieces up to the same
+ * factor */
 static const double DYNAMICS_UNLIKE = 64;
 
 int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads) {
@@ -89,7 +89,7 @@ int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *
     return most > DYNAMICS_UNLIKE * least;
 }
 
-/* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and
+/* memory of the fast form, then that of one state of the careful form: phi, rate, acc, force and
  * its scratch */
 static size_t dynamics_vec_quick_bytes(int n) {
     return (size_t)DYNAMICS_VALUES * DYNAMICS_VEC * (size_t)n * sizeof(double);
@@ -132,7 +132,7 @@ void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *lo
     pend_dynamics_vec_for(pend_isa_best(), tree, loads, phi, rate, work, acc, force);
 }
 
-/* the fewest rows for which filling all lanes pays; the largest tree whose lanes stay in the
+/* the fewest rows for which it pays to fill all lanes; the largest tree whose lanes stay in the
  * cache */
 enum { DYNAMICS_VEC_LEAST = 4, DYNAMICS_VEC_ARMS = 1024 };
 
@@ -143,7 +143,7 @@ size_t pend_dynamics_many_bytes(int n) {
     return lanes > pend_dynamics_work_bytes(n) ? lanes : pend_dynamics_work_bytes(n);
 }
 
-/* up to DYNAMICS_VEC rows; unused lanes repeat the last row */
+/* computes up to DYNAMICS_VEC rows; unused lanes repeat the last row */
 static void dynamics_rows(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                           const double phi[], const double rate[], void *work, double acc[],
                           double force[]) {

@@ -15,26 +15,26 @@
 size_t pend_dynamics_work_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of a moving tree.
+ * Computes angular accelerations and compression forces of a moving tree.
  *
  * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix:
  * relative angles, arm-local frames, tensions first, corrected until forces balance at every joint
  * (see core/theory.md for the derivation).
  *
  * tree     n arms; all arrays in the tree's stored order.
- * loads    what acts on the tree; gravity of any finite value.
+ * loads    gravity and other loads; gravity of any finite value.
  * phi      n angles, rad, from the positive real axis.
  * rate     n angular velocities, rad/s.
- * work     pend_dynamics_work_bytes(n) bytes, aligned to 64; contents on entry do not matter.
+ * work     pend_dynamics_work_bytes(n) bytes, aligned to 64; contents on entry are ignored.
  * acc      out, n values, rad/s^2; may be the same array as rate.
  * force    out, n values, N, compression positive; NULL to skip.
  *
- * A quick form uses vector instructions. It detects states on which it loses digits; a careful form
- * then takes over (core/theory.md). Same input, same bits, on processors with the same instruction
- * set; between instruction sets the last digits differ.
+ * A fast form uses vector instructions. It detects states for which it loses digits; then a careful
+ * form is used (core/theory.md). On processors with the same instruction set, equal input gives
+ * equal bits; between instruction sets the last digits differ.
  *
- * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its
- * own work.
+ * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Thread-safe if each thread
+ * has its own `work`.
  */
 void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                    const double rate[], void *work, double acc[], double force[]);
@@ -43,29 +43,29 @@ void pend_dynamics(const struct pend_tree *tree, const struct pend_loads *loads,
 size_t pend_dynamics_at_bytes(const struct pend_tree *tree, const struct pend_loads *loads);
 
 /**
- * pend_dynamics at a given time, for ideal and real pendulums. Loads with terms use the general
- * kernel (bodies), others the quick forms.
+ * As pend_dynamics at a given time, for ideal and real pendulums. Loads with terms use the general
+ * kernel (bodies), others the fast forms.
  *
- * time   s, in the request's time; drives are evaluated at it.
+ * time   s, in the time of the request, at which drives are evaluated.
  * work   pend_dynamics_at_bytes bytes, aligned to 64.
- * force  for a real pendulum the compression at the arms' tips.
+ * force  for a real pendulum, the compression at the arms' tips.
  */
 void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loads, double time,
                       const double phi[], const double rate[], void *work, double acc[],
                       double force[]);
 
-/* Number of states that pend_dynamics_vec computes side by side. */
+/* Number of states that pend_dynamics_vec computes at once. */
 enum { PEND_DYNAMICS_VEC = 8 };
 
-/** Bytes of scratch that pend_dynamics_vec needs for a tree of n arms. */
+/** Returns the bytes of scratch that pend_dynamics_vec needs for a tree of n arms. */
 size_t pend_dynamics_vec_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of PEND_DYNAMICS_VEC states of one tree,
+ * Computes angular accelerations and compression forces of PEND_DYNAMICS_VEC states of one tree,
  * one state in each vector lane.
  *
  * phi, rate, acc, force  n PEND_DYNAMICS_VEC values each, aligned to 64: arm k of state i at
- *                        PEND_DYNAMICS_VEC k + i; no two arrays the same, none NULL. Unused lanes
+ *                        PEND_DYNAMICS_VEC k + i; all arrays different, none NULL. Unused lanes
  *                        hold copies of another lane.
  * work                   pend_dynamics_vec_bytes(n) bytes, aligned to 64.
  *
@@ -76,15 +76,15 @@ void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *lo
                        const double phi[], const double rate[], void *work, double acc[],
                        double force[]);
 
-/** Bytes of scratch that pend_dynamics_many needs for a tree of n arms. */
+/** Returns the bytes of scratch that pend_dynamics_many needs for a tree of n arms. */
 size_t pend_dynamics_many_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of any number of states of one tree, each with the
- * same bits as pend_dynamics.
+ * Computes angular accelerations and compression forces of any number of states of one tree, each
+ * with the same bits as pend_dynamics.
  *
  * count                  states, >= 0.
- * phi, rate, acc, force  count rows of n values; no two arrays the same, none NULL.
+ * phi, rate, acc, force  count rows of n values; all arrays different, none NULL.
  * work                   pend_dynamics_many_bytes(n) bytes, aligned to 64.
  */
 void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *loads, long count,
@@ -92,15 +92,15 @@ void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *l
                         double force[]);
 
 /**
- * pend_dynamics at angles phi + phi_low, for small swings about hanging. Their accelerations are
- * proportional to the angle from hanging, of which phi as a double keeps only a few digits.
+ * As pend_dynamics at angles phi + phi_low, for small swings about hanging. Their accelerations are
+ * proportional to the angle from hanging, and the double phi contains only a few digits of it.
  *
  * phi_low  n values, below an ulp of phi.
  * scratch  3 n values.
  * force    out, not NULL.
  *
- * The effect of phi_low is computed from a state 2^36 times as far away; the rounding of that state
- * and its curvature cost 1e-26 rad. O(n), twice the work.
+ * The effect of phi_low is computed from a state at 2^36 times the distance; rounding and curvature
+ * cause an error of 1e-26 rad. O(n), twice the work.
  */
 void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], const double phi_low[], const double rate[], void *work,
@@ -108,7 +108,7 @@ void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *l
 
 /**
  * Returns non-zero if forces computed from a power series lose digits that forces computed from a
- * state keep. This is so if the masses of two arms, with rods and bodies, differ by more than a
+ * state keep. This is true if the masses of two arms, with rods and bodies, differ by more than a
  * factor of 64. A series computes a force as mass times acceleration, and its error is the rounding
  * error of the largest such product. Errors relative to the largest force: 1e-13 up to that factor,
  * 4e-13 at 10^±2, 2e-11 at 10^±4 and 2e-9 at 10^±6 kg (trees of up to 13 arms,
@@ -117,7 +117,7 @@ void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *l
 int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads);
 
 /**
- * pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor runs.
+ * Returns pend_dynamics and pend_dynamics_vec, compiled for an instruction set of this processor.
  * For tests only.
  */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,

@@ -14,7 +14,7 @@ struct dynamics_work {
                             * plus f */
     double *inv;           /* 1 / (m + q) */
     double *p, *q, *r, *t; /* sums over the children: S C^2, S Z^2, S C Z, f Z */
-    double *q_after, *r_after, *t_after; /* the same over the later siblings */
+    double *q_after, *r_after, *t_after; /* the same sums over the later siblings */
     double *radial, *tangential;         /* acceleration of the tip in the arm's own frame */
     double *tension;                     /* lambda */
 };
@@ -39,22 +39,23 @@ static struct dynamics_work dynamics_view(void *work, int n) {
                                   a + 12 * s, a + 13 * s, a + 14 * s, a + 15 * s};
 }
 
-/* Sums over the children of one arm that have been added so far. The angles between siblings are
+/* Sums over the children of one arm that were added so far. The angles between siblings are
  * measured from the heaviest of them; u and v stand for along and across it. */
 struct dynamics_joint {
     double p, q, r;         /* S C^2, S Z^2, S C Z */
     double b, t;            /* f C, f Z */
     double area, lift;      /* D, H: sums over pairs of S_c S_d sin^2 and of S_c Z_c f_d sin, of the
                                angle between the two */
-    double heaviest, angle; /* S and phi of the heaviest child */
+    double heaviest, angle; /* D, H: sums over pairs of siblings of S_c S_d sin^2 and of S_c Z_c f_d
+                             * sin; sin of the angle between the two */
     double uu, uv, vv;      /* S c^2, S c s, S s^2, with c, s of the angle to the heaviest */
     double fu, fv;          /* f c, f s */
     double zu, zv;          /* S Z c, S Z s */
 };
 
-/* Joints whose children are not all added yet. Each one is in the sub-tree of a child of the joint
- * below it, and not the largest child. So the sizes of their sub-trees halve, and there are at most
- * as many as an int has bits. */
+/* Joints that still wait for children. Each is in the sub-tree of a child of the joint below it on
+ * the stack, but not of the largest child. So the sizes of their sub-trees halve, and there are at
+ * most as many as an int has bits. */
 struct dynamics_stack {
     int count;
     struct dynamics_joint joint[sizeof(int) * CHAR_BIT + 1];
@@ -95,8 +96,8 @@ static struct dynamics_joint dynamics_first(const struct dynamics_work *w, int c
 }
 
 /* Adds child c to a joint. The increase of the sums over pairs is computed in the frame of the
- * heaviest child, where nothing large cancels. As differences of the sums p to t it would be lost
- * for nearly aligned arms. */
+ * heaviest child, where nothing large cancels. Computed as differences of the sums p to t, it would
+ * be lost for nearly aligned arms. */
 static void dynamics_join(const struct dynamics_work *w, int c, double phi,
                           struct dynamics_joint *j) {
     double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
@@ -150,7 +151,8 @@ static void dynamics_up(const struct pend_tree *tree, double unit, const double 
     }
 }
 
-/* the tip of arm k, from the acceleration (ar, at) of its base in the frame of the parent arm */
+/* acceleration of the tip of arm k, from that of its base, (ar, at), in the frame of the parent
+ * arm */
 static void dynamics_tip(const struct pend_tree *tree, const struct dynamics_work *w, int k,
                          double ar, double at, double acc[]) {
     double C = w->cosine[k], Z = w->sine[k];
@@ -210,7 +212,7 @@ void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads
     dynamics_angles(tree, phi, &w);
     dynamics_up(tree, unit, phi, rate, &w);
 
-    // gravity is equivalent to a pivot that accelerates with i g
+    // gravity is equivalent to a pivot with the acceleration i g
     w.tension[0] = w.eff[0] * w.sine[0] * loads->gravity + w.bias[0];
     dynamics_tip(tree, &w, 0, 0, loads->gravity, acc);
     for (int k = 0; k < tree->n; k++)

@@ -1,4 +1,4 @@
-/* The general form of the dynamics, for states on which the quick forms lose digits: light joints
+/* The general form of the dynamics, for states for which the fast forms lose digits: light joints
  * between heavy arms that are nearly aligned or without tension.
  * Leaves to others: all other states (kernel_dynamics), the choice between the forms (dynamics).
  * Invariant: no allocation; arms in the tree's stored order. */
@@ -13,8 +13,8 @@
 size_t pend_dynamics_careful_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of a moving tree; parameters as pend_dynamics, and
- * force may be NULL.
+ * Computes angular accelerations and compression forces of a moving tree; parameters as
+ * pend_dynamics, but force may be NULL.
  *
  * Sums over pairs of siblings in the frame of the heaviest, angles between siblings as exact
  * differences, tensions first, and the balance of forces at every joint restored. O(n), four to six

@@ -1,4 +1,4 @@
-/* Phi'' and lambda of one state of any tree.
+/* Computes phi'' and lambda of one state of any tree.
  * Leaves to others: angles (dynamics_angles_template), several states (dynamics_vec_template),
  * memory (dynamics).
  * Invariant: the operations are those of dynamics_vec_template, so the bits are the same. */
@@ -25,7 +25,7 @@ struct tip {
 
 /* state of the sweep from the leaves to the root */
 struct climb {
-    struct sums now;                      /* of the joint of the previous arm */
+    struct sums now;                      /* sums at the joint of the previous arm */
     struct sums stack[WAITING + 1], *top; /* joints whose children are not all added yet */
     struct joint *joint;
     double unit, eff; /* eff: the largest S */
@@ -72,7 +72,7 @@ VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree
             now = sums_join(&now, S, f, C, Z);
         else
             now = sums_join(top--, S, f, C, Z);
-        // the arm before is neither parent nor sibling
+        // the previous arm is neither parent nor sibling
         if (!(how & PEND_KIN_FIRST) && kin[i - 1] & PEND_KIN_LAST) *++top = now;
     }
     climb->now = now, climb->top = top, climb->joint = joint, climb->eff = largest;
@@ -81,7 +81,7 @@ VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree
 /* state of the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
-    const struct joint *joint; /* one past the next */
+    const struct joint *joint; /* 1 + the next joint */
     double unit, inverse_unit, yield;
     wide force, radial, spin, poison; /* as struct lanes_peaks */
 };
@@ -91,7 +91,7 @@ VEC_INLINE double tip_radial(const struct tip *base, double C, double Z, double 
     return fma1(fma1(-Z, base->lean, C), base->radial, -fma1(Z, base->side, w));
 }
 
-/* Of the arms of a block: accelerations along them, l phi'', scaled lambda. */
+/* For the arms of a block: accelerations along them, l phi'', scaled lambda. */
 struct values {
     double radial[DYNAMICS_BLOCK], bend[DYNAMICS_BLOCK], tension[DYNAMICS_BLOCK];
 };
@@ -204,7 +204,7 @@ VEC_INLINE void one_down(const struct one *one, const struct climb *climb,
                          struct descent *descent) {
     const struct pend_tree *tree = one->tree;
     double *acc = one->acc, *force = one->force;
-    // gravity is equivalent to a pivot that accelerates with i g
+    // gravity is equivalent to a pivot with the acceleration i g
     descent->now = (struct tip){0, -one->gravity, 0, -one->gravity};
     descent->top = descent->stack, descent->joint = climb->joint;
     descent->unit = climb->unit, descent->inverse_unit = 1 / climb->unit;
@@ -217,8 +217,8 @@ VEC_INLINE void one_down(const struct one *one, const struct climb *climb,
     }
 }
 
-/* Returns the largest S |acceleration of the base|, where an acceleration counts as the largest one
- * on the path from the pivot. The joints end at `joint`. */
+/* Returns the largest S |acceleration of the base|; for each base the largest acceleration on the
+ * path from the pivot counts. The joints end at `joint`. */
 static __attribute__((noinline)) double one_load(struct one one, const struct joint *joint,
                                                  double unit) {
     const struct pend_tree *tree = one.tree;

@@ -1,4 +1,4 @@
-/* Sizes shared by the quick forms of the dynamics and their callers.
+/* Sizes that the fast forms of the dynamics share with their callers.
  * Leaves to others: the forms (dynamics_*_template), memory (dynamics).
  * Invariant: DYNAMICS_VEC is a multiple of every width of vectors. */
 #pragma once

@@ -1,5 +1,5 @@
-/* Shared by the quick forms of the dynamics: widths, the depth of the stack, and the bound above
- * which a form rejects a state because it may lose digits.
+/* Definitions for the fast forms of the dynamics: widths, the depth of the stack, and the bound
+ * above which a form rejects a state because it may lose digits.
  * Leaves to others: the sweeps (dynamics_*_template).
  * Invariant: a power of 2 times all masses, and its inverse, are finite. */
 #pragma once
@@ -14,11 +14,11 @@
 
 #define fma1 lanes1_fma
 
-/* The sizes of the waiting sub-trees halve from one to the next. */
+/* Depth of the stack; the sizes of the waiting sub-trees halve from one to the next. */
 enum { WAITING = sizeof(int) * CHAR_BIT + 1 };
 
 /* A state whose forces are smaller than mass times acceleration by more than this factor needs the
- * careful form. The error of the quick forms is at most this times the rounding error of a
+ * careful form. The error of the fast forms is at most this factor times the rounding error of a
  * double. */
 #define LOAD_MOST 256
 

@@ -1,5 +1,5 @@
-/* Phi'' and lambda of several states of one tree, one state a lane: every number of the sweeps is a
- * vector.
+/* Computes phi'' and lambda of several states of one tree, one state per lane: every number of the
+ * sweeps is a vector.
  * Leaves to others: single states (dynamics_one_template, with the same operations), memory
  * (dynamics).
  * Invariant: lanes never mix; a state's result has the same bits as if computed alone. */
@@ -7,7 +7,7 @@
 
 #include "core/dynamics/dynamics_template.h"
 
-/* Of an arm: C, Z, w, S; of an arm with children also h, r / (m + q), t / (m + q). */
+/* Values of an arm: C, Z, w, S; with children also h, r / (m + q), t / (m + q). */
 struct lanes_arm {
     wide cosine, sine, spin, eff, held, lean, side;
 };
@@ -91,7 +91,7 @@ static wide lanes_up(const struct pend_tree *tree, double unit, const double phi
             now = lanes_join(&now, S, f, C, Z);
         else
             now = lanes_join(top--, S, f, C, Z);
-        // the arm before is neither parent nor sibling
+        // the previous arm is neither parent nor sibling
         if (!(how & PEND_KIN_FIRST) && tree->kin[k - 1] & PEND_KIN_LAST) *++top = now;
     }
     return largest;
@@ -110,7 +110,7 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
     wide zero = WIDE_(of)(0), most = zero, radials = zero + fabs(gravity), yields = zero,
          spins = zero, poison = zero;
     double inverse_unit = 1 / unit;
-    // gravity is equivalent to a pivot that accelerates with i g
+    // gravity is equivalent to a pivot with the acceleration i g
     now = (struct lanes_tip){zero, zero - gravity, zero, zero - gravity};
     for (int k = 0; k < tree->n; k++) {
         unsigned how = tree->kin[k];
@@ -143,8 +143,8 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
     *peaks = (struct lanes_peaks){most, radials, yields, spins, poison};
 }
 
-/* the largest S |acceleration of the base|, where the acceleration of a base counts as the largest
- * one on the path from the pivot to it */
+/* the largest S |acceleration of the base|; for each base the largest acceleration on the path from
+ * the pivot counts */
 static wide lanes_load(const struct pend_tree *tree, double gravity, const struct lanes_arm arm[]) {
     struct {
         struct lanes_tip tip;

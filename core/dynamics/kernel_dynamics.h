@@ -1,5 +1,5 @@
-/* The quick forms of the dynamics, by instruction set.
- * Leaves to others: states on which the quick forms may lose digits (dynamics), memory (dynamics).
+/* The fast forms of the dynamics, for each instruction set.
+ * Leaves to others: states for which the fast forms may lose digits (dynamics), memory (dynamics).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
 #pragma once
 
@@ -9,7 +9,7 @@
 
 struct dynamics_kernel {
     /**
-     * One state. Parameters as pend_dynamics, but force is never NULL.
+     * Computes one state. Parameters as pend_dynamics, but force is never NULL.
      *
      * work  DYNAMICS_VALUES numbers per arm, in whole blocks, aligned to 64.
      *

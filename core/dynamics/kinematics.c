@@ -12,9 +12,9 @@ struct kinematics_vector {
     double re, im;
 };
 
-/* Values of arms that a sweep will need again. Each one is in the sub-tree of a child of the arm
- * below it, and not the largest child. So the sizes of their sub-trees halve, and there are at most
- * as many as an int has bits. */
+/* Values of arms that a sweep needs again. Each arm is in the sub-tree of a child of the arm below
+ * it on the stack, but not of the largest child. So the sizes of their sub-trees halve, and there
+ * are at most as many as an int has bits. */
 struct kinematics_stack {
     int count;
     struct kinematics_vector value[sizeof(int) * CHAR_BIT + 1];
@@ -25,8 +25,8 @@ static void kinematics_push(struct kinematics_stack *stack, struct kinematics_ve
     stack->value[stack->count++] = value;
 }
 
-/* root to leaves, before arm k: the value of its parent's tip, which the last child removes from
- * the stack */
+/* root to leaves, before arm k: the value of its parent's tip; the last child removes it from the
+ * stack */
 static struct kinematics_vector kinematics_base(const struct pend_tree *tree, int k,
                                                 struct kinematics_stack *stack) {
     if (k == 0) return (struct kinematics_vector){0, 0};

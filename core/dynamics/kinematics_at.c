@@ -3,8 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* x + y i times the unit vector of a direction; usually y is 0, because the point is the arm's own
- * end */
+/* x + y i times the unit vector of a direction; y is 0 except for points beside the arm's axis */
 static struct at_vector at_turn(double x, double y, double direction) {
     if (x == 0 && y == 0) return (struct at_vector){0, 0};
     double c = cos(direction), s = sin(direction);
@@ -46,7 +45,7 @@ static struct at_vector at_rail(const struct pend_loads *loads, double x) {
     return at_turn(x, 0, loads->value[loads->terms->one[PEND_TERM_RAIL]]);
 }
 
-/* true if arm k is a cart, whose tip is its position */
+/* true if arm k is a cart; its tip is its position */
 static int at_cart(const struct pend_loads *loads, int k) {
     return !k && pend_terms_cart(loads->terms);
 }
@@ -150,14 +149,15 @@ static void at_add(struct at_sum *s, double x) {
     s->sum = sum;
 }
 
-/* an arm consists of up to so many masses at points of its frame, with inertias of their own */
+/* largest number of masses, at points of its frame and with their own inertias, of which an arm
+ * consists */
 enum { AT_POINTS = 3 };
 struct at_mass {
     double mass, inertia;
     struct at_vector at;
 };
 
-/* returns their number */
+/* fills in the masses of an arm; returns their number */
 static int at_masses(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                      struct at_mass mass[]) {
     const struct pend_terms *terms = loads->terms;

@@ -1,5 +1,5 @@
 /* Positions, velocities and energies of an ideal or real pendulum at a given time.
- * Leaves to others: ideal pendulums (kinematics), which it calls.
+ * Leaves to others: ideal pendulums (kinematics), whose functions it calls.
  * Invariant: arms in the tree's stored order; no allocation. */
 #pragma once
 
@@ -10,7 +10,7 @@ struct at_vector {
     double x, y;
 };
 
-/** Returns the place of a real pendulum's pivot, m, its velocity or its acceleration: the
+/** Returns the position of a real pendulum's pivot, m, its velocity or its acceleration: the
  * derivative of order 0, 1 or 2. O(harmonics). */
 struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double time, int order);
 
@@ -50,9 +50,9 @@ struct pend_energy pend_kinematics_energy_at(const struct pend_tree *tree,
                                              double scratch[]);
 
 /**
- * pend_kinematics_energy_at of several states, rows of n, each at its own time. Cheaper for small
- * trees, whose unit vectors are computed together. A state's energy has the same bits as if
- * computed alone.
+ * As pend_kinematics_energy_at for several states, rows of n, each at its own time. It is faster
+ * for small trees, whose unit vectors are computed together. A state's energy has the same bits as
+ * if computed alone.
  *
  * scratch  2 n (count + 1) values, for a real pendulum.
  * energy   out, count values.
