@@ -14,23 +14,23 @@ struct pend_extended {
     struct extended_motion motion;
     enum pend_extended_stage stage;
     long steps;
-    double unit; /* s, of the last step */
+    double unit; /* s, unit of the last step */
 };
 
 enum { EXTENDED_ROWS = 8, EXTENDED_BYTES_CAP = 1 << 30 };
 
 /* ---- orders */
 
-/* the first neglected term of a step, relative to the motion of the step: a hundredth of rtol, but
- * not below the last digit of the numbers */
+/* the first neglected term of a step, relative to the motion in the step: a hundredth of rtol, but
+ * at least the last digit of the numbers */
 static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106); }
 
 static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
 
 /*
- * The order above which one double per coefficient suffices: there the terms of a step have
- * decreased by the ratio of a double's precision to the target. The terms of an exponential
- * decrease slowest, x^j / j!, with x such that the first neglected term is the target. */
+ * The order above which one double per coefficient suffices: the terms of a step have decreased
+ * there by the ratio of a double's precision to the target. The terms of an exponential decrease
+ * slowest, x^j / j!, with x such that the first neglected term is the target. */
 static int extended_precise(double target, int order) {
     double bits = -log2(target), log_x = (lgamma(order + 2) / M_LN2 - bits) / (order + 1);
     int j = 1;
@@ -89,7 +89,7 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
                    .log_rtol = log2(target),
                    .log_atol = atol > 0 ? log2(pend_taylor_atol(atol)) : -1e5}};
     size_t bytes = extended_place(&sketch, NULL);
-    // the limit is that of four lanes, so that every processor refuses the same trees
+    // the limit for four lanes, so that every processor refuses the same trees
     size_t counted = bytes / (size_t)sketch.kernel->width * 4;
     if (counted > (size_t)EXTENDED_BYTES_CAP)
         return pend_fail(error, PEND_INVALID, -1, 0,
@@ -173,7 +173,7 @@ void pend_extended_end(const struct pend_extended *e, const struct pend_extended
 void pend_extended_carry(struct pend_extended *e, struct pend_checkpoint *checkpoint) {
     struct extended_motion *m = &e->motion;
     assert(extended_valid(e));
-    /* the start of the last step; before the first step, the start of that */
+    /* the start of the last step; before the first step, the initial state */
     struct extended_state *start = e->steps ? &m->from : &m->to;
     long steps = e->steps;
     double unit = e->steps ? e->unit : m->unit;

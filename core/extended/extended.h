@@ -1,5 +1,5 @@
-/* A trajectory in numbers of about 32 digits. The digits of trajectories in doubles are checked
- * against it.
+/* A trajectory in numbers of about 32 digits. It serves to check the digits of trajectories in
+ * doubles.
  * Leaves to others: instants and samples (run, by way of method_extended).
  * Invariant: its bits are the same on avx2 and avx512. */
 #pragma once
@@ -44,8 +44,7 @@ void pend_extended_free(struct pend_extended **extended);
 /**
  * Starts a trajectory in the workspace, at time 0.
  *
- * loads    what acts on the tree; gravity of any finite value; the workspace's terms, whose numbers
- *          are copied.
+ * loads    gravity of any finite value, and the workspace's terms, whose values are copied.
  * state    copied; phi_low and rate_low may be NULL: zero.
  * start    s, time 0 in the time of drives.
  * stop     s, end of the trajectory, either sign; a step ends there exactly.
@@ -53,8 +52,8 @@ void pend_extended_free(struct pend_extended **extended);
 void pend_extended_start(struct pend_extended *extended, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double start, double stop);
 
-/** Changes the time at which the trajectory stops, s; the new one must be on the same side of the
- * current time. */
+/** Changes the time at which the trajectory stops, s. The current time must not be beyond the new
+ * one. */
 void pend_extended_stop(struct pend_extended *extended, double stop);
 
 enum pend_extended_stage { PEND_EXTENDED_UNDER_WAY, PEND_EXTENDED_STOPPED, PEND_EXTENDED_FAILED };
@@ -65,7 +64,7 @@ enum pend_extended_stage pend_extended_step(struct pend_extended *extended);
 /** Returns the time at the end of the last step, s. */
 double pend_extended_time(const struct pend_extended *extended);
 
-/** Returns the number of orders of the series, which a step computes. */
+/** Returns the number of orders of the series that a step computes. */
 int pend_extended_order(const struct pend_extended *extended);
 
 /** Copies the state at the end of the last step, or at the start. */
@@ -80,11 +79,11 @@ void pend_extended_end(const struct pend_extended *extended,
 void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint *checkpoint);
 
 /**
- * Values at instants inside the last step, as doubles and their rounding errors.
+ * Computes values at instants inside the last step, as doubles and their rounding errors.
  *
  * count  any.
  * t      s; taken as exact.
- * to     instant i of arm k at [i * n + k]; phi_low and rate_low may be NULL.
+ * to     receives instant i of arm k at [i * n + k]; phi_low and rate_low may be NULL.
  * acc    out, rad/s^2, NULL if not needed.
  * force  out, N, NULL if not needed.
  */

@@ -18,7 +18,8 @@ VEC_INLINE num extended_share(const double share[], int j) {
 
 /* ---- orders of small trees, by the inverse of the tree system */
 
-/* the derivative of phi'' and of the force of arm i by T_j (pull) and by c_j (side): [j][i] */
+/* the derivatives of phi'' and of the force of arm i with respect to T_j (pull) and c_j (side):
+ * [j][i] */
 struct extended_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
@@ -51,7 +52,7 @@ static void extended_invert(const struct jets_system *s, struct extended_table *
     }
 }
 
-/* order k from its known parts; lift and drop are the parts of gravity at the root */
+/* computes order k from its known parts; lift and drop are the components of gravity at the root */
 VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table,
                                int n, int k, num gravity, const struct extended_known known[]) {
     num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1),
@@ -61,7 +62,7 @@ VEC_INLINE void extended_solve(const struct jets_system *s, const struct extende
         side[j] = num_mul(known[j].drag_im, share);
     }
     if (k == 0) {
-        // gravity is a pull on the root
+        // gravity acts as a pull on the root
         num per_len = num_mul(gravity, s->inv_len[0]);
         pull[0] = num_sub(pull[0], num_mul(s->sine[0], per_len));
         drop = num_mul(s->cosine[0], per_len);

@@ -2,7 +2,7 @@
 
 #include "core/simd/vec_isa.h"
 
-/* A number is a sum of two doubles, the same in every lane; in `values` each lane is another
+/* A number is a sum of two doubles, equal in all lanes; in `values`, each lane is a different
  * instant. */
 #define NUMBER_DOUBLE_DOUBLE
 #include "core/extended/extended_orders_template.h"
@@ -23,10 +23,10 @@ enum {
 
 /* ---- memory */
 
-/* numbers from one series to the next */
+/* distance in doubles from one series to the next */
 static size_t extended_series(int n, int order) { return (size_t)n * (size_t)(order + 2); }
 
-/* numbers of an ideal pendulum, in vectors */
+/* count of doubles of an ideal pendulum, in vectors */
 static size_t extended_ideal(int n, int order) {
     size_t numbers = 4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
     return 2 * numbers + 6 * extended_series(n, order);
@@ -70,7 +70,7 @@ VEC_INLINE num extended_angle(const struct extended_motion *motion, int k) {
     return num_of2(motion->from.phi[k], motion->from.phi_low[k]);
 }
 
-/* numbers and arrays of a real pendulum, placed after those of an ideal one */
+/* count of doubles, and the arrays, of a real pendulum, placed after those of an ideal one */
 static struct bodies_system extended_real(const struct extended_motion *motion,
                                           const struct jets_system *s) {
     size_t n = (size_t)motion->n, count = (size_t)motion->terms->count;
@@ -99,7 +99,7 @@ static void extended_start(const struct extended_motion *motion, const struct je
     }
 }
 
-/* all orders of a real pendulum */
+/* computes all orders of a real pendulum */
 static void extended_bodies(const struct extended_motion *motion, const struct jets_system *s,
                             wide unit, num gravity) {
     const num quarter = num_of2(M_PI_2, PEND_QUARTER_LOW);
@@ -143,7 +143,7 @@ VEC_INLINE struct extended_change extended_horner(const struct extended_motion *
     return v;
 }
 
-/* the state of arm k, x units after the start of the step; inverse: of the unit */
+/* the state of arm k, x units after the start of the step; inverse: 1 / unit */
 VEC_INLINE struct extended_change extended_later(const struct extended_motion *motion,
                                                  const struct jets_system *s, int k, num x,
                                                  wide inverse) {
@@ -154,7 +154,7 @@ VEC_INLINE struct extended_change extended_later(const struct extended_motion *m
     return v;
 }
 
-/* the state at the end of the step; returns 0 where all sums are finite */
+/* computes the state at the end of the step; returns 0 if all sums are finite */
 static wide extended_advance(const struct extended_motion *motion, const struct jets_system *s,
                              num x, wide unit) {
     const struct extended_state *to = &motion->to;

@@ -1,4 +1,4 @@
-/* One step of a trajectory in numbers of 32 digits, by instruction set.
+/* One step of a trajectory in numbers of 32 digits, for each instruction set.
  * Leaves to others: its start and end (extended).
  * Invariant: the same bits in every instruction set with fused multiply-add. */
 #pragma once
@@ -16,15 +16,15 @@ struct extended_state {
 
 struct extended_motion {
     int n, order;
-    int precise; /* coefficients above this order are so small that one double each is enough */
+    int precise; /* one double suffices for coefficients above this order, because they are small */
     const int *parent, *end;
     double log_rtol, log_atol;      /* binary logarithms */
     struct extended_state from, to; /* start and end of the step */
     const double *len, *mass;
-    double gravity, unit, stop;     /* unit and stop - time have one sign */
+    double gravity, unit, stop;     /* unit and stop - time have the same sign */
     double start;                   /* s, time 0 in the time of drives; taken as exact */
-    const struct pend_terms *terms; /* of real pendulums; NULL = ideal ones */
-    double *value;                  /* their numbers */
+    const struct pend_terms *terms; /* terms of real pendulums; NULL = ideal pendulums */
+    double *value;                  /* values of the terms */
     double *share;                  /* 1 / (j + 1) of order j, up to order + 1 */
     double *series; /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
 };
@@ -38,29 +38,29 @@ struct extended_values {
 };
 
 struct extended_kernel {
-    int width; /* doubles of a vector: the largest number of instants of `values` */
-    /** Returns the doubles that `series` needs; terms: NULL for ideal pendulums. */
+    int width; /* doubles per vector: the largest number of instants of `values` */
+    /** Returns the number of doubles that `series` needs; terms: NULL for ideal pendulums. */
     size_t (*series_count)(const struct pend_terms *terms, int n, int order);
     /**
      * Takes one step, never beyond stop.
      *
-     * Returns EXTENDED_DONE if stop is reached, with EXTENDED_BAD if a number is not finite or the
-     * time does not advance, else 0.
+     * Returns EXTENDED_DONE if stop is reached, or-ed with EXTENDED_BAD if a value is not finite or
+     * the time does not advance; otherwise 0.
      */
     int (*step)(struct extended_motion *motion);
     /**
-     * The values at `count` instants t, s, inside the step just taken, before from and to are
-     * swapped.
+     * Computes the values at `count` instants t, s, inside the last step; to be called before
+     * `from` and `to` are swapped.
      *
-     * unit  s, of that step.
+     * unit  s, unit of that step.
      */
     void (*values)(const struct extended_motion *motion, double unit, int count, const double t[],
                    const struct extended_values *to);
     /**
-     * The power of drives, and of friction and drag, of a real pendulum as series about the start
-     * of the step just taken: `order` coefficients each, J times unit^2, rounded.
+     * Computes the power of drives, and of friction and drag, of a real pendulum as series about
+     * the start of the last step: `order` coefficients each, J times unit^2, rounded.
      *
-     * unit  s, of that step.
+     * unit  s, unit of that step.
      */
     void (*power)(const struct extended_motion *motion, double unit, double work[], double heat[]);
 };

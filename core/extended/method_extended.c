@@ -1,7 +1,7 @@
 /* The Taylor method in numbers of about 32 digits: one trajectory, with states rounded to doubles
  * at the interface.
  * Leaves to others: the series, their steps and sums (extended), the time loop (run).
- * Invariant: instants and steps are doubles taken as exact; a step allocates nothing. */
+ * Invariant: instants and steps are exact doubles; a step allocates no memory. */
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
@@ -40,7 +40,7 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
         free(x);
         return status;
     }
-    // the kernel only reads a start
+    // the kernel only reads the initial state
     struct pend_extended_state start = {.phi = (double *)problem->phi,
                                         .phi_low = (double *)problem->phi_low,
                                         .rate = (double *)problem->rate,
@@ -86,7 +86,7 @@ static enum pend_status extended_stepper_step(void *stepper, double limit, doubl
 static void extended_stepper_at(void *stepper, const double t[], int count,
                                 const struct pend_points *points) {
     struct extended_stepper *x = stepper;
-    // the array of theta is large enough for the values from which theta is computed
+    // the array of theta also holds the values from which theta is computed
     struct pend_extended_state to = {
         .phi = points->phi, .phi_low = points->theta, .rate = points->rate};
     pend_extended_at(x->extended, count, t, &to, points->acc, points->force);

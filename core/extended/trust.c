@@ -10,16 +10,16 @@
 enum { TRUST_NUMBERS = 4096, TRUST_ROWS = 64 };
 
 struct pend_trust {
-    int n; /* arms without a cart: columns of the rows */
+    int n; /* number of arms without a cart: columns of the rows */
     int parted, cap;
     double tolerance, until;
     struct pend_run *run[2];
-    int done[2], count[2]; /* rows of the block that each run has computed */
-    int compared;          /* rows of the block */
+    int done[2], count[2]; /* number of rows of the block that each run has computed */
+    int compared;          /* number of compared rows of the block */
     double *t[2], *phi[2];
 };
 
-/* both runs keep their rows within the block, and no row is compared that is not computed */
+/* both runs keep their rows within the block, and only computed rows are compared */
 PEND_VALIDATOR trust_valid(const struct pend_trust *trust) {
     int most = trust->count[0] > trust->count[1] ? trust->count[0] : trust->count[1];
     return trust->n >= 1 && trust->cap >= 1 && most <= trust->cap && trust->compared >= 0 &&
@@ -56,14 +56,14 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
         made->t[i] = block + (size_t)i * rows;
         made->phi[i] = made->t[i] + cap;
     }
-    // the more exact run uses its own tolerances
+    // the more accurate run uses its own tolerances
     struct pend_problem own = *problem, exact;
     // whole turns would cost digits
     own.no_turns = 1;
     exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
-    // compare a run in 32 digits with another of 32 digits and a different order; the finer one
+    // compares a run in 32 digits with another one of a different order; the finer run
     // counts as exact
     if (method == pend_method_taylor.extended)
         exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default
@@ -87,7 +87,7 @@ static enum pend_status trust_fill(struct pend_trust *trust, int i, double work,
     return status;
 }
 
-/* compares the rows that both runs have; after a full block an empty one begins */
+/* compares the rows that both runs have; after a full block, starts an empty one */
 static void trust_compare(struct pend_trust *trust) {
     int count = trust->count[0] < trust->count[1] ? trust->count[0] : trust->count[1];
     for (; trust->compared < count && !trust->parted; trust->compared++) {

@@ -1,8 +1,8 @@
 /* The time up to which a trajectory is accurate: solves the same problem by its method and in 32
  * digits, and compares the two at every requested instant.
  * Leaves to others: the samples of the response (run).
- * Invariant: both runs have the same start, instants and limits; neither is more than a block
- * ahead of the comparison. */
+ * Invariant: both runs have the same start, instants and limits; each is at most one block ahead of
+ * the comparison. */
 #pragma once
 
 #include "core/integrate/methods/method.h"
@@ -14,12 +14,12 @@ struct pend_trust;
  *
  * trust      out; NULL on failure; ends with pend_trust_free.
  * method     the method whose digits are checked. A method of 32 digits is compared with itself at
- *            another tolerance and order; the comparison then ends when the less exact of the two
- *            is no longer accurate.
+ *            another tolerance and order; the comparison then ends when the less accurate run
+ *            exceeds the tolerance.
  * problem    copied; its tree and its list of instants must outlive the comparison.
  * tolerance  rad, > 0: the allowed error of angles.
  *
- * PEND_NO_MEMORY, and what pend_run_new returns.
+ * PEND_NO_MEMORY, and the failures of pend_run_new.
  */
 PEND_MUST_CHECK enum pend_status pend_trust_new(struct pend_trust **trust,
                                                 const struct pend_method *method,
