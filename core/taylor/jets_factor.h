@@ -40,7 +40,7 @@ static void jets_share(const struct jets_system *s, int k) {
     }
 }
 
-/* factorizes the order-0 tree system; cosine and sine are set already */
+/* factorizes the tree system of order 0; cosine and sine must be set */
 static void jets_factor(const struct jets_system *s) {
     for (int k = 0; k < s->n; k++)
         s->sum_p[k] = s->sum_r[k] = s->sum_q[k] = s->sum_d[k] = num_of(0);

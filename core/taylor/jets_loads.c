@@ -4,7 +4,7 @@
 
 enum { LOADS_SMALL = 8, LOADS_SPARE = 3, LOADS_TILE = 8 };
 
-/* counts memory, and assigns it if there is any */
+/* counts memory, and assigns it if memory is given */
 struct loads_store {
     char *base;
     size_t used;
@@ -92,7 +92,7 @@ static void loads_twists(struct jets_loads *loads, const struct pend_tree *tree)
 static void loads_children(struct jets_loads *loads, const struct pend_tree *tree,
                            const struct loads_layout *layout) {
     for (int a = 0; a < loads->padded; a++) loads->child[a] = -1;
-    // this order writes last what the kernels read last
+    // the last order in memory is the one that the kernels read last
     for (int k = tree->n - 1; k >= 0; k--) {
         int first = tree->end[k] > k + 1 ? k + 1 : -1;
         loads->child[k] = first;

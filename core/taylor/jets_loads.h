@@ -1,8 +1,8 @@
-/* The loads of a real pendulum that the quick kernels support: torques between arms, the
+/* The loads of a real pendulum that the fast kernels support: torques between arms, the
  * acceleration of its pivot, and, for few arms, bodies instead of point masses.
  * Leaves to others: the arithmetic (loads_template, small_loads_template, couples_template),
  * pendulums with other terms (jets_bodies).
- * Invariant: the choice depends on which terms are present, not on their numbers, so that all
+ * Invariant: the choice depends on which terms are present, not on their values, so that all
  * members of an ensemble use one kernel. */
 #pragma once
 
@@ -24,11 +24,11 @@ enum {
  * given   row k: minus the pivot's acceleration along the first arm over its length, and the known
  *         forces across the arms, torques over lengths
  * drop    row k: minus the pivot's acceleration across the first arm over its length
- * loss    row k: the part of friction in the forces across the arms
+ * loss    row k: the contribution of friction to the forces across the arms
  * twist   row a: the forces across for a torque of 1 on arm a and its opposite on the parent */
 #define LOADS_ROWS(X) X(across) X(given) X(drop) X(loss) X(twist)
 /*
- * Series with one number per order, with LOADS_MARGIN zeros on either side.
+ * Series with one number per order, between LOADS_MARGIN zeros on either side.
  *
  * lift_x, lift_y    acceleration of the pivot and gravity
  * slide_x, slide_y  velocity of the pivot
@@ -49,7 +49,7 @@ enum {
  * Series of the same trees, in the layout of the rates, after eight zeros.
  *
  * cross   imaginary parts of the forces in fixed axes, whose real parts are in `force`; while an
- *         order is computed, first the part of torques
+ *         order is computed, first the contribution of torques
  * motor   torques of drives
  * slips   rates minus those of the parents */
 #define LOADS_TILES(X) X(cross) X(motor) X(slips)
@@ -62,8 +62,8 @@ struct loads_kid {
     int child;
 };
 
-/* For eight consecutive arms: the start of their parents and of their first children, if these are
- * consecutive too; else LOADS_APART. */
+/* For eight consecutive arms: the index of their parents and of their first children, if these are
+ * consecutive too; otherwise LOADS_APART. */
 enum { LOADS_APART = -1000000000 };
 struct loads_tile {
     int parent, child;
@@ -73,19 +73,20 @@ struct bodies_system;
 
 struct jets_loads {
     const struct pend_terms *terms;
-    const double *value;  /* of the terms, for the current expansion */
-    double unit;          /* of time, in the current expansion */
+    const double *value;  /* values of the terms, for the current expansion */
+    double unit;          /* unit of time in the current expansion */
     int couples;          /* there are torques between arms */
     int shaped;           /* masses are not all points at tips */
     int springs, losses;  /* torques include springs; torques include friction */
     int drives, moves;    /* torques include harmonics; the pivot moves */
     double drag_per_mass; /* 2 gamma in units, for the current expansion */
-    int orders;           /* of the forces whose real parts in fixed axes are stored in place of
+    int orders;           /* number of orders of the forces whose real parts in fixed axes replace
                            * lambda; for bodies, of G over the arms' lengths, except order 0 */
-    struct bodies_system *bodies; /* numbers and factorization for masses other than points at tips,
-                                   * arms attached elsewhere, or drag per mass; else NULL */
+    struct bodies_system *bodies; /* values and factorization for masses other than points at tips,
+                                   * arms attached elsewhere, or drag per mass; otherwise NULL */
     double *bend;                 /* angles to the parents; of the first arm to the vertical */
-    int padded;                   /* arms of a tree of more than eight, with padding; else 0 */
+    int padded;                   /* number of arms of a tree of more than eight, with padding;
+                                   * otherwise 0 */
     int *parent, *child;          /* an arm's parent and its first child; -1 = none */
     struct loads_tile *near;
     struct loads_kid *kid;
@@ -101,7 +102,7 @@ struct loads_layout {
 };
 
 /**
- * Returns non-zero if the quick kernels support all terms of a pendulum of points: masses at the
+ * Returns non-zero if the fast kernels support all terms of a pendulum of points: masses at the
  * tips of massless arms, children at tips, springs, viscous friction and torques in the joints, and
  * a moving pivot, but nothing else. O(1).
  */
@@ -132,13 +133,13 @@ static inline int jets_loads_bodies(const struct pend_terms *terms) {
     return terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
 }
 
-/** Returns non-zero if the quick kernels of one tree support it; of more than eight arms only point
- * masses. O(1). */
+/** Returns non-zero if the fast kernels for one tree support it; with more than eight arms, only
+ * point masses. O(1). */
 static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
     if (tree->n > 8) return jets_loads_known(terms);
-    struct pend_terms points = *terms; // the terms with points at the tips instead, without drag
+    struct pend_terms points = *terms; // the same terms for points at the tips, without drag
     points.one[PEND_TERM_DRAG_PER_MASS] = -1;
-    // what a piece adds is a torque too, whose work and heat are known where the pivot rests
+    // an input of a piece is a torque too; its work and heat are known if the pivot is at rest
     if (terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&
         !(terms->harmonics && terms->harmonic[0].drives < 0)) {
         points.row[PEND_TERM_INPUT] = points.row[PEND_TERM_INPUT_RATE] = -1;
@@ -149,7 +150,7 @@ static inline int jets_loads_suit(const struct pend_tree *tree, const struct pen
     return jets_loads_known(&points);
 }
 
-/** Returns how many orders of the given torques are not 0. O(1). */
+/** Returns the number of orders in which the given torques are not 0. O(1). */
 static inline int jets_loads_torques(const struct jets_loads *loads, int order) {
     const int *row = loads->terms->row;
     if (loads->drives) return order;
@@ -164,9 +165,9 @@ size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_ter
                              int order_cap, const struct loads_layout *layout);
 
 /**
- * Lays out the loads of a pendulum.
+ * Places the loads of a pendulum in memory.
  *
- * terms   supported by the quick kernels; must outlive the loads.
+ * terms   supported by the fast kernels; must outlive the loads.
  * memory  pend_jets_loads_bytes bytes, all zero, aligned to 64; not owned.
  *
  * O(n).

@@ -9,7 +9,7 @@
 #if defined PEND_ISA || defined NUMBER_OTHER
 #include "core/simd/number.h"
 #else
-typedef double num; /* files that lay out memory count it in doubles and compute nothing */
+typedef double num; /* files that only place memory count it in doubles */
 #endif
 
 // clang-format off
@@ -54,20 +54,20 @@ typedef double num; /* files that lay out memory count it in doubles and compute
 // clang-format on
 
 struct jets_system {
-    int n, tiles;        /* arms; tiles of eight in the series */
-    size_t stride, tile; /* distance in numbers from one order to the next, from eight arms to the
+    int n, tiles;        /* number of arms; number of tiles of eight in the series */
+    size_t stride, tile; /* distance in numbers from one order to the next; from eight arms to the
                           * next eight */
     const int *parent, *end;
-    /* For one tree of doubles with more than eight arms, jets sets one of these two, by the
-     * tree's decomposition; the others are NULL. */
+    /* For one tree of doubles with more than eight arms, jets sets one of these two, depending on
+     * the tree; the others are NULL. */
     const struct blocks *blocks;
     const struct chain *chain;
-    const struct rods *rods;  /* in addition to `chain`, for a chain of rods; else NULL */
-    struct jets_loads *loads; /* of a real pendulum that the quick kernels support; NULL = ideal */
+    const struct rods *rods;  /* in addition to `chain`, for a chain of rods; otherwise NULL */
+    struct jets_loads *loads; /* for a real pendulum that the fast kernels support; NULL = ideal */
     const double *share;      /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re,
         *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
-    num *answers; /* of a small tree: the responses of its arms to unit forces, for
+    num *answers; /* for a small tree: the responses of its arms to unit forces, for
                    * pend_jets_spread; NULL = not stored */
 #define X(name) num *name;
     JETS_ARRAYS(X)
@@ -79,13 +79,13 @@ enum { JETS_SPREAD = 4, JETS_SPREAD_MAX = 32 };
 
 /* The step over which an error is propagated. */
 struct jets_spread {
-    int order;      /* JETS_SPREAD .. JETS_SPREAD_MAX, of the motion's series; higher orders are not
-                     * used */
+    int order;      /* JETS_SPREAD .. JETS_SPREAD_MAX, order of the motion's series; higher orders
+                     * are not used */
     double x, unit; /* its length in units; s */
-    double least;   /* relative to the error: stop once the last two terms are smaller */
+    double least;   /* stop if the last two terms are smaller, relative to the error */
 };
 
-/** Returns the index at which the series of arm k begin. */
+/** Returns the index at which the series of arm k start. */
 static inline size_t jets_row(const struct jets_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }

@@ -1,4 +1,4 @@
-/* The power series of a tree's motion, for any kind of number. This is the general form: the quick
+/* The power series of a tree's motion, for any kind of number. This is the general form: the fast
  * forms (small, chain, blocks) give the same coefficients up to rounding.
  * Leaves to others: memory, sines and cosines (jets), the kinds of number (number).
  * Invariant: no division in the orders; every arm does the same operations. */
@@ -6,7 +6,7 @@
 
 #include "core/taylor/jets_factor.h"
 
-/* the terms that follow from T and c alone; clears the sums for the sweeps of order k */
+/* the terms that depend only on T and c; clears the sums for the sweeps of order k */
 static inline void jets_prepare(const struct jets_system *s, int k, int a, num Tr, num Ti, num cr,
                                 num ci) {
     s->wind_re[a] = Tr;
@@ -55,7 +55,7 @@ static inline void jets_known(const struct jets_system *s, int k) {
     }
 }
 
-/* T and c of order k, the second of two: the terms that were missing */
+/* the missing terms of T and c of order k, the second of two orders */
 static inline void jets_complete(const struct jets_system *s, int k) {
     for (int a = 0; a < s->n; a++) {
         size_t row = jets_row(s, a), now = row + (size_t)k * s->stride, last = now + s->stride;
@@ -68,8 +68,8 @@ static inline void jets_complete(const struct jets_system *s, int k) {
     }
 }
 
-/* known forces: along and across every arm, including its children's; the other initial values of
- * each sweep */
+/* known forces along and across every arm, including those of its children; the other initial
+ * values of each sweep */
 static void jets_gather(const struct jets_system *s) {
     for (int k = s->n - 1; k > 0; k--) {
         int p = s->parent[k];
@@ -83,7 +83,7 @@ static void jets_gather(const struct jets_system *s) {
     }
 }
 
-/* leaves to root: the constant part of the force on an arm's base */
+/* leaves to root: the constant term of the force on an arm's base */
 static void jets_up(const struct jets_system *s) {
     jets_gather(s);
     for (int k = s->n - 1; k > 0; k--) {
@@ -97,7 +97,7 @@ static void jets_up(const struct jets_system *s) {
     s->bias[0] = num_sub(s->push[0], s->heave[0]);
 }
 
-/* the constant part of mu, tension first, from sums over the siblings without the arm itself */
+/* the constant term of mu, tension first, from sums over the siblings without the arm itself */
 static void jets_tension(const struct jets_system *s, num gravity) {
     s->others[0] = s->from_side[0] = num_of(0);
     for (int k = 1; k < s->n; k++) {
@@ -115,7 +115,7 @@ static void jets_tension(const struct jets_system *s, num gravity) {
         num rest = num_sub(s->side[a], s->sum_side[a]);
         s->rest[a] = num_mul(rest, s->inv[a]);
     }
-    // the pivot's acceleration is i gravity
+    // the acceleration of the pivot is i gravity
     num lift = num_mul(s->sine[0], gravity);
     s->tension[0] = num_fma(s->eff[0], lift, s->bias[0]);
     s->shift[0] = num_mul(num_sub(s->tension[0], s->push[0]), s->inv_eff[0]);
@@ -157,7 +157,8 @@ static inline void jets_learn(const struct jets_system *s, int k) {
     }
 }
 
-/* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine and sine */
+/* computes all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine
+ * and sine */
 static inline void jets_orders(const struct jets_system *s, num gravity, int order) {
     for (int a = 0; a < s->n; a++) {
         s->stiff[a] = num_mul(s->eff[a], s->kappa[a]);

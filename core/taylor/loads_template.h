@@ -1,4 +1,4 @@
-/* The drives that the quick kernels support, as series about an instant: torques, and the
+/* The drives that the fast kernels support, as series about an instant: torques, and the
  * acceleration and the velocity of the pivot; and products of series.
  * Leaves to others: the orders of the motion (small_loads_template), lanes of members.
  * Invariant: a harmonic costs one sine and one cosine per expansion. */
@@ -43,14 +43,14 @@ static void loads_lift(const struct jets_system *s, int order) {
     }
 }
 
-/* a torque on arm a, and its opposite on its parent, as forces across */
+/* a torque on arm a, and the opposite torque on its parent, as forces across */
 VEC_INLINE void loads_twist(const struct jets_system *s, int a, double torque, double *forces) {
     int p = s->parent[a];
     forces[a] += torque * s->inv_len[a];
     if (p >= 0) forces[p] -= torque * s->inv_len[p];
 }
 
-/* the given torques; the forces of a row begin at `from` */
+/* the given torques; the forces in a row start at `from` */
 static void loads_torques(const struct jets_system *s, const struct bodies_moment *now, int order,
                           int from) {
     const struct jets_loads *loads = s->loads;
@@ -91,7 +91,7 @@ static void loads_springs(const struct jets_system *s, double unit, double *forc
     }
 }
 
-/* the numbers of an expansion, and the motion of its pivot */
+/* the values of the terms in an expansion, and the motion of its pivot */
 static void loads_number(const struct jets_system *s, const double *value,
                          const struct bodies_moment *now, int order) {
     s->loads->value = value;
@@ -113,8 +113,8 @@ static void loads_begin(const struct jets_system *s, const double *value,
 
 /* ---- power */
 
-/* adds sum_{j <= k} a_j b_{k-j} to orders k below `order`; a and b have LOADS_MARGIN zeros before
- * them and enough after them */
+/* adds sum_{j <= k} a_j b_{k-j} to the orders k below `order`; a and b have LOADS_MARGIN zeros
+ * before and enough zeros after them */
 static void loads_product(const double *a, const double *b, int order, double *sum) {
     for (int k = 0; k < order; k += WIDE) {
         wide all = wide_load(sum + k);
@@ -124,7 +124,7 @@ static void loads_product(const double *a, const double *b, int order, double *s
     }
 }
 
-/* order k of the turns of arm a, k above 0 */
+/* order k of the rotation factors of arm a, k > 0 */
 VEC_INLINE void loads_turn(const struct jets_system *s, int a, int k, double *re, double *im) {
     *re = k > 1 ? -s->turn_re[k * 8 + a] : 0;
     *im = k > 1 ? s->turn_im[k * 8 + a] : s->rate[a];
@@ -160,8 +160,8 @@ static void loads_ways(const struct jets_system *s, int order, struct loads_ways
     }
 }
 
-/* adds the heat of drag per mass, orders below `order`: 2 gamma times the sum of m |v|^2, which for
- * an arm is M |v|^2 + 2 Re (conj(v) h u') + J phi'^2 */
+/* adds the heat of drag per mass, orders below `order`: 2 gamma times the sum of m |v|^2, whose
+ * contribution of an arm is M |v|^2 + 2 Re (conj(v) h u') + J phi'^2 */
 static void loads_haze(const struct jets_system *s, int order, double *sum) {
     struct loads_ways way;
     memset(&way, 0, sizeof way);

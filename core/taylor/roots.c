@@ -38,8 +38,8 @@ static struct roots_pair roots_slope_pair(const struct roots_path *path, double 
     return sum;
 }
 
-/* the place between a and b at which a function comes to be above `level`, or below it: Newton's
- * method, and bisection if a step would leave the bracket */
+/* the point between a and b at which a function rises above `level`, or falls below it: Newton's
+ * method, with bisection if a step would leave the bracket */
 static double roots_root(const struct roots_path *path, roots_fn *f, double level, int above,
                          double a, double b) {
     assert(a <= b);
@@ -52,8 +52,8 @@ static double roots_root(const struct roots_path *path, roots_fn *f, double leve
             a = s;
         double next = s - (at.value - level) / at.slope;
         double step = fabs(next - s);
-        // near the root, steps that leave the bracket or do not shrink are rounding errors: every
-        // place in the bracket is as good
+        // near the root, steps that leave the bracket or do not shrink are rounding errors: all
+        // points in the bracket are equivalent
         if (last < 1e-7 && !(next > a && next < b && step < 0.25 * last)) {
             if (step <= 2 * last) s = fmin(fmax(next, a), b);
             break;
@@ -110,8 +110,8 @@ static void roots_note(struct roots_path *path, double s) {
     if (s < 1 && path->pieces < PEND_ROOTS_DEGREE) path->end[path->pieces++] = s;
 }
 
-/* notes the turning points in an interval that is not halved; *before is the derivative's sign to
- * the left of it, and becomes the one at its end */
+/* records the turning points in an interval that is not halved; *before is the sign of the
+ * derivative at its start, and becomes the sign at its end */
 static void roots_turns(struct roots_path *path, struct roots_signs signs, int *before, double a,
                         double b) {
     if (signs.first && *before == -signs.first) roots_note(path, a);
@@ -127,8 +127,8 @@ static int roots_plain(const struct roots_path *path) {
     return fabs(path->a[1]) > rest * (1 + 1e-12);
 }
 
-/* the whole step in Bernstein's form, halved until each part turns once at most; parts come in
- * order */
+/* the whole step in Bernstein's form, halved until each part has at most one turning point; the
+ * parts are visited in order */
 static void roots_search(struct roots_path *path) {
     struct {
         double from, to, b[PEND_ROOTS_DEGREE];
@@ -145,7 +145,7 @@ static void roots_search(struct roots_path *path) {
             roots_turns(path, signs, &before, from, to);
             continue;
         }
-        // the left half goes on top
+        // the left half goes on top of the stack
         memcpy(stack[top + 1].b, stack[top].b, sizeof stack[top].b);
         roots_halve(d, stack[top + 1].b, stack[top].b);
         stack[top].from = stack[top + 1].to = 0.5 * (from + to);

@@ -1,13 +1,14 @@
 /* Instants inside one step at which a quantity given by a power series turns, reaches the bounds
  * of an interval, tangentially too, or is largest.
  * Leaves to others: which intervals and which steps are examined (ensemble).
- * Invariant: no pair of turning points is missed between which the quantity changes by more than
- * its rounding error, however close they are. */
+ * Invariant: two turning points are found, even close together, if the quantity changes by more
+ * than its rounding error between them. */
 #pragma once
 
 enum { PEND_ROOTS_DEGREE = 40 };
 
-/* base + (low + sum_{j >= 1} a[j] s^j), s from 0 to 1: the step; a[0] is not used */
+/* base + (low + sum_{j >= 1} a[j] s^j), with s the fraction of the step, 0 .. 1; a[0] is not
+ * used */
 struct roots_path {
     int degree; /* 1 .. PEND_ROOTS_DEGREE */
     double base, low;
@@ -17,7 +18,7 @@ struct roots_path {
     double end[PEND_ROOTS_DEGREE + 1];
 };
 
-/* The least and the largest value on [0, 1], and their places s. */
+/* The least and the largest value on [0, 1], and their positions s. */
 struct roots_extremes {
     double least, least_at, most, most_at;
 };
@@ -32,8 +33,8 @@ int pend_roots_valid(const struct roots_path *path);
  * Divides a path: fills in `pieces` and `end`.
  *
  * The number of sign changes of the derivative's Bernstein coefficients, if it is 0 or 1, is the
- * number of turning points; otherwise the interval is halved. O(degree) if the first terms show
- * that there is no turning point, otherwise O(degree^2) a halving.
+ * number of turning points; otherwise the interval is halved. O(degree) if the first terms exclude
+ * a turning point, otherwise O(degree^2) per halving.
  */
 void pend_roots_divide(struct roots_path *path);
 
@@ -49,11 +50,12 @@ void pend_roots_divide(struct roots_path *path);
 double pend_roots_next(const struct roots_path *path, double from, double low, double high,
                        int *way);
 
-/** Returns the extremes of a divided path; of equal ones the first. O(degree) a piece. */
+/** Returns the extremes of a divided path; of equal extremes, the first. O(degree) per piece. */
 struct roots_extremes pend_roots_extremes(const struct roots_path *path);
 
-/** Returns node i of `count` in [0, 1], both ends among them. */
+/** Returns node i of `count` in [0, 1]; both ends are nodes. */
 double pend_roots_node(int i, int count);
 
-/** The polynomial through values at `count` nodes: coefficients 0 .. count - 1. O(count^2). */
+/** Computes the polynomial through values at `count` nodes: coefficients 0 .. count - 1.
+ * O(count^2). */
 void pend_roots_through(int count, const double at[], double out[]);

@@ -13,8 +13,8 @@ enum {
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48,
-    JETS_BEYOND = 3 /* rows of a tile beyond the order: u is two orders ahead, and the known part of
-                     * the next order */
+    JETS_BEYOND = 3 /* rows of a tile beyond the order: u needs two more, and the known part of the
+                     * next order one */
 };
 
 size_t pend_jets_stride(int n) {
@@ -26,7 +26,7 @@ static size_t jets_series(int order_cap, const struct pend_tree *tree) {
     return (size_t)(order_cap + JETS_BEYOND) * pend_jets_stride(tree->n);
 }
 
-/* numbers of the series and of the factorization */
+/* count of doubles of the series and of the factorization */
 static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
     return 4 * jets_series(order_cap, tree) + JETS_COUNT * pend_jets_stride(tree->n) + JETS_SHARES;
 }
@@ -40,19 +40,19 @@ PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
            jets->real == (jets->general || s->loads != NULL);
 }
 
-/* the terms require the general kernel, whatever their numbers */
+/* true if the terms require the general kernel, for any values */
 static int jets_general(const struct pend_tree *tree, const struct pend_terms *terms) {
     return terms && !jets_loads_suit(tree, terms);
 }
 
 static size_t jets_larger(size_t x, size_t y) { return x > y ? x : y; }
 
-/* the layout of the series of a pendulum for the quick kernels */
+/* the layout of the series of a pendulum for the fast kernels */
 static struct loads_layout jets_layout(const struct pend_tree *tree, int order_cap) {
     return (struct loads_layout){(int)pend_jets_stride(tree->n), order_cap + JETS_BEYOND};
 }
 
-/* bytes of the decomposition of a tree for the quick kernels */
+/* bytes of the decomposition of a tree for the fast kernels */
 static size_t jets_cut_bytes(const struct pend_tree *tree) {
     if (pend_chain_suits(tree)) return pend_chain_bytes(tree);
     return tree->n > PEND_JETS_PAD ? pend_blocks_bytes(tree) : 0;
@@ -64,7 +64,7 @@ size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *te
     int general = jets_general(tree, terms);
     struct loads_layout layout = jets_layout(tree, order_cap);
     size_t cut = general ? pend_bodies_system_bytes(tree, terms, order_cap) : jets_cut_bytes(tree);
-    // the numbers decide which of the two kernels is used
+    // the values decide which of the two kernels is used
     if (general && pend_rods_known(tree, terms))
         cut = jets_larger(cut, pend_rods_bytes(tree) +
                                    pend_jets_loads_bytes(tree, terms, order_cap, &layout));
@@ -109,7 +109,7 @@ static void jets_bodies_of(struct pend_jets *jets, const struct pend_loads *load
     jets->general = 1;
 }
 
-/* the arrays in which the quick kernels factorize bodies */
+/* the arrays in which the fast kernels factorize bodies */
 static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *loads,
                               void *memory) {
     pend_bodies_system(&jets->bodies, jets->tree, loads, 1, memory);
@@ -118,7 +118,7 @@ static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *l
     jets->loads.bodies = &jets->bodies;
 }
 
-/* decomposes the tree for the quick kernels */
+/* decomposes the tree for the fast kernels */
 static void jets_cut(struct pend_jets *jets, void *memory) {
     const struct pend_tree *tree = jets->tree;
     if (pend_chain_suits(tree)) {

@@ -26,16 +26,17 @@ enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
 struct pend_jets {
     const struct pend_tree *tree;
     int order_cap;
-    enum pend_isa isa; /* the best one of this processor, unless changed to a lower one */
+    enum pend_isa isa; /* the best instruction set of this processor, unless changed to a lower
+                        * one */
     double *rate, *force;
     double *share;               /* 1 / (j + 1) of order j */
     struct jets_system system;   /* the order-0 tree system, in the same memory */
-    struct blocks blocks;        /* of a tree of more than PEND_JETS_PAD arms */
+    struct blocks blocks;        /* for a tree of more than PEND_JETS_PAD arms */
     struct chain chain;          /* instead of blocks, for a suitable chain */
     struct rods rods;            /* in addition to `chain`, for a chain of rods */
-    struct jets_loads loads;     /* of a real pendulum that the quick kernels support */
-    struct bodies_system bodies; /* of any other real pendulum, instead of all the above */
-    int real;                    /* non-zero for a real pendulum, one with terms */
+    struct jets_loads loads;     /* for a real pendulum that the fast kernels support */
+    struct bodies_system bodies; /* for any other real pendulum, instead of all the above */
+    int real;                    /* non-zero for a real pendulum, which has terms */
     int general;                 /* non-zero if the general kernel is used */
 };
 
@@ -59,8 +60,8 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
  *
  * jets       must not be moved: it contains pointers into itself.
  * tree       must outlive the series.
- * loads      their terms must outlive the series. Numbers of the positions of masses are read once
- *            here, all others by pend_jets_expand.
+ * loads      their terms must outlive the series. Values that set the positions of masses are read
+ *            only here, all others by pend_jets_expand.
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
  * memory     pend_jets_bytes(tree, loads->terms, order_cap) bytes, aligned to 64; not owned.
  */
@@ -74,7 +75,7 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
  * The order-0 system is factorized once; each order then costs four real convolutions per arm and
  * two sweeps.
  *
- * loads    what acts on the tree; gravity of any finite value.
+ * loads    gravity and other loads; gravity of any finite value.
  * unit     s, a power of two, of either sign: the unit of time. If it is near the next step, no
  *          order overflows.
  * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to
@@ -94,8 +95,8 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
 void pend_jets_forces(const struct pend_jets *jets, int order);
 
 /**
- * The work of drives and the heat of friction and drag of a real pendulum, per unit of time, as
- * series in the same variable, after pend_jets_expand to at least `order`.
+ * Computes the power of drives, and of friction and drag, of a real pendulum as series in the same
+ * variable, after pend_jets_expand to at least `order`.
  *
  * count       order, or up to 2 order - 1 with the general kernel: from `order` on, products of the
  *             known factors.
@@ -107,16 +108,16 @@ void pend_jets_power(const struct pend_jets *jets, double unit, int order, int c
                      double heat[]);
 
 /**
- * The state x units of time after the one of the expansion; both are sums of two doubles, arrays
- * padded to PEND_JETS_PAD. O(n order).
+ * Computes the state x units of time after the state of the expansion; both are sums of two
+ * doubles, arrays padded to PEND_JETS_PAD. O(n order).
  */
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
                        const struct jets_state *from, const struct jets_state *to);
 
 /**
- * The values x[i] units of time after the state of the expansion, i = 0 .. count - 1, in rows of n.
- * values->acc and values->force may be NULL. A row's bits do not depend on the other rows. O(n
- * order) per instant.
+ * Computes the values x[i] units of time after the state of the expansion, i = 0 .. count - 1, in
+ * rows of n. values->acc and values->force may be NULL. A row's bits do not depend on the other
+ * rows. O(n order) per instant.
  */
 void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count,
                       double unit, const struct jets_state *from, const struct jets_values *values);
@@ -151,8 +152,8 @@ double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *l
                         const struct jets_spread *how, double phi[], double rate[]);
 
 /**
- * The truncation error of a step of x units to `order`: the sum of all later terms, of which
- * `beyond` are known and JETS_FORETOLD are extrapolated from the last known ones.
+ * Computes the truncation error of a step of x units to `order`: the sum of all later terms.
+ * `beyond` of them are known, and JETS_FORETOLD are extrapolated from the last known terms.
  *
  * beyond     0 .. JETS_FITTED - 2.
  * rate, phi  out, pend_jets_stride values each, aligned to 64: the sums of terms of the rates, in

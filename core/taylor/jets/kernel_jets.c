@@ -8,8 +8,7 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-/* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set
- * holds */
+/* numbers of the sweeps are doubles; loops over arms take as many at once as a vector holds */
 /* number of terms that determine the step; binary logarithm of the longest step in units */
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
@@ -26,7 +25,7 @@ enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 #include "core/taylor/single_template.h"
 #include "core/taylor/jets/values_template.h"
 
-/* the angle of an arm to its parent, as the sum of two doubles */
+/* the angle of an arm relative to its parent, as the sum of two doubles */
 VEC_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {
     int p = s->parent[k];
     double x = state->phi[k], y = p < 0 ? 0 : state->phi[p], low = p < 0 ? 0 : state->phi_low[p];
@@ -35,7 +34,7 @@ VEC_INLINE void kernel_angle(const struct jets_system *s, const struct jets_stat
     s->angle_low[k] = ((x - (d + back)) + (back - y)) + (state->phi_low[k] - low);
 }
 
-/* kernel_angle for a chain, in which each arm's parent is the arm before it */
+/* kernel_angle for a chain, in which the parent of each arm is the previous arm */
 static void kernel_chain_angles(const struct jets_system *s, const struct jets_state *state) {
     wide last = wide_of(0), last_low = wide_of(0);
     for (int a = 0; a < s->n; a += WIDE) {
@@ -48,7 +47,7 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
     }
 }
 
-/* the angles to the parents, for springs; of the first arm to the vertical */
+/* the angles relative to the parents, for springs; for the first arm relative to the vertical */
 static void kernel_bend(const struct jets_system *s) {
     for (int k = 0; k < s->n; k++) {
         double high = k ? 0 : M_PI_2, low = k ? 0 : PEND_QUARTER_LOW;
@@ -184,7 +183,7 @@ VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int o
         if (j) rate[0] = wide_fma(rate[0], square, even);
         rate[1] = wide_fma(rate[1], square, odd);
     }
-    // the even orders of phi' still lack a factor x^2, the odd ones x
+    // up to here, the even orders of phi' lack a factor x^2, the odd orders a factor x
     double inverse = 1 / unit;
     wide turn = x * wide_fma(x, rate[0], rate[1]);
     return (struct values_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
@@ -278,7 +277,8 @@ VEC_INLINE double term_least(const term x[]) {
 /* the trailing terms in lanes, the leading ones in a loop */
 VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol,
                                     double log_atol, int arms) {
-    // binary logarithms of 1 .. 4, by which the coefficients of the rates are divided for phi
+    // binary logarithms of 1 .. 4, because the coefficients of the rates are divided by 1 .. 4 for
+    // phi
     static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};
     const double *share = s->share + order - 3;
     double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * s->share[order];
@@ -319,8 +319,8 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
 
 #include "core/taylor/jets/left_template.h"
 
-/* One arm alone. The change d of its angle solves d'' = (g / l) sin(phi) d, and from order 1 on the
- * coefficients of sin phi are those of the force over 3 m g (single_orders). */
+/* A pendulum with one arm. The change d of its angle solves d'' = (g / l) sin(phi) d, and from
+ * order 1 on the coefficients of sin phi are those of the force over 3 m g (single_orders). */
 static double kernel_single_spread(const struct jets_system *s, const struct pend_loads *loads,
                                    const struct jets_spread *how, double *phi, double *speed) {
     double pull[JETS_SPREAD_MAX + 1], turn[JETS_SPREAD_MAX + 2], before = INFINITY;

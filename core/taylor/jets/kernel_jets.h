@@ -1,4 +1,4 @@
-/* The series kernels of one tree, by instruction set.
+/* The series kernels of one tree, for each instruction set.
  * Leaves to others: memory, angles (jets).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
 #pragma once
@@ -11,7 +11,8 @@
  * read. */
 struct jets_state {
     double *phi, *phi_low, *rate, *rate_low;
-    double time, late; /* s, in the request's time, as a sum of two; drives are evaluated at it */
+    double time, late; /* s, in the time of the request, as a sum of two doubles; the time at which
+                        * drives are evaluated */
 };
 
 /** Sets the time of a state, s, to the sum of a start and the elapsed time. */
@@ -37,14 +38,15 @@ struct jets_left {
 
 struct jets_kernel {
     /**
-     * All orders: rate_0 .. rate_order and force_0 .. force_{order - 1}, in powers of t / unit.
+     * Computes all orders: rate_0 .. rate_order and force_0 .. force_{order - 1}, in powers of t /
+     * unit.
      *
      * system  one tree; trees of up to 8 arms need a stride of 8.
      * order   >= 1.
      */
     void (*orders)(const struct jets_system *system, const struct jets_state *state,
                    const struct pend_loads *loads, double unit, int order);
-    /** The state x units of time after `from`, as sums of two doubles. */
+    /** Computes the state x units of time after `from`, as sums of two doubles. */
     void (*advance)(const struct jets_system *system, int order, double x, double unit,
                     const struct jets_state *from, const struct jets_state *to);
     /**

@@ -74,8 +74,8 @@ VEC_INLINE void change_swept(const struct jets_system *s, const struct jets_syst
     }
 }
 
-/* one arm alone, whose turns are not stored: recomputes u of the motion and applies the linearized
- * recurrences of its orders */
+/* a pendulum with one arm, whose rotation factors are not stored: recomputes u of the motion and
+ * applies the linearized recurrences of its orders */
 VEC_INLINE void change_single(const struct jets_system *s, const struct jets_system *x, num gravity,
                               int order) {
     num pull = num_mul(gravity, s->inv_len[0]), C = s->cosine[0], Z = s->sine[0],

@@ -15,7 +15,8 @@ enum { DENSE_MAX = 4, DENSE_LOOP = 2 };
 enum { DENSE_MAX = 4, DENSE_LOOP = 1 };
 #endif
 
-/* the derivative of phi'' and of the force of arm i by T_j (pull) and by c_j (side): [j][i] */
+/* the derivatives of phi'' and of the force of arm i with respect to T_j (pull) and c_j (side):
+ * [j][i] */
 struct dense_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];

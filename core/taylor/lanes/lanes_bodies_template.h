@@ -162,7 +162,7 @@ static void lanes_tips(const struct lanes_loads *x, int order) {
 /** Returns non-zero if lanes_bodies supports the terms: those of lanes_orders, with masses other
  * than points at tips or arms attached elsewhere. O(1). */
 static inline int lanes_bodies_known(const struct pend_terms *terms) {
-    struct pend_terms points = *terms; // the terms with points at the tips instead
+    struct pend_terms points = *terms; // the same terms for points at the tips
     int shaped = 0;
     for (int r = 0; r < PEND_TERM_ROWS; r++) {
         if (!jets_loads_shape(r)) continue;

@@ -64,7 +64,7 @@ VEC_INLINE void lanes_lift(const struct lanes_loads *x, int k, num *along, num *
     *across = num_sub(C * dy, Z * dx);
 }
 
-/* ---- one arm alone */
+/* ---- a pendulum with one arm */
 
 /*
  * With u = e^{i (phi - phi_0)} and a the acceleration of the pivot in the axes of the start

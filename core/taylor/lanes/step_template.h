@@ -28,7 +28,7 @@ static wide step_reach(const struct jets_system *s, int order, double log_rtol, 
     for (int i = 0; i < STEP_LEADING; i++) leading[i] = step_norm(s, i) - log2_of[i];
     for (int j = order - STEP_TRAILING + 1; j <= order; j++) {
         wide trailing = step_norm(s, j);
-        // an arm that stays at rest limits no step, although its leading terms are 0 too
+        // an arm that stays at rest does not limit the step, although its leading terms are 0
         trailing -= (wide)((wide_mask)(trailing < -5e3) & (wide_mask)wide_of(1e6));
         wide far = log_atol * last[1] - trailing * s->share[j];
         wide here = log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];

@@ -4,12 +4,12 @@
 
 static int blocks_start(int k) { return k / BLOCK_ARMS * BLOCK_ARMS; }
 
-/* true for an arm without children in its own block */
+/* true if the arm has no children in its own block */
 static int blocks_leaves(const struct pend_tree *tree, int k) {
     return tree->parent[k] < blocks_start(k);
 }
 
-/* true if the arm is the first of its block and a child of the last arm of the block before */
+/* true if the arm is the first of its block and a child of the last arm of the previous block */
 static int blocks_leads(const struct pend_tree *tree, int k) {
     return k == blocks_start(k) && tree->parent[k] == k - 1;
 }

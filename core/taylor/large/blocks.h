@@ -47,7 +47,7 @@ enum {
     BLOCK_NUMBERS = BLOCK_ROW_COUNT * BLOCK_ARMS
 };
 
-/* A part of a list: from its first entry to one past its last. */
+/* A range of a list: from its first entry to one past its last entry. */
 struct block_run {
     int first, end;
 };
@@ -57,26 +57,27 @@ struct block_shape {
     int straight; /* every arm is a child of the one before it, also across the start of the
                    * block */
     int lead;     /* the first arm is a child of the last arm of the block before */
-    int rounds;   /* the most siblings of an arm at a joint that is not crowded */
-    int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all siblings; the
-                                                                    * pivot if there are fewer */
+    int rounds;   /* largest number of siblings of an arm at a joint that is not crowded */
+    int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* indices of all siblings; index
+                                                                    * of the pivot if there are
+                                                                    * fewer */
     struct block_run up;     /* edges from later blocks, without the lead */
     struct block_run down;   /* edges to earlier blocks, the lead first */
     struct block_run kids;   /* children of the block's arms that are not first */
     struct block_run joints; /* crowded joints */
 };
 
-/* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i.
- * One more block precedes block 0: its last lane is the pivot, its other rows are zero. */
+/* A place is an index into `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i. One
+ * more block precedes block 0: its last lane is the pivot, its other rows are zero. */
 struct blocks {
-    int count;       /* blocks */
-    double *numbers; /* count blocks of BLOCK_NUMBERS */
+    int count;       /* number of blocks */
+    double *numbers; /* `count` blocks of BLOCK_NUMBERS */
     struct block_shape *shape;
     /* edges between blocks, in the order of their parents' blocks, and of their children's */
     int *up_place, *up_arm;     /* of the child */
     int *down_place, *down_arm; /* of the parent; of the child */
     int *kid_place, *kid_arm;
-    unsigned char *up_lane, *kid_lane; /* the parent's */
+    unsigned char *up_lane, *kid_lane; /* lane of the parent */
     /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
     int *crowd_first, *crowd_place;
 };

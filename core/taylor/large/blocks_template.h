@@ -21,7 +21,8 @@ VEC_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLO
 
 /* ---- once a step */
 
-/* the lane of arm i's parent, negative if that is in another block; kappa of a missing arm is 0 */
+/* the lane of the parent of arm i, negative if it is in another block; kappa of a missing arm is
+ * 0 */
 VEC_INLINE int block_parent(const struct block_shape *shape, int start, int i) {
     return shape->parents[i] - pend_blocks_place(start);
 }
@@ -250,7 +251,7 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b) {
 
 /* ---- once an order, from the first block to the last */
 
-/* a row's values at the parents of the arms from lane h on */
+/* the values of a row at the parents of the arms from lane h on */
 VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape,
                               const double *at, int row, int h) {
     const double *before = h ? at + h - WIDE : at - BLOCK_NUMBERS + BLOCK_ARMS - WIDE;

@@ -335,7 +335,7 @@ VEC_INLINE void chain_hang(const struct jets_system *s, const struct chain *chai
     at[CHAIN_KNOWN * CHAIN_ARMS] -= across * at[CHAIN_PART * CHAIN_ARMS];
 }
 
-/* solves every piece alone */
+/* solves every piece without its neighbours */
 VEC_INLINE void chain_pieces(const struct chain *chain) {
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);

@@ -73,10 +73,10 @@ struct rods {
 };
 
 /** Returns non-zero if the terms may be those of a chain of rods: a chain of more than 8 arms
- * joined at tips, with rods or bodies and no other terms than the quick kernels support. O(n). */
+ * joined at tips, with rods or bodies and no other terms than the fast kernels support. O(n). */
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms);
 
-/** Returns non-zero if the numbers are suitable too: centers of mass on the arms, between joint and
+/** Returns non-zero if the values are suitable too: centers of mass on the arms, between joint and
  * tip, similar masses at the joints, and no arm close to a single point mass. O(n). */
 int pend_rods_suit(const struct pend_tree *tree, const struct pend_loads *loads);
 

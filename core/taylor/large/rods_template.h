@@ -50,7 +50,7 @@ VEC_INLINE struct rods_lift rods_hang(const struct jets_system *s, const struct 
     return x;
 }
 
-/* solves every piece alone */
+/* solves every piece without its neighbours */
 VEC_INLINE void rods_pieces(const struct rods *rods) {
     for (int piece = 0; piece < rods->count; piece++) {
         double *at = rods_at(rods, piece);
@@ -75,7 +75,7 @@ struct rods_pair {
     double x, y;
 };
 
-/* force of an arm, from its piece alone */
+/* the force of an arm, from its piece without the neighbours */
 VEC_INLINE struct rods_pair rods_force(const double *at) {
     return (struct rods_pair){RODS_ONE(at, MU), lanes1_fma(-RODS_ONE(at, RESIST), RODS_ONE(at, WAY),
                                                            RODS_ONE(at, KNOWN))};
