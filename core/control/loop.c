@@ -10,9 +10,11 @@
 #include "core/orbits/orbit_algebra.h"
 
 enum { TERMS = 18, SQUARINGS_MOST = 200, GRID = 4000, NEAR = 48, HALVINGS = 60 };
-static const double short_step = 0.5; /* the norm for which TERMS of e^x are enough */
-static const double far_loop = 1e8;   /* |L| beyond which a change of sign is a pole */
-static const double alike = 1e-7;     /* of the largest eigenvalue: modes of one eigenvalue */
+static const double short_step = 0.5; /* the norm up to which TERMS terms of the series of e^x
+                                       * suffice */
+static const double far_loop = 1e8;   /* |L| above which a change of sign is a pole */
+static const double alike = 1e-7;     /* relative to the largest eigenvalue: modes closer than this
+                                       * have the same eigenvalue */
 
 static double power_near(double x) { return x > 0 && isfinite(x) ? exp2(round(log2(x))) : 1; }
 
@@ -41,7 +43,8 @@ static void exponential(int n, double x[], double work[], double out[]) {
     }
 }
 
-/* h [F P; 0 0] in units of scale, which it fixes; `part` has M^-1 K, M^-1 C and M^-1 E */
+/* sets h [F P; 0 0] in units of scale, which it chooses; `part` contains M^-1 K, M^-1 C and M^-1
+ * E */
 static void loop_rates(const struct pend_loop *loop, const double part[], double x[]) {
     int n = loop->n, m = loop->inputs, all = 2 * n + m;
     const double *spring = part, *loss = part + n * n, *push = loss + n * n;
@@ -71,7 +74,7 @@ static void loop_rates(const struct pend_loop *loop, const double part[], double
     }
 }
 
-/* a and b from the exponential, and the outputs that wait */
+/* sets a and b from the exponential, and the rows of delayed outputs */
 static enum pend_status loop_hold(const struct pend_loop *loop, const double held[]) {
     int n = 2 * loop->n, m = loop->inputs, rows = loop->rows, all = n + m;
     for (int i = 0; i < n; i++)
@@ -194,13 +197,13 @@ enum pend_status pend_loop_multipliers(const struct pend_loop *loop, const doubl
 
 /* ---- margins */
 
-/* the multipliers of the closed loop, re and im, then those of the open one */
+/* the multipliers of the closed loop, re and im, then those of the loop with one actuator open */
 struct circle {
     int rows;
     const double *value;
 };
 
-/* L at an angle of the unit circle */
+/* the loop gain L at an angle on the unit circle */
 static double complex circle_at(const struct circle *c, double angle) {
     const double *closed = c->value, *open = c->value + 2 * c->rows;
     double complex z = cexp(I * angle), product = 1;
@@ -210,13 +213,13 @@ static double complex circle_at(const struct circle *c, double angle) {
     return product - 1;
 }
 
-/* what changes its sign where L is real, or of size 1 */
+/* a function that changes its sign where L is real, or of magnitude 1 */
 static double circle_sign(const struct circle *c, double angle, int size) {
     double complex at = circle_at(c, angle);
     return size ? cabs(at) - 1 : cimag(at);
 }
 
-/* counts L at an angle where it is real, or of size 1 */
+/* updates the margins with L at an angle where it is real, or of magnitude 1 */
 static void circle_count(const struct circle *c, double angle, int size, double period,
                          struct pend_margins *margins) {
     double complex at = circle_at(c, angle);
@@ -237,7 +240,7 @@ static int ascending(const void *x, const void *y) {
     return (a > b) - (a < b);
 }
 
-/* angles from 0 to pi, close together near every multiplier; returns their number */
+/* angles from 0 to pi, dense near every multiplier; returns their number */
 static int circle_grid(const struct circle *c, double grid[]) {
     int count = 0;
     for (int i = 0; i <= GRID; i++) grid[count++] = M_PI * i / GRID;
@@ -290,7 +293,7 @@ enum pend_status pend_loop_margins(const struct pend_loop *loop, const double ga
 
 /* ---- modes */
 
-/* x^T v of mode j over the sizes of x in M and of v in M^-1 */
+/* x^T v of mode j, relative to the norm of x in M and of v in M^-1 */
 static double complex reach_overlap(const struct pend_loop *loop, const struct pend_damped *modes,
                                     int mode, const double v[], int step) {
     int n = loop->n;
@@ -317,7 +320,8 @@ enum pend_status pend_loop_reach(const struct pend_loop *loop, const struct pend
     for (int j = 0; j < all; j++) {
         double complex *own = row + j * count;
         for (int i = 0; i < count; i++) own[i] = reach_overlap(loop, modes, j, vectors + i, count);
-        // less what modes of the same eigenvalue reach, of which what is left is orthogonal
+        // subtracts the directions that earlier modes of the same eigenvalue reach; the remainder
+        // is orthogonal
         for (int k = 0; k < j; k++) {
             double complex part = 0, *of = row + k * count;
             if (reach[k] < PEND_LOOP_REACHED ||

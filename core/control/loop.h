@@ -1,5 +1,5 @@
-/* A pendulum near an equilibrium from one sample to the next, with actuators that hold their output
- * over a period, and the loop that gains close: multipliers, margins, reachable modes.
+/* The linearized pendulum near an equilibrium, sampled, with actuators that hold their output for a
+ * period; and its closed loop: multipliers, margins, reachable modes.
  * Leaves to others: the equilibrium and its modes (modes), running a controller (integrate).
  * Invariant: a and b are exact for the linearized motion; numbers of the state are in the units
  * `scale`, powers of two near which masses and the fastest rate are 1.
@@ -17,8 +17,8 @@
 #include "core/tree/tree.h"
 
 struct pend_loop {
-    int n, inputs, delay;        /* coordinates; actuators; samples */
-    int rows;                    /* of the state: 2 n + inputs delay */
+    int n, inputs, delay;        /* number of coordinates; of actuators; delay in samples */
+    int rows;                    /* size of the state: 2 n + inputs delay */
     double period;               /* s */
     double *mass, *inverse;      /* n x n: M and M^-1 */
     double *joint;               /* n x inputs: E, +1 for the arm, -1 for the arm that holds it */
@@ -26,26 +26,26 @@ struct pend_loop {
     double *scale, *input_scale; /* rows; inputs */
 };
 
-/* Margins of one actuator, all other loops closed. */
+/* Margins of one actuator; all other loops are closed. */
 struct pend_margins {
     double
-        gain[2];  /* factors of the gain between which the loop is stable; 0, INFINITY = no bound */
-    double phase; /* rad, the least lag or lead that makes it unstable; pi = none does */
-    double delay; /* s, the least delay that does; INFINITY = none does */
+        gain[2];  /* the loop is stable between these factors of the gain; 0, INFINITY = no bound */
+    double phase; /* rad, the least phase lag or lead that makes the loop unstable; pi = none */
+    double delay; /* s, the least delay that makes the loop unstable; INFINITY = none */
 };
 
 /**
- * Makes the loop about an equilibrium.
+ * Creates the loop about an equilibrium.
  *
  * loop    out; NULL on failure; freed by pend_loop_free.
- * phi     n angles of the equilibrium, rad, stored order; a cart's place in m.
- * inputs  how many actuators there are, >= 1.
- * input   their stored arms, whose joints they turn, N m; a cart is pushed, N.
+ * phi     n angles of the equilibrium, rad, stored order; for a cart its position, m.
+ * inputs  number of actuators, >= 1.
+ * input   stored arms whose joints the actuators turn, N m; on a cart the output is a force, N.
  * period  s, > 0.
  * delay   samples, >= 0.
  *
  * PEND_NO_MEMORY
- * PEND_NOT_FINITE  a number is beyond those of doubles.
+ * PEND_NOT_FINITE  a value overflows.
  * O(rows^3).
  */
 PEND_MUST_CHECK enum pend_status
@@ -60,7 +60,7 @@ void pend_loop_free(struct pend_loop **loop);
  *
  * q      2 n weights >= 0: angles, then rates, in natural units.
  * r      inputs weights > 0.
- * gains  out, inputs x rows, natural units; those of waiting outputs last.
+ * gains  out, inputs x rows, natural units; those of delayed outputs last.
  *
  * Fails as pend_riccati.
  */
@@ -71,7 +71,7 @@ PEND_MUST_CHECK enum pend_status pend_loop_gains(const struct pend_loop *loop, c
  * Computes the multipliers of the loop, by which deviations change from sample to sample.
  *
  * gains   inputs x rows.
- * open    an actuator whose gains count as 0; -1 = none.
+ * open    index of an actuator whose gains count as 0; -1 = none.
  * re, im  out, rows numbers each, the largest first.
  *
  * PEND_NO_MEMORY
@@ -88,9 +88,9 @@ PEND_MUST_CHECK enum pend_status pend_loop_margins(const struct pend_loop *loop,
                                                    struct pend_margins *margins);
 
 /**
- * Computes how well modes are reached or seen: |x^T e| of a mode x of unit size in M and e of unit
- * size in M^-1, the root of the sum of squares over several e. Of modes of one eigenvalue each
- * counts without what those before it reach.
+ * Computes how well modes are controllable or observable: |x^T e| for a mode x of unit norm in M
+ * and e of unit norm in M^-1; over several e, the root of the sum of squares. For modes with the
+ * same eigenvalue, the directions that earlier modes reach are subtracted.
  *
  * modes   of the loop's equilibrium.
  * count   vectors e: n x count, row-major; `joint` for actuators, unit vectors for sensors.

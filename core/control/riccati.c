@@ -31,7 +31,7 @@ static double riccati_even(int n, double x[]) {
     return most;
 }
 
-/* one doubling of a, g and h with `work` of 4 n^2; returns the relative change of h, NAN where W is
+/* one doubling of a, g and h, with `work` of 4 n^2; returns the relative change of h, NAN if W is
  * singular */
 static double riccati_double(struct orbit_algebra *algebra, int n, double a[], double g[],
                              double h[], double work[]) {
@@ -79,7 +79,7 @@ static double riccati_cost(int n, int m, const double a[], const double b[], con
     return change;
 }
 
-/* the gains of a cost h, with `work` of m (n + m); 0 if they are not finite */
+/* the gains for a cost h, with `work` of m (n + m); returns 0 if they are not finite */
 static int riccati_gains(struct orbit_algebra *algebra, int n, int m, const double a[],
                          const double b[], const double r[], const double h[], double work[],
                          double gains[]) {

@@ -1,6 +1,6 @@
 /* Gains that minimize the sum of q x^2 + r u^2 of a linear system x_{k+1} = A x_k + B u_k.
- * Leaves to others: where the system comes from, what the gains do (loop).
- * Invariant: matrices are row-major; inputs are kept.
+ * Leaves to others: the system, and the effect of the gains (loop).
+ * Invariant: matrices are row-major; inputs are not changed.
  *
  * Derivation. The stabilizing solution of X = Q + A^T X (I + G X)^-1 A, G = B R^-1 B^T, is the
  * limit of H in W = I + G H,  G <- G + A W^-1 G A^T,  H <- H + A^T H W^-1 A,  A <- A W^-1 A, which

@@ -7,10 +7,9 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/integrate/pieces/rule.h"
 
-/* what a controller keeps: samples so far, and those at a limit; the law at work, from 0 on; the
- * integral of a pid; the output that acts and the newest one; outputs that wait, newest first;
- * whole turns that the reference was moved by, rad. Behind all controllers is room for a
- * computation. */
+/* State of a controller: number of samples, and of samples at a limit; index of the current law;
+ * integral of a pid; the acting and the newest output; delayed outputs, newest first; whole turns
+ * added to the reference, rad. After all controllers, scratch memory for one computation. */
 enum { SAMPLES, LIMITED, LAW, INTEGRAL, OUTPUT, FRESH, WAITS };
 
 static size_t control_width(const struct pend_controller *controller, int n) {
@@ -24,7 +23,7 @@ size_t pend_control_numbers(const struct pend_rules *rules, int n) {
     return count;
 }
 
-/* what controller i keeps begins there */
+/* index of the state of controller i */
 static size_t control_place(const struct pend_rules *rules, int n, int i) {
     size_t at = 0;
     for (int j = 0; j < i; j++) at += control_width(&rules->controller[j], n);
@@ -60,17 +59,17 @@ double pend_control_saturated(const struct pend_rules *rules, int n, const doubl
     return most;
 }
 
-/* a state as laws see it */
+/* the state of the pendulum in the form that laws use */
 struct control_view {
     const struct pend_tree *tree;
     const struct pend_loads *loads;
     const struct pend_rules *rules;
     double now;
     const double *phi, *rate;
-    double *first, *scratch; /* what the first controller keeps; 6 n numbers */
+    double *first, *scratch; /* state of the first controller; 6 n numbers */
 };
 
-/* number i of a schedule */
+/* value i of a schedule */
 static double schedule_at(const struct pend_rules *rules, const struct pend_schedule *s, double now,
                           int i) {
     const double *t = rules->number + s->t, *value = rules->number + s->value + i;
@@ -88,7 +87,7 @@ static double schedule_at(const struct pend_rules *rules, const struct pend_sche
 
 static int view_cart(const struct control_view *v) { return pend_terms_cart(v->loads->terms); }
 
-/* number i of the state */
+/* component i of the state */
 static double view_state(const struct control_view *v, int i) {
     int n = v->tree->n;
     if (i >= n) return v->rate[i - n];
@@ -188,7 +187,7 @@ int pend_control_near(const struct pend_tree *tree, const struct pend_loads *loa
     return 1;
 }
 
-/* the output of a controller's law, within its limits */
+/* the output of a controller's law, limited to its range */
 static double control_compute(const struct control_view *v, const struct pend_controller *c,
                               double own[]) {
     double *turns = own + WAITS + c->delay;

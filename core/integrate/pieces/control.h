@@ -20,7 +20,7 @@ double pend_control_next(const struct pend_rules *rules, int n, double start, co
 /**
  * Updates the controllers whose next sample is at `now`.
  *
- * start      s, of the motion, in the time of the drives, as now.
+ * start      s, start of the motion, in the time of the drives, like `now`.
  * phi, rate  n values, stored order.
  * own        pend_control_numbers values.
  *
@@ -32,17 +32,17 @@ void pend_control_sample(const struct pend_tree *tree, const struct pend_loads *
 /** Returns the present output of controller i, N m or N. */
 double pend_control_output(const struct pend_rules *rules, int n, int i, const double own[]);
 
-/** Returns the largest share of samples at a limit among all controllers, and that controller; 0
+/** Returns the largest fraction of samples at a limit among all controllers, and its controller; 0
  * before the first sample. */
 double pend_control_saturated(const struct pend_rules *rules, int n, const double own[],
                               int *controller);
 
-/** True if all angles of arms are within a bound, rad, of the reference of the first controller's
- * last law, whole turns apart; that law is a feedback. O(n). */
+/** Returns true if all angles of arms, without whole turns, are within a bound, rad, of the
+ * reference of the first controller's last law, which must be a feedback. O(n). */
 int pend_control_near(const struct pend_tree *tree, const struct pend_loads *loads, double now,
                       const double phi[], double bound);
 
-/** The law that acts in the end, where every swing-up has handed over. O(laws). */
+/** Returns the final law, to which all swing-ups lead. O(laws). */
 static inline const struct pend_law *pend_control_last(const struct pend_rules *rules, int i) {
     const struct pend_law *law = rules->law + rules->controller[i].law;
     while (law->kind == PEND_LAW_SWING_UP) law = rules->law + law->next;

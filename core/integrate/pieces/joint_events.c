@@ -28,7 +28,7 @@ enum event_kind { EVENT_STOPPED, EVENT_UPPER, EVENT_LOWER, EVENT_FORCED };
 
 /* ---- series */
 
-/* adds `factor` times the rate of arm k, as coefficients in parts of the step */
+/* adds `factor` times the rate of arm k, as coefficients in powers of the fraction of the step */
 static void event_rate(const struct event_look *look, int k, double factor, double out[]) {
     const struct pend_jets *jets = look->series.jets;
     const struct pend_stuck *stuck = look->step->stuck;
@@ -39,8 +39,8 @@ static void event_rate(const struct event_look *look, int k, double factor, doub
         out[j] += *from * power;
 }
 
-/* `way` times the rate of a joint, or its angle, in parts of the step; `base` is its value at the
- * beginning */
+/* `way` times the rate of a joint, or its angle, in powers of the fraction of the step; `base` is
+ * the value at the start */
 static void event_path(const struct event_look *look, int k, int way, int angle, double base,
                        struct roots_path *path) {
     const struct pend_joints *j = look->joints;
@@ -55,8 +55,7 @@ static void event_path(const struct event_look *look, int k, int way, int angle,
         path->a[i + angle] = angle ? a[i] * look->length / (i + 1) : a[i];
 }
 
-/* removes roots at the beginning; of a function that begins with no more slope than rounding, one
- * more */
+/* removes roots at the start; one more if the function starts with a slope within rounding */
 static void event_divide(struct roots_path *path, int roots, int forced) {
     for (; roots > 0 && path->degree > 1; roots--) {
         path->base = path->a[1];

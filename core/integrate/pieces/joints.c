@@ -176,7 +176,7 @@ static enum pend_status joints_look(struct pend_joints *j) {
 
 /* ---- impacts */
 
-/* changes of rates for a unit of impulse at joint k; returns s^T M^-1 s */
+/* changes of the rates due to a unit impulse at joint k; returns s^T M^-1 s */
 static double joints_blow(struct pend_joints *j, int k) {
     const struct pend_loads *loads = joints_loads(j);
     const struct pend_terms *terms = loads->terms;

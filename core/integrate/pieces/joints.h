@@ -1,14 +1,13 @@
-/* Joints with dry friction and stops: each slides, holds, hits a stop or rests on it during a
- * piece, and may change between two pieces. Leaves to others: the instants of change
- * (joint_events), the motion in a piece (pieces). Invariant: a joint that holds has exactly its
- * parent's rate. */
+/* Joints with dry friction and stops: during a piece each slides, holds or rests on a stop; it may
+ * change its mode between two pieces. Leaves to others: the instants of change (joint_events), the
+ * motion in a piece (pieces). Invariant: a joint that holds has exactly its parent's rate. */
 #ifndef PEND_JOINTS_H
 #define PEND_JOINTS_H
 
 #include "core/integrate/pieces/rule.h"
 #include "core/integrate/pieces/stuck.h"
 
-enum { PEND_JOINT_FREE = 2, PEND_JOINT_HOLDS = 0 }; /* +1, -1: it slides that way */
+enum { PEND_JOINT_FREE = 2, PEND_JOINT_HOLDS = 0 }; /* +1, -1: it slides in that direction */
 
 struct pend_joints {
     struct pend_piece *piece;
@@ -18,26 +17,27 @@ struct pend_joints {
     signed char *touch;  /* n: +1, -1: it rests on its upper or lower stop */
     signed char *forced; /* n: its holding torque reached its bound: the direction of motion */
     signed char *struck; /* n: +1, -1: it reached its upper or lower stop */
-    signed char *was_forced, *was_struck; /* n: the same at the beginning of the piece */
+    signed char *was_forced, *was_struck; /* n: the same at the start of the piece */
     unsigned char *stopped;               /* n: its rate reached that of its parent */
     unsigned char *holds;                 /* n flags of the modes */
     signed char *try;                     /* n: candidate modes of the sort */
     double *acc, *torque;                 /* n each, for the last candidate modes */
-    double *zero, *blow, *list; /* n zeros and 2 n numbers; n; the work array of an impact */
+    double *zero, *blow, *list; /* n zeros and 2 n numbers; n: changes of rates; the work array of
+                                 * an impact */
     void *work, *room;          /* of pend_bodies_at, pend_balance */
-    double heat;                /* J, of impacts */
+    double heat;                /* J, heat of impacts */
 };
 
 /** Returns the bytes of memory for the joints of a pendulum, a multiple of 64. */
 size_t pend_joints_bytes(const struct pend_tree *tree, const struct pend_terms *terms);
 
-/** Lays out joints in zeroed memory of pend_joints_bytes, aligned to 64. */
+/** Places joints in zeroed memory of pend_joints_bytes, aligned to 64. */
 void pend_joints_init(struct pend_joints *joints, struct pend_piece *piece, void *memory);
 
 /**
  * Checks the initial angles.
  *
- * PEND_INVALID  a joint is beyond its stop; the message suggests the angle that was meant.
+ * PEND_INVALID  a joint is beyond its stop; the message suggests the intended angle.
  */
 PEND_MUST_CHECK enum pend_status pend_joints_start(struct pend_joints *joints,
                                                    struct pend_error *error);
@@ -58,9 +58,9 @@ PEND_MUST_CHECK enum pend_status pend_joints_impacts(struct pend_joints *joints,
 /**
  * Determines the mode of every joint at rest for the next piece. Writes PEND_TERM_SLIDE.
  *
- * All joints at rest are assumed to hold. While a mode is inconsistent: if a released joint
- * accelerates against its direction, the worst one holds again; otherwise the holding joint that
- * exceeds its bound most is released. If static exceeds sliding friction, several answers may be
+ * All joints at rest are assumed to hold. While a mode is inconsistent: if released joints
+ * accelerate against their direction, the worst holds again; otherwise the holding joint that
+ * exceeds its limit most is released. If static exceeds sliding friction, several answers may be
  * consistent; the answer for the sliding bounds is one of them, and the fallback.
  */
 PEND_MUST_CHECK enum pend_status pend_joints_sort(struct pend_joints *joints,
@@ -83,13 +83,15 @@ static inline double pend_joints_rate(const struct pend_joints *joints, const do
     return rate[k] - (p < 0 ? 0 : rate[p]);
 }
 
-/** Returns the angle of joint k, rad, for a root from hanging; for a cart its place, m. O(1). */
+/** Returns the angle of joint k, rad; for a root measured from hanging; for a cart its position, m.
+ * O(1). */
 double pend_joints_angle(const struct pend_joints *joints, const double phi[], int k);
 
 /* the nodes of a step at which torques are computed */
 enum { PEND_JOINT_NODES = 13 };
 
-/* most phase of a drive per step, rad: the polynomial through the nodes then follows it to 1e-10 */
+/* largest phase of a drive per step, rad: then the polynomial through the nodes is accurate to
+ * 1e-10 */
 #define PEND_JOINT_TURN 4.0
 
 /* A step of a piece. */

@@ -73,7 +73,8 @@ static void pieces_leave(struct pieces *p) {
     pend_stuck_free(&p->stuck);
 }
 
-/* the state of the piece's beginning for a stepper of what is left, whose four rows go to `to` */
+/* the state at the start of the piece, for a stepper of the contracted pendulum; its four rows go
+ * to `to` */
 static struct pend_start pieces_seat(const struct pieces *p, double *to) {
     struct pend_start start = {p->begun, p->piece.phi, p->low[0], p->piece.rate, p->low[1]};
     const double *from[] = {start.phi, start.phi_low, start.rate, start.rate_low};
@@ -274,7 +275,7 @@ static enum pend_status pieces_step(void *stepper, double limit, double *reached
     assert(pieces_valid(p));
     if (p->ended) PEND_TRY(pieces_begin(p, error));
     double end = p->next - p->piece.start;
-    // a knot that the start's rounding puts at the piece's beginning has no length of its own
+    // if the start's rounding puts a knot at the start of the piece, it has no length
     if (p->piece.way * (end - p->reached) <= 0) end = nextafter(p->reached, p->next);
     int within = p->piece.way * (limit - end) <= 0;
     double most = p->reached + p->way_most;
@@ -321,7 +322,7 @@ static void pieces_series(const void *stepper, struct pend_series *series) {
     p->inner->series(p->stepper, series);
 }
 
-/* what the joints do, and the stepper of what is left */
+/* the action of the joints, and the stepper of the contracted pendulum */
 static void pieces_carry_joints(struct pieces *p, struct pend_checkpoint *checkpoint) {
     struct pend_joints *joints = p->joints;
     size_t n = (size_t)joints->n;

@@ -1,6 +1,6 @@
-/* The loop over the pieces of a motion, as a method around another one.
+/* The loop over the pieces of a motion, as a method that uses another method.
  * Leaves to others: the steps inside a piece (core/integrate/methods), the rules (rule_*).
- * Invariant: no step crosses the end of a piece; a pendulum without rules never comes here. */
+ * Invariant: no step crosses the end of a piece; it is never used for a pendulum without rules. */
 #ifndef PEND_PIECES_H
 #define PEND_PIECES_H
 
@@ -10,49 +10,49 @@
 
 /**
  * Returns the method that computes a pendulum's motion in pieces by steps of `method`; `method`
- * itself for a pendulum without rules; NULL if `method` takes none. O(1).
+ * itself for a pendulum without rules; NULL if `method` does not support pieces. O(1).
  *
  * Its `at` fills in the state before a change for an instant at which a piece ends.
  */
 const struct pend_method *pend_pieces_method(const struct pend_method *method,
                                              const struct pend_terms *terms);
 
-/** Non-zero if no joint of a pendulum may hold, stick or hit: the series of every step is that of
- * the whole pendulum. O(1). */
+/** Returns non-zero if no joint of a pendulum may hold, stick or hit a stop: the series of every
+ * step is that of the whole pendulum. O(1). */
 static inline int pend_pieces_smooth(const struct pend_terms *terms) {
     return !terms || !terms->rules || !pend_rules_joints(terms->rules);
 }
 
-/** Non-zero if errors grow as the linearized equations say: of a pendulum that is
- * pend_pieces_smooth and has no controllers, whose outputs follow the errors. O(1). */
+/** Returns non-zero if errors grow as in the linearized equations: for a pendulum that is
+ * pend_pieces_smooth and has no controllers, whose outputs depend on the errors. O(1). */
 static inline int pend_pieces_estimated(const struct pend_terms *terms) {
     return pend_pieces_smooth(terms) && !(terms && terms->rules && terms->rules->controllers);
 }
 
-/** PEND_INVALID  the pendulum is not pend_pieces_smooth or has controllers, and `what` takes
- *                neither; error says so. O(1). */
+/** PEND_INVALID if `what` does not support the pendulum, which is not pend_pieces_smooth or has
+ * controllers; error contains the sentence. O(1). */
 PEND_MUST_CHECK enum pend_status pend_pieces_check_smooth(const struct pend_terms *terms,
                                                           const char *what,
                                                           struct pend_error *error);
 
-/** Returns the loads of the piece at hand, whose numbers change from piece to piece; the problem's
- * own of another stepper. They live as long as the stepper. O(1). */
+/** Returns the loads of the current piece, whose values change from piece to piece; for another
+ * stepper those of the problem. They are valid as long as the stepper. O(1). */
 struct pend_loads pend_pieces_loads(const struct pend_method *method, const void *stepper,
                                     const struct pend_loads *loads);
 
-/** Returns what the controllers of a motion keep (control.h); NULL without controllers. It lives as
- * long as the stepper. O(1). */
+/** Returns the state of a motion's controllers (control.h); NULL without controllers. It is valid
+ * as long as the stepper. O(1). */
 const double *pend_pieces_control(const struct pend_method *method, const void *stepper);
 
 /** Fills in rows as a method's `at` does. */
 void pend_pieces_at(void *stepper, const double t[], int count, const struct pend_points *points);
 
 /**
- * The last step's series for all arms of a pendulum that is not pend_pieces_smooth.
+ * Computes the last step's series for all arms of a pendulum that is not pend_pieces_smooth.
  *
  * series  as the method's `series` gives it.
  * rate    out, coefficient j of arm k at [j n + k], j = 0 .. order, as those of the jets.
- * phi, phi_low  out, n values each, at the step's beginning.
+ * phi, phi_low  out, n values each, at the start of the step.
  *
  * O(n order).
  */
@@ -60,8 +60,8 @@ void pend_pieces_series(const void *stepper, const struct pend_series *series, d
                         double phi[], double phi_low[]);
 
 /**
- * Accelerations and forces of a state inside the last step, or at the start, of a pendulum that is
- * not pend_pieces_smooth.
+ * Computes accelerations and forces of a state inside the last step, or at the start, of a pendulum
+ * that is not pend_pieces_smooth.
  *
  * time    s, in the time of the drives.
  * acc     out, n values.

@@ -1,6 +1,6 @@
 /* The workspace of a motion in pieces.
  * Leaves to others: the loop (pieces), rows (pieces_rows).
- * Invariant: one block of memory, the stepper and what is left while joints hold beside it. */
+ * Invariant: one block of memory, without the stepper and the contracted pendulum. */
 #ifndef PEND_PIECES_WORK_H
 #define PEND_PIECES_WORK_H
 
@@ -33,8 +33,8 @@ struct pieces {
     void *own[PIECES_RULES];         /* states of the rules; NULL = the pendulum has no such rule */
     struct pend_joints *joints;      /* NULL = no joint has dry friction or stops */
     struct pend_stuck *stuck;        /* while joints hold */
-    double *room;                    /* of pend_joint_events and of rows */
-    struct pend_sum work, heat;      /* of closed steppers, J */
+    double *room;                    /* memory of pend_joint_events and of rows */
+    struct pend_sum work, heat;      /* J, of closed steppers */
     struct pend_stepper_counts done; /* counts of closed steppers */
 };
 

@@ -24,7 +24,7 @@ void pend_stuck_free(struct pend_stuck **stuck) {
     *stuck = NULL;
 }
 
-/* bodies on an arm: their mass, first moment, and inertia about their common center */
+/* properties of the bodies on an arm: mass, first moment, and inertia about their common center */
 struct stuck_heap {
     double mass, spread;
     double complex center;
@@ -62,7 +62,7 @@ static int stuck_group(struct pend_stuck *s, const struct pend_tree *tree,
     return count;
 }
 
-/* where arms begin on those with which they turn, in their frames: `at` of arm k */
+/* positions of arms on those with which they turn, in their frames: `at` of arm k */
 static double complex stuck_hang(const struct pend_tree *tree, const struct pend_loads *loads,
                                  const struct pend_stuck *s, const double complex base[], int k) {
     int p = tree->parent[k];
@@ -72,13 +72,14 @@ static double complex stuck_hang(const struct pend_tree *tree, const struct pend
     return base[p] + pend_balance_turn(s->offset[p]) * own;
 }
 
-/* the harmonics of what is left: what each drives, and where its numbers are; returns how many */
+/* the harmonics of the contracted pendulum: the target of each, and the index of its values;
+ * returns their number */
 static int stuck_waves(const struct pend_stuck *s, const struct pend_terms *terms,
                        const int place[], int drives[], int from[]) {
     int count = 0;
     for (int i = 0; i < terms->harmonics; i++) {
         int arm = terms->harmonic[i].drives, to = arm < 0 ? arm : place[arm];
-        if (arm >= 0 && (to < 0 || s->still[arm])) continue; // it drives a joint that holds
+        if (arm >= 0 && (to < 0 || s->still[arm])) continue; // the joint that it drives holds
         drives[count] = arm < 0 ? arm : s->tree->place[to];
         from[count++] = terms->harmonic[i].at;
     }
@@ -108,8 +109,8 @@ static enum pend_status stuck_lay(struct pend_stuck *s, const struct pend_terms 
     return status;
 }
 
-/* the bodies of arm k, which begins at `base` in the frame of the arm that it turns with; the rod
- * and the mass at the tip of that arm itself stay where they are */
+/* the bodies of arm k, which starts at `base` in the frame of the arm with which it turns; the rod
+ * and the tip mass of that arm itself stay in place */
 static void stuck_bodies(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                          int own, double complex base, double complex turn,
                          struct stuck_heap *heap) {
@@ -129,7 +130,7 @@ static int stuck_idle(const struct pend_stuck *s, int row, int k) {
            (row < PEND_TERM_DRAG || row > PEND_TERM_DRAG_SPEED);
 }
 
-/* the numbers of arm k that stays, c of what is left */
+/* the values of arm k, which remains as arm c of the contracted pendulum */
 static void stuck_arm(struct pend_stuck *s, const struct pend_tree *tree,
                       const struct pend_loads *loads, const double complex base[],
                       const struct stuck_heap *heap, int k, int c) {

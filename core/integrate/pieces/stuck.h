@@ -1,7 +1,8 @@
 /* The contracted pendulum: a child whose joint holds forms one rigid body with its parent, so that
- * a pendulum with holding joints is another one with fewer arms. Leaves to others: which joints
- * hold (joints), the motion (core/bodies). Invariant: a contracted pendulum has its own tree, terms
- * and numbers; the angles of contracted arms follow from those of the arms of its tree. */
+ * a pendulum with holding joints is another pendulum with fewer arms. Leaves to others: which
+ * joints hold (joints), the motion (core/bodies). Invariant: a contracted pendulum has its own
+ * tree, terms and values; the angles of contracted arms follow from those of the arms of its
+ * tree. */
 #ifndef PEND_STUCK_H
 #define PEND_STUCK_H
 
@@ -18,17 +19,17 @@ struct pend_stuck {
     int *rep;             /* for each arm the arm of `tree` that it turns with */
     int *of;              /* for each arm of `tree` its arm in the whole pendulum */
     unsigned char *still; /* non-zero: the arm does not turn */
-    double *offset, *low; /* its angle minus that arm's, rad, as a sum of two doubles */
+    double *offset, *low; /* rad, its angle minus that of `rep`, as a sum of two doubles */
 };
 
 /**
  * Contracts a pendulum.
  *
  * stuck  out; NULL on failure; released by pend_stuck_free.
- * loads  with terms; the numbers of a piece.
+ * loads  with terms and the values of a piece.
  * holds  n flags: joints that hold. An arm whose joint holds against the ground does not turn; a
  *        cart that holds does not move.
- * phi, phi_low  n angles as sums of two; phi_low may be NULL.
+ * phi, phi_low  n angles as sums of two doubles; phi_low may be NULL.
  *
  * PEND_NO_MEMORY  O(n log n).
  */
@@ -41,15 +42,15 @@ PEND_MUST_CHECK enum pend_status pend_stuck_new(struct pend_stuck **stuck,
 /** Frees a contracted pendulum and clears the pointer; NULL is accepted. */
 void pend_stuck_free(struct pend_stuck **stuck);
 
-/** Copies numbers that change between pieces, inputs and sliding torques, from a list of the whole
+/** Copies values that change between pieces, inputs and sliding torques, from a list of the whole
  * pendulum. O(n). */
 void pend_stuck_inputs(struct pend_stuck *stuck, const struct pend_terms *terms,
                        const double value[]);
 
-/** Copies rates or accelerations of the stuck pendulum to all arms; returns `to`. O(n). */
+/** Copies rates or accelerations of the contracted pendulum to all arms; returns `to`. O(n). */
 double *pend_stuck_spread(const struct pend_stuck *stuck, const double from[], double to[]);
 
-/** The same for angles, as sums of two doubles; low parts may be NULL. */
+/** Does the same for angles, as sums of two doubles; low parts may be NULL. */
 void pend_stuck_turn(const struct pend_stuck *stuck, const double from[], const double from_low[],
                      double to[], double to_low[]);
 
