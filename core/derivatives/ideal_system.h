@@ -19,8 +19,8 @@ struct ideal_known {
     int n, order;
     int masses;                      /* some parameter is a mass */
     size_t tile;                     /* size of a tile of eight arms */
-    double *rate;                    /* series of the rates, orders 0 .. order, in units; provided
-                                      * by the caller, as `force` */
+    double *rate;                    /* series of the rates per unit of time, orders 0 .. order; set
+                                      * by the caller, as is `force` */
     double *force;                   /* series of the forces, orders -1, which is 0, .. order - 1 */
     const double *kept_re, *kept_im; /* rotation factors stored by the motion of a small tree;
                                       * otherwise NULL */

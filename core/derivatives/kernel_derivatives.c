@@ -87,7 +87,7 @@ static struct derivatives_series derivatives_found(const struct derivatives_pass
                                        .force = at + derivatives_room(n, pass->order)};
 }
 
-/* cosines and sines of the angles to the parents, and these angles; rates in units */
+/* cosines and sines of the angles to the parents, and these angles; rates per unit of time */
 static void derivatives_start(const struct bodies_system *s, const num phi[], const num low[],
                               const num rate[], num unit) {
     for (int k = 0; k < s->n; k++) {

@@ -111,7 +111,7 @@ VEC_INLINE num lane_get(const double *array, int k) { return NUM_(get)(array + (
 
 VEC_INLINE void lane_put(double *array, int k, num x) { NUM_(put)(array + (size_t)k * WIDE, x); }
 
-/* sine and cosine of the angle of every arm to its parent, and rates in units */
+/* sine and cosine of the angle of every arm to its parent, and rates per unit of time */
 static void ensemble_start(const struct ensemble_state *from, const struct jets_system *s,
                            num unit) {
     for (int k = 0; k < s->n; k++) {

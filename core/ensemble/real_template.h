@@ -1,8 +1,7 @@
 /* Real pendulums in the lanes of an ensemble, one per lane: their series, the balance of their
  * energies, and the propagation of small errors. Included by the kernel, after the numbers.
  * Leaves to others: the equations of motion (bodies_template), steps (kernel_ensemble).
- * Invariant: lanes may differ in the values of the terms, and in everything in which ideal
- * pendulums may. */
+ * Invariant: lanes may differ in the values of the terms, lengths, masses, gravity and start. */
 #pragma once
 
 #include "core/bodies/bodies_template.h"

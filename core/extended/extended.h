@@ -52,8 +52,8 @@ void pend_extended_free(struct pend_extended **extended);
 void pend_extended_start(struct pend_extended *extended, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double start, double stop);
 
-/** Changes the time at which the trajectory stops, s. The current time must not be beyond the new
- * one. */
+/** Changes the time at which the trajectory stops, s. It must remain on the same side of
+ * the current time. */
 void pend_extended_stop(struct pend_extended *extended, double stop);
 
 enum pend_extended_stage { PEND_EXTENDED_UNDER_WAY, PEND_EXTENDED_STOPPED, PEND_EXTENDED_FAILED };

@@ -81,7 +81,7 @@ static struct bodies_system extended_real(const struct extended_motion *motion,
     return b;
 }
 
-/* sine and cosine of the angle of every arm to its parent, and rates in units */
+/* sine and cosine of the angle of every arm to its parent, and rates per unit of time */
 static void extended_start(const struct extended_motion *motion, const struct jets_system *s,
                            wide unit) {
     const struct extended_state *from = &motion->from;

@@ -63,7 +63,8 @@ static const double fit_largest = 1e140;
 /* Squared component in null directions above which an unknown is reported alone. Unit: of a square.
  * [fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell] */
 static const double fit_alone = (1 - 1e-6);
-/* A null direction whose own remainder is shorter repeats the others. Unit: of a length. */
+/* A null direction is dropped if less of it than this is independent of those before. Unit: of a
+ * length. */
 static const double fit_left = 0.1;
 /* A smaller curvature of the sum of squares is not a minimum. Unit: of the slopes'. */
 static const double fit_flat = 1e-6;

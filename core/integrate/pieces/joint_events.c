@@ -55,7 +55,7 @@ static void event_path(const struct event_look *look, int k, int way, int angle,
         path->a[i + angle] = angle ? a[i] * look->length / (i + 1) : a[i];
 }
 
-/* removes roots at the start; one more if the function starts with a slope within rounding */
+/* removes roots at the start; removes one more if the slope at the start is within rounding */
 static void event_divide(struct roots_path *path, int roots, int forced) {
     for (; roots > 0 && path->degree > 1; roots--) {
         path->base = path->a[1];

@@ -13,8 +13,8 @@ enum {
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48,
-    JETS_BEYOND = 3 /* rows of a tile beyond the order: u needs two more, and the known part of the
-                     * next order one */
+    JETS_BEYOND = 3 /* rows of a tile beyond the order: two more for u, one more for the known part
+                     * of an order */
 };
 
 size_t pend_jets_stride(int n) {

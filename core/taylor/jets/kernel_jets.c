@@ -274,7 +274,7 @@ VEC_INLINE double term_least(const term x[]) {
     return lanes2_min(two, __builtin_shufflevector(two, two, 1, 0))[0];
 }
 
-/* the trailing terms in lanes, the leading ones in a loop */
+/* estimates the step: the trailing terms are in lanes, a loop runs over the leading terms */
 VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol,
                                     double log_atol, int arms) {
     // binary logarithms of 1 .. 4, because the coefficients of the rates are divided by 1 .. 4 for

@@ -9,8 +9,9 @@
 
 #include "core/taylor/lanes/lanes_loads_template.h"
 
-/* responses of arm i, phi'' in the axes of the start and Re G, to a unit of each arm's -kr (pull)
- * and moment (side), and of the pivot's acceleration along and across the first arm (lift) */
+/* responses of arm i (phi'' and Re G, in the axes of the start) to unit loads: -kr of each arm
+ * (pull), a moment on it (side), and the pivot's acceleration along and across the first arm
+ * (lift) */
 struct lanes_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num push_pull[DENSE_MAX][DENSE_MAX], push_side[DENSE_MAX][DENSE_MAX];

@@ -276,7 +276,7 @@ VEC_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMA
     }
 }
 
-/* rates of order 0 next to forces that are equal, opposite, or zero */
+/* a pair: rates of order 0 in one half; in the other the same rates, their negatives, or zeros */
 struct SMALL(first) {
     struct SMALL(pair) same, opposite, alone;
 };
