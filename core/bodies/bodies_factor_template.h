@@ -212,7 +212,7 @@ static inline struct bodies_matrix bodies_remains(const struct bodies_system *s,
     return N;
 }
 
-/* sums over the children of arm p that have joined: those at the tip, the others, and all */
+/* sums over the children of arm p added so far: those at the tip, the others, and all */
 static inline struct bodies_pull bodies_at_tip(const struct bodies_system *s, int p) {
     num l = s->len[p], x = s->pull_x[p], y = s->pull_y[p];
     return (struct bodies_pull){x, y, num_mul(l, y), num_mul(l, x)};

@@ -22,8 +22,8 @@ typedef unsigned char ensemble_set;
 /* Horizons of the members, computed as in horizon.h for all lanes at once. Each array has one value
  * per lane, or one value per arm and lane. */
 struct ensemble_doubt {
-    double grade;                /* divides an error by the allowed error; 0 = no horizons */
-    double *phi, *rate;          /* the errors, rad and rad/s, of each arm */
+    double grade;       /* from an error to its ratio to the allowed one; 0 = no horizons */
+    double *phi, *rate; /* the errors, rad and rad/s, of each arm */
     double *fastest, *strongest; /* largest rate, rad/s, and force, N, so far */
     double *time, *ratio; /* the recorded instants, s, and the largest ratio of an error to the
                            * allowed one at each */

@@ -56,8 +56,8 @@ static double end_follows(const struct pend_fit *fit, int run, double variance) 
     return sum > 6 * variance * (double)count ? last : until;
 }
 
-/* Determines how far each run follows the data: to its end if the model is accepted. Without a
- * sigma, the limit of the residual is `most`, a tenth of the data's own size, if the motion
+/* Determines the time up to which each run fits the data: its end if the model is accepted. Without
+ * a sigma, the limit of the residual is `most`, a tenth of the data's own size, if the motion
  * explains that much. */
 static void end_follow(struct pend_fit *fit, double variance, double most) {
     int known = pend_fit_state_known(fit);

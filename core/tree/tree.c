@@ -145,7 +145,7 @@ static void tree_place(int n, const int parent[], const int size[], const int li
         int p = parent[i];
         if (p >= 0 && (heavy[p] < 0 || size[i] >= size[heavy[p]])) heavy[p] = i;
     }
-    // first the offset of an arm from its parent's index, then, parents first, the index itself
+    // computes the offset of an arm from its parent's index, then, parents first, the index
     for (int i = 0; i < n; i++) {
         int p = parent[i];
         if (p < 0) {

@@ -87,9 +87,8 @@ static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_pr
     return isfinite(size) && size > 0 ? size : 1e-6;
 }
 
-/* The step control of gsl_odeiv2_control_y_new, bit for bit, in memory that is already there:
- * GSL's own is initialized without a look whether it could be allocated. The 0 times keeps what
- * is not finite. */
+/* The step control of gsl_odeiv2_control_y_new, bit for bit, in existing memory, because GSL's
+ * function does not check its allocation. The factor 0 keeps values that are not finite. */
 static double gsl_control_level(const struct gsl_stepper *g, double y, double slope, double size) {
     return g->rtol * (fabs(y) + 0.0 * fabs(size * slope)) + g->atol;
 }

@@ -30,7 +30,7 @@ struct pend_horizon {
     struct pend_problem problem; /* phi .. rate_low are not kept */
     const struct pend_method *method;
     enum horizon_way way;
-    double grade;  /* divides an error by the allowed error */
+    double grade;  /* factor from an error to its ratio to the allowed error */
     double target; /* first neglected term of a step, relative to its motion */
     double cart;   /* m, divides the position of a cart to compare it with angles: length of the
                     * shortest arm; 0 without a cart */

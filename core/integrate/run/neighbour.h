@@ -32,7 +32,7 @@ size_t pend_neighbour_bytes(const struct pend_problem *problem, int cap);
 /**
  * Prepares a neighbour.
  *
- * neighbour  stays where it is.
+ * neighbour  must not be moved.
  * problem    must outlive the neighbour.
  * cap        highest order, PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
  * cart       m, as in the structure.

@@ -40,7 +40,7 @@ static inline int pend_run_finite(const double x[], long count) {
  * Checks that lengths and masses are normal numbers, whose inverses can be formed: at least
  * 2.3e-308.
  *
- * PEND_INVALID  error says which. O(n).
+ * PEND_INVALID  error names it. O(n).
  */
 PEND_MUST_CHECK enum pend_status pend_run_check_tree(const struct pend_tree *tree,
                                                      struct pend_error *error);

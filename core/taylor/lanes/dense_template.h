@@ -109,8 +109,8 @@ VEC_INLINE void dense_add(num sum[4][DENSE_LOOP], int a, num re, num im, num rat
 }
 
 /* T and c of order k, and of order k + 1 without the terms that need order k, in one pass, so that
- * loaded values serve both. Row -1 of the forces is zero. For the first orders, in which old and
- * new coefficients coincide. */
+ * loaded values serve both. Row -1 of the forces is zero. Used for the first orders, in which old
+ * and new coefficients coincide. */
 VEC_INLINE void dense_first(const struct jets_system *s, int n, int k, struct dense_order *now,
                             struct dense_order *next) {
     for (int i = 0; i < n; i++) {
