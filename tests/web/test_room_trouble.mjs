@@ -137,7 +137,7 @@ export async function two_pupils_of_one_name_and_one_who_comes_late(rig) {
   shut.forgiven.push(/403/);
   await shut.fill("[data-class=nickname]", "Too late");
   await shut.press("[data-class=nickname]", "Enter");
-  await shut.waitForSelector(`text=Room ${code} is shut`);
+  await shut.waitForSelector(`text=Room ${code} is closed`);
   for (const page of [teacher, ...pupils, late, shut]) await close(page);
 }
 

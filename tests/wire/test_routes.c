@@ -197,6 +197,7 @@ static const struct {
     {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[NaN],\"mass\":[1],\"parent\":[0]}}", 400,
      NULL},
     {"GET", "/openapi.json?tag=fits", "", NULL, 422, NULL},
+    {"GET", "/openapi-3.0.json?tag=fits", "", NULL, 422, NULL},
     {"POST", "/v1/trees", "", "[]", 422, NULL},
     {"POST", "/v1/trees", "", "{}", 422, "/pendulum"},
     {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE ",\"colour\":1}", 422, "/colour"},
