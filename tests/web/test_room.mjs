@@ -188,7 +188,7 @@ export async function what_is_asked_is_answered_and_counted_at_once(rig) {
   assert.doesNotMatch(await teacher.innerText(".asked"), /answer: 2/, "a beamer shows what is right only when pupils see it");
   await teacher.click("[data-class=showSolution]");
   await teacher.waitForFunction(() => document.querySelectorAll(".histogram .right").length === 1 && /answer: 2/.test(document.querySelector(".asked").innerText));
-  await pupils[0].waitForSelector("text=That is right. The answer: 2 s.");
+  await pupils[0].waitForSelector("text=Correct. The answer: 2 s.");
   await pupils[1].waitForSelector("text=Not quite. The answer: 2 s.");
   await teacher.click("[data-class=closeQuestion]");
   await pupils[1].waitForSelector("text=This question is closed.");

@@ -47,7 +47,7 @@ export async function who_waits_for_a_server_that_is_away_is_told_so(rig) {
   await pupil.click("[data-sheet=answer]");
   await pupil.waitForSelector(".sheet .mark >> text=Sending");
   back();
-  await pupil.waitForSelector(".sheet .mark >> text=/That was right/");
+  await pupil.waitForSelector(".sheet .mark >> text=/Correct/");
   await teacher.waitForSelector("text=1 working, 0 handed in");
   for (const page of [teacher, pupil]) await close(page);
 }
