@@ -230,6 +230,6 @@ export async function all_let_go_together_and_their_starts_lie_in_one_picture(ri
   await setChain(pupils[0], [1, 1], [118, 121]);
   await pupils[0].click("[data-class=letGo]");
   await teacher.click("[data-class=together]");
-  await teacher.waitForSelector("text=/1 start\\./");
+  await teacher.waitForSelector("text=/1 starting position\\./");
   for (const page of [teacher, ...pupils]) await close(page);
 }
