@@ -167,6 +167,12 @@ def test_local(client):
     check("threads side by side", all(np.array_equal(end, Pendulum(client, **DOUBLE).run("0:5:0.01", theta=[k / 10, 1]).phi[-1]) for k, end in enumerate(ends)))
     check("blocks and a preset", [len(block.t) for block in double.stream("0:1:0.1", rows=4)] == [4, 4, 3]
           and Pendulum.preset("paper-four-arms", local).run([0, 1]).phi.shape == (2, 4))
+    ends = []
+    for block in double.stream("0:100:0.001", rows=20000, theta=[1, 1]):
+        double.modes()
+        ends.append(block.phi[-1])
+    check("other requests between two blocks", np.array_equal(ends[-1], double.run("0:100:0.001", theta=[1, 1]).phi[-1]) and len(ends) == 6)
+    check("blocks that nobody takes", len(next(double.stream("0:100:0.001", rows=100)).t) == 100 and double.modes().omega.shape == (2,))
     try:
         double.run([0, 1], fruit=3)
         check("a refusal of the engine", False)

@@ -12,13 +12,15 @@ import os
 import pathlib
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Optional
 
 from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
 from .client import ROWS, Body, Path, Problem, _replacing, accept_of, asked, body_of
 
-_MORE, _DONE, _BROKEN = 0, 1, 2
+_MORE, _BROKEN = 0, 2
+STREAMED = ("text/csv", "application/x-ndjson", OCTETS)  # other forms are held until their end
 _lock = threading.Lock()
 _library: Any = None
 
@@ -56,8 +58,11 @@ class Local:
     def __reduce__(self) -> Any:
         return Local, ()
 
-    def _answer(self, route: str, argument: str, body: bytes, accept: str, streamed: bool) -> Iterator[tuple[Any, bytes]]:
-        """Yields (header fields, bytes) of an answer: all bytes at once, or pieces while they are computed. The engine holds one request a thread."""
+    def _answer(self, route: str, argument: str, body: bytes, accept: str, streamed: bool) -> Generator[tuple[Any, bytes], None, None]:
+        """Yields (header fields, bytes) of an answer: all bytes at once, or pieces while they are computed.
+
+        The engine holds one request in each thread: all steps run in the same thread, and none of another request between them.
+        """
         engine = self._engine
         text = b"\0".join([route.encode(), argument.encode(), accept.encode(), body])
         place = engine.door_room(len(text))
@@ -94,21 +99,27 @@ class Local:
     def call(self, route: str, request: Body, accept: Optional[str] = None) -> Any:
         """The answer of an operation: a Result, or bytes if `accept` names a media type."""
         want = accept or (f"{NPZ}, {JSON};q=0.5" if route in ROWS else JSON)
-        parts = list(self._answer(route, "", body_of(asked(route, request)), want, True))
-        data = b"".join(piece for _, piece in parts)
-        return data if accept else result_of(parts[-1][0], data, bytes_of(request)).of(request)
+        (head, data), = self._answer(route, "", body_of(asked(route, request)), want, False)
+        return data if accept else result_of(head, data, bytes_of(request)).of(request)
 
     def stream(self, route: str, request: Body, rows: int = 4096) -> Iterator[Result]:
-        """Yields Results of at most `rows` rows each, while they are computed. Take all of them before the next request of the same thread."""
+        """Yields Results of at most `rows` rows each, while they are computed."""
         each, data, size, columns = bytes_of(request), b"", 0, ""
         head: Any = {}
-        for head, piece in self._answer(route, "", body_of(asked(route, request)), OCTETS, True):
-            columns = columns or head["X-Columns"]
-            size = size or each * width_of(columns) * rows
-            data += piece
-            while len(data) >= size:
-                yield from_octets(columns, data[:size], each)
-                data = data[size:]
+        # a thread of its own: between two blocks the caller may send other requests
+        with ThreadPoolExecutor(1) as pool:
+            pieces: Any = self._answer(route, "", body_of(asked(route, request)), OCTETS, True)
+            try:
+                while found := pool.submit(lambda: next(pieces, None)).result():
+                    head, piece = found
+                    columns = columns or head["X-Columns"]
+                    size = size or each * width_of(columns) * rows
+                    data += piece
+                    while len(data) >= size:
+                        yield from_octets(columns, data[:size], each)
+                        data = data[size:]
+            finally:
+                pool.submit(pieces.close).result()
         if data:
             yield from_octets(columns, data, each)
         _warn(head)
@@ -116,8 +127,9 @@ class Local:
     def save(self, route: str, request: Body, path: Path) -> Path:
         """Writes the answer of an operation to a file while it is computed, in the format of the file's suffix."""
         head: Any = {}
+        accept = accept_of(path)
         with _replacing(path) as sink:
-            for head, piece in self._answer(route, "", body_of(request), accept_of(path), True):
+            for head, piece in self._answer(route, "", body_of(asked(route, request)), accept, accept in STREAMED):
                 sink.write(piece)
         _warn(head)
         return path
