@@ -86,7 +86,7 @@ class Local:
                 raise Problem(500, {"detail": "the computation failed before its end"})
             yield head, data
         finally:
-            engine.door_close()
+            engine.door_room(0)  # closes the request and frees its text
 
     def _head(self) -> Any:
         return email.parser.HeaderParser().parsestr((self._engine.door_head() or b"").decode())
