@@ -14,7 +14,7 @@ enum pend_checkpoint_way { PEND_CHECKPOINT_COUNT, PEND_CHECKPOINT_TAKE, PEND_CHE
 
 struct pend_checkpoint {
     enum pend_checkpoint_way way;
-    char *at;     /* `bytes` bytes; PEND_CHECKPOINT_PUT only reads them */
+    char *at;     /* `bytes` bytes; only read if `way` is PEND_CHECKPOINT_PUT */
     size_t used;  /* bytes of the parts passed so far */
     size_t bytes; /* size of the memory at `at` */
 };
@@ -39,8 +39,8 @@ void pend_checkpoint_int(struct pend_checkpoint *checkpoint, int *number, int mo
 void pend_checkpoint_counts(struct pend_checkpoint *checkpoint, long number[], size_t count);
 
 /**
- * Marks the checkpoint as unusable: from here on it only counts, and pend_checkpoint_whole returns
- * false.
+ * Marks the checkpoint as unusable: from then on it only counts bytes, and pend_checkpoint_whole
+ * returns false.
  */
 void pend_checkpoint_refuse(struct pend_checkpoint *checkpoint);
 

@@ -9,13 +9,13 @@
 enum pend_isa { PEND_ISA_BASE, PEND_ISA_AVX2, PEND_ISA_AVX512, PEND_ISA_COUNT };
 
 /**
- * Returns the widest set that the processor and its operating system support. O(1), safe on any
- * thread.
+ * Returns the widest instruction set that the processor and its operating system support. O(1),
+ * safe on any thread.
  */
 enum pend_isa pend_isa_best(void);
 
-/* PEND_ISA_EACH declares a table that is compiled for every set; PEND_ISA_PICK is the address of
- * the one for a set. */
+/* PEND_ISA_EACH declares one table per instruction set; PEND_ISA_PICK is the address of the table
+ * for a given set. */
 #ifdef __x86_64__
 #define PEND_ISA_EACH(type, name) extern const type name##_base, name##_avx2, name##_avx512
 #define PEND_ISA_PICK(name, isa)                                                                   \

@@ -27,8 +27,8 @@ double pend_rng_uniform(uint64_t seed, uint64_t i, uint32_t place) {
     return (double)rng_bits(seed, i, place) * 0x1p-53;
 }
 
-/* the natural logarithm, 0 < x <= 1, from sums, products and quotients alone, because the C
- * library's logarithms differ between machines */
+/* natural logarithm of 0 < x <= 1, from sums, products and quotients alone, because the C library's
+ * logarithms differ between machines */
 static double rng_log(double x) {
     assert(x > 0 && x <= 1);
     int exponent;
@@ -42,7 +42,7 @@ static double rng_log(double x) {
     return exponent * 0.69314718055994530942 + 2 * s * sum;
 }
 
-/* num[0] + num[1] x + ... over den[0] + den[1] x + ... */
+/* (num[0] + num[1] x + ...) / (den[0] + den[1] x + ...) */
 static double rng_ratio(const double num[8], const double den[8], double x) {
     double above = 0, below = 0;
     for (int j = 7; j >= 0; j--) {
@@ -89,7 +89,7 @@ double pend_rng_normal(uint64_t seed, uint64_t i, uint32_t place) {
                                 1.84631831751005468180e-5,
                                 1.42151175831644588870e-7,
                                 2.04426310338993978564e-15};
-    // p from the middles of 2^53 intervals: never 0 or 1
+    // p is the middle of one of 2^53 equal intervals: never 0 or 1
     uint64_t bits = rng_bits(seed, i, place);
     double p = ((double)bits + 0.5) * 0x1p-53, q = ((double)bits - 0x1p52 + 0.5) * 0x1p-53;
     if (fabs(q) <= 0.425) return q * rng_ratio(a, b, 0.180625 - q * q);

@@ -36,7 +36,7 @@ enum pend_status {
         if (pend_try_status_ != PEND_OK) return pend_try_status_;                                  \
     } while (0)
 
-/** Detail of a failure, owned by the caller. arm is the caller's arm number from 0, or -1; time
+/** Detail of a failure, owned by the caller. `arm` is the caller's arm number from 0, or -1; `time`
  * is in s. */
 struct pend_error {
     enum pend_status code;

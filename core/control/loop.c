@@ -10,15 +10,15 @@
 #include "core/orbits/orbit_algebra.h"
 
 enum { TERMS = 18, SQUARINGS_MOST = 200, GRID = 4000, NEAR = 48, HALVINGS = 60 };
-static const double short_step = 0.5; /* the norm up to which TERMS terms of the series of e^x
+static const double short_step = 0.5; /* norm up to which TERMS terms of the series of e^x
                                        * suffice */
-static const double far_loop = 1e8;   /* |L| above which a change of sign is a pole */
-static const double alike = 1e-7;     /* relative to the largest eigenvalue: modes closer than this
-                                       * have the same eigenvalue */
+static const double far_loop = 1e8;   /* |L| above which a change of sign is a pole, not a root */
+static const double alike = 1e-7;     /* relative to the largest eigenvalue: closer eigenvalues
+                                       * count as equal */
 
 static double power_near(double x) { return x > 0 && isfinite(x) ? exp2(round(log2(x))) : 1; }
 
-/* out = e^x, n x n, with `work` of 2 n^2; x is changed */
+/* out = e^x, n x n, with a scratch array `work` of 2 n^2 numbers; x is overwritten */
 static void exponential(int n, double x[], double work[], double out[]) {
     size_t square = (size_t)n * (size_t)n, bytes = square * sizeof *x;
     double norm = 0, *term = work, *next = work + square;
@@ -43,8 +43,8 @@ static void exponential(int n, double x[], double work[], double out[]) {
     }
 }
 
-/* sets h [F P; 0 0] in units of scale, which it chooses; `part` contains M^-1 K, M^-1 C and M^-1
- * E */
+/* chooses the units `scale` and sets x = h [F P; 0 0] in them; `part` contains M^-1 K, M^-1 C and
+ * M^-1 E */
 static void loop_rates(const struct pend_loop *loop, const double part[], double x[]) {
     int n = loop->n, m = loop->inputs, all = 2 * n + m;
     const double *spring = part, *loss = part + n * n, *push = loss + n * n;
@@ -74,7 +74,7 @@ static void loop_rates(const struct pend_loop *loop, const double part[], double
     }
 }
 
-/* sets a and b from the exponential, and the rows of delayed outputs */
+/* sets a and b from the matrix exponential, and the rows that shift delayed outputs */
 static enum pend_status loop_hold(const struct pend_loop *loop, const double held[]) {
     int n = 2 * loop->n, m = loop->inputs, rows = loop->rows, all = n + m;
     for (int i = 0; i < n; i++)
@@ -197,7 +197,7 @@ enum pend_status pend_loop_multipliers(const struct pend_loop *loop, const doubl
 
 /* ---- margins */
 
-/* the multipliers of the closed loop, re and im, then those of the loop with one actuator open */
+/* the multipliers of the closed loop (re, im), then those of the loop with one actuator open */
 struct circle {
     int rows;
     const double *value;
@@ -213,13 +213,13 @@ static double complex circle_at(const struct circle *c, double angle) {
     return product - 1;
 }
 
-/* a function that changes its sign where L is real, or of magnitude 1 */
+/* a function that changes its sign where L is real (size = 0) or |L| is 1 (size = 1) */
 static double circle_sign(const struct circle *c, double angle, int size) {
     double complex at = circle_at(c, angle);
     return size ? cabs(at) - 1 : cimag(at);
 }
 
-/* updates the margins with L at an angle where it is real, or of magnitude 1 */
+/* updates the margins at an angle where L is real (size = 0) or |L| is 1 (size = 1) */
 static void circle_count(const struct circle *c, double angle, int size, double period,
                          struct pend_margins *margins) {
     double complex at = circle_at(c, angle);
@@ -240,7 +240,7 @@ static int ascending(const void *x, const void *y) {
     return (a > b) - (a < b);
 }
 
-/* angles from 0 to pi, dense near every multiplier; returns their number */
+/* angles from 0 to pi at which L is evaluated, dense near every multiplier; returns their number */
 static int circle_grid(const struct circle *c, double grid[]) {
     int count = 0;
     for (int i = 0; i <= GRID; i++) grid[count++] = M_PI * i / GRID;
@@ -293,7 +293,7 @@ enum pend_status pend_loop_margins(const struct pend_loop *loop, const double ga
 
 /* ---- modes */
 
-/* x^T v of mode j, relative to the norm of x in M and of v in M^-1 */
+/* x^T v for mode j, relative to the norm of x in M and of v in M^-1 */
 static double complex reach_overlap(const struct pend_loop *loop, const struct pend_damped *modes,
                                     int mode, const double v[], int step) {
     int n = loop->n;
@@ -321,7 +321,7 @@ enum pend_status pend_loop_reach(const struct pend_loop *loop, const struct pend
         double complex *own = row + j * count;
         for (int i = 0; i < count; i++) own[i] = reach_overlap(loop, modes, j, vectors + i, count);
         // subtracts the directions that earlier modes of the same eigenvalue reach; the remainder
-        // is orthogonal
+        // is orthogonal to them
         for (int k = 0; k < j; k++) {
             double complex part = 0, *of = row + k * count;
             if (reach[k] < PEND_LOOP_REACHED ||

@@ -1,15 +1,15 @@
 /* The linearized pendulum near an equilibrium, sampled, with actuators that hold their output for a
  * period; and its closed loop: multipliers, margins, reachable modes.
  * Leaves to others: the equilibrium and its modes (modes), running a controller (integrate).
- * Invariant: a and b are exact for the linearized motion; numbers of the state are in the units
- * `scale`, powers of two near which masses and the fastest rate are 1.
+ * Invariant: a and b are exact for the linearized motion; the state is stored in the units `scale`,
+ * powers of two in which masses and the fastest rate are near 1.
  *
  * Derivation. The angles q from the equilibrium obey M q'' + C q' + K q = E u; with x = (q, q')
  * this is x' = F x + P u. Held over a period h, x_{k+1} = e^{F h} x_k + (integral of e^{F s}) P
  * u_k; both are blocks of the exponential of h [F P; 0 0]. A delay of d samples appends the last d
- * outputs to the state, newest first, of which the oldest acts. Margins follow from 1 + L(z) = prod
- * (z - c_i) / prod (z - o_i) on the unit circle, c the multipliers of the closed loop, o of the
- * loop that is open at one actuator. */
+ * outputs to the state, newest first; the oldest one acts. Margins follow from 1 + L(z) = prod (z -
+ * c_i) / prod (z - o_i) on the unit circle, where c_i are the multipliers of the closed loop and
+ * o_i those of the loop that is open at one actuator. */
 #pragma once
 
 #include "core/modes/damped.h"
@@ -17,21 +17,22 @@
 #include "core/tree/tree.h"
 
 struct pend_loop {
-    int n, inputs, delay;        /* number of coordinates; of actuators; delay in samples */
+    int n, inputs, delay;        /* number of coordinates and of actuators; delay in samples */
     int rows;                    /* size of the state: 2 n + inputs delay */
     double period;               /* s */
     double *mass, *inverse;      /* n x n: M and M^-1 */
     double *joint;               /* n x inputs: E, +1 for the arm, -1 for the arm that holds it */
-    double *a, *b;               /* rows x rows, rows x inputs, in units of scale */
-    double *scale, *input_scale; /* rows; inputs */
+    double *a, *b;               /* rows x rows and rows x inputs, in units of scale */
+    double *scale, *input_scale; /* units of the state (rows numbers) and of the inputs (inputs
+                                  * numbers) */
 };
 
 /* Margins of one actuator; all other loops are closed. */
 struct pend_margins {
-    double
-        gain[2];  /* the loop is stable between these factors of the gain; 0, INFINITY = no bound */
-    double phase; /* rad, the least phase lag or lead that makes the loop unstable; pi = none */
-    double delay; /* s, the least delay that makes the loop unstable; INFINITY = none */
+    double gain[2]; /* the factors of the gain between which the loop is stable; 0, INFINITY = no
+                     * bound */
+    double phase;   /* rad, the least phase lag or lead that makes the loop unstable; pi = none */
+    double delay;   /* s, the least delay that makes the loop unstable; INFINITY = none */
 };
 
 /**

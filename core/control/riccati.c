@@ -20,7 +20,7 @@ void pend_product(int n, int k, int m, const double a[], int ta, const double b[
         }
 }
 
-/* makes a matrix symmetric; returns its largest entry */
+/* replaces a matrix by its symmetric part; returns the largest entry */
 static double riccati_even(int n, double x[]) {
     double most = 0;
     for (int i = 0; i < n; i++)
@@ -31,8 +31,8 @@ static double riccati_even(int n, double x[]) {
     return most;
 }
 
-/* one doubling of a, g and h, with `work` of 4 n^2; returns the relative change of h, NAN if W is
- * singular */
+/* one doubling step of a, g and h, with scratch `work` of 4 n^2; returns the relative change of h,
+ * or NAN if W is singular */
 static double riccati_double(struct orbit_algebra *algebra, int n, double a[], double g[],
                              double h[], double work[]) {
     size_t square = (size_t)n * (size_t)n;
@@ -55,8 +55,8 @@ static double riccati_double(struct orbit_algebra *algebra, int n, double a[], d
     return riccati_even(n, y) / riccati_even(n, h);
 }
 
-/* h <- the cost of the gains, sum (A_c^T)^k (Q + K^T R K) A_c^k, A_c = A - B K, with `work` of 4
- * n^2; returns the relative change at the end */
+/* h <- the cost of the current gains, sum (A_c^T)^k (Q + K^T R K) A_c^k, A_c = A - B K, with
+ * scratch `work` of 4 n^2; returns the relative change in the last doubling */
 static double riccati_cost(int n, int m, const double a[], const double b[], const double q[],
                            const double r[], const double gains[], double h[], double work[]) {
     size_t square = (size_t)n * (size_t)n;
@@ -79,7 +79,7 @@ static double riccati_cost(int n, int m, const double a[], const double b[], con
     return change;
 }
 
-/* the gains for a cost h, with `work` of m (n + m); returns 0 if they are not finite */
+/* gains for a cost matrix h, with scratch `work` of m (n + m); returns 0 if they are not finite */
 static int riccati_gains(struct orbit_algebra *algebra, int n, int m, const double a[],
                          const double b[], const double r[], const double h[], double work[],
                          double gains[]) {

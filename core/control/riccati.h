@@ -12,7 +12,8 @@
 
 #include "core/base/status.h"
 
-/** out (n x m) = keep out + op(a) op(b) over k terms; ta, tb non-zero = transposed. O(n k m). */
+/** out (n x m) = keep out + op(a) op(b), where op transposes if ta or tb is non-zero; k is the
+ * inner dimension. O(n k m). */
 void pend_product(int n, int k, int m, const double a[], int ta, const double b[], int tb,
                   double keep, double out[]);
 

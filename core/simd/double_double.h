@@ -21,10 +21,10 @@ typedef struct {
     VEC high, low;
 } DD_TYPE;
 
-/** x y with its rounding error. */
+/** x y as the rounded product and its rounding error. */
 VEC_INLINE DD_TYPE DD(product)(VEC x, VEC y) {
     VEC p = x * y;
-    // otherwise a compiler could fuse the product into the sums that use it
+    // keeps the compiler from fusing the product into the sums that use it
     VEC_PIN(p);
 #ifdef __FMA__
     return (DD_TYPE){p, VEC_(fma)(x, y, -p)};
@@ -38,13 +38,13 @@ VEC_INLINE DD_TYPE DD(product)(VEC x, VEC y) {
 #endif
 }
 
-/** x + y with its rounding error (Knuth). */
+/** x + y as the rounded sum and its rounding error (Knuth). */
 VEC_INLINE DD_TYPE DD(total)(VEC x, VEC y) {
     VEC s = x + y, part = s - x;
     return (DD_TYPE){s, (x - (s - part)) + (y - part)};
 }
 
-/** Normalizes high + low, |high| >= |low| (Dekker). */
+/** Normalizes high + low, where |high| >= |low| (Dekker). */
 VEC_INLINE DD_TYPE DD(settle)(DD_TYPE x) {
     VEC s = x.high + x.low;
     return (DD_TYPE){s, x.low - (s - x.high)};
@@ -81,7 +81,7 @@ VEC_INLINE DD_TYPE DD(mul)(DD_TYPE x, DD_TYPE y) {
     return DD(settle)(p);
 }
 
-/** sum + x y for long sums; the result is an argument of _gather again, or of _settle. */
+/** sum + x y, for long sums. Pass the result to _gather again, or to _settle. */
 VEC_INLINE DD_TYPE DD(gather)(DD_TYPE x, DD_TYPE y, DD_TYPE sum) {
     DD_TYPE p = DD(product)(x.high, y.high), s = DD(total)(sum.high, p.high);
     p.low = VEC_(fma)(x.high, y.low, p.low);
@@ -102,13 +102,13 @@ VEC_INLINE DD_TYPE DD(div)(DD_TYPE x, DD_TYPE y) {
     return DD(settle)((DD_TYPE){q, (rest - q * y.low) / y.high});
 }
 
-/** x in the lanes in which `which` is all ones, y in those in which it is 0. */
+/** x in lanes where `which` is all ones, y in lanes where it is 0. */
 VEC_INLINE DD_TYPE DD(pick)(BITS which, DD_TYPE x, DD_TYPE y) {
     return (DD_TYPE){VEC_(pick)(which, x.high, y.high), VEC_(pick)(which, x.low, y.low)};
 }
 
-/* (-1)^j / (2 j + 1)! from j = 1 on, (-1)^j / (2 j)! from j = 2 on: the terms that matter up to pi
- * / 4 */
+/* (-1)^j / (2 j + 1)! for j >= 1 and (-1)^j / (2 j)! for j >= 2, as many terms as matter up to pi /
+ * 4 */
 enum { DD(SINE_TERMS) = 14, DD(SINE_LONG) = 7, DD(COSINE_TERMS) = 14, DD(COSINE_LONG) = 7 };
 
 VEC_INLINE DD_TYPE DD(horner)(const double term[][2], int terms, int precise, DD_TYPE z) {
@@ -120,8 +120,8 @@ VEC_INLINE DD_TYPE DD(horner)(const double term[][2], int terms, int precise, DD
     return sum;
 }
 
-/* x less n + many right angles, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: their
- * products with each part of a right angle except the last are exact */
+/* x - (n + many) pi / 2, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: their products with
+ * each part of pi / 2 except the last are exact */
 VEC_INLINE DD_TYPE DD(less)(DD_TYPE x, VEC n, VEC many) {
     static const double whole = -0x1.921fb54400000p+0,
                         part[] = {-0x1.0b4611a600000p-34, -0x1.3198a2e000000p-69,
@@ -175,7 +175,7 @@ VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
         {-0x1.88e85fc6a4e5ap-89, 0x1.71c37ebd16540p-143},
         {0x1.0a18a2635085dp-98, 0x1.b9e2e28e1aa54p-153},
         {-0x1.3932c5047d60ep-108, -0x1.832b7b530a627p-162}};
-    // right angles, and multiples of 2^20 of them (0 for angles below 8e5)
+    // number of right angles, and its part that is a multiple of 2^20 (0 for angles below 8e5)
     VEC magic = VEC_(of)(0x1.8p52), shifted = x.high * 0x1.45f306dc9c883p-21 + magic;
     VEC many = (shifted - magic) * 0x1p20;
     shifted = (x.high + many * -0x1.921fb54400000p+0 - many * 0x1.0b4611a600000p-34) *
@@ -188,7 +188,7 @@ VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
     DD_TYPE c = DD(horner)(cosine_term, DD(COSINE_TERMS), DD(COSINE_LONG), z);
     s = DD(fma)(DD(mul)(r, z), s, r);
     c = DD(fma)(DD(mul)(z, z), c, DD(sub)(DD(of)(1), DD(scale)(z, VEC_(of)(0.5))));
-    // quadrants
+    // by quadrant: whether sine and cosine are exchanged, and their signs
     BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62,
          cosine_sign = ((turn ^ turn << 1) & 2) << 62;
     DD_TYPE a = DD(pick)(swap, c, s), b = DD(pick)(swap, s, c);

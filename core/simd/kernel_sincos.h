@@ -1,5 +1,5 @@
 /* Cosines and sines of many angles, by instruction set.
- * Leaves to others: vectors computed from them (kinematics).
+ * Leaves to others: positions and velocities (kinematics).
  * Invariant: a kernel is called only on a processor that has its instruction set. */
 #pragma once
 

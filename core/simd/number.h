@@ -70,15 +70,15 @@ VEC_INLINE num num_neg(num x) { return -x; }
 #endif
 #endif
 
-/* keeps a vector in a register here; no effect for other kinds */
+/* keeps a vector in a register at this point; no effect for other kinds */
 #ifdef NUMBER_VEC
 #define NUM_PIN VEC_PIN
 #else
 #define NUM_PIN(x) ((void)(x))
 #endif
 
-/* The concept. A kind that lacks a function, or whose function returns another type, does not
- * compile; nothing is evaluated. */
+/* The interface as static checks. A kind that lacks a function, or whose function returns another
+ * type, does not compile; nothing is evaluated. */
 #define NUMBER_ANY (*(num *)0)
 #define NUMBER_IS(x) static_assert(_Generic((x), num : 1, default : 0), #x " must be a num")
 NUMBER_IS(num_of(1.0));

@@ -9,9 +9,9 @@
 
 enum { TANGENT_PARAMETERS = 8, TANGENT_PARTS = TANGENT_PARAMETERS / KERNEL_WIDTH };
 
-/* The value is stored apart from the derivatives. In their vector it would take the place of one
- * and require a mask in every product. The alignment to a cache line saves 5 to 12 % of the time of
- * all derivatives. */
+/* The value is stored apart from the derivatives: in their vector it would take the place of one
+ * derivative and require a mask in every product. The alignment to a cache line saves 5 to 12 % of
+ * the time of all derivatives. */
 struct tangent {
     double value;
     _Alignas(64) wide part[TANGENT_PARTS];
@@ -67,7 +67,7 @@ VEC_INLINE struct tangent tangent_div(struct tangent x, struct tangent y) {
     return tangent_with(x, value);
 }
 
-/** A function of x, from its value and its slope, which multiplies the derivatives. */
+/** A function of x: its value, and the derivatives of x multiplied by its slope. */
 VEC_INLINE struct tangent tangent_chain(struct tangent x, double value, double slope) {
     for (int p = 0; p < TANGENT_PARTS; p++) x.part[p] = x.part[p] * slope;
     return tangent_with(x, value);

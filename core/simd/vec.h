@@ -49,8 +49,8 @@ VEC_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 }
 
 /**
- * Loads numbers of an array one by one: the gather instruction is slow on processors with
- * mitigations against data sampling.
+ * Loads array elements one by one: the gather instruction is slow on processors with mitigations
+ * against data sampling.
  */
 VEC_INLINE lanes2 lanes2_gather(const double *from, const int index[2]) {
     return (lanes2){from[index[0]], from[index[1]]};
@@ -81,7 +81,7 @@ VEC_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x};
 #define VEC_PIN(x) ((void)(x))
 #endif
 
-/** The fused multiply-add of one number. */
+/** The fused multiply-add of one double. */
 VEC_INLINE lanes1 lanes1_fma(lanes1 x, lanes1 y, lanes1 z) {
 #ifdef __FMA__
     return __builtin_fma(x, y, z);
@@ -90,9 +90,9 @@ VEC_INLINE lanes1 lanes1_fma(lanes1 x, lanes1 y, lanes1 z) {
 #endif
 }
 
-/* sines of sixteenths of the circle; the cosines begin a quarter later */
+/* sines of multiples of a sixteenth of the circle; the cosines begin a quarter circle later */
 static const double lanes_sixteenths[20] __attribute__((aligned(64), unused)) = {
-    0,  0x1.87de2a6aea963p-2,  0x1.6a09e667f3bcdp-1,  0x1.d906bcf328d46p-1,  /* a quarter each */
+    0,  0x1.87de2a6aea963p-2,  0x1.6a09e667f3bcdp-1,  0x1.d906bcf328d46p-1,
     1,  0x1.d906bcf328d46p-1,  0x1.6a09e667f3bcdp-1,  0x1.87de2a6aea963p-2,  /**/
     0,  -0x1.87de2a6aea963p-2, -0x1.6a09e667f3bcdp-1, -0x1.d906bcf328d46p-1, /**/
     -1, -0x1.d906bcf328d46p-1, -0x1.6a09e667f3bcdp-1, -0x1.87de2a6aea963p-2, /**/

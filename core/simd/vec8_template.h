@@ -25,7 +25,8 @@ VEC_INLINE void vec8_put(double *at, const struct vec8 *x) {
     for (int p = 0; p < VEC8_PARTS; p++) wide_put(at + p * WIDE, x->part[p]);
 }
 
-/** x moved by one lane upwards, and by one lane downwards. */
+/** wide_shift: the lanes of x moved down by one, the first lane of `after` last. wide_unshift:
+ * moved up by one, the last lane of `before` first. */
 VEC_INLINE wide wide_shift(wide x, wide after) {
 #if KERNEL_WIDTH == 8
     return __builtin_shufflevector(x, after, 1, 2, 3, 4, 5, 6, 7, 8);
@@ -58,7 +59,7 @@ VEC_INLINE wide wide_end(wide x) {
 }
 
 /**
- * A vector of the lanes from `first` on of eight: x in lane `lane` of the eight, zero in the
+ * WIDE of the eight lanes, those from `first` on: x in lane `lane` of the eight, zero in the
  * others.
  */
 VEC_INLINE wide wide_only(double x, int lane, int first) {
@@ -68,7 +69,7 @@ VEC_INLINE wide wide_only(double x, int lane, int first) {
     return (wide)(mask & (KERNEL_OF(bits, ))wide_of(x));
 }
 
-/** The product of eight rows with eight numbers. */
+/** The sum of eight rows, row i times number i of x. */
 VEC_INLINE struct vec8 vec8_product(const double *rows, const struct vec8 *x) {
     struct vec8 product;
 #if KERNEL_WIDTH == 8

@@ -9,7 +9,7 @@
 
 #include "core/simd/vec.h"
 
-/** Number of doubles in such a vector. */
+/** Number of doubles in the widest vector. */
 #if defined(__AVX512F__)
 #define KERNEL_WIDTH 8
 #elif defined(__AVX2__)
@@ -25,8 +25,8 @@
  * bits4 or bits2. */
 #define KERNEL_OF(kind, name) KERNEL_PASTE(kind, KERNEL_WIDTH, name)
 
-/** A vector of that width, and its functions: WIDE_(fma) is lanes8_fma, lanes4_fma or lanes2_fma.
- */
+/** A vector of the widest type, and its functions: WIDE_(fma) is lanes8_fma, lanes4_fma or
+ * lanes2_fma. */
 enum { WIDE = KERNEL_WIDTH };
 typedef KERNEL_OF(lanes, ) wide;
 #define WIDE_(name) KERNEL_OF(lanes, _##name)
@@ -36,7 +36,7 @@ typedef KERNEL_OF(lanes, ) wide;
 #define wide_put WIDE_(put)
 #define wide_gather WIDE_(gather)
 
-/** Loads WIDE numbers from any address; wide_get loads from an address aligned for a vector. */
+/** Loads WIDE doubles from any address; wide_get requires an aligned address. */
 VEC_INLINE wide wide_load(const double *from) {
     wide x;
     memcpy(&x, from, sizeof x);

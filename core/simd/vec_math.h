@@ -18,7 +18,7 @@ VEC_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) {
     return (VEC)((mask & (BITS)x) | (~mask & (BITS)y));
 }
 
-/** The larger, the smaller of two; y if one of them is not a number. */
+/** The larger and the smaller of two; y if one of them is not a number. */
 #if LANES == 8 && defined(__AVX512F__)
 VEC_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm512_max_pd((__m512d)x, (__m512d)y); }
 VEC_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm512_min_pd((__m512d)x, (__m512d)y); }
@@ -60,14 +60,15 @@ VEC_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
     VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic),
         n = shifted - magic;
 #ifdef __FMA__
-    // the difference to all 53 bits of pi / 2 is a multiple of 2^-53 below 1, so it is exact
+    // the difference to the leading 53 bits of pi / 2 is a multiple of 2^-53 below 1, so it is
+    // exact
     VEC near = OF(fma)(n, OF(of)(-0x1.921fb54442d18p+0), x),
         tail = OF(fma)(n, OF(of)(-0x1.1a62633145c07p-54), low);
 #else
-    // n times the first two parts of pi / 2 is exact up to n = 2^20
+    // n times each of the first two parts of pi / 2 is exact up to n = 2^20
     VEC far = x - n * 0x1.921fb54400000p+0, second = n * 0x1.0b4611a600000p-34, near = far - second;
-    // the rounding error of that difference (0 if far is the smaller one) and the rest of pi / 2
-    // belong to the tail
+    // the tail contains the rounding error of that difference (0 if far is the smaller one) and the
+    // rest of pi / 2
     VEC tail = ((far - near) - second) + low - n * 0x1.3198a2e037073p-69;
 #endif
     VEC r = near + tail;
@@ -76,7 +77,7 @@ VEC_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
     return r;
 }
 
-/* (sin r - r) / r^3 and (cos r - 1 + r^2 / 2) / r^4, of z = r^2, |r| below pi / 4 */
+/* (sin r - r) / r^3 and (cos r - 1 + r^2 / 2) / r^4 as functions of z = r^2, |r| below pi / 4 */
 VEC_INLINE VEC OF(sine_terms)(VEC z) {
     VEC s = OF(fma)(z, OF(of)(0x1.5d92470eeb08bp-33), OF(of)(-0x1.ae5e63cec97aap-26));
     s = OF(fma)(z, s, OF(of)(0x1.71de3574bc93ap-19));
@@ -149,11 +150,12 @@ VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
         n = shifted - magic;
     *turn = (BITS)shifted;
 #ifdef __FMA__
-    // the difference to all 53 bits of pi / 8 is a multiple of 2^-54 below 1/4, so it is exact
+    // the difference to the leading 53 bits of pi / 8 is a multiple of 2^-54 below 1/4, so it is
+    // exact
     return OF(fma)(n, OF(of)(-0x1.921fb54442d18p-2), x) +
            OF(fma)(n, OF(of)(-0x1.1a62633145c07p-56), low);
 #else
-    // n times the first two parts of pi / 8 is exact up to n = 2^23
+    // n times each of the first two parts of pi / 8 is exact up to n = 2^23
     VEC far = x - n * 0x1.921fb54800000p-2, second = n * -0x1.de973dc800000p-33,
         near = far - second;
     return near + (((far - near) - second) + low - n * -0x1.9d9cceba3f91fp-64);
@@ -162,12 +164,13 @@ VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
 
 /**
  * Sine and cosine of the exact x - base. The error is at most half an ulp of 1 larger than that of
- * sincos, and a sine near 0 is exact to its own last digits. It takes two thirds of the time:
- * multiples of a sixteenth of the circle leave so small an angle that short polynomials suffice.
+ * sincos, and a sine near 0 is exact to its own last digits. It takes two thirds of the time of
+ * sincos: after subtracting a multiple of a sixteenth of the circle, the angle is so small that
+ * short polynomials suffice.
  */
 VEC_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
-    // the difference is rounded, and near a half turn only its rounding error distinguishes two
-    // arms from aligned ones
+    // the difference is rounded; near a half turn only its rounding error distinguishes aligned
+    // arms from arms that are almost aligned
     VEC angle = x - base, back = x - angle, low = (x - (angle + back)) + (back - base), far_sine,
         far_cosine;
     BITS turn;
@@ -185,7 +188,7 @@ VEC_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
     *cosine = far_cosine + OF(fma)(-far_sine, u, far_cosine * v);
 }
 
-/** The binary logarithm within 1e-5, x >= 0 and normal; zero gives -1023. */
+/** The binary logarithm within 1e-5, for normal x > 0; zero gives -1023. */
 VEC_INLINE VEC OF(log2)(VEC x) {
     BITS bits = (BITS)x;
     VEC exponent = (VEC)(((bits >> 52) & 0x7ff) | 0x4330000000000000LL) - (0x1p52 + 1023);

@@ -1,4 +1,4 @@
-/* The system of the general kernel, which uses the series of an ideal pendulum, for every kind of
+/* The system of the general kernel, on top of the series of an ideal pendulum, for every kind of
  * number. Leaves to others: its own arrays (bodies_lay), memory (the including file).
  * Invariant: rates, forces and rotation factors are stored once, so that readers of a series need
  * not know which kernel computed it. */
@@ -7,8 +7,8 @@
 #include "core/bodies/bodies_system.h"
 #include "core/taylor/jets_system.h"
 
-/** Returns a system that shares the arms and the series of `s`, before bodies_lay sets its arrays.
- * value: the values of the terms. O(1). */
+/** Returns a system that shares the arms and the series of `s`; bodies_lay sets its other arrays
+ * afterwards. value: the values of the terms. O(1). */
 static inline struct bodies_system jets_bodies(const struct jets_system *s,
                                                const struct pend_terms *terms, const num *value) {
     return (struct bodies_system){.n = s->n,

@@ -7,8 +7,8 @@
 
 #include "core/taylor/jets_system.h"
 
-/* adds child c to the sums over the children of its parent p; stores the sums over the later
- * siblings for c */
+/* adds child c to the sums over the children of its parent p, and stores in c the sums over its
+ * later siblings */
 static void jets_join(const struct jets_system *s, int c, int p) {
     num C = s->cosine[c], Z = s->sine[c], S = s->eff[c];
     num sp = s->sum_p[p], sr = s->sum_r[p], sq = s->sum_q[p];
@@ -24,8 +24,8 @@ static void jets_join(const struct jets_system *s, int c, int p) {
     s->sum_q[p] = num_fma(SZ, Z, sq);
 }
 
-/* computes what each child of k contributes to k, from sums over its siblings without the child
- * itself */
+/* computes the effect of each child c of k on k (kappa, nu, tau), from sums over the siblings
+ * without c itself */
 static void jets_share(const struct jets_system *s, int k) {
     num early_q = num_of(0), early_r = num_of(0), inv = s->inv[k];
     for (int c = k + 1; c < s->end[k]; c = s->end[c]) {

@@ -4,7 +4,7 @@
 
 enum { LOADS_SMALL = 8, LOADS_SPARE = 3, LOADS_TILE = 8 };
 
-/* counts memory, and assigns it if memory is given */
+/* counts the memory needed and, if memory is given, assigns it */
 struct loads_store {
     char *base;
     size_t used;
@@ -16,14 +16,14 @@ static void *loads_take(struct loads_store *store, size_t count, size_t bytes) {
     return part;
 }
 
-/* numbers after `margin` zeros */
+/* an array of `count` numbers with `margin` zeros before it */
 static double *loads_numbers(struct loads_store *store, size_t margin, size_t count) {
     double *at = loads_take(store, margin + count, sizeof(double));
     return at ? at + margin : NULL;
 }
 
-/* numbers of a row per order, and of a series, of up to eight arms; `twist` has a row per arm, more
- * than a short series has */
+/* numbers of one row for all orders, and of one series, for up to eight arms; `twist` has one row
+ * per arm, which can be more than a short series has orders */
 static size_t loads_row_numbers(int order_cap) {
     int orders = order_cap + LOADS_SPARE;
     return (size_t)(orders < LOADS_SMALL ? LOADS_SMALL : orders) * LOADS_STRIDE;
@@ -79,7 +79,7 @@ size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_ter
     return loads_lay(&sketch, tree, order_cap, layout, NULL);
 }
 
-/* the forces across for unit torques */
+/* fills in the forces across for unit torques */
 static void loads_twists(struct jets_loads *loads, const struct pend_tree *tree) {
     int from = tree->n > 4 ? 8 : tree->n > 2 ? 4 : 2;
     for (int a = 0; a < tree->n; a++) {
@@ -92,7 +92,7 @@ static void loads_twists(struct jets_loads *loads, const struct pend_tree *tree)
 static void loads_children(struct jets_loads *loads, const struct pend_tree *tree,
                            const struct loads_layout *layout) {
     for (int a = 0; a < loads->padded; a++) loads->child[a] = -1;
-    // the last order in memory is the one that the kernels read last
+    // lay out from the last arm on, because the kernels read the last order in memory last
     for (int k = tree->n - 1; k >= 0; k--) {
         int first = tree->end[k] > k + 1 ? k + 1 : -1;
         loads->child[k] = first;
@@ -103,8 +103,9 @@ static void loads_children(struct jets_loads *loads, const struct pend_tree *tre
     }
 }
 
-/* the start of eight consecutive numbers for eight arms; -1 reads a zero, as the padding and
- * the margins are */
+/* the index at which the neighbours of the tile's eight arms begin in memory if they are
+ * consecutive, otherwise LOADS_APART; an arm without neighbour reads padding or a margin, which are
+ * zero */
 static int loads_near(const struct jets_loads *loads, const int from[], int tile) {
     int start = LOADS_APART;
     for (int i = 0; i < LOADS_TILE; i++)
@@ -119,7 +120,7 @@ static int loads_near(const struct jets_loads *loads, const int from[], int tile
     return start < -LOADS_MARGIN ? LOADS_APART : start;
 }
 
-/* parents and children */
+/* the parents and the first children of all arms */
 static void loads_neighbours(struct jets_loads *loads, const struct pend_tree *tree,
                              const struct loads_layout *layout) {
     loads_children(loads, tree, layout);

@@ -12,13 +12,13 @@
 #include "core/tree/tree.h"
 
 enum {
-    LOADS_STRIDE = 16, /* numbers of a row: one per arm for rates, one for forces across */
-    LOADS_MARGIN = 8   /* zeros before and after the series of the pivot */
+    LOADS_STRIDE = 16, /* numbers in a row: up to 8 rates, then up to 8 forces across */
+    LOADS_MARGIN = 8   /* number of zeros before and after the series of the pivot */
 };
 
 /*
- * Rows of an order store the numbers of arms as the kernel does: first rates, then forces. Forces
- * are times unit^2.
+ * A row has one order of all arms, laid out as the kernel reads it: first rates, then forces.
+ * Forces are multiplied by unit^2.
  *
  * across  row k + 1: the rates of order k + 1 next to the forces across the arms of order k
  * given   row k: minus the pivot's acceleration along the first arm over its length, and the known
@@ -27,10 +27,9 @@ enum {
  * loss    row k: the contribution of friction to the forces across the arms
  * twist   row a: the forces across for a torque of 1 on arm a and its opposite on the parent */
 #define LOADS_ROWS(X) X(across) X(given) X(drop) X(loss) X(twist)
-/*
- * Series with one number per order, between LOADS_MARGIN zeros on either side.
+/* Series with one number per order, with LOADS_MARGIN zeros on either side.
  *
- * lift_x, lift_y    acceleration of the pivot and gravity
+ * lift_x, lift_y    acceleration of the pivot minus that of gravity
  * slide_x, slide_y  velocity of the pivot
  * pivot_force_x, pivot_force_y    the force that the pivot exerts, along the first arm's axes */
 #define LOADS_SERIES(X) X(lift_x) X(lift_y) X(slide_x) X(slide_y) X(pivot_force_x) X(pivot_force_y)
@@ -39,22 +38,22 @@ enum {
  * For trees of more than eight arms with torques between them: one number per arm, with
  * LOADS_MARGIN zeros on either side. Rates and torques are in the units of the series.
  *
- * hold, stiff   torque for a unit of rate, of angle, to the parent
+ * hold, stiff   torque per unit of rate and per unit of angle, relative to the parent
  * fixed         torque of order 0: the given one, and that of the springs at the start
  * part          1 / length; 0 in the padding
  * spin          rates of the current order
- * torque        on the arm, its opposite on the parent, current order */
+ * torque        of the current order on the arm; the opposite acts on the parent */
 #define LOADS_ARMS(X) X(hold) X(stiff) X(fixed) X(part) X(spin) X(torque)
 /*
- * Series of the same trees, in the layout of the rates, after eight zeros.
+ * Series of trees of more than eight arms, laid out as the rates are, after eight zeros.
  *
  * cross   imaginary parts of the forces in fixed axes, whose real parts are in `force`; while an
- *         order is computed, first the contribution of torques
+ *         order is computed, at first only the contribution of torques
  * motor   torques of drives
  * slips   rates minus those of the parents */
 #define LOADS_TILES(X) X(cross) X(motor) X(slips)
 
-/* A child that is not its parent's first: its index, the start of the parent's series, and 1 over
+/* A child other than its parent's first: its index, the start of the parent's series, and 1 over
  * the parent's length. */
 struct loads_kid {
     size_t row;
@@ -62,8 +61,8 @@ struct loads_kid {
     int child;
 };
 
-/* For eight consecutive arms: the index of their parents and of their first children, if these are
- * consecutive too; otherwise LOADS_APART. */
+/* For eight consecutive arms: the indices at which their parents and their first children begin, if
+ * these are consecutive too; otherwise LOADS_APART. */
 enum { LOADS_APART = -1000000000 };
 struct loads_tile {
     int parent, child;
@@ -76,14 +75,16 @@ struct jets_loads {
     const double *value;  /* values of the terms, for the current expansion */
     double unit;          /* unit of time in the current expansion */
     int couples;          /* there are torques between arms */
-    int shaped;           /* masses are not all points at tips */
-    int springs, losses;  /* torques include springs; torques include friction */
-    int drives, moves;    /* torques include harmonics; the pivot moves */
+    int shaped;           /* not all masses are points at the tips */
+    int springs, losses;  /* springs act in joints; friction acts in joints */
+    int drives, moves;    /* harmonics drive torques; the pivot moves */
     double drag_per_mass; /* 2 gamma in units, for the current expansion */
-    int orders;           /* number of orders of the forces whose real parts in fixed axes replace
-                           * lambda; for bodies, of G over the arms' lengths, except order 0 */
-    struct bodies_system *bodies; /* values and factorization for masses other than points at tips,
-                                   * arms attached elsewhere, or drag per mass; otherwise NULL */
+    int orders;           /* the number of orders in which `force` has real parts in fixed axes
+                           * instead of lambda; for bodies, G over the arms' lengths, except in
+                           * order 0 */
+    struct bodies_system *bodies; /* values and factorization if there are masses other than points
+                                   * at tips, arms attached elsewhere, or drag per mass; otherwise
+                                   * NULL */
     double *bend;                 /* angles to the parents; of the first arm to the vertical */
     int padded;                   /* number of arms of a tree of more than eight, with padding;
                                    * otherwise 0 */
@@ -96,15 +97,16 @@ struct jets_loads {
 #undef X
 };
 
-/* The layout of the series of a tree: arms with padding, a multiple of 8; rows of a tile. */
+/* The layout of the series of a tree: number of arms with padding, a multiple of 8; number of rows
+ * in a tile. */
 struct loads_layout {
     int padded, rows;
 };
 
 /**
- * Returns non-zero if the fast kernels support all terms of a pendulum of points: masses at the
- * tips of massless arms, children at tips, springs, viscous friction and torques in the joints, and
- * a moving pivot, but nothing else. O(1).
+ * Returns non-zero if the fast kernels support all terms of a pendulum of point masses: masses at
+ * the tips of massless arms, children at tips, springs, viscous friction and torques in the joints,
+ * and a moving pivot, but nothing else. O(1).
  */
 static inline int jets_loads_known(const struct pend_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++)
@@ -133,13 +135,14 @@ static inline int jets_loads_bodies(const struct pend_terms *terms) {
     return terms->one[PEND_TERM_DRAG_PER_MASS] >= 0;
 }
 
-/** Returns non-zero if the fast kernels for one tree support it; with more than eight arms, only
- * point masses. O(1). */
+/** Returns non-zero if the fast kernels for a single tree support it; with more than eight arms
+ * they support only point masses. O(1). */
 static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
     if (tree->n > 8) return jets_loads_known(terms);
-    struct pend_terms points = *terms; // the same terms for points at the tips, without drag
+    struct pend_terms points = *terms; // the same terms with masses at the tips and without drag
     points.one[PEND_TERM_DRAG_PER_MASS] = -1;
-    // an input of a piece is a torque too; its work and heat are known if the pivot is at rest
+    // an input of a piece is a torque too; its work and heat are computed only if the pivot is at
+    // rest
     if (terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&
         !(terms->harmonics && terms->harmonic[0].drives < 0)) {
         points.row[PEND_TERM_INPUT] = points.row[PEND_TERM_INPUT_RATE] = -1;

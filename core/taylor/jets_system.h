@@ -9,7 +9,7 @@
 #if defined PEND_ISA || defined NUMBER_OTHER
 #include "core/simd/number.h"
 #else
-typedef double num; /* files that only place memory count it in doubles */
+typedef double num; /* files that only lay out memory count it in doubles */
 #endif
 
 // clang-format off
@@ -17,29 +17,29 @@ typedef double num; /* files that only place memory count it in doubles */
  * Arrays, one value per arm, of the factorization and of the sweeps of an order. Sums go over the
  * arm's children unless another set is named.
  *
- * len, inv_len, mass                the arm's own
+ * len, inv_len, mass                of the arm; inv_len is 1 / len
  * angle, angle_low                  to the parent, as a sum of two
  * cosine, sine                      of that angle
  * eff, inv_eff                      S, 1 / S
  * inv, lean                         1 / (m + q), r / (m + q)
- * kappa, nu, tau                    an arm's effect on its parent; nu, tau: tension first
+ * kappa, nu, tau                    effect of an arm on its parent; nu, tau where tension is
+ *                                   solved first
  * stiff, weight                     S kappa, S l
- * sum_p .. sum_d                    p, r, q and the determinant's remainder
- * late, late_q, late_r              sums over the later siblings
+ * sum_p .. sum_d                    the sums p, r and q, and the remainder of their determinant
+ * late, late_q, late_r              the same sums over the later siblings
  * early                             sums over the children visited so far
  * wind, drag (re, im)               T and c of this order
  * next_wind, next_drag (re, im)     known parts of T and c of the next order
  * heave                             S l (k + 1) Im T
- * push, bias                        h, f = h - heave
+ * push, bias                        h, and f = h - heave
  * side                              the known force across the arm
  * sum_side, sum_cos, sum_sin        sums of Z f, C s, Z s
- * from_side, others                 the parent's side; sum of Z f over the siblings
+ * from_side, others                 the parent's `side`; sum of Z f over the siblings
  * shift, rest                       radial without the parent's part; tangential without the
  *                                   radial part
  * tension                           the part of mu that does not depend on the parent
  * radial, tangential                acceleration of the tip
- * from_radial, from_tangential      acceleration of the parent's tip
- */
+ * from_radial, from_tangential      acceleration of the parent's tip */
 #define JETS_FACTOR_ARRAYS(X) \
     X(len) X(inv_len) X(mass) X(angle) X(angle_low) X(cosine) X(sine) X(eff) X(inv_eff) X(inv) \
     X(lean) X(kappa) X(nu) \
@@ -55,11 +55,11 @@ typedef double num; /* files that only place memory count it in doubles */
 
 struct jets_system {
     int n, tiles;        /* number of arms; number of tiles of eight in the series */
-    size_t stride, tile; /* distance in numbers from one order to the next; from eight arms to the
-                          * next eight */
+    size_t stride, tile; /* index distance from one order to the next; from one tile of eight arms
+                          * to the next */
     const int *parent, *end;
-    /* For one tree of doubles with more than eight arms, jets sets one of these two, depending on
-     * the tree; the others are NULL. */
+    /* For a tree of more than eight arms, in doubles, jets sets one of these two, depending on the
+     * tree; otherwise both are NULL. */
     const struct blocks *blocks;
     const struct chain *chain;
     const struct rods *rods;  /* in addition to `chain`, for a chain of rods; otherwise NULL */
@@ -77,12 +77,13 @@ struct jets_system {
 /* The least and the largest number of orders for error propagation over a step. */
 enum { JETS_SPREAD = 4, JETS_SPREAD_MAX = 32 };
 
-/* The step over which an error is propagated. */
+/* The step over which errors are propagated. */
 struct jets_spread {
     int order;      /* JETS_SPREAD .. JETS_SPREAD_MAX, order of the motion's series; higher orders
                      * are not used */
-    double x, unit; /* its length in units; s */
-    double least;   /* stop if the last two terms are smaller, relative to the error */
+    double x, unit; /* length of the step in units; the unit, s */
+    double least;   /* propagation ends when two successive terms are smaller than this, relative to
+                     * the error */
 };
 
 /** Returns the index at which the series of arm k start. */

@@ -6,7 +6,7 @@
 
 #include "core/taylor/jets_factor.h"
 
-/* the terms that depend only on T and c; clears the sums for the sweeps of order k */
+/* computes for arm a what depends only on T and c, and clears the sums for the sweeps of order k */
 static inline void jets_prepare(const struct jets_system *s, int k, int a, num Tr, num Ti, num cr,
                                 num ci) {
     s->wind_re[a] = Tr;
@@ -68,8 +68,8 @@ static inline void jets_complete(const struct jets_system *s, int k) {
     }
 }
 
-/* known forces along and across every arm, including those of its children; the other initial
- * values of each sweep */
+/* sets the known forces along and across every arm, including those of its children, and clears the
+ * other sums of the sweeps */
 static void jets_gather(const struct jets_system *s) {
     for (int k = s->n - 1; k > 0; k--) {
         int p = s->parent[k];
@@ -97,7 +97,8 @@ static void jets_up(const struct jets_system *s) {
     s->bias[0] = num_sub(s->push[0], s->heave[0]);
 }
 
-/* the constant term of mu, tension first, from sums over the siblings without the arm itself */
+/* the constant term of mu, where tension is solved first, from sums over the siblings without the
+ * arm itself */
 static void jets_tension(const struct jets_system *s, num gravity) {
     s->others[0] = s->from_side[0] = num_of(0);
     for (int k = 1; k < s->n; k++) {
@@ -138,7 +139,7 @@ static void jets_down(const struct jets_system *s, num gravity) {
     }
 }
 
-/* stores the coefficients of order k and computes the next coefficient of u from them */
+/* stores the coefficients of order k and computes from them the next coefficient of u */
 static inline void jets_learn(const struct jets_system *s, int k) {
     num share = num_of(s->share[k]), turn_share = num_of(s->share[k + 1]);
     for (int a = 0; a < s->n; a++) {

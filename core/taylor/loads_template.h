@@ -1,6 +1,6 @@
-/* The drives that the fast kernels support, as series about an instant: torques, and the
- * acceleration and the velocity of the pivot; and products of series.
- * Leaves to others: the orders of the motion (small_loads_template), lanes of members.
+/* The drives that the fast kernels support, as series about an instant: torques, the acceleration
+ * and the velocity of the pivot, and products of series. Leaves to others: the orders of the motion
+ * (small_loads_template), ensembles (lanes_loads_template).
  * Invariant: a harmonic costs one sine and one cosine per expansion. */
 #pragma once
 
@@ -12,7 +12,7 @@
 
 enum { LOADS_ORDERS = 48 };
 
-/* the motion of the pivot, and gravity */
+/* the series of the pivot's motion, and gravity */
 static void loads_pivot(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
     if (!loads->moves) {
@@ -43,14 +43,14 @@ static void loads_lift(const struct jets_system *s, int order) {
     }
 }
 
-/* a torque on arm a, and the opposite torque on its parent, as forces across */
+/* adds a torque on arm a, and the opposite torque on its parent, as forces across */
 VEC_INLINE void loads_twist(const struct jets_system *s, int a, double torque, double *forces) {
     int p = s->parent[a];
     forces[a] += torque * s->inv_len[a];
     if (p >= 0) forces[p] -= torque * s->inv_len[p];
 }
 
-/* the given torques; the forces in a row start at `from` */
+/* the series of the given torques; in a row, forces start at index `from` */
 static void loads_torques(const struct jets_system *s, const struct bodies_moment *now, int order,
                           int from) {
     const struct jets_loads *loads = s->loads;
@@ -91,7 +91,8 @@ static void loads_springs(const struct jets_system *s, double unit, double *forc
     }
 }
 
-/* the values of the terms in an expansion, and the motion of its pivot */
+/* sets what depends on the values of the terms for one expansion: flags, and the motion of the
+ * pivot */
 static void loads_number(const struct jets_system *s, const double *value,
                          const struct bodies_moment *now, int order) {
     s->loads->value = value;
@@ -99,7 +100,7 @@ static void loads_number(const struct jets_system *s, const double *value,
     loads_pivot(s, now, s->loads->moves ? order : 1);
 }
 
-/* values known before the first order */
+/* computes what is known before the first order */
 static void loads_begin(const struct jets_system *s, const double *value,
                         const struct bodies_moment *now, int order, int from) {
     struct jets_loads *loads = s->loads;
@@ -130,7 +131,7 @@ VEC_INLINE void loads_turn(const struct jets_system *s, int a, int k, double *re
     *im = k > 1 ? s->turn_im[k * 8 + a] : s->rate[a];
 }
 
-/* The series of the velocity v of an arm's joint, and of M v + 2 h u', rows of 8 arms. */
+/* the series of the velocity v of each arm's joint, and of M v + 2 h u'; rows of 8 arms */
 struct loads_ways {
     _Alignas(64) double x[LOADS_ORDERS][8], y[LOADS_ORDERS][8], rate[LOADS_ORDERS][8];
     _Alignas(64) double all_x[LOADS_ORDERS][8], all_y[LOADS_ORDERS][8], inertia[8];
@@ -160,8 +161,8 @@ static void loads_ways(const struct jets_system *s, int order, struct loads_ways
     }
 }
 
-/* adds the heat of drag per mass, orders below `order`: 2 gamma times the sum of m |v|^2, whose
- * contribution of an arm is M |v|^2 + 2 Re (conj(v) h u') + J phi'^2 */
+/* adds the heat of drag per mass, orders below `order`: 2 gamma times the sum of m |v|^2, to which
+ * an arm contributes M |v|^2 + 2 Re (conj(v) h u') + J phi'^2 */
 static void loads_haze(const struct jets_system *s, int order, double *sum) {
     struct loads_ways way;
     memset(&way, 0, sizeof way);
@@ -179,7 +180,7 @@ static void loads_haze(const struct jets_system *s, int order, double *sum) {
         }
 }
 
-/* the power of the pivot, orders below `order` */
+/* adds the power of the pivot's force, orders below `order` */
 static void loads_pivot_force(const struct jets_system *s, int order, double *sum) {
     const struct jets_loads *loads = s->loads;
     double C = s->cosine[0], Z = s->sine[0], force[2][LOADS_ORDERS];

@@ -38,7 +38,7 @@ static struct roots_pair roots_slope_pair(const struct roots_path *path, double 
     return sum;
 }
 
-/* the point between a and b at which a function rises above `level`, or falls below it: Newton's
+/* the point between a and b at which f rises above `level` (above), or falls below it: Newton's
  * method, with bisection if a step would leave the bracket */
 static double roots_root(const struct roots_path *path, roots_fn *f, double level, int above,
                          double a, double b) {
@@ -52,8 +52,8 @@ static double roots_root(const struct roots_path *path, roots_fn *f, double leve
             a = s;
         double next = s - (at.value - level) / at.slope;
         double step = fabs(next - s);
-        // near the root, steps that leave the bracket or do not shrink are rounding errors: all
-        // points in the bracket are equivalent
+        // near the root, a step that leaves the bracket or does not shrink is a rounding error:
+        // then all points in the bracket are equivalent
         if (last < 1e-7 && !(next > a && next < b && step < 0.25 * last)) {
             if (step <= 2 * last) s = fmin(fmax(next, a), b);
             break;
@@ -79,8 +79,8 @@ static void roots_bernstein(const struct roots_path *path, double b[]) {
         for (int i = d; i >= r; i--) b[i] += b[i - 1];
 }
 
-/* signs of coefficients, except those within rounding of zero: the first one, the last one, the
- * number of changes */
+/* of the coefficients that exceed rounding errors: the first and last sign, and the number of
+ * changes */
 struct roots_signs {
     int first, last, changes;
 };
@@ -97,7 +97,7 @@ static struct roots_signs roots_signs(int d, const double b[], double noise) {
     return signs;
 }
 
-/* the two halves of an interval: left over b, right into `right` */
+/* splits an interval in halves: b becomes the left one, `right` the right one */
 static void roots_halve(int d, double b[], double right[]) {
     for (int r = 0; r <= d; r++) {
         right[d - r] = b[d];
@@ -110,8 +110,8 @@ static void roots_note(struct roots_path *path, double s) {
     if (s < 1 && path->pieces < PEND_ROOTS_DEGREE) path->end[path->pieces++] = s;
 }
 
-/* records the turning points in an interval that is not halved; *before is the sign of the
- * derivative at its start, and becomes the sign at its end */
+/* adds the turning points of an interval that needs no further halving; *before is the sign of the
+ * derivative at the start, and becomes that at the end */
 static void roots_turns(struct roots_path *path, struct roots_signs signs, int *before, double a,
                         double b) {
     if (signs.first && *before == -signs.first) roots_note(path, a);
@@ -120,15 +120,16 @@ static void roots_turns(struct roots_path *path, struct roots_signs signs, int *
     if (signs.last) *before = signs.last;
 }
 
-/* true if the derivative's leading coefficient outweighs all others together */
+/* true if the derivative's leading coefficient exceeds the sum of all others, so that it has no
+ * zero */
 static int roots_plain(const struct roots_path *path) {
     double rest = 0;
     for (int j = 2; j <= path->degree; j++) rest += j * fabs(path->a[j]);
     return fabs(path->a[1]) > rest * (1 + 1e-12);
 }
 
-/* the whole step in Bernstein's form, halved until each part has at most one turning point; the
- * parts are visited in order */
+/* searches the whole step in Bernstein's form: intervals are halved until each has at most one
+ * turning point, and visited in order */
 static void roots_search(struct roots_path *path) {
     struct {
         double from, to, b[PEND_ROOTS_DEGREE];
@@ -145,7 +146,7 @@ static void roots_search(struct roots_path *path) {
             roots_turns(path, signs, &before, from, to);
             continue;
         }
-        // the left half goes on top of the stack
+        // the left half goes on top of the stack, so that it is visited first
         memcpy(stack[top + 1].b, stack[top].b, sizeof stack[top].b);
         roots_halve(d, stack[top + 1].b, stack[top].b);
         stack[top].from = stack[top + 1].to = 0.5 * (from + to);
@@ -182,7 +183,7 @@ double pend_roots_next(const struct roots_path *path, double from, double low, d
         if (out) {
             *way = up ? 1 : -1;
             double level = up ? high : low;
-            // by rounding, the path may have reached the level already
+            // rounding may put the start of the piece already at the level
             if (up ? at_a >= level : at_a <= level) return a;
             return roots_root(path, roots_value_pair, level, up, a, b);
         }

@@ -1,5 +1,5 @@
-/* Instants inside one step at which a quantity given by a power series turns, reaches the bounds
- * of an interval, tangentially too, or is largest.
+/* Instants inside one step at which a quantity, given as a power series, has a turning point,
+ * reaches the bounds of an interval (tangentially too), or is largest.
  * Leaves to others: which intervals and which steps are examined (ensemble).
  * Invariant: two turning points are found, even close together, if the quantity changes by more
  * than its rounding error between them. */
@@ -13,12 +13,13 @@ struct roots_path {
     int degree; /* 1 .. PEND_ROOTS_DEGREE */
     double base, low;
     double a[PEND_ROOTS_DEGREE + 1];
-    /* the ends of the pieces on which the quantity is monotonic, ascending; the last is 1 */
+    /* number of pieces on which the quantity is monotonic; `end` has their ends, ascending, the
+     * last 1 */
     int pieces;
     double end[PEND_ROOTS_DEGREE + 1];
 };
 
-/* The least and the largest value on [0, 1], and their positions s. */
+/* The smallest and the largest value on [0, 1], and the s at which they occur. */
 struct roots_extremes {
     double least, least_at, most, most_at;
 };

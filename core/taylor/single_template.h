@@ -13,8 +13,8 @@ struct single_pair {
     num re, im;
 };
 
-/* sums of u_j phi'_{k-j}, j = 0 .. k, from the middle outwards: the newest coefficients come last,
- * so that the other products need not wait for them */
+/* sums of u_j phi'_{k-j}, j = 0 .. k, added from the middle outwards, so that the newest
+ * coefficients come last and the other products need not wait for them */
 VEC_INLINE struct single_pair single_convolve(const num re[], const num im[], const num rate[],
                                               int k) {
     num zero = num_of(0), middle = k % 2 ? zero : rate[k / 2];

@@ -12,7 +12,7 @@ struct pend_loads {
     double gravity; /* m/s^2, downwards (along -i); any finite value, negative values act upwards */
     const struct pend_terms *terms; /* terms besides those of the ideal pendulum; NULL = none; not
                                      * owned */
-    const double *value;            /* their values, terms->count; not owned */
+    const double *value;            /* values of the terms, terms->count numbers; not owned */
 };
 
 /**
@@ -34,7 +34,7 @@ PEND_MUST_CHECK enum pend_status pend_loads_check_series(const struct pend_loads
 
 /**
  * Returns non-zero if the loads pull every arm downwards, so that hanging straight down is a stable
- * equilibrium: gravity is finite and greater than 0. The linearization requires this. O(1).
+ * equilibrium: gravity is finite and greater than 0. The linear method requires this. O(1).
  */
 int pend_loads_pull_down(const struct pend_loads *loads);
 
@@ -42,8 +42,8 @@ int pend_loads_pull_down(const struct pend_loads *loads);
 int pend_loads_lose(const struct pend_loads *loads);
 
 /**
- * Returns the approximate rate of a motion due to terms, rad/s: the sum of pend_terms_rate and the
- * fastest drive's frequency; 0 for an ideal pendulum. O(n + harmonics).
+ * Returns an estimate of how fast terms make a pendulum move, rad/s: the sum of pend_terms_rate and
+ * the fastest drive's frequency; 0 for an ideal pendulum. O(n + harmonics).
  */
 double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *tree);
 
@@ -54,7 +54,7 @@ double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *t
 double pend_loads_decay(const struct pend_loads *loads, const struct pend_tree *tree);
 
 /**
- * Checks loads for the linearization.
+ * Checks loads for the linear method.
  *
  * PEND_INVALID  pend_loads_pull_down is false, or there are terms (core/modes/damped handles
  *               these). O(1).

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* the number of a table's instants up to t; whether t counts is a parameter */
+/* number of a table's instants before t, or up to and including t if `itself` */
 static int table_before(const struct pend_table *table, double t, int itself) {
     int low = 0, high = table->count;
     while (low < high) {
@@ -27,7 +27,7 @@ double pend_rules_next(const struct pend_rules *rules, double now, int way) {
     return next;
 }
 
-/* a table's value at `now` and its slope in the piece on the given side of `now` */
+/* a table's value at `now`, and its slope in the piece after `now`, or before it if way < 0 */
 static double table_look(const struct pend_table *table, double now, int way, double *slope) {
     int last = table->count - 1, at = table_before(table, now, way > 0) - 1;
     *slope = 0;
@@ -35,7 +35,7 @@ static double table_look(const struct pend_table *table, double now, int way, do
         return table->outside == PEND_OUTSIDE_ZERO ? 0 : table->value[at < 0 ? 0 : last];
     if (!table->linear) return table->value[at];
     *slope = (table->value[at + 1] - table->value[at]) / (table->t[at + 1] - table->t[at]);
-    // uses the value of the nearer end, which is exact there
+    // interpolate from the nearer end: at an end the value is then exact
     if (now - table->t[at] > table->t[at + 1] - now)
         return table->value[at + 1] + *slope * (now - table->t[at + 1]);
     return table->value[at] + *slope * (now - table->t[at]);
@@ -63,7 +63,7 @@ double pend_rules_piece(const struct pend_terms *terms, double now, int way, dou
     return pend_rules_next(terms->rules, now, way);
 }
 
-/* number of impacts between two stops `gap` apart, or at one stop, at the rate of a swing */
+/* estimated number of impacts at two stops `gap` apart, or at one stop, for swings at `rate` */
 static double rules_impacts(double gap, double e, double span, double rate) {
     static const double shortest = 1e-6; // s, duration of a flight (core/integrate/pieces/joints.c)
     double flight = fmin(gap, M_PI) / rate, loss = -log(e), swings = span * rate / M_PI;

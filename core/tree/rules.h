@@ -15,7 +15,7 @@ enum pend_outside { PEND_OUTSIDE_REFUSE, PEND_OUTSIDE_HOLD, PEND_OUTSIDE_ZERO };
 struct pend_table {
     int drives; /* a stored arm; 0 for a pendulum on a cart is the cart */
     int count;  /* instants, >= 1 */
-    int linear; /* 0: a value holds until the next instant; 1: linear between two */
+    int linear; /* 0 = a value holds until the next instant; 1 = linear between two instants */
     enum pend_outside outside;
     const double *t, *value; /* s, ascending, in the time of the drives; not owned */
 };
@@ -37,13 +37,13 @@ struct pend_law {
     /* feedback: u = -gains (x - reference); after the 2 n gains there may be gains of delayed
      * outputs (computed, not yet acting) of all controllers, newest first.
      * pid: u = p e + i (sum of e period) + d e', e = reference - the joint's angle, or the cart's
-     * place; gains p, i, d; the sum stands still while the output is at a limit.
-     * swing_up: u = g (E* - E) r - p x - d v, gains g, p, d. E is the energy, r the joint's rate.
-     * On a cart E is that of the arms as the cart sees them, r less their momentum along the rail,
-     * x and v the cart's place and speed; p and d are 0 in a joint. */
+     * position; gains p, i, d; the sum is kept constant while the output is at a limit. swing_up: u
+     * = g (E* - E) r - p x - d v, gains g, p, d. E is the energy, r the joint's rate. On a cart E
+     * is that of the arms as the cart sees them, r less their momentum along the rail, x and v the
+     * cart's place and speed; p and d are 0 in a joint. */
     struct pend_schedule gains, reference;
     double energy; /* J, E*; NAN = the potential energy at the reference of the next law */
-    /* swing_up: the law `next` takes over at the first sample at which each angle, without whole
+    /* swing_up: the law `next` takes over at the first sample at which each angle, reduced by whole
      * turns, and each rate is within a bound of its reference; rad, rad/s */
     double within[2];
     int next;

@@ -39,7 +39,7 @@ static const unsigned char row_range[PEND_TERM_ROWS] = {
 static const unsigned char one_range[PEND_TERM_ONES] = {[PEND_TERM_DRAG_PER_MASS] =
                                                             RANGE_NOT_NEGATIVE};
 
-/* assigns indices to the terms of the arms; returns the count of values */
+/* assigns list indices to the terms of the arms; returns the number of values */
 static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]) {
     int count = 0;
     for (size_t f = 0; f < sizeof families / sizeof *families; f++) {
@@ -53,8 +53,8 @@ static int terms_place_rows(struct pend_terms *terms, const unsigned char rows[]
     return count;
 }
 
-/* assigns indices to the terms of the pendulum, from `count` on; returns the count of values so
- * far */
+/* assigns list indices to the terms of the pendulum, from `count` on; returns the number of values
+ * so far */
 static int terms_place_ones(struct pend_terms *terms, const unsigned char ones[], int count) {
     int moves = ones[PEND_TERM_PIVOT_ACCELERATION_X] || ones[PEND_TERM_PIVOT_ACCELERATION_Y];
     for (int i = 0; i < PEND_TERM_ONES; i++) {
@@ -158,7 +158,7 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
             -1, -1, i / 3, i % 3, terms_wrong(value[terms->harmonic[i / 3].at + i % 3], RANGE_ANY)};
         if (fault.text) found(context, &fault), faults++;
     }
-    int sound = !faults; // otherwise an invalid value may cause a missing inertia
+    int sound = !faults; // after another fault, do not report a missing inertia, which it may cause
     for (int k = 0; k < terms->n && sound; k++) {
         fault = (struct pend_terms_fault){PEND_TERM_BODY, -1, k, 0,
                                           "has no inertia: give it a mass at its tip, a rod, or a "
@@ -206,8 +206,8 @@ double pend_terms_inertia(const struct pend_terms *terms, double length, double 
            pend_terms_get(terms, value, PEND_TERM_BODY, k) * (x * x + y * y);
 }
 
-/* The sum of the amplitudes that drive an arm's torque or a coordinate of the pivot: N m or m/s^2.
- * Harmonics are grouped by the driven quantity; `next` is the first harmonic not visited yet. */
+/* The sum of the amplitudes of the harmonics of one target, an arm's torque, N m, or a coordinate
+ * of the pivot, m/s^2. Harmonics are grouped by target; `next` is the first one not visited yet. */
 static double terms_drive(const struct pend_terms *terms, const double value[], int drives,
                           int *next) {
     double sum = 0;

@@ -13,25 +13,25 @@
  * arm acts with the opposite sign on the arm that carries it. */
 enum pend_term_row {
     PEND_TERM_ROD,            /* kg, a uniform bar from joint to tip */
-    PEND_TERM_BODY,           /* kg, of a body fixed to the arm */
+    PEND_TERM_BODY,           /* kg, mass of a body fixed to the arm */
     PEND_TERM_CENTER_X,       /* m, center of mass of the body */
     PEND_TERM_CENTER_Y,       /* m */
-    PEND_TERM_INERTIA,        /* kg m^2, of the body about its center of mass */
+    PEND_TERM_INERTIA,        /* kg m^2, moment of inertia of the body about its center of mass */
     PEND_TERM_AT_X,           /* m, position of the arm's joint in the frame of its parent, for arms
                                * that set it */
     PEND_TERM_AT_Y,           /* m */
     PEND_TERM_DAMPING,        /* N m s/rad: torque -c r, r the rate relative to the parent */
-    PEND_TERM_STIFFNESS,      /* N m/rad: torque -k (q - a), q the angle to the parent; the first
-                                 arm's is theta */
-    PEND_TERM_REST,           /* rad, a */
+    PEND_TERM_STIFFNESS,      /* N m/rad: torque -k (q - a), q the angle to the parent; for the
+                               * first arm q is theta */
+    PEND_TERM_REST,           /* rad: a of the spring's torque */
     PEND_TERM_FRICTION,       /* N m: torque -f tanh(r / s) */
-    PEND_TERM_FRICTION_SPEED, /* rad/s, s > 0 */
+    PEND_TERM_FRICTION_SPEED, /* rad/s: s of the friction torque, > 0 */
     PEND_TERM_TORQUE,         /* N m, constant */
     PEND_TERM_DRAG,           /* N s/m: force -(b + d sqrt(|v|^2 + e^2)) v on the tip */
-    PEND_TERM_DRAG_QUADRATIC, /* N s^2/m^2, d */
-    PEND_TERM_DRAG_SPEED,     /* m/s, e > 0 */
-    PEND_TERM_INPUT,          /* N m, of a piece (rules.h): torque i + j (t - T) */
-    PEND_TERM_INPUT_RATE,     /* N m/s, j */
+    PEND_TERM_DRAG_QUADRATIC, /* N s^2/m^2: d of the drag force */
+    PEND_TERM_DRAG_SPEED,     /* m/s: e of the drag force, > 0 */
+    PEND_TERM_INPUT,          /* N m: i of the input of a piece (rules.h), a torque i + j (t - T) */
+    PEND_TERM_INPUT_RATE,     /* N m/s: j of this input */
     PEND_TERM_SLIDE,          /* N m, of a piece: a constant torque whose work becomes heat */
     PEND_TERM_ROWS,
     PEND_TERM_OWN_ROWS = PEND_TERM_INPUT /* the preceding terms belong to the pendulum, not to a
@@ -45,7 +45,7 @@ enum pend_term_one {
     PEND_TERM_PIVOT_ACCELERATION_Y, /* m/s^2 */
     PEND_TERM_RAIL,                 /* rad, direction of the cart's rail; present if there is a
                                      * cart */
-    PEND_TERM_PIECE,                /* s, T: start of the piece whose inputs are in the list */
+    PEND_TERM_PIECE,                /* s: T, the start of the piece whose inputs are in the list */
     PEND_TERM_ONES,
     PEND_TERM_OWN_ONES = PEND_TERM_PIECE
 };
@@ -106,7 +106,8 @@ PEND_MUST_CHECK enum pend_status pend_terms_new(struct pend_terms **terms, int n
 /** Frees terms and clears the pointer; NULL is accepted. */
 void pend_terms_free(struct pend_terms **terms);
 
-/** Returns the index of a term's value for stored arm k in the list, -1 if absent. O(1). */
+/** Returns the index in the list of a term's value for stored arm k, or -1 if the pendulum does not
+ * have the term. O(1). */
 static inline int pend_terms_place(const struct pend_terms *terms, enum pend_term_row row, int k) {
     return terms->row[row] < 0 ? -1 : terms->row[row] + k;
 }
@@ -149,7 +150,7 @@ void pend_terms_clear(const struct pend_terms *terms, const struct pend_tree *tr
 
 /* The fault of a value in the list. */
 struct pend_terms_fault {
-    int row, one;     /* the term, with the other member -1; both -1: a harmonic */
+    int row, one;     /* the term: one is its index, the other -1; if both are -1, a harmonic */
     int arm;          /* stored arm; -1 for a term of the pendulum; for a harmonic its index in the
                        * list */
     int part;         /* for a harmonic: 0 amplitude, 1 omega, 2 phase */
@@ -190,8 +191,8 @@ double pend_terms_inertia(const struct pend_terms *terms, double length, double 
                           const double value[], int k);
 
 /**
- * Returns the approximate rate of a motion near rest due to terms, rad/s, from springs, torques,
- * friction and drag on the arms' own inertias; 0 if there are none.
+ * Returns an estimate of how fast terms make a pendulum near rest move, rad/s: springs, torques,
+ * friction and drag act on each arm's own inertia. 0 if there are none.
  *
  * mass   n masses at the tips, kg; further inertia of an arm is in the terms.
  * decay  out, 1/s: contribution of friction and drag; NULL if not needed.

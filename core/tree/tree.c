@@ -69,7 +69,7 @@ static double tree_check_values(int n, const double value[], const unsigned char
     return sum;
 }
 
-/* the parent if it is an arm, otherwise -1 */
+/* the parent if it is the index of an arm, otherwise -1 */
 static int tree_parent_arm(int n, int parent) { return parent >= 0 && parent < n ? parent : -1; }
 
 /* reports parents that are not arms, and all arms at the pivot except the first */
@@ -145,7 +145,8 @@ static void tree_place(int n, const int parent[], const int size[], const int li
         int p = parent[i];
         if (p >= 0 && (heavy[p] < 0 || size[i] >= size[heavy[p]])) heavy[p] = i;
     }
-    // computes the offset of an arm from its parent's index, then, parents first, the index
+    // first, the offset of each arm's index from its parent's; then, parents first, the index
+    // itself
     for (int i = 0; i < n; i++) {
         int p = parent[i];
         if (p < 0) {
@@ -175,8 +176,8 @@ static unsigned char tree_kin(const int parent[], const int end[], int k) {
     return (unsigned char)kin;
 }
 
-/* fills the stored arrays; requires part.place, and the sizes in part.depth, in the caller's
- * order */
+/* fills the stored arrays; requires part.place, and in part.depth the sizes of the sub-trees in the
+ * caller's order */
 static void tree_store(int n, const double length[], const double mass[], const int parent[],
                        const struct tree_parts *part) {
     for (int i = 0; i < n; i++) {
@@ -234,7 +235,7 @@ enum pend_status pend_tree_new_bare(struct pend_tree **tree, int n, const double
     struct tree_block *block = tree_block_new(n, &part);
     if (!block) return PEND_NO_MEMORY;
 
-    // checks everything; each array is scratch memory until its own values are stored
+    // check all arrays first: each is scratch memory until its final values are stored
     block->tree.length_total =
         tree_check_values(n, length, NULL, PEND_FIELD_LENGTH, "lengths", &faults);
     tree_check_values(n, mass, bare, PEND_FIELD_MASS, "masses", &faults);
@@ -276,10 +277,11 @@ struct path_reading {
     int *score;    /* arms on the path to tip k, minus arms in k's sub-tree */
     int *arm;      /* in the order in which arms join */
     int *parent;   /* the best candidate */
-    int *mismatch; /* for the joining arm: number of differing entries if its parent is arm j */
+    int *mismatch; /* per candidate parent j of the joining arm: the number of entries in which its
+                    * row would differ */
 };
 
-/* row i: every entry that is not 0 counts as 1, and the diagonal always counts as 1 */
+/* row i; path_ones and path_read count every nonzero entry, and the diagonal, as 1 */
 static const double *path_row(const struct path_reading *in, int i) {
     return in->path + (size_t)i * (size_t)in->n;
 }

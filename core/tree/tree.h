@@ -26,10 +26,10 @@ struct pend_tree {
     const double *subtree_mass; /* kg, S^T m: the mass of the arm's sub-tree, its own included */
     const int *parent; /* stored number of the arm whose tip carries this one, -1 = the pivot */
     const int *end;    /* 1 + the last stored arm of the sub-tree */
-    const int *depth;  /* 1 for the arm at the pivot */
+    const int *depth;  /* number of arms from the pivot to this arm, itself included */
     const int *order;
     const int *place;
-    const unsigned char *kin; /* enum pend_kin, or-ed; the root is first and last */
+    const unsigned char *kin; /* flags of enum pend_kin; the root is first and last */
     double length_total;      /* m, l_tot: the sum of all lengths */
 };
 

@@ -1,5 +1,5 @@
-/* Payne and Hanek's reduction: computes only the fraction of the product of a number and 1 / (2
- * pi), from those binary digits of 1 / (2 pi) that affect it. */
+/* Payne and Hanek's reduction: the fraction of x / (2 pi) is computed from those binary digits of 1
+ * / (2 pi) that affect it. */
 #include "core/tree/turns.h"
 
 #include <assert.h>
@@ -35,7 +35,7 @@ static struct pend_sum sum_mul(struct pend_sum a, struct pend_sum b) {
     return sum_of(product, low + (a.high * b.low + a.low * b.high));
 }
 
-/* the fraction of m 2^e / (2 pi), FRACTION words, m below 2^53, e from 0 to 971 */
+/* fraction of m 2^e / (2 pi), as FRACTION words; m < 2^53, 0 <= e <= 971 */
 static void turns_fraction(uint64_t m, int e, uint64_t fraction[FRACTION]) {
     uint64_t place[FRACTION], carry = 0;
     int word = e / WORD, bit = e % WORD;
@@ -61,7 +61,7 @@ static void turns_fraction(uint64_t m, int e, uint64_t fraction[FRACTION]) {
 /* 2 pi */
 static const struct pend_sum turns_whole = {2 * M_PI, 4 * PEND_QUARTER_LOW};
 
-/* 2 pi times a fraction; the fraction counts as a number from -1/2 to 1/2 */
+/* 2 pi times a fraction, which is first moved to the range from -1/2 to 1/2 */
 static struct pend_sum turns_angle(uint64_t fraction[FRACTION]) {
     struct pend_sum sum = {0, 0};
     int negative = fraction[0] >> (WORD - 1) != 0;
@@ -105,7 +105,7 @@ struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns) 
         rest =
             sum_add(rest, (struct pend_sum){-around * turns_whole.high, -around * turns_whole.low});
     assert(fabs(rest.high) <= turns_whole.high / 2 * (1 + 0x1p-50));
-    // the difference as a sum of two, so that remainder and turns add up to phi to its last bit
+    // the difference as a sum of two doubles, so that remainder + turns equals phi to its last bit
     if (turns) {
         *turns = sum_of(phi, -rest.high);
         turns->low += low - rest.low;

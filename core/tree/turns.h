@@ -10,7 +10,7 @@
 /* pi / 2 is M_PI_2 + PEND_QUARTER_LOW */
 #define PEND_QUARTER_LOW 0x1.1a62633145c07p-54
 
-/* rad; sines and cosines of larger angles, and sums of such angles, would lose digits */
+/* rad; larger angles are reduced, because their sines, cosines and sums would lose digits */
 #define PEND_TURNS_FROM 1024.0
 
 /* A number of about 32 digits. */
@@ -32,14 +32,14 @@ struct pend_sum {
  */
 struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns);
 
-/* rad; a smaller angle theta from hanging has, as a double, digits that a double of phi = theta -
- * pi/2 does not have */
+/* rad; for angles theta from hanging below this, a double stores digits of theta that a double of
+ * phi = theta - pi/2 loses */
 #define PEND_TURNS_SMALL 0x1p-6
 
 /** Returns the angle from hanging, phi + low + pi / 2, rounded once if it is small. */
 static inline double pend_turns_theta(double phi, double low) {
     double high = phi + M_PI_2, part = high - phi;
-    // the rounding error of the sum; then the second half of pi / 2
+    // the rounding error of the sum, and the low part of pi / 2
     double lost = (phi - (high - part)) + (M_PI_2 - part);
     return high + (lost + (low + PEND_QUARTER_LOW));
 }

@@ -13,8 +13,8 @@ enum {
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48,
-    JETS_BEYOND = 3 /* rows of a tile beyond the order: two more for u, one more for the known part
-                     * of an order */
+    JETS_BEYOND = 3 /* rows of a tile beyond the order: two more for u, one for the known part of an
+                     * order */
 };
 
 size_t pend_jets_stride(int n) {
@@ -31,7 +31,7 @@ static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
     return 4 * jets_series(order_cap, tree) + JETS_COUNT * pend_jets_stride(tree->n) + JETS_SHARES;
 }
 
-/* the system points into the memory of these series, and at most one decomposition is in use */
+/* the system's arrays are in this memory, and at most one of blocks and chain is set */
 PEND_VALIDATOR jets_valid(const struct pend_jets *jets) {
     const struct jets_system *s = &jets->system;
     int cuts = (s->chain != NULL) + (s->blocks != NULL) + jets->general;
@@ -64,7 +64,7 @@ size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *te
     int general = jets_general(tree, terms);
     struct loads_layout layout = jets_layout(tree, order_cap);
     size_t cut = general ? pend_bodies_system_bytes(tree, terms, order_cap) : jets_cut_bytes(tree);
-    // the values decide which of the two kernels is used
+    // memory for both kernels: only the values decide later which of them is used
     if (general && pend_rods_known(tree, terms))
         cut = jets_larger(cut, pend_rods_bytes(tree) +
                                    pend_jets_loads_bytes(tree, terms, order_cap, &layout));
@@ -98,7 +98,7 @@ static struct jets_system jets_view(const struct pend_tree *tree, int general, i
     return s;
 }
 
-/* the arrays of the general kernel, in addition to the series of all kernels */
+/* lays out the arrays that the general kernel needs besides the series, which all kernels share */
 static void jets_bodies_of(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
     pend_bodies_system(&jets->bodies, jets->tree, loads, jets->order_cap, memory);
     assert(jets->bodies.tile == jets->system.tile);
@@ -109,7 +109,7 @@ static void jets_bodies_of(struct pend_jets *jets, const struct pend_loads *load
     jets->general = 1;
 }
 
-/* the arrays in which the fast kernels factorize bodies */
+/* lays out the arrays in which the fast kernels factorize bodies */
 static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *loads,
                               void *memory) {
     pend_bodies_system(&jets->bodies, jets->tree, loads, 1, memory);
@@ -130,7 +130,7 @@ static void jets_cut(struct pend_jets *jets, void *memory) {
     }
 }
 
-/* a chain of rods */
+/* prepares the fast kernel for a chain of rods */
 static void jets_rods(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
     const struct pend_tree *tree = jets->tree;
     struct loads_layout layout = jets_layout(tree, jets->order_cap);
@@ -241,7 +241,7 @@ double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol,
     return jets->general ? pend_kernel_bodies()->reach(&jets->bodies, reach) : reach;
 }
 
-/* two tables with a pair per arm; a pair is a rate and a force for each lane */
+/* two tables of responses, each with one (rate, force) pair per arm and lane */
 size_t pend_jets_answers_bytes(const struct pend_tree *tree, const struct pend_terms *terms) {
     size_t lanes = tree->n <= 2 ? 2 : tree->n <= 4 ? 4 : 8;
     return tree->n > PEND_JETS_PAD || terms ? 0 : 4 * lanes * lanes * sizeof(double);

@@ -41,7 +41,7 @@ struct pend_jets {
 };
 
 /**
- * Returns the bytes of memory for the series of a tree to order_cap, a multiple of 64. O(n).
+ * Returns the bytes of memory, a multiple of 64, for the series of a tree up to order_cap. O(n).
  *
  * terms  of a real pendulum, or NULL.
  */
@@ -89,8 +89,8 @@ void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, do
 
 /**
  * Computes the forces of orders 1 .. order - 1 of a real pendulum, after pend_jets_expand to at
- * least `order`; no effect for an ideal one. Call it before reading `force` beyond order 0;
- * pend_jets_values does so if forces are requested. O(n order^2).
+ * least `order`; no effect for an ideal pendulum. Call it before reading `force` beyond order 0.
+ * pend_jets_values calls it if forces are requested. O(n order^2).
  */
 void pend_jets_forces(const struct pend_jets *jets, int order);
 
@@ -98,8 +98,8 @@ void pend_jets_forces(const struct pend_jets *jets, int order);
  * Computes the power of drives, and of friction and drag, of a real pendulum as series in the same
  * variable, after pend_jets_expand to at least `order`.
  *
- * count       order, or up to 2 order - 1 with the general kernel: from `order` on, products of the
- *             known factors.
+ * count       order, or up to 2 order - 1 with the general kernel: from `order` on, the products of
+ *             the factors' known orders.
  * work, heat  out, coefficients 0 .. count - 1: J times unit^2 per unit of time.
  *
  * O(n order count), no allocation.
@@ -152,8 +152,8 @@ double pend_jets_spread(const struct pend_jets *jets, const struct pend_loads *l
                         const struct jets_spread *how, double phi[], double rate[]);
 
 /**
- * Computes the truncation error of a step of x units to `order`: the sum of all later terms.
- * `beyond` of them are known, and JETS_FORETOLD are extrapolated from the last known terms.
+ * Computes the truncation error of a step of x units to `order`: the sum of all later terms. The
+ * series contains `beyond` of them; JETS_FORETOLD more are extrapolated from the last terms.
  *
  * beyond     0 .. JETS_FITTED - 2.
  * rate, phi  out, pend_jets_stride values each, aligned to 64: the sums of terms of the rates, in

@@ -8,7 +8,7 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-/* numbers of the sweeps are doubles; loops over arms take as many at once as a vector holds */
+/* sweeps compute with single doubles; loops over arms compute WIDE arms at once */
 /* number of terms that determine the step; binary logarithm of the longest step in units */
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
@@ -25,7 +25,7 @@ enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 #include "core/taylor/single_template.h"
 #include "core/taylor/jets/values_template.h"
 
-/* the angle of an arm relative to its parent, as the sum of two doubles */
+/* the angle of arm k relative to its parent, as the sum of two doubles */
 VEC_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {
     int p = s->parent[k];
     double x = state->phi[k], y = p < 0 ? 0 : state->phi[p], low = p < 0 ? 0 : state->phi_low[p];
@@ -47,7 +47,8 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
     }
 }
 
-/* the angles relative to the parents, for springs; for the first arm relative to the vertical */
+/* the angles relative to the parents, on which springs act; for the first arm relative to the
+ * vertical */
 static void kernel_bend(const struct jets_system *s) {
     for (int k = 0; k < s->n; k++) {
         double high = k ? 0 : M_PI_2, low = k ? 0 : PEND_QUARTER_LOW;
@@ -156,8 +157,8 @@ VEC_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide_put(low, (sum - (total - part)) + (add - part));
 }
 
-/* rates of `arms` arms (2, 4 or 8); the rest of a vector is 0, because forces of few arms are
- * stored next to their rates */
+/* the rates of the next `arms` arms (2, 4 or 8), with zeros in the other lanes: for few arms,
+ * memory has the forces next to the rates */
 VEC_INLINE wide kernel_rates(const double *at, int arms) {
 #if defined(__AVX512F__)
     if (arms == 2) return (wide)_mm512_zextpd128_pd512(_mm_load_pd(at));
@@ -169,7 +170,7 @@ VEC_INLINE wide kernel_rates(const double *at, int arms) {
     return wide_get(at);
 }
 
-/* changes of phi and phi', even and odd orders in separate sums, which halves the latency */
+/* changes of phi and phi'; even and odd orders have separate sums, which halves the latency */
 VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_,
                                               double unit, int a, int arms) {
     wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)},
@@ -183,7 +184,7 @@ VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int o
         if (j) rate[0] = wide_fma(rate[0], square, even);
         rate[1] = wide_fma(rate[1], square, odd);
     }
-    // up to here, the even orders of phi' lack a factor x^2, the odd orders a factor x
+    // until here rate[0] lacks the factor x^2, and rate[1] the factor x
     double inverse = 1 / unit;
     wide turn = x * wide_fma(x, rate[0], rate[1]);
     return (struct values_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
@@ -226,7 +227,7 @@ enum {
 };
 
 struct kernel_terms {
-    term part[KERNEL_SIZES / TERM_WIDTH]; /* the leading ones, then the trailing ones */
+    term part[KERNEL_SIZES / TERM_WIDTH]; /* leading terms first, then trailing ones */
 };
 
 VEC_INLINE term term_get(const double *at) {
@@ -241,9 +242,9 @@ VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int
     return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
 }
 
-/* arms: 2, 4 or 8 lanes that are not 0.
- * Returns the largest magnitude among the arms of each of these rows; not a number, or infinite,
- * where one of them is */
+/* Returns, for each row of kernel_term, the largest magnitude among the arms; not a number, or
+ * infinite, if a coefficient is.
+ * arms  2, 4 or 8: the number of lanes that may be nonzero. */
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
     for (int i = 0; i < KERNEL_SIZES; i++) {
@@ -263,7 +264,7 @@ VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int ord
     return terms;
 }
 
-/* the smallest of four */
+/* the smallest of four numbers */
 VEC_INLINE double term_least(const term x[]) {
 #if KERNEL_WIDTH == 2
     lanes2 two = lanes2_min(x[0], x[1]);
@@ -274,11 +275,11 @@ VEC_INLINE double term_least(const term x[]) {
     return lanes2_min(two, __builtin_shufflevector(two, two, 1, 0))[0];
 }
 
-/* estimates the step: the trailing terms are in lanes, a loop runs over the leading terms */
+/* the step in units: trailing terms are computed side by side in lanes, leading terms in a loop */
 VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol,
                                     double log_atol, int arms) {
-    // binary logarithms of 1 .. 4, because the coefficients of the rates are divided by 1 .. 4 for
-    // phi
+    // log2 of 1 .. 4: the coefficients of phi are those of the rates divided by
+    // 1 .. 4
     static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};
     const double *share = s->share + order - 3;
     double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * s->share[order];
@@ -294,13 +295,13 @@ VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, doub
              most = TERM_(of)(-KERNEL_FAR);
         for (int j = 0; j < TERMS; j++) {
             if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
-            // a radius of convergence from a trailing term and a leading one, times the margin for
-            // the tolerance
+            // log2 of the step that a trailing and a leading term allow: their estimate of the
+            // radius of convergence, times a margin for the tolerance
             term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
             most = TERM_(max)(
                 TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
         }
-        // the limit by atol is bounded like the limit by rtol
+        // the tolerance atol may lengthen the step, at most to that of the largest rtol
         most = TERM_(max)(TERM_(min)(most + spread, atol), most);
         here[i] = TERM_(min)(TERM_(pick)(size.part[TERM_PARTS + i] < DBL_MIN, far, most), far);
     }

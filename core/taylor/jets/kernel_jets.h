@@ -6,13 +6,13 @@
 #include "core/taylor/jets_system.h"
 #include "core/tree/loads.h"
 
-/* A state in which each value is a sum of two doubles, as phi and phi' are carried from step to
- * step. n values each, padded with zeros to a multiple of 8, because whole vectors of arms are
- * read. */
+/* A state in which each value is a sum of two doubles, because rounding would otherwise accumulate
+ * from step to step. n values each, padded with zeros to a multiple of 8, because kernels read
+ * whole vectors. */
 struct jets_state {
     double *phi, *phi_low, *rate, *rate_low;
-    double time, late; /* s, in the time of the request, as a sum of two doubles; the time at which
-                        * drives are evaluated */
+    double time, late; /* s, in the time of the request, as a sum of two doubles; drives are
+                        * evaluated at this time */
 };
 
 /** Sets the time of a state, s, to the sum of a start and the elapsed time. */
@@ -22,17 +22,18 @@ static inline void jets_state_time(struct jets_state *state, double start, doubl
     state->late = (start - (sum - part)) + (since - part);
 }
 
-/* Arrays for values: n values per instant; NULL if not needed. */
+/* Output arrays: n values per instant; NULL if not needed. */
 struct jets_values {
     double *phi, *rate, *acc, *force;
 };
 
-/* Number of last terms of a step's series, and of later terms extrapolated from them. */
+/* Number of a series' last terms to which the recurrence is fitted, and of later terms that it
+ * extrapolates. */
 enum { JETS_FITTED = 6, JETS_FORETOLD = 6 };
 
 struct jets_left {
-    int from, beyond; /* the order of the first of JETS_FITTED terms; how many of these are beyond
-                       * the step's order */
+    int from, beyond; /* the order of the first of JETS_FITTED terms; how many of these exceed the
+                       * step's order */
     double x, power;  /* the step in units, and x^from */
 };
 
@@ -51,9 +52,9 @@ struct jets_kernel {
                     const struct jets_state *from, const struct jets_state *to);
     /**
      * Returns the step in units: the longest for which the first neglected term of phi is below
-     * rtol times the motion of the step, or below atol. The term is extrapolated from each of four
-     * trailing terms, the motion estimated from the leading ones; four, because for a symmetric
-     * start three of four vanish. 2^1000 if all are zero, NaN if one is not finite.
+     * rtol times the motion of the step, or below atol. The term is extrapolated from each of the
+     * last four terms, because for a symmetric start three of four vanish; the motion is estimated
+     * from the first four. 2^1000 if all terms are zero, NaN if one is not finite.
      *
      * log_rtol, log_atol  binary logarithms.
      */
@@ -66,28 +67,28 @@ struct jets_kernel {
                    double unit, const struct jets_state *from, const struct jets_values *values);
     /**
      * Propagates small errors of the angles, rad, and of the rates, rad/s, to x units after the
-     * state of the expansion, to first order. Requires stored answers. Returns the largest error of
-     * a force at the start, N.
+     * state of the expansion, to first order. Requires stored responses (pend_jets_answers).
+     * Returns the largest error of a force at the start, N.
      *
      * phi, rate  in and out; padded with zeros to a multiple of 8.
      */
     double (*spread)(const struct jets_system *system, const struct pend_loads *loads,
                      const struct jets_spread *how, double phi[], double rate[]);
     /**
-     * The sums of the terms that a step neglected, of the rates and of the angles divided by x, in
-     * units: one value per arm, padded to a multiple of 8.
+     * Computes the sums of the terms that a step neglected: of the rates, in units, and of the
+     * angles, divided by x; one value per arm, padded to a multiple of 8.
      */
     void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[],
                  double phi[]);
     /**
-     * The work of drives and the heat of friction per unit of time, as series in the same variable,
-     * after `orders`, for a system with loads: the coefficients of order 0 .. order - 1, J times
+     * Computes the work of drives and the heat of friction per unit of time, as series in the same
+     * variable, for a system with loads, after `orders`: coefficients 0 .. order - 1, J times
      * unit^2. O(n order^2).
      */
     void (*power)(const struct jets_system *system, int order, double work[], double heat[]);
     /**
-     * The forces along the arms of orders below `order`, for a system with torques, replacing their
-     * real parts in fixed axes. O(n order^2).
+     * Replaces the real parts of the forces in fixed axes by the forces along the arms, for orders
+     * below `order` of a system with torques. O(n order^2).
      */
     void (*along)(const struct jets_system *system, int order);
 };

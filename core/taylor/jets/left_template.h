@@ -1,16 +1,17 @@
-/* The terms that a step of a power series neglects: those after its last one.
+/* The terms of a power series that a step neglects: all beyond its order.
  * Leaves to others: the total error (horizon), the series (kernel_jets, which includes this).
  * Invariant: sums over arms use eight lanes in every instruction set. */
 #pragma once
 
-/* the five products of adjacent terms for the least-squares fit */
+/* the sums of products in the normal equations: A and B are the last term and the one before it, C
+ * the next term */
 enum { LEFT_AA, LEFT_AB, LEFT_BB, LEFT_AC, LEFT_BC, LEFT_SUMS, LEFT_PARTS = 8 / WIDE };
 
 struct left_sums {
     wide sum[LEFT_SUMS][LEFT_PARTS];
 };
 
-/* the last terms of the arms of a vector, of the series for the rates at x */
+/* the last JETS_FITTED terms of the rates at x, for the arms of one vector */
 VEC_INLINE void left_terms(const struct jets_system *s, const struct jets_left *left, int a,
                            int arms, wide last[]) {
     const double *from = s->rate + jets_row(s, a) + (size_t)left->from * s->stride;
@@ -19,7 +20,7 @@ VEC_INLINE void left_terms(const struct jets_system *s, const struct jets_left *
         last[i] = kernel_rates(from + (size_t)i * s->stride, arms) * power;
 }
 
-/* over the lanes that have arms */
+/* the sum over the lanes of the first `arms` arms */
 VEC_INLINE double left_total(const wide sum[], int arms) {
     double total = 0;
     for (int i = 0; i < arms; i++) total += sum[i / WIDE][i % WIDE];
@@ -29,8 +30,8 @@ VEC_INLINE double left_total(const wide sum[], int arms) {
 /*
  * The recurrence of the last terms of a series. All arms share the nearest pair of singularities in
  * the complex plane, so that a term is `one` times the term before it plus `two` times the term
- * before that. A least-squares fit over the last terms of all arms gives the factors, in powers of
- * x. */
+ * before that. A least-squares fit over the last terms of all arms gives both factors; terms
+ * include their power of x. */
 VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left, int arms,
                                 double *one, double *two) {
     struct left_sums x;

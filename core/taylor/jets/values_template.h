@@ -18,9 +18,9 @@ struct values_change {
     wide phi, rate, acc, force;
 };
 
-/* ---- trees of more than eight arms: one instant after the other, arms in lanes */
+/* ---- trees of more than eight arms: one instant after another, arms in lanes */
 
-/* the arms from a on, by Horner's rule */
+/* values of a vector of arms from arm a on, by Horner's rule */
 VEC_INLINE struct values_change values_horner(const struct jets_system *s, int order, double x_,
                                               double unit, int a, struct values_wish wish) {
     wide x = wide_of(x_);
@@ -70,17 +70,17 @@ VEC_INLINE void values_large(const struct jets_system *s, int order, const doubl
     }
 }
 
-/* ---- up to eight arms: `arms` of them (2, 4 or 8) side by side, and as many instants as a
- * vector has room for */
+/* ---- up to eight arms: `arms` lanes (2, 4 or 8) per instant, and as many instants as fit into a
+ * vector */
 
 /* number of vectors computed together, to hide the latency of sums */
 enum { VALUES_TOGETHER = 2 };
 
-/* arms of one vector, instants of one */
+/* number of arms, and of instants, in one vector */
 VEC_INLINE int values_side(int arms) { return arms < WIDE ? arms : WIDE; }
 VEC_INLINE int values_instants(int arms) { return WIDE / values_side(arms); }
 
-/* numbers of the arms, repeated for every instant of a vector */
+/* one number per arm, repeated for every instant of a vector */
 VEC_INLINE wide values_get(const double *at, int arms) {
 #if defined(__AVX512F__)
     if (arms == 2) return (wide)_mm512_broadcast_f64x2(_mm_load_pd(at));
@@ -92,7 +92,7 @@ VEC_INLINE wide values_get(const double *at, int arms) {
     return wide_get(at);
 }
 
-/* the instants of a vector, each repeated for all of its arms; those from `count` on are 0 */
+/* the instants of a vector, each repeated for all its arms; 0 from instant `count` on */
 VEC_INLINE wide values_places(const double x[], int arms, int count) {
 #if defined(__AVX512F__)
     __m512d some = _mm512_maskz_loadu_pd((__mmask8)(count < WIDE ? (1u << count) - 1 : 0xff), x);
@@ -109,7 +109,7 @@ VEC_INLINE wide values_places(const double x[], int arms, int count) {
 #endif
 }
 
-/* writes the arms from a on of up to `count` instants of a vector to rows of n */
+/* writes one vector, the arms from a on of up to `count` instants, to rows of n */
 VEC_INLINE void values_put(double *to, int n, int arms, int a, int count, wide x) {
     int side = values_side(arms), own = n - a < side ? n - a : side;
     if (count > values_instants(arms)) count = values_instants(arms);
@@ -131,7 +131,7 @@ VEC_INLINE void values_put(double *to, int n, int arms, int a, int count, wide x
 #endif
 }
 
-/* even and odd orders of a sum, separately, which halves the latency */
+/* the sums of even and odd orders, kept apart, which halves the latency */
 struct values_parts {
     wide even[VALUES_TOGETHER], odd[VALUES_TOGETHER];
 };
@@ -155,7 +155,7 @@ VEC_INLINE wide values_whole(const struct values_parts *sum, int v, wide x) {
 VEC_INLINE void values_motion(const struct jets_system *s, int order, int arms, int a,
                               const wide x[], double inverse, struct values_change change[]) {
     wide square[VALUES_TOGETHER];
-    // phi over x; phi' without its start, over x
+    // phi divided by x; phi' minus its initial value, divided by x
     struct values_parts phi, rate;
     values_start(&phi), values_start(&rate);
     for (int v = 0; v < VALUES_TOGETHER; v++) square[v] = x[v] * x[v];
@@ -200,13 +200,13 @@ VEC_INLINE void values_pull(const struct jets_system *s, int order, int arms, in
     }
 }
 
-/* up to VALUES_TOGETHER vectors of instants, for the arms from a on; to: the first of their rows */
+/* the arms from a on of up to VALUES_TOGETHER vectors of instants; `to` is their first row */
 VEC_INLINE void values_block(const struct jets_system *s, int order, int arms, int a,
                              const double x[], int count, double unit,
                              const struct jets_state *from, const struct jets_values *to,
                              struct values_wish wish) {
     int n = s->n, step = values_instants(arms);
-    double inverse = 1 / unit; // exact: a power of two
+    double inverse = 1 / unit; // exact, because the unit is a power of two
     wide place[VALUES_TOGETHER];
     struct values_change change[VALUES_TOGETHER];
     for (int v = 0; v < VALUES_TOGETHER; v++)
@@ -240,7 +240,7 @@ VEC_INLINE void values_small(const struct jets_system *s, int order, int arms, c
     }
 }
 
-/* ---- any tree */
+/* ---- trees of any size */
 
 VEC_INLINE void values_some(const struct jets_system *s, int order, const double x[], int count,
                             double unit, const struct jets_state *from,

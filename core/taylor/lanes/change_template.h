@@ -5,10 +5,10 @@
  * Invariant: the motion's series are only read; the arrays of its sweeps are overwritten. */
 #pragma once
 
-/* The change of the motion `s` is a system `x` of the same tree, of which only the series are
+/* The change `x` of the motion `s` is a system of the same tree, of which only the series are
  * used. */
 
-/* adds u_j times a rate and a force, as dense_add */
+/* adds the products of u_j with a rate and with a force to four sums, as dense_add */
 VEC_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
     sum[0] = num_fma(re, rate, sum[0]);
     sum[1] = num_fma(im, rate, sum[1]);
@@ -74,8 +74,8 @@ VEC_INLINE void change_swept(const struct jets_system *s, const struct jets_syst
     }
 }
 
-/* a pendulum with one arm, whose rotation factors are not stored: recomputes u of the motion and
- * applies the linearized recurrences of its orders */
+/* a pendulum with one arm, whose rotation factors are not stored: computes u of the motion again
+ * and applies the linearized recurrences of its orders */
 VEC_INLINE void change_single(const struct jets_system *s, const struct jets_system *x, num gravity,
                               int order) {
     num pull = num_mul(gravity, s->inv_len[0]), C = s->cosine[0], Z = s->sine[0],
@@ -103,10 +103,9 @@ VEC_INLINE void change_single(const struct jets_system *s, const struct jets_sys
     }
 }
 
-/*
- * Computes the change's rates of order 1 .. order and forces of order 0. Input: the errors of the
- * angles in its imaginary turns of order 0, and of the rates in its rates of order 0, in units; a
- * stride of n. */
+/* Computes the change's rates of orders 1 .. order, and its forces of order 0. Input, in units: the
+ * errors of the angles in the imaginary turns of order 0, and of the rates in the rates of order 0.
+ * The stride is n. */
 VEC_INLINE void change_orders(const struct jets_system *s, const struct jets_system *x, num gravity,
                               int order) {
     if (s->n == 1)

@@ -8,15 +8,14 @@
 #include "core/taylor/jets_template.h"
 #include "core/taylor/single_template.h"
 
-/* the largest number of arms of a tree; the number of arms in one loop, limited by registers */
+/* the most arms of a tree; the arms in one loop, as many as the registers hold */
 #ifdef __AVX512F__
 enum { DENSE_MAX = 4, DENSE_LOOP = 2 };
 #else
 enum { DENSE_MAX = 4, DENSE_LOOP = 1 };
 #endif
 
-/* the derivatives of phi'' and of the force of arm i with respect to T_j (pull) and c_j (side):
- * [j][i] */
+/* the responses phi'' and force of arm i to a unit of T_j (pull) and of c_j (side), at [j][i] */
 struct dense_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
@@ -31,7 +30,7 @@ VEC_INLINE int dense_parent(const struct jets_system *s, int n, int k) {
     return n == 2 ? 0 : s->parent[k];
 }
 
-/* leaves to root, as jets_up, for one unit: a pull W on arm j, or a force across it */
+/* leaves to root, as jets_up, for one unit: an inward pull W on arm j, or a force across it */
 VEC_INLINE void dense_up(const struct jets_system *s, int n, int j, int across,
                          struct dense_sweep *x) {
     num zero = num_of(0), heave = across ? zero : num_mul(s->eff[j], s->len[j]);
@@ -90,12 +89,12 @@ VEC_INLINE void dense_invert(const struct jets_system *s, int n, struct dense_ta
     }
 }
 
-/* the series of one order of all arms, the newest in registers */
+/* the newest coefficients of all arms, one order, kept in registers */
 struct dense_order {
     num re[DENSE_MAX], im[DENSE_MAX], rate[DENSE_MAX], force[DENSE_MAX];
 };
 
-/* the sums for the arms of one loop: of order k, and of order k + 1 */
+/* the sums of order k and of order k + 1 for the arms of one loop */
 struct dense_sums {
     num now[4][DENSE_LOOP], next[4][DENSE_LOOP];
 };

@@ -18,12 +18,13 @@ struct lanes_table {
     num rate_lift[2][DENSE_MAX], push_lift[2][DENSE_MAX];
 };
 
-/* forces on the bases, moments over D, kr, and the accelerations of the bases */
+/* values of the sweeps: forces on the bases, moments over D, kr, and the accelerations of the
+ * bases */
 struct lanes_probe {
     num x[DENSE_MAX], y[DENSE_MAX], answer[DENSE_MAX], base_x[DENSE_MAX], base_y[DENSE_MAX];
 };
 
-/* leaves to root, for a unit of arm j: a moment, or kr */
+/* leaves to root, for a unit at arm j: of its moment, or of its kr */
 VEC_INLINE void lanes_climb(const struct bodies_system *b, int n, int j, int moment,
                             struct lanes_probe *u) {
     num zero = num_of(0);
@@ -42,7 +43,7 @@ VEC_INLINE void lanes_climb(const struct bodies_system *b, int n, int j, int mom
     }
 }
 
-/* root to leaves: the response of all arms; `pulled` is the arm whose kr is 1, or -1 */
+/* root to leaves: the responses of all arms; `pulled` is the arm whose kr is 1, or -1 */
 VEC_INLINE void lanes_descend(const struct bodies_system *b, int n, int pulled, num sign,
                               struct lanes_probe *u, num rate[], num push[]) {
     for (int i = 0; i < n; i++) {
@@ -84,7 +85,7 @@ VEC_INLINE void lanes_invert(const struct bodies_system *b, int n, struct lanes_
     }
 }
 
-/* an order from its sums */
+/* the coefficients of an order from its sums */
 VEC_INLINE void lanes_solve(const struct lanes_loads *x, const struct lanes_table *table, int n,
                             int k, const struct lanes_sums sum[]) {
     const struct bodies_system *b = x->b;
@@ -137,8 +138,8 @@ VEC_INLINE void lanes_rigid(const struct lanes_loads *x, int n) {
     }
 }
 
-/* the forces at the tips and of the pivot, orders below `order`, from the series of the motion, by
- * the sweeps of the general kernel */
+/* computes the forces at the tips and of the pivot for orders below `order`, from the series of the
+ * motion, by the sweeps of the general kernel */
 static void lanes_tips(const struct lanes_loads *x, int order) {
     const struct bodies_system *b = x->b;
     for (int k = 0; k < order; k++) {
@@ -163,7 +164,7 @@ static void lanes_tips(const struct lanes_loads *x, int order) {
 /** Returns non-zero if lanes_bodies supports the terms: those of lanes_orders, with masses other
  * than points at tips or arms attached elsewhere. O(1). */
 static inline int lanes_bodies_known(const struct pend_terms *terms) {
-    struct pend_terms points = *terms; // the same terms for points at the tips
+    struct pend_terms points = *terms; // the same terms with masses at the tips
     int shaped = 0;
     for (int r = 0; r < PEND_TERM_ROWS; r++) {
         if (!jets_loads_shape(r)) continue;

@@ -9,8 +9,8 @@
 #include "core/taylor/lanes/dense_template.h"
 #include "core/taylor/jets_loads.h"
 
-/* a pendulum's systems, its instant, the orders, whether forces beyond order 0 are requested, and
- * the series of forces in fixed axes: real and imaginary parts */
+/* A pendulum's systems, the instant and the orders to compute; whether forces beyond order 0 are
+ * requested; and the series of forces in fixed axes, real and imaginary parts. */
 struct lanes_loads {
     const struct jets_system *s;
     const struct bodies_system *b;
@@ -19,7 +19,7 @@ struct lanes_loads {
     num *along, *across;
 };
 
-/* all drives, and gravity */
+/* the series of all drives and of gravity */
 static void lanes_drives(const struct lanes_loads *x) {
     const struct bodies_system *b = x->b;
     for (int j = 0; j <= x->order && b->terms->harmonics; j++) b->share[j] = num_of(x->s->share[j]);
@@ -28,7 +28,7 @@ static void lanes_drives(const struct lanes_loads *x) {
     bodies_drive(b, &x->now, x->order);
 }
 
-/* the sum of all torques on every arm, order k, into `couple`; 0 if there are none */
+/* writes the sum of the torques of order k on every arm to `couple`; returns 0 if there are none */
 VEC_INLINE int lanes_couple(const struct lanes_loads *x, int k) {
     const struct bodies_system *b = x->b;
     const int *row = b->terms->row;
@@ -73,11 +73,11 @@ VEC_INLINE void lanes_lift(const struct lanes_loads *x, int k, num *along, num *
  */
 struct lanes_arm {
     num re[SINGLE_ROWS], im[SINGLE_ROWS], rate[SINGLE_ROWS], along[SINGLE_ROWS],
-        across[SINGLE_ROWS], back[SINGLE_ROWS]; /* back: minus the component along */
+        across[SINGLE_ROWS], back[SINGLE_ROWS]; /* `back` is minus the component along the arm */
 };
 
-/* order k of Re (conj(u) (x + i y)); the newest coefficients come last, and sums do not depend on
- * each other, as in single_convolve */
+/* Re (conj(u) (x + i y)) of order k. The newest coefficients come last, and the two sums do not
+ * depend on each other, as in single_convolve. */
 VEC_INLINE num lanes_weigh(const num re[], const num im[], const num x[], const num y[], int k,
                            int moves) {
     num zero = num_of(0), a[2] = {zero, zero}, b[2] = {zero, zero};
@@ -138,7 +138,8 @@ static inline void lanes_single(const struct lanes_loads *x) {
 
 /* ---- several arms */
 
-/* T of an order, and the known sums of Im (conj(u) F) with Re u and with Im u */
+/* T of an order, and the known sums of Im (conj(u) F), those with Re u apart from those with Im
+ * u */
 struct lanes_sums {
     num Tr, Ti, known, less;
 };
@@ -226,7 +227,7 @@ VEC_INLINE void lanes_order(const struct lanes_loads *x, const struct dense_tabl
     dense_keep(s, n, k, &newest);
 }
 
-/* the orders of up to DENSE_MAX arms by the inverse */
+/* all orders of up to DENSE_MAX arms by the inverse */
 VEC_INLINE void lanes_dense(const struct lanes_loads *x, int n) {
     struct dense_table table;
     dense_invert(x->s, n, &table);
@@ -281,8 +282,8 @@ static inline void lanes_several(const struct lanes_loads *x) {
 
 /**
  * All orders of up to DENSE_MAX arms: rate_1 .. rate_order, force_0 and, on request, force_1 ..
- * force_{order - 1}, from rate_0, cosine, sine and bend; and the input of bodies_power. O(n
- * order^2).
+ * force_{order - 1}, from rate_0, cosine, sine and bend; and the series that bodies_power needs.
+ * O(n order^2).
  */
 static inline void lanes_orders(const struct jets_system *s, const struct bodies_system *b,
                                 const struct bodies_moment *now, int order, int forces) {

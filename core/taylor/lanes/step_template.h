@@ -1,6 +1,6 @@
 /* The step lengths of several series at once, one per lane, by the rule of the taylor method. The
- * including file defines STEP_SIZE(s, place), the magnitude of the coefficient of a rate at a
- * place, as a `wide`.
+ * including file defines STEP_SIZE(s, place): the magnitude, as a `wide`, of the coefficient of a
+ * rate at index `place`.
  * Leaves to others: one series alone, whose arms are in lanes (kernel_jets).
  * Invariant: no lane's step depends on another lane. */
 #pragma once
@@ -10,7 +10,7 @@
 
 enum { STEP_TRAILING = 4, STEP_LEADING = 4 };
 
-/* binary logarithm of the largest coefficient of order j; far below all others if all are zero */
+/* log2 of the largest coefficient of order j; a very negative number if all are zero */
 VEC_INLINE wide step_norm(const struct jets_system *s, int j) {
     wide norm = wide_of(0);
     for (int k = 0; k < s->n; k++)
@@ -18,8 +18,8 @@ VEC_INLINE wide step_norm(const struct jets_system *s, int j) {
     return WIDE_(log2)(norm) - (wide)((wide_mask)(norm == 0) & (wide_mask)wide_of(1e4));
 }
 
-/* the step in units, for which the first neglected term is below rtol times the motion, or atol;
- * tolerances are binary logarithms */
+/* the step in units for which the first neglected term is below rtol times the motion, or below
+ * atol; tolerances are given as log2 */
 static wide step_reach(const struct jets_system *s, int order, double log_rtol, double log_atol) {
     static const double log2_of[STEP_LEADING] = {0, 1, 1.5849625007211562, 2};
     wide leading[STEP_LEADING], reach = wide_of(10);
@@ -35,7 +35,7 @@ static wide step_reach(const struct jets_system *s, int order, double log_rtol, 
         for (int i = 1; i < STEP_LEADING; i++)
             here = WIDE_(max)(here,
                               log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
-        // the limit by atol is bounded like the limit by rtol
+        // the tolerance atol may lengthen the step, at most to that of the largest rtol
         here = WIDE_(max)(here, WIDE_(min)(far, here + spread));
         reach = WIDE_(min)(reach, here);
     }

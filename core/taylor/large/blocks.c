@@ -9,7 +9,7 @@ static int blocks_leaves(const struct pend_tree *tree, int k) {
     return tree->parent[k] < blocks_start(k);
 }
 
-/* true if the arm is the first of its block and a child of the last arm of the previous block */
+/* true if the arm is the first of its block and a child of the previous block's last arm */
 static int blocks_leads(const struct pend_tree *tree, int k) {
     return k == blocks_start(k) && tree->parent[k] == k - 1;
 }
@@ -19,7 +19,7 @@ static int blocks_crosses(const struct pend_tree *tree, int k) {
     return blocks_leaves(tree, k) && !blocks_leads(tree, k);
 }
 
-/* number of children of arm k, at most BLOCK_SIBLINGS + 2 */
+/* number of children of arm k, counted up to BLOCK_SIBLINGS + 2 */
 static int blocks_degree(const struct pend_tree *tree, int k) {
     int degree = 0;
     for (int c = k + 1; c < tree->end[k] && degree < BLOCK_SIBLINGS + 2; c = tree->end[c]) degree++;
@@ -60,7 +60,7 @@ static size_t blocks_lay(struct blocks *b, const struct pend_tree *tree, char *b
     size_t used = 0;
     b->count = (tree->n + BLOCK_ARMS - 1) / BLOCK_ARMS;
     b->numbers = blocks_take(base, &used, (size_t)b->count + 1, BLOCK_NUMBERS * sizeof(double));
-    if (base) b->numbers += BLOCK_NUMBERS; // the pivot's block comes first
+    if (base) b->numbers += BLOCK_NUMBERS; // a block with the pivot precedes block 0
     b->shape = blocks_take(base, &used, (size_t)b->count, sizeof *b->shape);
     b->up_place = blocks_take(base, &used, counts.up, sizeof(int));
     b->up_arm = blocks_take(base, &used, counts.up, sizeof(int));
@@ -119,7 +119,7 @@ static void blocks_shapes(struct blocks *b, const struct pend_tree *tree) {
     }
 }
 
-/* edges to earlier blocks in the order of their children */
+/* lists the edges to earlier blocks in the order of their children */
 static void blocks_down_edges(struct blocks *b, const struct pend_tree *tree) {
     int edges = 0;
     for (int k = 0; k < tree->n; k++) {
@@ -133,8 +133,8 @@ static void blocks_down_edges(struct blocks *b, const struct pend_tree *tree) {
     }
 }
 
-/* edges from later blocks in the order of their parents' blocks; their sweep starts at the last
- * block, so that edges are added in the order in which values become known */
+/* lists the edges from later blocks in the order of their parents' blocks. Their sweep starts at
+ * the last block, so that edges are added in the order in which values become known. */
 static void blocks_up_edges(struct blocks *b, const struct pend_tree *tree) {
     int edges = 0;
     for (int k = 0; k < tree->n; k++) {
@@ -155,7 +155,8 @@ static void blocks_up_edges(struct blocks *b, const struct pend_tree *tree) {
     }
 }
 
-/* children that are not first, and crowded joints with all their children, by the parent's block */
+/* lists the children that are not first, and the crowded joints with all their children, by the
+ * parent's block */
 static void blocks_children(struct blocks *b, const struct pend_tree *tree) {
     int kids = 0, joints = 0, crowd = 0;
     for (int k = 0; k < tree->n; k++) {

@@ -1,8 +1,7 @@
-/* A tree divided into blocks of eight arms: the edges within each block, and the edges between
- * blocks.
+/* A tree divided into blocks of eight arms: the edges within each block and between blocks.
  * Leaves to others: the arithmetic (blocks_template), memory (jets).
- * Invariant: depends on the tree's shape alone; a block's arms follow each other in the tree's
- * stored order. */
+ * Invariant: depends on the tree's shape alone; a block's arms are consecutive in the tree's stored
+ * order. */
 #pragma once
 
 #include <stddef.h>
@@ -47,35 +46,36 @@ enum {
     BLOCK_NUMBERS = BLOCK_ROW_COUNT * BLOCK_ARMS
 };
 
-/* A range of a list: from its first entry to one past its last entry. */
+/* A range of a list: index of its first entry, and one past its last. */
 struct block_run {
     int first, end;
 };
 
-/* The structure of one block; lanes count its arms. */
+/* The structure of one block; a lane is one of its arms. */
 struct block_shape {
     int straight; /* every arm is a child of the one before it, also across the start of the
                    * block */
     int lead;     /* the first arm is a child of the last arm of the block before */
-    int rounds;   /* largest number of siblings of an arm at a joint that is not crowded */
-    int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* indices of all siblings; index
-                                                                    * of the pivot if there are
-                                                                    * fewer */
-    struct block_run up;     /* edges from later blocks, without the lead */
+    int rounds;   /* the most siblings of an arm at any joint that is not crowded */
+    int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of the parents and of
+                                                                    * all siblings; the pivot's
+                                                                    * place fills unused entries */
+    struct block_run up;     /* edges from later blocks except the lead */
     struct block_run down;   /* edges to earlier blocks, the lead first */
     struct block_run kids;   /* children of the block's arms that are not first */
     struct block_run joints; /* crowded joints */
 };
 
-/* A place is an index into `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i. One
- * more block precedes block 0: its last lane is the pivot, its other rows are zero. */
+/* A place is an index into `numbers`: lane i of row 0 of block b has the place b BLOCK_NUMBERS + i.
+ * One more block precedes block 0: its last lane is the pivot, its other rows are zero. */
 struct blocks {
     int count;       /* number of blocks */
     double *numbers; /* `count` blocks of BLOCK_NUMBERS */
     struct block_shape *shape;
-    /* edges between blocks, in the order of their parents' blocks, and of their children's */
-    int *up_place, *up_arm;     /* of the child */
-    int *down_place, *down_arm; /* of the parent; of the child */
+    /* edges between blocks: `up` in the order of their parents' blocks, `down` in the order of
+     * their children's */
+    int *up_place, *up_arm;     /* of the edge's child */
+    int *down_place, *down_arm; /* of the edge's parent and child */
     int *kid_place, *kid_arm;
     unsigned char *up_lane, *kid_lane; /* lane of the parent */
     /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */

@@ -1,6 +1,6 @@
 /* The orders of one large tree, in blocks of eight arms: within a block both sweeps are products
  * with a small inverse.
- * Leaves to others: the factorization (jets_template), the cutting (blocks).
+ * Leaves to others: the factorization (jets_factor), the division into blocks (blocks).
  * Invariant: an order has one sequential dependency per block, not per arm; its subtractions are
  * those of jets_template. */
 #pragma once
@@ -21,14 +21,14 @@ VEC_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLO
 
 /* ---- once a step */
 
-/* the lane of the parent of arm i, negative if it is in another block; kappa of a missing arm is
- * 0 */
+/* the lane of arm i's parent, negative if the parent is in another block; for an arm that does not
+ * exist, kappa is 0 */
 VEC_INLINE int block_parent(const struct block_shape *shape, int start, int i) {
     return shape->parents[i] - pend_blocks_place(start);
 }
 
-/* responses of a block's arms from lane h on to a unit at arm i, in the sweep up and in the sweep
- * down */
+/* responses of the WIDE arms from lane h on to a unit at each arm i: in the sweep up, and in the
+ * sweep down */
 VEC_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape,
                              double *at, int start, int h) {
     wide up[BLOCK_ARMS], down[BLOCK_ARMS];
@@ -47,7 +47,7 @@ VEC_INLINE void block_invert(const struct jets_system *s, const struct block_sha
     }
 }
 
-/* arms a .. a + WIDE - 1, whose rows are at `at` */
+/* fills the coefficients of arms a .. a + WIDE - 1, whose rows are at `at` */
 VEC_INLINE void block_coefficients(const struct jets_system *s, double *at, int a) {
     wide eff = wide_get(s->eff + a), kappa = wide_get(s->kappa + a),
          part = wide_get(s->inv_len + a);
@@ -70,8 +70,8 @@ VEC_INLINE void block_coefficients(const struct jets_system *s, double *at, int 
     }
 }
 
-/* the coupling of a block's last arm and the next block's first arm, its child, in both
- * directions */
+/* sets, in both directions, the coupling between a block's last arm and the next block's first arm,
+ * if that is its child */
 static void blocks_join(const struct jets_system *s, const struct blocks *b) {
     for (int a = 0; a < b->count * BLOCK_ARMS; a += WIDE) {
         int i = a / BLOCK_ARMS, here = i * BLOCK_ARMS, next = here + BLOCK_ARMS;
@@ -94,7 +94,7 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
 
 /* ---- once an order, from the last block to the first */
 
-/* T and c of order k; the known part of order k + 1 is stored in the block's rows */
+/* returns T and c of order k, and stores the known part of order k + 1 in the block's rows */
 VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row, int k,
                                         int couples) {
     struct convolved next, now = convolve(s, row, k, couples, &next);
@@ -105,7 +105,7 @@ VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at,
     return now;
 }
 
-/* block_known for the second of two orders */
+/* returns T and c of the second of two orders, whose known part block_known stored */
 VEC_INLINE struct convolved block_complete(const struct jets_system *s, const double *at,
                                            size_t row, int k) {
     struct convolved known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI),
@@ -113,7 +113,7 @@ VEC_INLINE struct convolved block_complete(const struct jets_system *s, const do
     return convolve_rest(s, row, k, known);
 }
 
-/* a number of a row */
+/* one number of a row */
 VEC_INLINE double blocks_one(const struct blocks *b, int place, int row) {
     return b->numbers[place + row * BLOCK_ARMS];
 }
@@ -143,7 +143,7 @@ VEC_INLINE struct vec8 block_bias(const struct jets_system *s, const struct bloc
     return bias;
 }
 
-/* at crowded joints: the sum of Z f over an arm's earlier and later siblings */
+/* at crowded joints: adds up Z f of each arm's earlier and later siblings */
 VEC_INLINE void block_crowd(const struct blocks *b, int joint) {
     enum { SWAY = BLOCK_SWAY * BLOCK_ARMS, OTHERS = BLOCK_OTHERS * BLOCK_ARMS };
     double early = 0, late = 0;
@@ -177,12 +177,12 @@ VEC_INLINE void blocks_known(const struct jets_system *s, const struct blocks *b
     }
 }
 
-/* part p of the next arms' values; the last arm's is lane 0 of `after` */
+/* the values of the arms that follow those of part p; after the last arm, lane 0 of `after` */
 VEC_INLINE wide block_next(const struct vec8 *x, int p, wide after) {
     return wide_shift(x->part[p], p + 1 < VEC8_PARTS ? x->part[p + 1] : after);
 }
 
-/* known forces of the arms and their children: the constant part of h goes to `pull` */
+/* computes the known forces of arms and their children, and the constant part of h in `pull` */
 VEC_INLINE void block_gather(const struct jets_system *s, const struct blocks *b,
                              const struct block_shape *shape, double *at, wide after,
                              struct vec8 *side, struct vec8 *pull) {
@@ -205,7 +205,7 @@ VEC_INLINE void block_gather(const struct jets_system *s, const struct blocks *b
     }
 }
 
-/* the remaining part of the tangential acceleration */
+/* computes the part of the tangential acceleration without the radial part */
 VEC_INLINE void block_rest(const struct jets_system *s, const struct blocks *b,
                            const struct block_shape *shape, double *at, const struct vec8 *bias,
                            wide after, const struct vec8 *side) {
@@ -251,7 +251,7 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b) {
 
 /* ---- once an order, from the first block to the last */
 
-/* the values of a row at the parents of the arms from lane h on */
+/* a row's values at the parents of the arms from lane h on */
 VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape,
                               const double *at, int row, int h) {
     const double *before = h ? at + h - WIDE : at - BLOCK_NUMBERS + BLOCK_ARMS - WIDE;
@@ -267,7 +267,8 @@ VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape 
     return x;
 }
 
-/* the constant part of mu, tension first, from the siblings' sums without the arm itself */
+/* the constant part of mu, where tension is solved first, from the siblings' sums without the arm
+ * itself */
 VEC_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at,
                               int h) {
     wide across = block_parents(b, shape, at, BLOCK_SIDE, h) - block_get(at + h, BLOCK_OTHERS);
@@ -279,7 +280,7 @@ VEC_INLINE wide block_tension(const struct blocks *b, const struct block_shape *
     return (tension - push) * block_get(at + h, BLOCK_INV_EFF);
 }
 
-/* acceleration of the tips along their arms; the last lane of `before` is that of the block
+/* the tips' accelerations along their arms; the last lane of `before` belongs to the block
  * before */
 VEC_INLINE struct vec8 block_radial(const struct jets_system *s, const struct blocks *b,
                                     const struct block_shape *shape, const double *at,
@@ -294,7 +295,7 @@ VEC_INLINE struct vec8 block_radial(const struct jets_system *s, const struct bl
     return radial;
 }
 
-/* stores the coefficients of order k of a block's arms from lane h on and computes the next ones of
+/* stores the order-k coefficients of a block's arms from lane h on, and computes the next ones of
  * u */
 VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h,
                             int k, int couples) {
@@ -316,7 +317,7 @@ VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b,
     wide_put(s->turn_im + after, turned * turn_share);
 }
 
-/* the pivot's contribution to the shift of the root */
+/* the pivot's contribution to the root's `shift` */
 VEC_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *b,
                               struct couples_lift lift) {
     double *root = blocks_at(b, 0) + BLOCK_TENSION * BLOCK_ARMS, along = s->sine[0] * lift.y;
@@ -373,7 +374,7 @@ static void blocks_orders(const struct jets_system *s, double gravity, int order
     blocks_all(s, gravity, order, 0);
 }
 
-/* with torques between the arms */
+/* all orders, with torques between the arms */
 static void blocks_coupled_orders(const struct jets_system *s, double gravity, int order) {
     blocks_all(s, gravity, order, 1);
 }

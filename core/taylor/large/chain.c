@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* chains whose masses differ by more than this factor are solved in blocks */
+/* largest ratio of masses in a chain; a chain of more unequal masses is solved in blocks */
 static const double CHAIN_MASSES = 64;
 
 int pend_chain_suits(const struct pend_tree *tree) {
@@ -46,7 +46,7 @@ void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *me
         at[CHAIN_ABOVE * CHAIN_ARMS] = k ? 1 / above : 0;
         at[CHAIN_BELOW * CHAIN_ARMS] = 1 / tree->mass[k];
     }
-    // the padding lanes are divisors too, so they must not be zero
+    // padding lanes are divided by too, so they must not be zero
     double *last =
         chain->numbers + (size_t)(chain->count - 1) * CHAIN_NUMBERS + CHAIN_N_LAST * CHAIN_ARMS;
     for (int k = tree->n; k < chain->count * CHAIN_ARMS; k++) last[k % CHAIN_ARMS] = 1;

@@ -1,6 +1,6 @@
-/* The orders of one chain: tensions from one product per piece, all pieces at once. In blocks, the
- * request of a trajectory by the method taylor takes more processor time: 42 % more with 9 arms, 39
- * % with 32, 31 % with 100 and 15 % with 500.
+/* The orders of one chain: tensions from one matrix product per piece, for all pieces at once.
+ * Without this form, in blocks, a trajectory by the method taylor takes more processor time: 42 %
+ * more with 9 arms, 39 % with 32, 31 % with 100 and 15 % with 500.
  * Leaves to others: other trees (blocks_template), the choice of chains (chain).
  * Invariant: an order has no sweep from arm to arm; the inverse consists of products and sums of
  * equal sign. */
@@ -33,7 +33,7 @@ VEC_INLINE wide chain_load(const double *at) {
     return x;
 }
 
-/* a row of the arms' neighbours */
+/* a row shifted by one arm: the values of the arms' successors */
 VEC_INLINE wide chain_next(const double *at, int row, int lane) {
     const double *after = lane + WIDE < CHAIN_ARMS ? at + lane + WIDE : at + CHAIN_NUMBERS;
     return wide_shift(chain_get(at, row, lane), wide_get(after + row * CHAIN_ARMS));
@@ -46,7 +46,7 @@ VEC_INLINE wide chain_last(const double *at, int row, int lane) {
 
 /* ---- once a step */
 
-/* a power of two that scales x >= 1 to 1 .. 2 */
+/* the power of two that scales x >= 1 into 1 .. 2 */
 VEC_INLINE double chain_scale(double x) {
     unsigned long long bits, exponent = 0x7ffULL << 52;
     memcpy(&bits, &x, sizeof bits);
@@ -57,8 +57,8 @@ VEC_INLINE double chain_scale(double x) {
 
 /*
  * The effective mass S = N / D at an arm's base, from that of the next: S = m (m + S') / (m + S'
- * Z'^2). It is a fraction, so that no arm waits for a division; and N' / N = S' / (m + S'). All
- * numbers are positive. */
+ * Z'^2). N and D are computed separately, so that no arm waits for a division; N' / N = S' / (m +
+ * S'). All numbers are positive. */
 static void chain_masses(const struct jets_system *s, const struct chain *chain) {
     double N = s->mass[s->n - 1], D = 1;
     for (int piece = chain->count - 1; piece >= 0; piece--) {
@@ -73,11 +73,11 @@ static void chain_masses(const struct jets_system *s, const struct chain *chain)
             N = here;
         }
     }
-    // the pivot does not move: the root contributes its S
+    // the pivot does not move: with D here, the root's share N / N_LAST is its S
     chain_at(chain, 0)[CHAIN_N_LAST * CHAIN_ARMS] = D;
 }
 
-/* diagonal of the inverse: G = kappa^2 G_last + S m_last / (m_last + S) */
+/* computes the diagonal of the inverse: G = kappa^2 G_last + S m_last / (m_last + S) */
 static void chain_gains(const struct jets_system *s, const struct chain *chain) {
     double gain = 0;
     for (int piece = 0; piece < chain->count; piece++) {
@@ -101,11 +101,11 @@ static void chain_gains(const struct jets_system *s, const struct chain *chain) 
  * j, symmetric */
 VEC_INLINE void chain_green(double *at) {
     enum { LAST = CHAIN_ARMS - 1 };
-    // unit + LAST - i has 1 in lane i
+    // loaded from unit + LAST - i, a vector has its 1 in lane i
     static const double unit[2 * CHAIN_ARMS] = {[LAST] = 1};
     const double *kappa = at + CHAIN_KAPPA * CHAIN_ARMS, *gain = at + CHAIN_GAIN * CHAIN_ARMS;
     for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
-        // the effect of arm i on those after it, then the effects at i of those up to it
+        // first the effect of arm i on later arms, then the effect of earlier arms on arm i
         wide on[CHAIN_ARMS], way = chain_load(unit + h), here = wide_of(0);
         for (int i = LAST; i > 0; i--) {
             on[i] = wide_of(kappa[i]) * way;
@@ -125,7 +125,7 @@ VEC_INLINE void chain_green(double *at) {
     ends[CHAIN_BACK] = kappa[0] / gain[0];
 }
 
-/* the coefficients that depend on the angles alone, one arm at a time */
+/* computes the coefficients that depend on the angles alone, arm by arm */
 static void chain_coefficients(const struct jets_system *s, const struct chain *chain) {
     for (int a = 0; a < chain->count * CHAIN_ARMS; a += WIDE) {
         int h = a % CHAIN_ARMS;
@@ -155,7 +155,7 @@ static void chain_prepare(const struct jets_system *s, const struct chain *chain
 
 /* ---- once an order */
 
-/* T and c of an order, or parts of them */
+/* T and c of an order, or terms of them */
 struct chain_sums {
     wide Tr, Ti, cr, ci;
 };
@@ -172,7 +172,8 @@ VEC_INLINE void chain_sums_put(double *at, int row, int lane, struct chain_sums 
     chain_put(at, row + 3, lane, x.ci);
 }
 
-/* adds u times a rate, and times a force; `cross` is the factor of the force for real parts of u */
+/* adds products of u with a rate and with a force; `cross` replaces the force as factor of the real
+ * parts of u */
 VEC_INLINE void chain_add(struct chain_sums *x, wide ur, wide ui, wide rate, wide force,
                           wide cross) {
     x->Tr = wide_fma(ur, rate, x->Tr);
@@ -184,7 +185,7 @@ VEC_INLINE void chain_add(struct chain_sums *x, wide ur, wide ui, wide rate, wid
 /* the series of WIDE arms */
 struct chain_series {
     const double *re, *im, *rate, *force;
-    const double *cross; /* imaginary parts of the forces with torques; otherwise the forces */
+    const double *cross; /* with torques, the imaginary parts of the forces; otherwise the forces */
 };
 
 VEC_INLINE struct chain_series chain_series(const struct jets_system *s, int piece, int lane,
@@ -306,7 +307,7 @@ VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *cha
     }
 }
 
-/* right-hand sides, and their contribution to phi'' without the tensions */
+/* computes the right-hand sides, and what they contribute to phi'' without the tensions */
 VEC_INLINE void chain_ask(const struct chain *chain) {
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);
@@ -335,7 +336,7 @@ VEC_INLINE void chain_hang(const struct jets_system *s, const struct chain *chai
     at[CHAIN_KNOWN * CHAIN_ARMS] -= across * at[CHAIN_PART * CHAIN_ARMS];
 }
 
-/* solves every piece without its neighbours */
+/* solves every piece as if it had no neighbours */
 VEC_INLINE void chain_pieces(const struct chain *chain) {
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);
@@ -352,7 +353,7 @@ VEC_INLINE void chain_pieces(const struct chain *chain) {
     }
 }
 
-/* the coupling of the pieces: two sums from end to end, computed side by side */
+/* couples the pieces: two recurrences, one from each end, run side by side */
 VEC_INLINE void chain_join(const struct chain *chain) {
     enum { MU = CHAIN_MU * CHAIN_ARMS, ENDS = CHAIN_ENDS * CHAIN_ARMS };
     double before = 0, after = 0;
@@ -403,7 +404,7 @@ VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *cha
     }
 }
 
-/* a quarter of the pieces */
+/* the index of the first piece of a quarter */
 VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *chain, int quarter,
                               int k, int couples) {
     if (k < 4) return;
@@ -412,7 +413,8 @@ VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *c
         chain_old(s, chain, piece, k, couples);
 }
 
-/* order k, interleaved with half of the old terms of order `later` */
+/* solves order k, interleaved with half of the old terms of order `later`, whose latency this
+ * hides */
 VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain,
                             struct couples_lift lift, int k, int later, int half, int couples) {
     if (couples) couples_chain_order(s, k);
@@ -450,7 +452,7 @@ static void chain_orders(const struct jets_system *s, double gravity, int order)
     chain_all(s, gravity, order, 0);
 }
 
-/* with torques between the arms */
+/* all orders, with torques between the arms */
 static void chain_coupled_orders(const struct jets_system *s, double gravity, int order) {
     chain_all(s, gravity, order, 1);
 }

@@ -1,7 +1,7 @@
 /* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in
  * lanes. With torques between the arms (`couples`), the series of the forces in fixed axes replace
- * lambda, as in small_loads_template, and Im c is their known part.
- * Leaves to others: storing them until needed (blocks_template).
+ * lambda, as in small_loads_template, and Im c is their known part. Leaves to others: storing the
+ * results until needed (blocks_template).
  * Invariant: `row` is the index at which the series of the arms begin; tiles of eight arms. */
 #pragma once
 

@@ -17,7 +17,7 @@ enum { COUPLES_ARMS = 8 };
 
 /* ---- once a step */
 
-/* the drives' torques, all orders */
+/* the series of the drives' torques */
 static void couples_motors(const struct jets_system *s, const struct bodies_moment *now,
                            int order) {
     const struct jets_loads *loads = s->loads;
@@ -34,7 +34,7 @@ static void couples_motors(const struct jets_system *s, const struct bodies_mome
     }
 }
 
-/* numbers of a term of WIDE arms from k on, 0 if the pendulum does not have it */
+/* one term's values for the WIDE arms from k on; 0 if the pendulum does not have the term */
 VEC_INLINE wide couples_row(const struct jets_loads *loads, enum pend_term_row row, int k) {
     int at = loads->terms->row[row], n = loads->terms->n;
     if (at < 0) return wide_of(0);
@@ -44,7 +44,7 @@ VEC_INLINE wide couples_row(const struct jets_loads *loads, enum pend_term_row r
     return x;
 }
 
-/* values known before the first order; requires rates of order 0 */
+/* computes what is known before the first order; requires the rates of order 0 */
 static void couples_begin(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
     double unit = now->unit, square = unit * unit;
@@ -65,9 +65,8 @@ static void couples_begin(const struct jets_system *s, const struct bodies_momen
 
 /* ---- once an order */
 
-/* The torques of an order between arms and their parents, for the arms from a on, whose series are
- * at `row`. `less` is minus the factor that turns rates of the order before into angles of this
- * one. */
+/* The torques of order k between the arms from a on, whose series are at `row`, and their parents.
+ * The factor `less` is negative; it turns rates of order k - 1 into minus the angles of order k. */
 VEC_INLINE wide couples_torque(const struct jets_loads *loads, int a, size_t row, int k, wide less,
                                wide up) {
     wide slip = wide_get(loads->spin + a) - up;
@@ -90,7 +89,7 @@ VEC_INLINE void couples_torques(const struct jets_loads *loads, int tile, size_t
     }
 }
 
-/* the torques minus those of the first children, as forces across */
+/* the forces across an arm from its own torque minus that of its first child */
 VEC_INLINE void couples_cross(const struct jets_loads *loads, int tile, size_t row) {
     const double *torque = loads->torque, *near = torque + loads->near[tile].child;
     const int *child = loads->near[tile].child == LOADS_APART ? loads->child : NULL;
@@ -142,7 +141,7 @@ VEC_INLINE wide couples_across(const struct jets_system *s, size_t row, int k, w
     return cross * wide_of(s->share[k]);
 }
 
-/* the acceleration of the pivot for order k, over the order, with gravity */
+/* the pivot's acceleration with gravity, order k, divided by the order */
 struct couples_lift {
     double x, y;
 };
@@ -155,7 +154,7 @@ VEC_INLINE struct couples_lift couples_lift(const struct jets_system *s, double 
 
 /* ---- behind the orders */
 
-/* lambda from F: Re (conj(u) F), from the highest order down, in place */
+/* in place, from the highest order down: lambda = Re (conj(u) F) */
 static void couples_along(const struct jets_system *s, int order) {
     for (int a = 0; a < s->loads->padded; a += WIDE) {
         size_t row = jets_row(s, a);
@@ -195,7 +194,7 @@ static void couples_haul(const struct jets_system *s, int order) {
     loads_product(force, turn[1] + LOADS_MARGIN, order, loads->pivot_force_y);
 }
 
-/* sums of an order over the arms of a lane */
+/* sums of one order, with the arms of a lane in each */
 struct couples_sums {
     wide order[LOADS_ORDERS][COUPLES_ARMS / WIDE];
 };
@@ -205,8 +204,8 @@ static void couples_total(const struct couples_sums *all, int order, double *sum
         for (int i = 0; i < COUPLES_ARMS; i++) sum[k] += all->order[k][i / WIDE][i % WIDE];
 }
 
-/* adds the power of the drives: the sum over the arms of torques times rates relative to the
- * parent; orders below `order` */
+/* adds the power of drives of orders below `order`: torque times rate relative to the parent,
+ * summed over the arms */
 static void couples_effort(const struct jets_system *s, int order, double *sum) {
     struct couples_sums all;
     memset(&all, 0, sizeof all);
@@ -224,8 +223,8 @@ static void couples_effort(const struct jets_system *s, int order, double *sum) 
     couples_total(&all, order, sum);
 }
 
-/* adds the heat of friction: the sum over the arms of a factor times the square of rates relative
- * to the parent; products of two orders are symmetric */
+/* adds the heat of friction of orders below `order`: a factor times the square of the rate relative
+ * to the parent, summed over the arms; products of two orders are symmetric */
 static void couples_waste(const struct jets_system *s, int order, double *sum) {
     struct couples_sums all;
     memset(&all, 0, sizeof all);

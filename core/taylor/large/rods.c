@@ -5,14 +5,14 @@
 
 #include "core/taylor/jets_loads.h"
 
-/* Chains whose masses at the joints, or whose inertias, differ by more than the first factor use
- * the general kernel. So do chains with an arm that is this close to a single point mass. */
+/* Largest ratio among a chain's masses at joints, and among its inertias; and how close to a single
+ * point mass an arm may be. Other chains use the general kernel. */
 static const double RODS_MASSES = 256, RODS_POINT = 0.125;
-/* kg: powers of masses below this or above its inverse overflow or underflow */
+/* kg: powers of masses below this underflow, and above its inverse they overflow */
 static const double RODS_LEAST = 0x1p-900;
 
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms) {
-    struct pend_terms points = *terms; // the terms with points at the tips instead
+    struct pend_terms points = *terms; // the same terms with masses at the tips
     int shaped = 0;
     if (tree->n <= CHAIN_ARMS || terms->row[PEND_TERM_AT_X] >= 0) return 0;
     for (int k = 1; k < tree->n; k++)
@@ -25,7 +25,7 @@ int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms
     return shaped && jets_loads_known(&points);
 }
 
-/* an arm's numbers, inertias over the square of its length */
+/* an arm's masses and inertias, the latter over the square of its length */
 struct rods_arm {
     double tip, joint, near, far, twist, spread;
 };

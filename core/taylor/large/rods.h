@@ -1,5 +1,5 @@
-/* A chain of rods, joined at tips, in pieces of eight arms: the numbers from which its forces are
- * computed.
+/* A chain of rods, joined at tips, in pieces of eight arms: the coefficients from which its forces
+ * are computed.
  * Leaves to others: the arithmetic (rods_table_template, rods_template), the sums of an order
  * (chain), other trees and unequal masses (core/bodies).
  * Invariant: masses differ so little that differences of forces keep their digits. */
@@ -61,19 +61,19 @@ enum {
     RODS_NUMBERS = RODS_ROW_COUNT * CHAIN_ARMS
 };
 
-/* Numbers of row ENDS and the next: the transmission of a piece for values from before, whose
- * transpose is that for values from after; the effect of its first arm's force on the piece before;
- * and the values from before and from after, two numbers each. */
+/* Numbers in row ENDS and the next: how a piece transmits values from before, whose transpose holds
+ * for values from after; the effect of its first arm's force on the piece before; and the values
+ * from before and from after, two each. */
 enum { RODS_THROUGH = 0, RODS_BACK = 4, RODS_FROM_BEFORE = 8, RODS_FROM_AFTER = 10 };
 
 struct rods {
-    int count; /* pieces */
+    int count; /* number of pieces */
     double scale;
     double *numbers; /* count pieces of RODS_NUMBERS, between two pieces of zeros */
 };
 
-/** Returns non-zero if the terms may be those of a chain of rods: a chain of more than 8 arms
- * joined at tips, with rods or bodies and no other terms than the fast kernels support. O(n). */
+/** Returns non-zero if the terms permit the form for rods: a chain of more than 8 arms joined at
+ * tips, with rods or bodies and otherwise only terms that the fast kernels support. O(n). */
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms);
 
 /** Returns non-zero if the values are suitable too: centers of mass on the arms, between joint and

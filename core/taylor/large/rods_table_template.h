@@ -1,5 +1,5 @@
-/* The tables of a chain of rods, once per step: the response of every arm of a piece of eight to a
- * unit on the right-hand side of each.
+/* The tables of a chain of rods, computed once per step: for each piece of eight arms, the response
+ * of every arm to a unit on the right-hand side of each.
  * Leaves to others: the orders that multiply by them (rods_template), the choice of chains (rods).
  * Invariant: products and sums of equal sign, except that J' < 0 reduces an arm's own inertia, of
  * which at least an eighth remains.
@@ -27,7 +27,7 @@ VEC_INLINE double *rods_at(const struct rods *rods, int piece) {
     return rods->numbers + (size_t)piece * RODS_NUMBERS;
 }
 
-/* a row of the arms before those of a lane */
+/* a row shifted by one arm: the values of the arms' predecessors */
 VEC_INLINE wide rods_last(const double *at, int row, int lane) {
     const double *before = lane ? at + lane - WIDE : at - RODS_NUMBERS + CHAIN_ARMS - WIDE;
     return wide_unshift(wide_get(before + row * CHAIN_ARMS), chain_get(at, row, lane));
@@ -37,12 +37,12 @@ VEC_INLINE wide rods_last(const double *at, int row, int lane) {
 #define RODS_PUT(at, name, h, x) chain_put(at, RODS_##name, h, x)
 #define RODS_ONE(at, name) (at)[RODS_##name * CHAIN_ARMS]
 
-/* d, and d times a form and its determinant */
+/* a form in homogeneous coordinates: d, d times the form, and d times its determinant */
 struct rods_form {
     double d, xx, xy, yy, n;
 };
 
-/* the form on the other side of an arm, whose numbers begin at `at` */
+/* carries a form across an arm, from one end to the other; the arm's numbers begin at `at` */
 VEC_INLINE struct rods_form rods_pass(const double *at, double near, double far,
                                       struct rods_form p) {
     double M = RODS_ONE(at, WHOLE), spread = RODS_ONE(at, SPREAD);
@@ -54,8 +54,8 @@ VEC_INLINE struct rods_form rods_pass(const double *at, double near, double far,
                               .n = lanes1_fma(far, lanes1_fma(M, p.yy, p.n), spread * all)};
 }
 
-/* a form turned by the angle between two arms: `way` 1 = to the axes of the parent, -1 = to those
- * of the child, whose numbers begin at `at` */
+/* a form rotated by the angle between two arms: into the parent's axes if `way` is 1, into the
+ * child's if -1; the child's numbers begin at `at` */
 VEC_INLINE struct rods_form rods_turn(const double *at, double way, struct rods_form p) {
     double cc = RODS_ONE(at, SQUARE_C), zz = RODS_ONE(at, SQUARE_Z);
     double mixed = way * RODS_ONE(at, MIXED), twice = mixed + mixed;
@@ -70,8 +70,8 @@ VEC_INLINE struct rods_form rods_scaled(struct rods_form p) {
     return (struct rods_form){by * p.d, by * p.xx, by * p.xy, by * p.yy, by * p.n};
 }
 
-/* the form below each tip, from the last arm on, and the form above each joint, from the first on:
- * side by side, because each depends on its previous arm */
+/* computes the form below each tip, from the last arm on, and the form above each joint, from the
+ * first on: side by side, because each recurrence waits for its previous arm */
 static void rods_forms(const struct jets_system *s, const struct rods *rods) {
     struct rods_form hung = {.d = 1}, held = {.n = 1};
     for (int i = 0; i < s->n; i++) {
@@ -93,7 +93,8 @@ static void rods_forms(const struct jets_system *s, const struct rods *rods) {
     }
 }
 
-/* of an arm: P at the tip and H at the joint, with determinants; the first is divided by its d */
+/* the forms at an arm's ends: P at the tip, divided by its d, and H at the joint, each with its
+ * determinant */
 struct rods_ends {
     wide p, r, q, det, d, hp, hr, hq, hdet;
 };
@@ -106,7 +107,7 @@ VEC_INLINE struct rods_ends rods_ends(const double *at, int h) {
         RODS_GET(at, HELD_XY, h),      RODS_GET(at, HELD_YY, h),      RODS_GET(at, HELD_N, h)};
 }
 
-/* the form at the joint of an arm with its sub-tree, times D / l^2, which is `a` */
+/* the form of an arm with its sub-tree at its joint, times `a` = D / l^2 */
 struct rods_whole {
     wide a, line, xx, xy, yy, n;
 };
@@ -144,7 +145,7 @@ static void rods_own(double *at, int h, double scale, const struct rods_ends *e,
     RODS_PUT(at, LINE_LINE, h, line * by * (1 / scale));
     RODS_PUT(at, LINE_SIDE, h, wide_fma(e->r, B, e->hr * Q) * by);
     RODS_PUT(at, SIDE_SIDE, h, all * by * scale);
-    // (1 / Q + 1 / B), as symmetric forms: the reaction to the force (mu, s)
+    // ((1 / Q) + (1 / B)) as symmetric forms: the reaction to the force (mu, s)
     wide part = wide_of(scale) / (Q + RODS_GET(at, VOID, h));
     wide other = wide_of(scale) / (B + RODS_GET(at, VOID, h));
     RODS_PUT(at, BACK_XX, h, wide_fma(t + e->q, part, (joint + e->hq) * other));
@@ -152,7 +153,7 @@ static void rods_own(double *at, int h, double scale, const struct rods_ends *e,
     RODS_PUT(at, BACK_YY, h, wide_fma(t + e->p, part, (joint + e->hp) * other));
 }
 
-/* the response of an arm to the force of the arm before it, whose tip has the mass `tip` */
+/* the response of an arm to the force of its predecessor, whose tip has the mass `tip` */
 static void rods_on(const struct jets_system *s, double *at, int h, int k, double scale,
                     const struct rods_ends *e, const struct rods_whole *f) {
     wide M = RODS_GET(at, WHOLE, h), t = RODS_GET(at, TIP, h), spread = RODS_GET(at, SPREAD, h);
@@ -180,13 +181,13 @@ static void rods_coefficients(const struct jets_system *s, const struct rods *ro
         rods_own(at, h, rods->scale, &ends, &whole);
         rods_on(s, at, h, k, rods->scale, &ends, &whole);
     }
-    // no force acts on the pivot from before
+    // the pivot is not an arm and exerts no such force
     double *at = rods_at(rods, 0);
     RODS_ONE(at, ON_XX) = RODS_ONE(at, ON_XY) = RODS_ONE(at, ON_YX) = RODS_ONE(at, ON_YY) = 0;
 }
 
-/* numbers of arm i of a piece: its response to its own units, E from these to its force (mu, s), K
- * from the force before it to its response, and F to its force */
+/* Matrices of arm i of a piece: its response to its own units; E, its force (mu, s) per unit; and
+ * the effects of its predecessor's force, K on its response and F on its force. */
 struct rods_one {
     wide ll, ls, ss, e_yx, e_yy, k_xx, k_xy, k_yx, k_yy, f_yx, f_yy, resist;
 };
@@ -209,7 +210,7 @@ VEC_INLINE struct rods_one rods_one(const double *at, int i) {
                              wide_of(resist)};
 }
 
-/* four numbers for each lane: a 2 x 2 matrix */
+/* a 2 x 2 matrix in each lane */
 struct rods_four {
     wide xx, xy, yx, yy;
 };
@@ -219,13 +220,13 @@ VEC_INLINE double *rods_green(double *at, int i, int table, int h) {
 }
 
 /* By reciprocity, the responses of arms to units at later arms are, up to signs, the responses of
- * the later arms to units at the earlier ones. They are computed along the chain from the first
- * arm: lanes up to i. */
+ * the later arms to units at the earlier ones. This computes, along the chain from the first arm,
+ * the responses of arm i to units at arms up to i. */
 VEC_INLINE void rods_outward(double *at, int h) {
     enum { LAST = CHAIN_ARMS - 1 };
     static const double unit[2 * CHAIN_ARMS] = {[LAST] = 1};
     wide zero = wide_of(0);
-    // force of the current arm, along and across, for units of both right-hand sides
+    // the force of arm i, along and across, per unit of both right-hand sides
     struct rods_four force = {zero, zero, zero, zero};
     for (int i = 0; i < CHAIN_ARMS; i++) {
         struct rods_one x = rods_one(at, i);
@@ -253,12 +254,13 @@ VEC_INLINE void rods_green_add(double *at, int i, int table, int h, wide x) {
     wide_put(to, wide_get(to) + x);
 }
 
-/* responses of lanes after i to units of arm i, and of all to values from the piece before */
+/* computes the responses of the arms after i to units at arm i, and of all arms to values from the
+ * piece before */
 VEC_INLINE void rods_inward(double *at, int h) {
     enum { LAST = CHAIN_ARMS - 1 };
     static const double unit[2 * CHAIN_ARMS] = {[LAST] = 1};
     wide zero = wide_of(0);
-    struct rods_four way = {zero, zero, zero, zero}; // due to the force of arm i
+    struct rods_four way = {zero, zero, zero, zero}; // per unit of the force of arm i
     for (int i = LAST; i >= 0; i--) {
         struct rods_one x = rods_one(at, i);
         if (i < LAST) {
@@ -287,7 +289,7 @@ VEC_INLINE void rods_inward(double *at, int h) {
     RODS_PUT(at, AFTER_YY, h, wide_fma(resist, wide_get(rods_green(at, LAST, 3, h)), -end));
 }
 
-/* the coupling of a piece and its neighbours */
+/* computes the coupling of a piece with its neighbours */
 static void rods_bounds(double *at) {
     enum { LAST = CHAIN_ARMS - 1 };
     double *ends = at + RODS_ENDS * CHAIN_ARMS, *through = ends + RODS_THROUGH;
@@ -304,7 +306,7 @@ static void rods_bounds(double *at) {
     back[3] = lanes1_fma(RODS_ONE(at, ON_XY), xy, RODS_ONE(at, ON_YY) * yy);
 }
 
-/* products of sines and cosines of the angles that rotate forms */
+/* computes the products of cosines and sines that rotate forms */
 static void rods_angles(const struct jets_system *s, const struct rods *rods) {
     for (int k = 0; k < rods->count * CHAIN_ARMS; k += WIDE) {
         double *at = rods_at(rods, k / CHAIN_ARMS);

@@ -1,5 +1,5 @@
-/* The orders of one chain of rods: forces from two products per piece of eight arms, all pieces at
- * once.
+/* The orders of one chain of rods: forces from two matrix products per piece of eight arms, for all
+ * pieces at once.
  * Leaves to others: the tables (rods_table_template), the sums of an order (chain_template),
  * torques between the arms (couples_template), the choice of chains (rods). Invariant: an order has
  * no sweep from arm to arm.
@@ -14,8 +14,8 @@
 
 #include "core/taylor/large/rods_table_template.h"
 
-/* T and c of order k, the accelerations required along the arms, and the known forces across
- * them */
+/* computes T and c of order k, the accelerations required along the arms, and the known forces
+ * across */
 VEC_INLINE void rods_known(const struct jets_system *s, const struct rods *rods, int k,
                            int torques) {
     wide share = wide_of(s->share[k]);
@@ -50,7 +50,7 @@ VEC_INLINE struct rods_lift rods_hang(const struct jets_system *s, const struct 
     return x;
 }
 
-/* solves every piece without its neighbours */
+/* solves every piece as if it had no neighbours */
 VEC_INLINE void rods_pieces(const struct rods *rods) {
     for (int piece = 0; piece < rods->count; piece++) {
         double *at = rods_at(rods, piece);
@@ -75,7 +75,7 @@ struct rods_pair {
     double x, y;
 };
 
-/* the force of an arm, from its piece without the neighbours */
+/* the force of an arm, as if its piece had no neighbours */
 VEC_INLINE struct rods_pair rods_force(const double *at) {
     return (struct rods_pair){RODS_ONE(at, MU), lanes1_fma(-RODS_ONE(at, RESIST), RODS_ONE(at, WAY),
                                                            RODS_ONE(at, KNOWN))};
@@ -86,7 +86,7 @@ VEC_INLINE double rods_two(double a, double b, double c, double d, double e) {
     return lanes1_fma(a, b, lanes1_fma(c, d, e));
 }
 
-/* the coupling of the pieces: two sums from end to end, computed side by side */
+/* couples the pieces: two recurrences, one from each end, run side by side */
 VEC_INLINE void rods_join(const struct rods *rods) {
     struct rods_pair before = {0, 0}, after = {0, 0}, last, first, f;
     for (int piece = 0; piece < rods->count; piece++) {
@@ -142,7 +142,8 @@ VEC_INLINE void rods_learn(const struct jets_system *s, const struct rods *rods,
     }
 }
 
-/* order k, interleaved with half of the old terms of order `later` */
+/* solves order k, interleaved with half of the old terms of order `later`, whose latency this
+ * hides */
 VEC_INLINE void rods_solve(const struct jets_system *s, double gravity, int k, int later, int half,
                            int torques) {
     const struct rods *rods = s->rods;
@@ -177,7 +178,7 @@ VEC_INLINE void rods_all(const struct jets_system *s, double gravity, int order,
     }
 }
 
-/* the forces at the tips from F, orders from `first` to below `order`, in place */
+/* in place, for orders from `first` to below `order`: the forces at the tips from F */
 static void rods_tips(const struct jets_system *s, int first, int order) {
     const struct rods *rods = s->rods;
     for (int k = first; k < order; k++) {
@@ -217,7 +218,7 @@ static void rods_orders(const struct jets_system *s, double gravity, int order) 
     rods_all(s, gravity, order, 0);
 }
 
-/* with torques between the arms */
+/* all orders, with torques between the arms */
 static void rods_coupled_orders(const struct jets_system *s, double gravity, int order) {
     rods_all(s, gravity, order, 1);
 }

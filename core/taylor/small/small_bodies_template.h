@@ -1,7 +1,8 @@
 /* The tree system of order 0 of a real pendulum of up to LANES bodies: the response of every arm to
- * a unit of every known part, and the forces at the arms' ends. Leaves to others: its factorization
- * (bodies_factor_template, whose sweeps these are, several right-hand sides side by side), the
- * orders that multiply by it (small_loads_template). Included once for each number of lanes.
+ * a unit of every right-hand side, and the forces at the arms' ends. Leaves to others: its
+ * factorization (bodies_factor_template, whose sweeps these are, several right-hand sides side by
+ * side), the orders that multiply by it (small_loads_template). Included once for each number of
+ * lanes.
  * Invariant: for any bodies and attachment points, an order costs two multiply-adds more than one
  * with torques between point masses.
  *
@@ -12,25 +13,25 @@
  * signs: with rho = Re G + I kr, d rho_i / d tau_j = -d chi_j / d kr_i, and d rho / d kr is
  * symmetric. */
 
-/* right-hand sides, one per lane: kr, and known moments about the joints; the pivot's
+/* right-hand sides, one per lane: kr and known moments about the joints, per arm; the pivot's
  * acceleration */
 struct SMALL(asked) {
     PART pulled[LANES], moment[LANES], lift_x, lift_y;
 };
 
-/* chi, Re G and forces at the tips of the arms; the force at the first joint without the part of
- * the pivot's acceleration */
+/* responses: chi, Re G and the forces at the tips of the arms; the force at the first joint except
+ * the part due to the pivot's acceleration */
 struct SMALL(told) {
     PART chi[LANES], push[LANES], tip_x[LANES], tip_y[LANES], root_x, root_y;
 };
 
-/* leaves to root: the forces on the bases, the moments over D, and the moments on the parent
- * without the arm's own, including those of later siblings */
+/* results of the sweep from leaves to root: the forces on the bases; the moments over D; and the
+ * moments on the parent before the arm's own is added, which include those of later siblings */
 struct SMALL(climb) {
     PART x[LANES], y[LANES], answer[LANES], early[LANES];
 };
 
-/* a moment on the parent of arm c, and the part of the arm's force (x, y) in it */
+/* adds to `moment` what the force (x, y) of arm c exerts on its parent */
 VEC_INLINE PART SMALL(moment)(const struct bodies_system *b, int c, PART x, PART y, PART moment) {
     moment = PART_(fma)(PART_(of)(b->place_y[c]), x, moment);
     return PART_(fma)(PART_(of)(-b->place_x[c]), y, moment);
@@ -61,8 +62,8 @@ VEC_INLINE void SMALL(climb)(const struct bodies_system *b, const struct SMALL(a
     }
 }
 
-/* the base of arm a, and the force at its joint, from its parent's numbers; the moments on the
- * parent of its children so far */
+/* values of the sweep from root to leaves: the base of each arm; the moments on each parent from
+ * the children visited so far; the force at the current joint */
 struct SMALL(joint) {
     PART base_x[LANES], base_y[LANES], late[LANES], x, y;
 };
@@ -94,7 +95,8 @@ VEC_INLINE void SMALL(pull)(const struct bodies_system *b, int a, PART kr,
     j->late[p] = SMALL(moment)(b, a, ax, ay, j->late[p]);
 }
 
-/* the force at the tip of arm a without its children's, and the arm's part in its parent's */
+/* computes the force at the tip of arm a except what its children contribute, and adds what the arm
+ * contributes to the force at its parent's tip */
 VEC_INLINE void SMALL(tip)(const struct bodies_system *b, int a, PART kr,
                            const struct SMALL(joint) * j, struct SMALL(told) * to) {
     PART m = PART_(of)(b->mass[a]), l = PART_(of)(b->len[a]);
@@ -109,7 +111,7 @@ VEC_INLINE void SMALL(tip)(const struct bodies_system *b, int a, PART kr,
     to->tip_y[p] += PART_(fma)(Z, j->x, C * j->y);
 }
 
-/* root to leaves: accelerations and values that follow from them, with the forces at the tips if
+/* root to leaves: accelerations and the values that follow from them; the forces at the tips too if
  * `tips` */
 VEC_INLINE void SMALL(descend)(const struct bodies_system *b, const struct SMALL(asked) * asked,
                                const struct SMALL(climb) * up, int tips, struct SMALL(told) * to) {
@@ -136,7 +138,8 @@ VEC_INLINE void SMALL(descend)(const struct bodies_system *b, const struct SMALL
     }
 }
 
-/* the table of responses, and in the rows of drop the known effect of the pivot's acceleration */
+/* computes the table of responses and, in the rows `drop`, the known effect of the pivot's
+ * acceleration */
 VEC_INLINE void SMALL(rigid)(const struct jets_system *s, int order, struct SMALL(table) * table,
                              struct SMALL(pair) * inertia) {
     const struct jets_loads *loads = s->loads;
@@ -176,7 +179,7 @@ VEC_INLINE void SMALL(rigid)(const struct jets_system *s, int order, struct SMAL
     }
 }
 
-/* the moments and the pulls of PART_WIDTH orders from order k on, one per lane */
+/* sets moments and pulls of the PART_WIDTH orders from k on, one order per lane */
 VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
                               struct SMALL(asked) * asked) {
     const struct jets_loads *loads = s->loads;
@@ -204,8 +207,8 @@ VEC_INLINE void SMALL(recall)(const struct jets_system *s, int k, int order,
     }
 }
 
-/* The forces of the pivot, orders below `order`, and in place of F the forces at the tips, in fixed
- * axes: along the arms, and across if `across`. */
+/* For orders below `order`: the force of the pivot and, in place of F, the forces at the tips in
+ * fixed axes: along the arms, and across them if `across`. */
 static void SMALL(ends)(const struct jets_system *s, int order, int across) {
     const struct jets_loads *loads = s->loads;
     const struct bodies_system *b = loads->bodies;

@@ -1,20 +1,20 @@
 /* The inverse of the tree system of order 0 of a tree of up to LANES arms: the response of every
- * arm to a unit of every known part. Leaves to others: the orders that multiply by it
+ * arm to a unit of every right-hand side. Leaves to others: the orders that multiply by it
  * (small_template, which includes this file once for each number of lanes). Invariant: built by the
  * stable sweeps, one unit right-hand side per lane. */
 
 /* responses of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in
- * lane i: force along the arm, and acceleration across it. By reciprocity these rows are the
+ * lane i: the force along arm j and the acceleration across it. By reciprocity these rows are the
  * columns that the orders need. */
 struct SMALL(columns) {
     struct SMALL(arms) force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
 };
 
-/* sums over the children of an arm, and results of the sweep up, for the unit right-hand sides of a
- * span */
+/* sums over the children of an arm, and results of the sweep up, for the unit right-hand sides in
+ * one vector */
 struct SMALL(node) {
     VEC push_pull, push_side, side_pull, side_side, sin,
-        side; /* sums on the way up; side is g_t itself */
+        side; /* sums of the sweep up; `side` is the known force across the arm */
     VEC bias_pull, bias_side, late_pull, late_side, early_pull, early_side;
     VEC radial_pull, radial_side, tangential_pull, tangential_side;
 };
@@ -55,7 +55,7 @@ VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(
         VEC stiff = VEC_(of)(s->eff[k] * s->kappa[k]), inv_eff = VEC_(of)(s->inv_eff[k]);
         VEC tension_pull = s->nu[k] * x->bias_pull, tension_side = s->nu[k] * x->bias_side;
         if (k) {
-            // tension first; the sum over the siblings excludes k itself
+            // tension is solved first; the sum over the siblings excludes k itself
             tension_pull -= tau * (up->early_pull + x->late_pull);
             tension_side += tau * (up->side - (up->early_side + x->late_side));
             up->early_pull = VEC_(fma)(Z, x->bias_pull, up->early_pull);
@@ -77,7 +77,8 @@ VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(
     }
 }
 
-/* the columns in the units of the orders: pulls are l T, accelerations are of angles */
+/* converts the columns to the units of the orders: pulls are l T, accelerations are those of
+ * angles */
 VEC_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
     for (int span = 0; span < SPANS; span++) {
         VEC inv_len = VEC_(get)(s->inv_len + span * VEC_WIDTH);

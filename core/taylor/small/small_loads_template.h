@@ -1,6 +1,6 @@
 /* The orders of a real pendulum of up to LANES arms: torques between arms, a pivot that moves, and
- * bodies. The recurrences are those of an ideal pendulum (small_template), with two more known
- * parts.
+ * bodies. The recurrences are those of an ideal pendulum (small_template), with two more terms on
+ * the right-hand side.
  * Leaves to others: the series of drives (loads_template), the inverse (small_invert_template,
  * small_bodies_template). Included once for each number of lanes.
  * Invariant: without torques an order costs two more additions than for an ideal pendulum.
@@ -17,21 +17,23 @@
  * across as well. Rods take 1.4 (one arm) to 1.7 times (6) the time of point masses; with the
  * general kernel 2.7 to 3.6 times. */
 
-/* the start of the forces of row i, or of those across */
+/* the address of the forces, or of the forces across, in row i */
 VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
     return (LANES == 8 ? s->force + (i - 1) * 8 : s->rate + i * 8 + LANES) + span * VEC_WIDTH;
 }
 
 #include "core/taylor/small/small_bodies_template.h"
 
-/* the responses of all arms to the rate of an arm through friction, and the forces across due to
- * rates and angles: by friction, by springs */
+/* The responses of all arms to the rate of one arm through friction, and the forces across due to
+ * rates (friction) and angles (springs). */
 struct SMALL(joints) {
     struct SMALL(pair) friction[LANES], loss[LANES], spring[LANES];
-    struct SMALL(pair) inertia; /* of bodies: J over the arms' lengths, stored with the forces */
+    struct SMALL(pair) inertia; /* inertias of bodies: J over the arms' lengths, in the lanes of the
+                                 * forces */
 };
 
-/* the forces across due to the rates of arm a and of its parent, by the torque -c (w_a - w_p) */
+/* the forces across due to the rates of arm a and of its parent, from the torque -c (w_a - w_p)
+ * between them */
 VEC_INLINE void SMALL(hold)(const struct jets_system *s, int a, double c,
                             struct SMALL(pair) column[LANES]) {
     int up = s->parent[a];
@@ -66,7 +68,7 @@ VEC_INLINE void SMALL(join_arms)(const struct jets_system *s, const struct SMALL
     }
 }
 
-/* adds to the known parts of order k, which are divided by k + 1 */
+/* adds given torques and springs to the right-hand side of order k, which is divided by k + 1 */
 VEC_INLINE void SMALL(give)(const struct jets_system *s, const struct SMALL(joints) * joints, int k,
                             struct SMALL(pair) * question) {
     const struct jets_loads *loads = s->loads;
@@ -85,7 +87,7 @@ VEC_INLINE void SMALL(give)(const struct jets_system *s, const struct SMALL(join
     }
 }
 
-/* the rates of a pair, moved to the place of its forces, part p of the forces */
+/* the rates of a pair in the lanes of part p of its forces */
 VEC_INLINE PART SMALL(beside)(const struct SMALL(pair) * x, int p) {
     return SMALL(twice)(x->part[p - FORCES]);
 }
@@ -98,8 +100,8 @@ VEC_INLINE void SMALL(resist)(const struct SMALL(joints) * joints, const struct 
             PART_(fma)(-joints->inertia.part[p], SMALL(beside)(rates, p), forces->part[p]);
 }
 
-/* adds drag per mass to the known parts of order k > 0: 2 gamma u_{k+1} to Im T and to Re T, and
- * minus its part in phi'_k for inertia */
+/* adds drag per mass to the right-hand side of order k > 0: 2 gamma u_{k+1} to Im T and to Re T,
+ * and to Re T also -2 gamma phi'_k / (k + 1) */
 VEC_INLINE void SMALL(haze)(const struct jets_system *s, int k, struct SMALL(pair) * question,
                             struct SMALL(pair) * minus_re) {
     PART share = PART_(of)(s->share[k]);
@@ -113,7 +115,7 @@ VEC_INLINE void SMALL(haze)(const struct jets_system *s, int k, struct SMALL(pai
     }
 }
 
-/* a response without the part of drag per mass, 2 gamma Im u_{k+1} */
+/* removes the part of drag per mass, 2 gamma Im u_{k+1}, from a response */
 VEC_INLINE void SMALL(clear)(const struct jets_system *s, int k, struct SMALL(pair) * answer) {
     for (int p = 0; p < TURNS; p++) {
         const double *im = k ? s->turn_im + (k + 1) * 8 + p * PART_WIDTH : SMALL(motion)(s, 0, p);
@@ -121,14 +123,15 @@ VEC_INLINE void SMALL(clear)(const struct jets_system *s, int k, struct SMALL(pa
     }
 }
 
-/* number `lane` of the rates of a pair, which are in memory too */
+/* number `lane` of the rates of a pair, from the register or from memory */
 #if PARTS == 1
 #define SMALL_RATE(x, rate, lane) SMALL_BEAM(x, lane)
 #else
 #define SMALL_RATE(x, rate, lane) PART_(of)((rate)[lane])
 #endif
 
-/* the response of the tree to the right-hand side of an order, to the pivot and to friction */
+/* the response of the tree to the right-hand side of an order, to the pivot's motion and to
+ * friction */
 VEC_INLINE struct SMALL(pair)
     SMALL(respond)(const struct jets_system *s, const struct SMALL(table) * table,
                    const struct SMALL(joints) * joints, int k, int bodies,
@@ -169,8 +172,8 @@ VEC_INLINE struct SMALL(pair)
     return answer;
 }
 
-/* the forces across of order k, from its right-hand side and the rates of order k, stored next to
- * the rates of order k + 1 */
+/* computes the forces across of order k from the right-hand side and the rates of order k, and
+ * stores them next to the rates of order k + 1 */
 VEC_INLINE void SMALL(cross)(const struct jets_system *s, const struct SMALL(joints) * joints,
                              int k, const struct SMALL(pair) * question,
                              const struct SMALL(pair) * motion, struct SMALL(pair) * across) {
@@ -193,7 +196,8 @@ VEC_INLINE void SMALL(cross)(const struct jets_system *s, const struct SMALL(joi
     }
 }
 
-/* adds the sums with real parts of turns to the others; the remaining ones are those of rates */
+/* among the forces, adds the sums with real parts of turns to those with imaginary parts; what
+ * remains in the first are sums of rates */
 VEC_INLINE void SMALL(fold)(struct SMALL(known) * x) {
     for (int p = FORCES; p < PARTS; p++) {
         x->im.part[p] = PART_(fma)(SMALL(factor)(0, 1, p), x->minus_re.part[p], x->im.part[p]);
@@ -201,7 +205,7 @@ VEC_INLINE void SMALL(fold)(struct SMALL(known) * x) {
     }
 }
 
-/* lambda from F: Re (conj(u) F), from the highest order down, in place */
+/* in place, from the highest order down: lambda = Re (conj(u) F) */
 static void SMALL(along)(const struct jets_system *s, int order) {
     const struct jets_loads *loads = s->loads;
     if (loads->bodies) SMALL(ends)(s, order, 1);
@@ -223,7 +227,7 @@ static void SMALL(along)(const struct jets_system *s, int order) {
     }
 }
 
-/* the force that the pivot exerts, order k, which is that of the first arm */
+/* stores order k of the force that the pivot exerts, which is the force in the first arm */
 VEC_INLINE void SMALL(pivot_force)(const struct jets_system *s, int k,
                                    const struct SMALL(pair) * question,
                                    const struct SMALL(pair) * answer) {
@@ -232,7 +236,7 @@ VEC_INLINE void SMALL(pivot_force)(const struct jets_system *s, int k,
     s->loads->pivot_force_y[k] = (k + 1) * question->part[FORCES][lane];
 }
 
-/* an order from its right-hand side: the coefficients, and the force of the pivot */
+/* computes the coefficients of an order from its right-hand side, and the force of the pivot */
 VEC_INLINE void SMALL(order)(const struct jets_system *s, const struct SMALL(table) * table,
                              const struct SMALL(joints) * joints, int k, int bodies,
                              const struct SMALL(known) * known, struct SMALL(pair) * question,
@@ -339,8 +343,8 @@ VEC_INLINE double SMALL(sum)(const struct jets_system *s, const VEC all[]) {
     return total;
 }
 
-/* the power of given torques, orders below `order`; given torques are zero from order `orders`
- * on */
+/* adds the power of the given torques for orders below `order`; given torques vanish from order
+ * `orders` on */
 VEC_INLINE void SMALL(effort)(const struct jets_system *s, int orders, int order, double *sum) {
     const double *forces = s->loads->given + LANES;
     for (int k = 0; k < order; k++) {

@@ -4,7 +4,7 @@
  * once for each number of lanes).
  * Invariant: the motion's series are only read. */
 
-/* One series of pairs and one of turns: the changes of the motion's series. */
+/* The changes of the motion's series: one series of pairs and one of turns. */
 struct SMALL(change) {
     struct SMALL(pair) motion[JETS_SPREAD_MAX + 1];
     struct SMALL(turn) turn[JETS_SPREAD_MAX + 2];
@@ -31,7 +31,7 @@ VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SM
             minus_re[0] = PART_(fma)(x->turn[j].minus_re[at], own, minus_re[0]);
             im[0] = PART_(fma)(x->turn[j].im[at], own, im[0]);
         }
-        // the motion's turns of order 1 are i phi'_0, and are not stored
+        // the motion's turns of order 1 are i phi'_0 and are not stored
         PART first = SMALL(twice)(PART_(get)(SMALL(motion)(s, 0, at)));
         im[1] = PART_(fma)(first, x->motion[k].part[p], im[1]);
         known->minus_re.part[p] = minus_re[0] + minus_re[1];
@@ -39,8 +39,8 @@ VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SM
     }
 }
 
-/* the change at the start: arms turned by the errors of their angles, and the errors of the
- * rates */
+/* the change at the start: rotation of the arms by the errors of their angles, and the errors of
+ * the rates */
 VEC_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, const double phi[],
                                     const double rate[], struct SMALL(change) * x) {
     struct SMALL(arms) zero, angle, speed;
@@ -76,12 +76,12 @@ VEC_INLINE void SMALL(change_order)(const struct jets_system *s, struct SMALL(ch
     }
 }
 
-/* the terms of an order, in units, and the sums of rates and of angles so far */
+/* the terms of one order, in units, and the sums of the terms of rates and of angles so far */
 struct SMALL(change_sums) {
     PART term[PARTS], faster[PARTS], turned[PARTS];
 };
 
-/* adds order j of the change; power: of the step, j + 1 */
+/* adds the terms of order j of the change; `power` is the step to the power j + 1 */
 VEC_INLINE void SMALL(change_add)(const struct jets_system *s, const struct SMALL(change) * x,
                                   int j, double power, struct SMALL(change_sums) * sums) {
     for (int p = 0; p < PARTS; p++) {
@@ -91,7 +91,7 @@ VEC_INLINE void SMALL(change_add)(const struct jets_system *s, const struct SMAL
     }
 }
 
-/* the largest rate of the terms at hand */
+/* the largest rate among the terms of the current order */
 VEC_INLINE double SMALL(change_size)(const struct SMALL(change_sums) * sums, int n) {
     double most = 0;
     for (int k = 0; k < (LANES == 2 ? 2 : n); k++) {
@@ -101,7 +101,7 @@ VEC_INLINE double SMALL(change_size)(const struct SMALL(change_sums) * sums, int
     return most;
 }
 
-/* all orders that are needed */
+/* computes orders until their terms no longer matter */
 VEC_INLINE void SMALL(change_all)(const struct jets_system *s, const struct jets_spread *how,
                                   double least, struct SMALL(change) * x,
                                   struct SMALL(change_sums) * sums) {

@@ -5,7 +5,7 @@
 #define SMALL_PASTE2(a, b) a##b
 #define SMALL_PASTE(a, b) SMALL_PASTE2(a, b)
 #define SMALL(name) SMALL_PASTE(SMALL_PASTE(small, LANES), _##name)
-/* one number per arm: a vector if the registers are as wide, else several, spans of arms */
+/* arms are stored in one vector if the registers are wide enough, else in several, called spans */
 #if LANES < KERNEL_WIDTH
 #define VEC_WIDTH LANES
 #else
@@ -19,7 +19,7 @@ struct SMALL(arms) {
     VEC span[SPANS];
 };
 
-/* 1 at an arm, of a span */
+/* 1 in the lane of an arm, as part `span` of the arms */
 VEC_INLINE VEC SMALL(unit)(int arm, int span) {
     VEC x = VEC_(of)(0);
     for (int i = 0; i < VEC_WIDTH; i++)
@@ -30,8 +30,8 @@ VEC_INLINE VEC SMALL(unit)(int arm, int span) {
 #include "core/taylor/small/small_invert_template.h"
 
 /* The operands of the orders: rates in the lower half, forces in the upper one, as one vector if
- * the registers are as wide, else in parts. A sum over the turns u has its real and imaginary parts
- * in separate vectors, [T | c] each. Real parts of turns are stored negated, which saves sign
+ * the registers are wide enough, else in parts. A sum over the turns u has its real and imaginary
+ * parts in separate vectors, [T | c] each. Real parts of turns are stored negated, which saves sign
  * changes. */
 #if LANES == 2 && defined(__AVX2__)
 #define PART_WIDTH 4
@@ -44,8 +44,8 @@ VEC_INLINE VEC SMALL(unit)(int arm, int span) {
 #endif
 #define PART SMALL_PASTE(lanes, PART_WIDTH)
 #define PART_(name) SMALL_PASTE(PART, _##name)
-/* number of parts of a pair, and of the turns of all arms, which occur twice in a part that holds a
- * whole pair; the first part with forces */
+/* Number of parts of a pair; number of parts of the turns of all arms (twice the same turns if a
+ * part holds a whole pair); index of the first part with forces. */
 #define PARTS (2 * LANES / PART_WIDTH)
 #define FORCES (PARTS > 1 ? PARTS / 2 : 0)
 #define TURNS (PARTS > 1 ? PARTS / 2 : 1)
@@ -54,17 +54,17 @@ struct SMALL(pair) {
     PART part[PARTS];
 };
 
-/* turns of one order */
+/* the turns of all arms, one order */
 struct SMALL(turn) {
     PART minus_re[TURNS], im[TURNS];
 };
 
-/* T and c: negated real parts, imaginary parts */
+/* T and c: their negated real parts and their imaginary parts */
 struct SMALL(known) {
     struct SMALL(pair) minus_re, im;
 };
 
-/* the pair of the rates of order j and the forces of order j - 1, in memory */
+/* the address of the pair that consists of the rates of order j and the forces of order j - 1 */
 VEC_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
 #if LANES == 8
     if (part >= PARTS / 2) return s->force + (j - 1) * 8 + (part - PARTS / 2) * PART_WIDTH;
@@ -72,8 +72,8 @@ VEC_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
     return s->rate + j * 8 + part * PART_WIDTH;
 }
 
-/* The factor of the real parts of turns, in memory: with torques in the joints (`couples`) the pair
- * of the rates and of the forces across, else the pair of SMALL(motion). */
+/* The address of the pair by which real parts of turns are multiplied: with torques in the joints
+ * (`couples`) rates and forces across, else the pair of SMALL(motion). */
 VEC_INLINE double *SMALL(across)(const struct jets_system *s, int j, int part, int couples) {
     if (!couples || part < FORCES) return SMALL(motion)(s, j, part);
     return s->loads->across + j * LOADS_STRIDE + part * PART_WIDTH;
@@ -107,7 +107,7 @@ VEC_INLINE PART SMALL(factor)(double rate, double force, int part) {
 #endif
 }
 
-/* the rates of a pair, for turns */
+/* the rates of a pair, once for its rates and once for its forces, as the factor of turns */
 VEC_INLINE PART SMALL(twice)(PART x) {
 #if PARTS == 1 && LANES == 2
     return __builtin_shufflevector(x, x, 0, 1, 0, 1);
@@ -118,7 +118,7 @@ VEC_INLINE PART SMALL(twice)(PART x) {
 #endif
 }
 
-/* a series' sums of one part, of this order and the next; two of each, which halves the latency */
+/* sums of one part, for this order and the next; two of each, which halves the latency */
 struct SMALL(sums) {
     PART now_re[2], now_im[2], next_re[2], next_im[2];
 };
@@ -132,8 +132,8 @@ VEC_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *
     *im = PART_(fma)(PART_(get)(s->turn_im + at), motion, *im);
 }
 
-/* the products for orders k and k + 1 of coefficients that were known before order k - 2, so that
- * loaded values serve both */
+/* adds the products, for orders k and k + 1, of coefficients known before order k - 2; each is
+ * loaded once for both orders */
 VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, int couples,
                                   struct SMALL(sums) * x) {
     enum { STRIDE = 8 };
@@ -183,8 +183,8 @@ VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, int couples,
     }
 }
 
-/* adds the new terms of order k > 0 to the sums of order k + 2: the turns of order k + 2, the
- * motion of k + 1 */
+/* adds to the sums of order k + 2 the terms that became known in order k > 0: those with turns of
+ * order k + 2, and those with the motion of order k + 1 */
 VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(turn) * turn,
                               const struct SMALL(pair) * motion, const struct SMALL(pair) * across,
                               int couples, struct SMALL(known) * x) {
@@ -200,8 +200,8 @@ VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(tu
     }
 }
 
-/* the derivative of phi''/(k + 1) + T and of (lambda + c)/(k + 1) of all arms by T of an arm, and
- * by its c / (k + 1) */
+/* the derivatives of phi''/(k + 1) + T and of (lambda + c)/(k + 1) of all arms with respect to one
+ * arm's T (pull) and its c / (k + 1) (side) */
 struct SMALL(table) {
     struct SMALL(pair) pull[LANES], side[LANES];
 };
@@ -218,7 +218,7 @@ struct SMALL(table) {
 #define SMALL_BEAM(x, lane) PART_(of)(beam[lane])
 #endif
 
-/* the response of the tree to T and to c / (k + 1), imaginary parts */
+/* the response of the tree to the imaginary parts of T and of c / (k + 1) */
 VEC_INLINE struct SMALL(pair)
     SMALL(solve)(const struct SMALL(table) * table, const struct SMALL(pair) * x) {
     struct SMALL(pair) answer;
@@ -276,15 +276,17 @@ VEC_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMA
     }
 }
 
-/* a pair: rates of order 0 in one half; in the other the same rates, their negatives, or zeros */
+/* pairs with the rates of order 0 in one half, and in the other half the same rates, their
+ * negatives, or zeros */
 struct SMALL(first) {
     struct SMALL(pair) same, opposite, alone;
 };
 
 /*
- * T and c of order k + 1 from the terms already known and those that need order k. From the result
- * of one order to the input of the next there is only one multiply-add. u_1 is i phi'_0, and
- * u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part with c over k + 2. */
+ * T and c of order k + 1 from the terms already known and those that need order k. Only one
+ * multiply-add separates the result of one order from the input of the next. u_1 is i phi'_0, and
+ * u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part, with c divided by k +
+ * 2: the next right-hand side. */
 VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k,
                                 const struct SMALL(first) * first,
                                 const struct SMALL(known) * known,
@@ -302,7 +304,7 @@ VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k,
     }
 }
 
-/* the rates of order 0 and their part in the first right-hand side */
+/* the rates of order 0, and what they contribute to the first right-hand side */
 struct SMALL(start) {
     struct SMALL(arms) zero, rate, opposite, square, pull, drop;
 };
@@ -327,9 +329,8 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     struct SMALL(columns) columns;
     struct SMALL(table) table;
     SMALL(invert)(s, &columns);
-    // by reciprocity the response of arm i to W_j is that of arm j to W_i, and acceleration to W
-    // is
-    // force to s
+    // by reciprocity, the response of arm i to W_j is that of arm j to W_i; so is the acceleration
+    // per W to the force per s
     for (int j = 0; j < LANES; j++) {
         table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
         table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
@@ -350,7 +351,7 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     for (int p = 0; p < PARTS; p++) answer.part[p] -= drop.part[p];
     SMALL(keep)(s, 0, &known, &answer, &motion, &turn);
     for (int k = 1; k < order; k += 2) {
-        // the first of two orders, whose sums were computed with those of the order before
+        // the first of two orders, whose sums were computed together with those of the order before
         SMALL(complete)(s, k - 1, &first, &known, &answer, &turn, &next, &question);
         known = next;
         if (k + 1 < order) SMALL(known)(s, k + 1, 0, &now, &next);
