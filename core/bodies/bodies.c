@@ -8,8 +8,9 @@
 
 enum {
     BODIES_TILE = 8,
-    BODIES_AHEAD = 3,  /* orders stored beyond that of a series: rotations need two more */
-    BODIES_SURELY = 16 /* a value that is larger by this factor counts as exact in comparison */
+    BODIES_AHEAD = 3,  /* extra orders stored beyond those of a series, because rotations need two
+                        * more */
+    BODIES_SURELY = 16 /* a value that exceeds another by this factor counts as exact next to it */
 };
 
 const struct bodies_kernel *pend_kernel_bodies(void) {
@@ -25,7 +26,7 @@ static size_t bodies_series(int n, int order) {
     return bodies_arms(n) * (size_t)(order + BODIES_AHEAD);
 }
 
-/* the doubles of a system, without the four series that jets stores */
+/* number of doubles of a system, without the four series that jets stores */
 static size_t bodies_own(const struct pend_tree *tree, const struct pend_terms *terms, int order) {
     return bodies_numbers(terms, bodies_arms(tree->n), bodies_series(tree->n, order), order) +
            2 * bodies_arms(tree->n);
@@ -70,7 +71,7 @@ static void bodies_rail(const struct bodies_system *s, const struct bodies_force
     if (forces->tip_across) forces->tip_across[0] = across;
 }
 
-/* the terms whose sum is the force of arm k; their rounding errors bound its error */
+/* the terms whose sum is the force in arm k; their rounding errors bound its error */
 static double bodies_terms(const struct bodies_system *s, int k) {
     int p = s->parent[k];
     if (s->need & BODIES_SHAPE)
@@ -111,9 +112,10 @@ static void bodies_gather(const struct bodies_system *s) {
 }
 
 /* Corrects forces by the balance of forces. If heavy arms pull at each other across a light joint,
- * their forces are small differences, but their sum is determined by the force at the parent's
- * joint, root to leaves. The residual is distributed over them in proportion to their compliance,
- * unless the balance of a heavy arm is itself less accurate than the forces. */
+ * each force is a small difference of large terms, but the sum of these forces is determined by the
+ * force at the parent's joint. The correction goes from root to leaves. The residual is distributed
+ * over them in proportion to their compliance, unless the balance of a heavy arm is itself less
+ * accurate than the forces. */
 static void bodies_balance(const struct bodies_system *s) {
     bodies_gather(s);
     for (int k = 1; k < s->n; k++) {
@@ -126,7 +128,7 @@ static void bodies_balance(const struct bodies_system *s) {
         double rough = M * (fabs(s->base_x[p]) + fabs(s->base_y[p])) +
                        (fabs(hx) + fabs(hy)) * (fabs(kr) + fabs(chi));
         if (BODIES_SURELY * rough > s->known[p]) continue;
-        // everything except the mass of the arm is >= 0
+        // each term is >= 0 apart from the mass of the arm itself
         double det = fmax(A * E - B * B, M * (A + E - M));
         double ax = (E * x - B * y) / det, ay = (A * y - B * x) / det;
         if (!(fabs(ax) + fabs(ay) < INFINITY)) continue;
@@ -137,11 +139,12 @@ static void bodies_balance(const struct bodies_system *s) {
     }
 }
 
-/* The forces at the tips. The force at the joint minus all parts except the tip's equals the tip's
- * own force plus its children's. Each formula loses digits if the mass on its side is heavy. Their
- * mean, weighted with these masses, does not contain the acceleration of the joint: it is w, the
- * fraction of the joint's force that the tip's share of M carries, plus m (l - c) u''. For children
- * attached elsewhere w is subtracted, for children at the tip the remaining share is added. */
+/* The forces at the tips. Two formulas give it: the force at the joint minus all other
+ * contributions, and the force on the tip's own mass plus its children's. Each loses digits if the
+ * mass on its side is heavy. Their mean, weighted with these masses, does not contain the
+ * acceleration of the joint. It is w plus m (l - c) u'', where w is the joint's force times the
+ * tip's share of M. For children attached elsewhere their share is subtracted, for children at the
+ * tip the remaining share is added. */
 static void bodies_tips(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
         size_t row = bodies_row(s, k);

@@ -10,12 +10,12 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Forces in an arm, N, n values each, in the arm's own frame; NULL if not needed. The base exerts
- * (joint_along, joint_across) on the arm at its joint; the arm exerts (tip_along, tip_across) on
- * the mass and the children at its tip. Along is positive if the arm is compressed, across is
- * counterclockwise. tip_along is the lambda of the paper. For a cart, both pairs are the force of
- * the rail on it, along and across the rail. The force along the rail is the sum of the cart's
- * spring, damping, friction and drive. */
+/* Forces in an arm, N, n values each, in the arm's own frame; NULL if not needed. The parent or the
+ * pivot exerts (joint_along, joint_across) on the arm at its joint; the arm exerts (tip_along,
+ * tip_across) on the mass and the children at its tip. Along is positive if the arm is compressed,
+ * across is counterclockwise. tip_along is the lambda of the paper. For a cart, both pairs are the
+ * force of the rail on it, along and across the rail. The force along the rail is the sum of the
+ * cart's spring, damping, friction and drive. */
 struct bodies_forces {
     double *joint_along, *joint_across, *tip_along, *tip_across;
 };

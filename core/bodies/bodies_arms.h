@@ -1,6 +1,6 @@
-/* The type in which the general kernel computes several arms at once, or one arm if a number is a
- * vector already. Its functions besides arithmetic: a bound, the sign, the larger of two values,
- * the square root, the hyperbolic tangent and its distance to 1.
+/* The type `arms`, in which the general kernel computes several arms at once, or one arm if a
+ * number is already a vector. Its functions besides arithmetic: a bound, the sign, the larger of
+ * two values, the square root, the hyperbolic tangent and its distance to 1.
  * Leaves to others: arithmetic (number), drives (bodies_number).
  * Invariant: an arm's result does not depend on other arms, nor on the width of vectors. */
 #pragma once
@@ -9,7 +9,7 @@
 
 #include "core/simd/number.h"
 
-/* several arms in the lanes of a vector */
+/* a number is one double, so a vector holds several arms */
 #if defined NUMBER_VEC && NUMBER_VEC == 1
 enum { BODIES_ARMS = WIDE };
 typedef wide arms;
@@ -122,7 +122,7 @@ static inline arms arms_root(arms x) {
 enum { ARMS_TANH_DEPTH = 16 };
 #endif
 
-/* for larger x 1 / (e^2x + 1) is negligible; e^2x can still be squared */
+/* for larger x, 1 / (e^2x + 1) is negligible; up to here e^2x can be squared without overflow */
 static const double arms_tanh_bound = 300;
 
 /**

@@ -68,13 +68,13 @@ static inline void bodies_cart_still(const struct bodies_system *s, int k) {
     s->turn_re[at] = s->turn_im[at] = num_of(0);
 }
 
-/* order k of the speed x'; the velocity of the point p is i p x' */
+/* order k of the speed x'; the point p moves with the velocity i p x' */
 VEC_INLINE num bodies_cart_speed(const struct bodies_system *s, int k) {
     return s->rate[bodies_row(s, 0) + (size_t)k * s->stride];
 }
 
-/* Order k of the product of the cart's momentum with the pivot's velocity; twice this is the cart's
- * contribution to sum m |v|^2, which for other arms contains the series of u. */
+/* Order k of the product of the cart's momentum and the pivot's velocity. Twice this is the cart's
+ * contribution to sum m |v|^2; for other arms this sum contains the series of u. */
 static inline num bodies_cart_sweep(const struct bodies_system *s, int k, int low) {
     num sum = num_of(0), hx = s->moment_x[0], hy = s->moment_y[0];
     for (int j = low; j <= k - low; j++) {
@@ -86,8 +86,8 @@ static inline num bodies_cart_sweep(const struct bodies_system *s, int k, int lo
     return sum;
 }
 
-/* Adds a mass at x + i y to an arm: `body`, the first moment so far, and the inertia about the
- * common center. A pair adds m m' |c - c'|^2 / (m + m'). */
+/* Adds a mass at x + i y to an arm: updates `body`, the first moment, and the inertia about the
+ * common center, which grows by m m' |c - c'|^2 / (m + m'). */
 struct bodies_heap {
     num mass, x, y, spread;
 };
@@ -104,8 +104,8 @@ static inline void bodies_heap_add(struct bodies_heap *heap, num mass, num x, nu
     heap->mass = sum;
 }
 
-/* the vector from an arm's center to its tip, accurate to the last digit, and the tip's share of
- * the mass */
+/* computes the vector from an arm's center to its tip, accurate to the last digit, and the tip's
+ * share of the mass */
 static inline void bodies_tail(const struct bodies_system *s, int k, num M) {
     num zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k), l = s->len[k];
     s->tail_x[k] = s->tail_y[k] = s->tip_rest[k] = zero;
@@ -122,7 +122,7 @@ static inline void bodies_tail(const struct bodies_system *s, int k, num M) {
     s->tip_rest[k] = num_mul(part, num_add(rod, body));
 }
 
-/* M, h, J and the form of an arm without children */
+/* computes M, h, J and the form of an arm without children */
 static inline void bodies_alone(const struct bodies_system *s, int k) {
     num l = s->len[k], zero = num_of(0), rod = bodies_get(s, PEND_TERM_ROD, k);
     struct bodies_heap heap = {s->mass[k], l, zero, zero};
@@ -153,7 +153,7 @@ static inline void bodies_alone(const struct bodies_system *s, int k) {
     s->draw_x[k] = hx, s->draw_y[k] = hy, s->twist[k] = zero;
 }
 
-/* attachment point of arm k, in the parent's frame and in its own */
+/* computes the attachment point of arm k, in the parent's frame and in its own */
 static inline void bodies_point(const struct bodies_system *s, int k) {
     int p = s->parent[k];
     num x = p < 0 ? num_of(0) : s->len[p], y = num_of(0), C = s->cosine[k], Z = s->sine[k];
@@ -169,8 +169,8 @@ static inline void bodies_point(const struct bodies_system *s, int k) {
     s->place_y[k] = num_sub(num_mul(C, y), num_mul(Z, x));
 }
 
-/* a matrix; sums over children of w, <e, w> and <p, w>; a point of an arm relative to its joint and
- * to its center */
+/* a matrix; sums over children of w, <e, w> and <p, w>; a point of an arm, relative to its joint
+ * and to its center */
 struct bodies_matrix {
     num xx, xy, yx, yy;
 };
@@ -190,8 +190,8 @@ static inline struct bodies_spot bodies_spot(const struct bodies_system *s, int 
     return (struct bodies_spot){x, y, num_sub(x, s->center_x[p]), num_sub(y, s->center_y[p])};
 }
 
-/* D N at a point of arm p, from the arm alone, its children at the same point, and its other
- * children */
+/* D N at a point of arm p: the sum of what the arm alone, its children at the same point, and its
+ * other children contribute */
 static inline struct bodies_matrix bodies_remains(const struct bodies_system *s, int p,
                                                   const struct bodies_spot *at,
                                                   const struct bodies_pull *same,
@@ -212,7 +212,7 @@ static inline struct bodies_matrix bodies_remains(const struct bodies_system *s,
     return N;
 }
 
-/* sums over the children of arm p added so far: those at the tip, the others, and all */
+/* sums over the children of arm p added so far: the children at the tip, the others, and all */
 static inline struct bodies_pull bodies_at_tip(const struct bodies_system *s, int p) {
     num l = s->len[p], x = s->pull_x[p], y = s->pull_y[p];
     return (struct bodies_pull){x, y, num_mul(l, y), num_mul(l, x)};
@@ -229,7 +229,7 @@ static inline struct bodies_pull bodies_both(struct bodies_pull a, struct bodies
 
 static const struct bodies_pull bodies_none;
 
-/* D N at the attachment point of arm c, with the siblings that joined so far */
+/* D N at the attachment point of arm c, with the siblings added so far */
 static inline struct bodies_matrix bodies_before(const struct bodies_system *s, int c, int p) {
     struct bodies_pull tip = bodies_at_tip(s, p), off = bodies_off_tip(s, p);
     struct bodies_spot at = bodies_spot(s, c, p);
@@ -240,8 +240,8 @@ static inline struct bodies_matrix bodies_before(const struct bodies_system *s, 
     return bodies_remains(s, p, &at, &tip, &off);
 }
 
-/* Adds the child's form, transformed to the parent's base, to that of the parent: N^T W N, with
- * given D N and W = (D P + det P p p^T) over the new D. */
+/* Adds the child's form, transformed to the parent's base, to that of the parent: N^T W N, from D N
+ * and from W = (D P + det P p p^T) / (new D). */
 static inline void bodies_form(const struct bodies_system *s, int p, const struct bodies_matrix *W,
                                const struct bodies_matrix *remains, num det) {
     num before = s->inv_total[p];
@@ -264,7 +264,7 @@ static inline void bodies_form(const struct bodies_system *s, int p, const struc
     s->form_yy[p] = num_add(H, Uyy);
 }
 
-/* child c, whose form is complete, joins arm p */
+/* adds child c, whose form is complete, to arm p */
 static inline void bodies_join(const struct bodies_system *s, int c, int p) {
     num C = s->cosine[c], Z = s->sine[c], px = s->point_x[c], py = s->point_y[c];
     num A = s->form_xx[c], B = s->form_xy[c], E = s->form_yy[c], det = s->form_det[c];
@@ -283,7 +283,7 @@ static inline void bodies_join(const struct bodies_system *s, int c, int p) {
     W.xx = num_fma(own, Pxx, num_mul(turn, num_mul(px, px)));
     W.xy = num_fma(own, Pxy, num_mul(turn, num_mul(px, py)));
     W.yy = num_fma(own, Pyy, num_mul(turn, num_mul(py, py)));
-    // det W = det P D / (D + <e, P e>), for det p p^T = 0
+    // det W = det P D / (D + <e, P e>), because det p p^T = 0
     bodies_form(s, p, &W, &remains, num_mul(det, own));
     s->total[p] = total, s->inv_total[p] = inverse;
     if (!bodies_hung(s, c)) {
@@ -297,8 +297,8 @@ static inline void bodies_join(const struct bodies_system *s, int c, int p) {
     s->hang_p[p] = num_add(s->hang_p[p], num_fma(px, wx, num_mul(py, wy)));
 }
 
-/* D times N where arm c is attached, with all siblings but without c's own part; the siblings'
- * sums; moves c to the group of siblings that joined after the next one */
+/* Computes D N at the attachment point of arm c with all siblings but without c itself, and the
+ * siblings' sums. Moves c to the group of siblings added after the next one. */
 static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, int c, int p,
                                                  const struct bodies_spot *at,
                                                  const struct bodies_pull *own,
@@ -324,8 +324,8 @@ static inline struct bodies_matrix bodies_beside(const struct bodies_system *s, 
     return bodies_remains(s, p, at, &bodies_none, group);
 }
 
-/* the coefficients of the force of arm k, g = adj(Phi) place; Q is N without the arm, rotated into
- * its frame, and `group` the siblings' sums */
+/* Computes the coefficients of the force of arm k; g = adj(Phi) place, Q is N without the arm,
+ * rotated into its frame, and `group` the siblings' sums. */
 static inline void bodies_hold(const struct bodies_system *s, int k, const struct bodies_matrix *Q,
                                const struct bodies_pull *group, num gx, num gy) {
     int p = s->parent[k];
@@ -355,13 +355,13 @@ static inline void bodies_hold(const struct bodies_system *s, int k, const struc
     s->keep_yy[k] = num_mul(inverse, num_fma(y, gy, less));
 }
 
-/* R^T N of arm k > 0, and its contribution to the parent's z and K */
+/* computes R^T N of arm k > 0, and adds its contribution to the parent's z and K */
 static inline void bodies_carry(const struct bodies_system *s, int k) {
     int p = s->parent[k];
     num C = s->cosine[k], Z = s->sine[k], x = s->place_x[k], y = s->place_y[k];
     num px = s->point_x[k], py = s->point_y[k], inverse = s->inv_total[p];
     num A = s->form_xx[k], B = s->form_xy[k], E = s->form_yy[k];
-    // adj(Phi) place, and i times it in the parent's frame: w
+    // adj(Phi) place; and w, which is i times this vector in the parent's frame
     num gx = num_sub(num_mul(E, x), num_mul(B, y)), gy = num_sub(num_mul(A, y), num_mul(B, x));
     struct bodies_pull own;
     own.x = num_neg(num_fma(Z, gx, num_mul(C, gy)));
@@ -389,7 +389,7 @@ static inline void bodies_carry(const struct bodies_system *s, int k) {
     s->twist[p] = num_add(s->twist[p], num_sub(num_mul(x, across), num_mul(y, along)));
 }
 
-/* X, and N at the tip, for drag */
+/* computes X, and N at the tip, which drag needs */
 static inline void bodies_lever(const struct bodies_system *s, int k) {
     num inverse = s->inv_total[k];
     struct bodies_pull tip = bodies_at_tip(s, k), off = bodies_off_tip(s, k);

@@ -42,7 +42,7 @@ typedef num num_plain;
 #endif
 
 #if defined NUMBER_VEC || defined NUMBER_TANGENT
-/* x y as a sum of two, by Dekker's and Veltkamp's splitting, with the same bits in every
+/* x y as a sum of two numbers, by Dekker's and Veltkamp's splitting, with the same bits in every
  * instruction set */
 static inline num_plain num_product(num_plain x, num_plain y, num_plain *low) {
     num_plain big = num_plain_of(0x1p27 + 1), p = x * y, a = big * x, b = big * y;
@@ -63,8 +63,8 @@ static inline void num_drive(num omega, num time, num late, num phase, num *sine
     num_turn(sum, rest + (low + omega * late), sine, cosine);
 }
 #elif defined NUMBER_TANGENT
-/* as for doubles; the derivatives are those with respect to the parameters of omega (time + late) +
- * phase */
+/* the same for numbers with derivatives, which are taken with respect to the parameters of the
+ * whole argument */
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
     double w = omega.value, t = time.value, start = phase.value, low;
     double x = num_product(w, t, &low), sum = x + start, part = sum - x;

@@ -12,7 +12,7 @@
 #if defined PEND_ISA || defined NUMBER_OTHER
 #include "core/simd/number.h"
 #else
-typedef double num; /* files that only place memory count it in doubles */
+typedef double num; /* files that only lay out memory count it in doubles */
 #endif
 
 // clang-format off
@@ -25,20 +25,21 @@ typedef double num; /* files that only place memory count it in doubles */
  * point_x, point_y         attachment point of the arm, in its parent's frame
  * body, moment_x, moment_y M, h = sum of m p
  * inertia                  J = sum of m |p|^2
- * center_x, center_y, spread  c = h / M; the inertia about it
+ * center_x, center_y, spread  c = h / M; the inertia about the center
  * tail_x, tail_y           from the center to the tip
- * tip_share, tip_rest      the part of M at the tip, and 1 minus it
+ * tip_share, tip_rest      the fraction of M that is at the tip, and 1 minus this fraction
  * total, inv_total         D, the inertia of the arm with its sub-tree; 1 / D
  * lever_x, lever_y         X = x / D
  * form_xx, form_xy, form_yy  Phi: the force on the base per unit of its acceleration
  * form_det                 its determinant
  * pull_x, pull_y           w = sum of P e of the children at the tip
- * hang_x, hang_y, hang_e, hang_p  the same of the others, and the sums of <e, w> and <p, w>
- * early_x, early_y, early_e, early_p  these sums of the siblings that have joined before the arm
- * late_x, late_y           of the children at the tip, sums of those that have joined later
- * other_x, other_y, other_e, other_p  the same of the others
+ * hang_x, hang_y, hang_e, hang_p  the same of the children elsewhere, and the sums of <e, w> and
+ * <p, w>
+ * early_x, early_y, early_e, early_p  the same sums over the siblings added before the arm
+ * late_x, late_y           sums over the children at the tip that were added after the arm
+ * other_x, other_y, other_e, other_p  the same of the children elsewhere
  * draw_x, draw_y           z = y - X K: the force on the base per unit of the real part of u''
- * twist                    K = sum of <e, P p>: the torque about the joint, likewise
+ * twist                    K = sum of <e, P p>: the torque about the joint, per unit of the same
  * place_x, place_y         attachment point, rotated into the arm's frame: conj(R) p
  * carry_xx ... carry_yy    R^T (1 - e X^T): the base's acceleration per unit of the parent's
  * give_xx ... give_yy      1 - e X^T of the tip
@@ -46,22 +47,21 @@ typedef double num; /* files that only place memory count it in doubles */
  * sway_xx ... sway_yy, swing_x, swing_y, turn_x, turn_y, keep_xx ... keep_yy
  *                          the arm's force per unit of the acceleration of its parent's base, of
  *                          the parent's kr, of a moment on the parent, and of the arm's beta
- * wind_x, wind_y, known    of an order: T, and Im (conj u G) without the unknown part
+ * wind_x, wind_y, known    of the current order: T, and Im (conj u G) without the unknown term
  * next_x, next_y, next_known  their known parts of the next order
  * turned, pulled           theta and kr, the known parts of u''
  * couple                   tau, all torques on the arm
  * drag_x, drag_y           drag on the tip
- * asked_x, asked_y         beta: the force on the base, without the part of its acceleration
+ * asked_x, asked_y         beta: the force on the base, without the term of its acceleration
  * answer                   m, then m / D, then chi
- * early_m, late_m          moments on the parent without the arm's: with those of siblings
- *                          after it; those that the children so far have on the arm
+ * early_m, late_m          moments on the parent without the arm's own: from the siblings after it;
+ *                          and the moments on the arm from the children visited so far
  * reach_x, reach_y         the force at the joint, which the parent exerts
- * heave_x, heave_y         conj(p - c) times it: its part of the parent's G
+ * heave_x, heave_y         conj(p - c) times this force: its contribution to the parent's G
  * base_x, base_y           acceleration of the base
  * speed_x, speed_y         velocity of the base
- * damping ... slide        numbers of the joint's terms, in units of time
- * air_slow ... air_share   numbers of drag, likewise; half the inverse of its root's order 0
- */
+ * damping ... slide        values of the joint's terms, in units of time air_slow ... air_share
+ * values of drag, in units of time; half the inverse of order 0 of drag's square root */
 #define BODIES_ARRAYS(X) \
     X(cosine) X(sine) X(bend) X(point_x) X(point_y) X(body) X(moment_x) X(moment_y) X(inertia) \
     X(center_x) X(center_y) X(spread) X(tail_x) X(tail_y) X(tip_share) X(tip_rest) \
@@ -84,10 +84,10 @@ typedef double num; /* files that only place memory count it in doubles */
  * push_x, push_y           G
  * tip_x, tip_y             the force that the arm passes on at its tip
  * swing                    the arm's rate relative to its parent
- * loss, drive              torques at the arm's joint: of friction, and the given ones
+ * loss, drive              torques at the arm's joint: of friction, and from drives
  * way_x, way_y             velocity of the tip
  * air_x, air_y             the air's force on the tip
- * air_part                 sqrt(|v|^2 + e^2), which has the unit's sign
+ * air_part                 sqrt(|v|^2 + e^2) with the sign of the unit
  * friction_curve,
  * friction_rest            w = (1 - |tanh|) / 2 of the joint's speed, and w - w^2
  * base_way_x, base_way_y   velocity of the joint */
@@ -113,7 +113,7 @@ enum bodies_need {
     BODIES_JOINTS = BODIES_LOSSES | BODIES_DRIVES | BODIES_SPRINGS
 };
 
-/** Returns the bits of bodies_need for a pendulum, and bit 1. O(harmonics). */
+/** Returns the bits of bodies_need that apply to a pendulum. Bit 0 is always set. O(harmonics). */
 static inline unsigned bodies_needs(const struct pend_terms *terms) {
     static const struct {
         enum pend_term_row row;
@@ -145,20 +145,21 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
 
 struct bodies_system {
     int n;
-    size_t stride, tile; /* distance in numbers from one order to the next; from eight arms to the
-                          * next eight */
-    unsigned need;       /* of bodies_need */
+    size_t stride, tile; /* index distance from one order to the next; from one tile of eight arms
+                          * to the next */
+    unsigned need;       /* bits of enum bodies_need */
     const int *parent;
     const struct pend_terms *terms;
-    const num *len, *mass; /* m; kg, at the tip */
+    const num *len, *mass; /* m; kg, masses at the tips */
     const num *value;      /* values of the terms */
     num *rate, *force, *turn_re,
-        *turn_im;         /* series; order j of arm k at bodies_row(k) + j stride */
-    num *lift_x, *lift_y; /* of the pivot: z'' + 2 gamma z', and gravity, order + 1 coefficients */
-    num *slide_x, *slide_y; /* z' of the pivot, order + 1 coefficients */
+        *turn_im;           /* series; order j of arm k at bodies_row(k) + j stride */
+    num *lift_x, *lift_y;   /* series of the pivot: z'' + 2 gamma z' plus gravity; order + 1
+                             * coefficients */
+    num *slide_x, *slide_y; /* series of the pivot's z'; order + 1 coefficients */
     num *share;             /* 1 / (j + 1), order + 1 numbers */
     num *pivot_force_x,
-        *pivot_force_y; /* the force that the pivot exerts, in the axes, `order` coefficients */
+        *pivot_force_y; /* the force that the pivot exerts, in fixed axes; `order` coefficients */
 #define X(name) num *name;
     BODIES_ARRAYS(X)
 #undef X
@@ -186,8 +187,8 @@ enum {
     BODIES_PIVOT_SERIES = 7
 };
 
-/** Returns the count of numbers that bodies_lay needs. `seats`: size of an array with one value per
- * arm; `series`: size of a series; `order`: the highest order. O(harmonics). */
+/** Returns the number of numbers that bodies_lay needs. `seats`: size of an array with one value
+ * per arm; `series`: size of a series; `order`: the highest order. O(harmonics). */
 static inline size_t bodies_numbers(const struct pend_terms *terms, size_t seats, size_t series,
                                     int order) {
     unsigned need = bodies_needs(terms);

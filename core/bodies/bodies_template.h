@@ -5,10 +5,10 @@
  * and friction (drives_template).
  * Invariant: the factorization adds positive terms only; no division in the orders.
  *
- * Derivation. Unknown time is x = t / unit; all quantities below are in units of it, forces times
- * unit^2. Gamma is drag_per_mass times unit. In the frame of an arm, fixed at the start, let its
- * joint have the acceleration a = z'' + 2 Gamma z' + i g, and its point p the acceleration a + p U
- * with
+ * Derivation. The variable is x = t / unit. All quantities below are in this unit of time, forces
+ * times unit^2. Gamma is drag_per_mass times unit. In the frame of an arm, fixed at the start, let
+ * its joint have the acceleration a = z'' + 2 Gamma z' + i g, and its point p the acceleration a +
+ * p U with
  *     U = u'' + 2 Gamma u' = i chi + kr,    u = e^{i (phi - phi_0)}.
  * Order k of U, with T_k = sum_{j>=1} u_j phi'_{k+1-j}:
  *     kr = -(k+1) (Im T - 2 Gamma Re u_{k+1}),    chi = (k+1) phi'_{k+1} + theta,
@@ -35,7 +35,8 @@
 
 /* ---- an order */
 
-/* sums of an order: T, and the terms of Im (conj u G) with Re u and with Im u */
+/* sums of one order: T, and the terms of Im (conj u G), those with Re u apart from those with Im
+ * u */
 struct bodies_sums {
     arms Tr, Ti, known, less;
 };
@@ -58,8 +59,8 @@ VEC_INLINE void bodies_wind(const struct bodies_system *s, size_t u, size_t rate
     sum->Ti = arms_fma(arms_get(s->turn_im + u), w, sum->Ti);
 }
 
-/* theta, kr, m and beta of order k for the arms from a on, without the contributions of their
- * children */
+/* computes theta, kr, m and beta of order k for the arms from a on, without what their children
+ * contribute */
 VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num gamma, arms Tr,
                                arms Ti, arms known) {
     size_t now = bodies_row(s, a) + (size_t)k * s->stride, next = now + s->stride;
@@ -95,8 +96,8 @@ VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num 
     arms_put(s->answer + a, m);
 }
 
-/* The sums of orders k (even) and k + 1, without the terms that need order k, so that loaded
- * numbers serve both. The terms that need order k - 1 are added last. */
+/* The sums of orders k (even) and k + 1, without the terms that need order k, so that numbers are
+ * loaded once for both. The terms that need order k - 1 are added last. */
 static inline void bodies_convolve(const struct bodies_system *s, int k, num gamma) {
     size_t stride = s->stride, last = (size_t)k * stride;
     for (int a = 0; a < s->n; a += BODIES_ARMS) {
@@ -140,7 +141,7 @@ static inline void bodies_complete(const struct bodies_system *s, int k, num gam
     }
 }
 
-/* Leaves to root: beta, and m / D. If the parent is next, its values are passed on in registers. */
+/* Leaves to root: beta, and m / D. If the next arm is the parent, its values stay in registers. */
 static inline void bodies_up(const struct bodies_system *s) {
     int last = s->n - 1;
     num ax = s->asked_x[last], ay = s->asked_y[last];
@@ -164,8 +165,8 @@ static inline void bodies_up(const struct bodies_system *s) {
     }
 }
 
-/* the force at the joint of arm a, from the acceleration (ax, ay) of its parent's base; `late` are
- * the moments on the parent of its children before a */
+/* computes the force at the joint of arm a from the acceleration (ax, ay) of its parent's base;
+ * `late` has the moments on the parent from its children before a */
 VEC_INLINE void bodies_pull(const struct bodies_system *s, int a, num ax, num ay, num late) {
     int p = s->parent[a];
     num kr = s->pulled[p], m = num_add(s->early_m[a], late);
@@ -182,7 +183,8 @@ VEC_INLINE void bodies_pull(const struct bodies_system *s, int a, num ax, num ay
     s->reach_y[a] = num_add(fy, gy);
 }
 
-/* the forces at the joints of the arms from a on, from the accelerations of their own bases */
+/* computes the forces at the joints of the arms from a on, from the accelerations of their own
+ * bases */
 VEC_INLINE void bodies_feel(const struct bodies_system *s, int a) {
     arms x = arms_get(s->base_x + a), y = arms_get(s->base_y + a), xy = arms_get(s->form_xy + a);
     arms fx = arms_fma(arms_get(s->form_xx + a), x, arms_mul(xy, y));
@@ -191,8 +193,8 @@ VEC_INLINE void bodies_feel(const struct bodies_system *s, int a) {
     arms_put(s->reach_y + a, arms_add(arms_get(s->asked_y + a), fy));
 }
 
-/* root to leaves: accelerations, and forces at the joints; for point masses by the coefficients of
- * bodies_hold */
+/* root to leaves: accelerations, and forces at the joints; with point masses, by the coefficients
+ * of bodies_hold */
 static inline void bodies_down(const struct bodies_system *s, int k) {
     num x = s->lift_x[k], y = s->lift_y[k], C = s->cosine[0], Z = s->sine[0];
     num ax = num_fma(C, x, num_mul(Z, y)), ay = num_sub(num_mul(C, y), num_mul(Z, x));
@@ -223,8 +225,8 @@ static inline void bodies_down(const struct bodies_system *s, int k) {
     }
 }
 
-/* The forces at the tips of arms from a on. If masses are not points, the children's forces are not
- * included; for points it is the force at the joint. */
+/* The forces at the tips of arms from a on. With point masses this is the force at the joint;
+ * otherwise the children's forces are still missing. */
 VEC_INLINE void bodies_tip(const struct bodies_system *s, size_t row, int a) {
     arms x = arms_get(s->reach_x + a), y = arms_get(s->reach_y + a);
     if (s->need & BODIES_SHAPE) {
@@ -276,7 +278,7 @@ VEC_INLINE void bodies_pivot_force_first(const struct bodies_system *s, int k) {
     s->pivot_force_y[k] = num_fma(Z, x, num_mul(C, y));
 }
 
-/* the coefficients of order k of forces, and of order k + 1 of rates and turns */
+/* computes the coefficients of order k of forces, and of order k + 1 of rates and turns */
 static inline void bodies_close(const struct bodies_system *s, int k) {
     arms share = arms_all(s->share[k]), turn_share = arms_all(s->share[k + 1]);
     size_t now = (size_t)k * s->stride;
@@ -303,8 +305,8 @@ static inline void bodies_close(const struct bodies_system *s, int k) {
 
 /* ---- all orders */
 
-/* The start of all orders: the factorization, drives, and the first rotation factors. Requires
- * angles, rates of order 0 and the values of the arms. */
+/* Prepares all orders: the factorization, drives, and the first rotation factors. Requires angles,
+ * rates of order 0 and the values of the arms. */
 static inline void bodies_begin(const struct bodies_system *s, const struct bodies_moment *now,
                                 int order) {
     for (int j = 0; j <= order; j++) s->share[j] = num_div(num_of(1), num_of(j + 1));

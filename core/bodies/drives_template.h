@@ -20,7 +20,7 @@ static inline void bodies_input(const struct bodies_system *s, const struct bodi
     drive[s->stride] = num_add(drive[s->stride], num_mul(rise, now->unit));
 }
 
-/* the series of the driven torques */
+/* computes the series of the driven torques */
 static inline void bodies_drive(const struct bodies_system *s, const struct bodies_moment *now,
                                 int order) {
     if (!(s->need & BODIES_DRIVES)) return;
@@ -44,8 +44,8 @@ static inline void bodies_drive(const struct bodies_system *s, const struct bodi
     }
 }
 
-/* the values of joints and drag in units of time; padding arms of the last vector get a non-zero
- * drag speed */
+/* converts the values of joints and drag to the unit of time; padding arms of the last vector get a
+ * non-zero drag speed */
 static inline void bodies_scale(const struct bodies_system *s, const struct bodies_moment *now) {
     num unit = now->unit, square = num_mul(unit, unit);
     int last = (s->n + BODIES_ARMS - 1) / BODIES_ARMS * BODIES_ARMS;
@@ -134,8 +134,8 @@ static inline arms bodies_friction(const struct bodies_system *s, int a, int k) 
  *
  * While x = speed / friction speed is large, w is too small to limit the step by its size, and a
  * step would pass over the moment at which the joint stops. So x may change by 40 % or by 8,
- * whichever is larger; below |x| = 20 the coefficients of w limit the step. Each of the orders 1 to
- * 4 may use a quarter of this. */
+ * whichever is larger; each of the orders 1 to 4 may contribute a quarter of this change. Below |x|
+ * = 20 the coefficients of w limit the step. */
 static inline num bodies_reach(const struct bodies_system *s, num far) {
     enum { ORDERS = 4 };
     arms least = arms_all(far);
@@ -165,7 +165,7 @@ static inline num bodies_reach(const struct bodies_system *s, num far) {
 #endif
 }
 
-/* the torques at the joints of arms from arm a on, order k */
+/* computes the torques of order k at the joints of the arms from a on */
 static inline arms bodies_torque(const struct bodies_system *s, int a, int k) {
     size_t now = bodies_row(s, a) + (size_t)k * s->stride;
     arms torque = arms_of(0);
@@ -188,12 +188,12 @@ static inline arms bodies_torque(const struct bodies_system *s, int a, int k) {
     return torque;
 }
 
-/* the sum of all torques on every arm, order k */
+/* computes order k of the sum of all torques on every arm */
 static inline void bodies_couple(const struct bodies_system *s, int k) {
     size_t now = (size_t)k * s->stride;
     for (int a = 0; a < s->n; a++) s->swing[bodies_row(s, a) + now] = bodies_swing(s, a, k);
     for (int a = 0; a < s->n; a += BODIES_ARMS) arms_put(s->couple + a, bodies_torque(s, a, k));
-    // reads an arm's own torque before its children subtract theirs from it
+    // an arm's torque is read before its children subtract theirs from it
     for (int a = 1; a < s->n; a++) {
         int p = pend_terms_holder(s->terms, s->parent, a);
         if (p < 0) continue;
@@ -257,7 +257,7 @@ static inline void bodies_air_speed(const struct bodies_system *s, const struct 
     arms_put(s->air_part + last, arms_mul(sum, arms_get(s->air_share + a)));
 }
 
-/* drag on the tips of arms from a on, order k */
+/* computes order k of the drag on the tips of the arms from a on */
 static inline void bodies_air_force(const struct bodies_system *s, const struct bodies_moment *now,
                                     int a, int k) {
     size_t row = bodies_row(s, a), last = row + (size_t)k * s->stride;
@@ -276,7 +276,7 @@ static inline void bodies_air_force(const struct bodies_system *s, const struct 
     arms_put(s->air_y + last, y);
 }
 
-/* all forces on the arms, order k */
+/* computes order k of all forces on the arms */
 static inline void bodies_load(const struct bodies_system *s, const struct bodies_moment *now,
                                int k) {
     if (s->need & BODIES_JOINTS) bodies_couple(s, k);
@@ -287,12 +287,12 @@ static inline void bodies_load(const struct bodies_system *s, const struct bodie
 
 /* ---- power */
 
-/* most orders of a series */
+/* most orders of a series whose power is computed */
 enum { BODIES_ORDERS = 48 };
 
-/* Half of the power of drag_per_mass over gamma, order k, for arms from a on: sum of m |v|^2 over
- * all masses of an arm. The frame of the body turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u') + J
- * phi'^2. low: the lowest order of a factor, also in the functions below. */
+/* Order k of sum m |v|^2 over the masses of an arm, for the arms from a on: half the power of drag
+ * per mass, divided by gamma. The frame of the body turns with u: |v_b|^2 M + 2 Re(conj(v_b) h u')
+ * + J phi'^2. `low` is, here and in the functions below, the lowest order of a factor. */
 static inline arms bodies_sweep(const struct bodies_system *s, int a, int k, int low) {
     size_t row = bodies_row(s, a), stride = s->stride;
     const num *x = s->base_way_x + row, *y = s->base_way_y + row;
@@ -311,14 +311,14 @@ static inline arms bodies_sweep(const struct bodies_system *s, int a, int k, int
     return arms_add(arms_fma(arms_get(s->body + a), square, spin), arms_add(part, part));
 }
 
-/* adds the power of drives on arms from a on to order k, sorted by arms */
+/* adds to *sum the numbers of the arms from a on, in the order of the arms */
 VEC_INLINE void bodies_gain(const struct bodies_system *s, int a, arms all, num *sum) {
     num part[BODIES_ARMS];
     arms_put(part, all);
     for (int i = 0; i < BODIES_ARMS && a + i < s->n; i++) *sum = num_add(*sum, part[i]);
 }
 
-/* the heat of friction and drag of arms from a on, order k */
+/* order k of the heat of friction and drag of the arms from a on */
 static inline arms bodies_taken(const struct bodies_system *s, int a, int k, int low, arms twice) {
     size_t row = bodies_row(s, a) + (size_t)low * s->stride;
     int left = k - 2 * low;

@@ -10,11 +10,11 @@
 struct bodies_moment {
     num unit;       /* s, a power of two */
     num gravity;    /* m/s^2 times unit^2 */
-    num time, late; /* s, in the time of the request, as a sum of two doubles */
+    num time, late; /* s, in the time of the request: the instant as a sum of two doubles */
 };
 
-/* Adds the series of a harmonic's derivative of order `from`: A w^(from+j) / j! cos(theta + (from +
- * j) pi / 2), w = omega unit, for j = 0 .. order, to every `step`-th number. */
+/* Adds the series of derivative number `from` of a harmonic to every `step`-th number: A w^(from+j)
+ * / j! cos(theta + (from + j) pi / 2), w = omega unit, for j = 0 .. order. */
 static inline void bodies_harmonic(const num harmonic[], const num share[],
                                    const struct bodies_moment *now, int from, int order, num *to,
                                    size_t step) {
@@ -29,7 +29,7 @@ static inline void bodies_harmonic(const num harmonic[], const num share[],
     }
 }
 
-/* the pivot's z' to `order`; z'' + 2 gamma z' and gravity to one order less */
+/* computes the pivot's z' up to `order`, and z'' + 2 gamma z' plus gravity up to one order less */
 static inline void bodies_drive_pivot(const struct bodies_system *s,
                                       const struct bodies_moment *now, int order) {
     num zero = num_of(0), square = num_mul(now->unit, now->unit);

@@ -8,7 +8,7 @@
 
 #include "core/bodies/bodies_template.h"
 
-/* sines and cosines of the angles to the parents, and these angles; rates per unit of time */
+/* computes the angles to the parents, their sines and cosines, and the rates per unit of time */
 static void kernel_start(const struct bodies_system *s, const struct bodies_state *state,
                          double unit) {
     for (int k = 0; k < s->n; k++) {

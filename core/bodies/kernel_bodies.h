@@ -1,13 +1,13 @@
 /* The general kernel for one pendulum in doubles, by instruction set.
  * Leaves to others: memory (bodies), several pendulums in lanes (ensemble), more digits (extended).
- * Invariant: a kernel of an unsupported set is never called. */
+ * Invariant: a kernel is called only on a processor that has its instruction set. */
 #pragma once
 
 #include "core/bodies/bodies_system.h"
 #include "core/tree/loads.h"
 
-/* A state: n angles, rad, and angular velocities, rad/s, in stored order; the low-order parts of
- * the angles, or NULL; the time as a sum of two doubles, s. */
+/* A state in stored order: n angles, rad, with their low-order parts or NULL; n angular velocities,
+ * rad/s; the time as a sum of two doubles, s. */
 struct bodies_state {
     const double *phi, *phi_low, *rate;
     double time, late;
@@ -28,8 +28,8 @@ struct bodies_kernel {
     void (*forces)(const struct bodies_system *system, int order);
     /**
      * Computes the power of drives and of friction as series in the same variable, after `orders`:
-     * the coefficients of order 0 .. count - 1, count from order to 2 order - 1, J times unit^2.
-     * O(n order count).
+     * coefficients 0 .. count - 1, J times unit^2, where count is order .. 2 order - 1. O(n order
+     * count).
      */
     void (*power)(const struct bodies_system *system, double unit, int order, int count,
                   double work[], double heat[]);

@@ -14,20 +14,20 @@ static const struct dynamics_kernel *dynamics_kernel(enum pend_isa isa) {
     return PEND_ISA_PICK(pend_kernel_dynamics, isa);
 }
 
-/* rounded up to whole blocks of arms */
+/* n rounded up to whole blocks of arms */
 static size_t dynamics_row(int n) {
     return ((size_t)n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK * DYNAMICS_BLOCK;
 }
 
-/* the scratch memory of either form, then forces that the caller did not request, then rates if acc
- * overwrites them */
+/* the scratch memory that either form needs, then space for forces the caller did not request, then
+ * for rates that acc would overwrite */
 static size_t dynamics_shared_bytes(int n) {
     size_t quick = DYNAMICS_VALUES * dynamics_row(n) * sizeof(double),
            careful = pend_dynamics_careful_bytes(n);
     return quick > careful ? quick : careful;
 }
 
-/* the requirements of every form; a tree's own invariants are checked when it is made */
+/* what every form requires; pend_tree_new has checked the tree's own invariants */
 PEND_VALIDATOR dynamics_valid(const struct pend_tree *tree, const struct pend_loads *loads,
                               const void *work) {
     return tree && tree->n >= 1 && isfinite(loads->gravity) && (size_t)work % 64 == 0;
@@ -45,7 +45,7 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
     assert(phi != acc && phi != force && rate != force);
     double *spare = (double *)((char *)work + dynamics_shared_bytes(tree->n)),
            *kept = spare + dynamics_row(tree->n);
-    // keep the rates, because the fast form may fail after it has written acc
+    // keep the rates: the fast form writes acc before it knows whether it lost digits
     if (rate == acc) rate = memcpy(kept, rate, (size_t)tree->n * sizeof *rate);
     if (!dynamics_kernel(isa)->one(tree, loads, phi, rate, work, acc, force ? force : spare))
         pend_dynamics_careful(tree, loads, phi, rate, work, acc, force);
@@ -71,8 +71,7 @@ void pend_dynamics_at(const struct pend_tree *tree, const struct pend_loads *loa
         pend_dynamics(tree, loads, phi, rate, work, acc, force);
 }
 
-/* masses that differ by a larger factor are unlike; chains are solved in pieces up to the same
- * factor */
+/* masses count as unlike beyond this ratio; a chain is solved in pieces up to the same ratio */
 static const double DYNAMICS_UNLIKE = 64;
 
 int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads) {
@@ -132,7 +131,7 @@ void pend_dynamics_vec(const struct pend_tree *tree, const struct pend_loads *lo
     pend_dynamics_vec_for(pend_isa_best(), tree, loads, phi, rate, work, acc, force);
 }
 
-/* the fewest rows for which it pays to fill all lanes; the largest tree whose lanes stay in the
+/* the fewest rows for which filling all lanes pays; the largest tree whose lanes fit into the
  * cache */
 enum { DYNAMICS_VEC_LEAST = 4, DYNAMICS_VEC_ARMS = 1024 };
 
@@ -143,7 +142,7 @@ size_t pend_dynamics_many_bytes(int n) {
     return lanes > pend_dynamics_work_bytes(n) ? lanes : pend_dynamics_work_bytes(n);
 }
 
-/* computes up to DYNAMICS_VEC rows; unused lanes repeat the last row */
+/* computes up to DYNAMICS_VEC rows; lanes without a row repeat the last one */
 static void dynamics_rows(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                           const double phi[], const double rate[], void *work, double acc[],
                           double force[]) {

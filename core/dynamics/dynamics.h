@@ -18,8 +18,8 @@ size_t pend_dynamics_work_bytes(int n);
  * Computes angular accelerations and compression forces of a moving tree.
  *
  * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix:
- * relative angles, arm-local frames, tensions first, corrected until forces balance at every joint
- * (see core/theory.md for the derivation).
+ * with relative angles and arm-local frames, tensions before accelerations, corrected until forces
+ * balance at every joint (derivation: core/theory.md).
  *
  * tree     n arms; all arrays in the tree's stored order.
  * loads    gravity and other loads; gravity of any finite value.
@@ -99,7 +99,7 @@ void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *l
  * scratch  3 n values.
  * force    out, not NULL.
  *
- * The effect of phi_low is computed from a state at 2^36 times the distance; rounding and curvature
+ * The effect of phi_low is computed from a state displaced by 2^36 phi_low; rounding and curvature
  * cause an error of 1e-26 rad. O(n), twice the work.
  */
 void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *loads,
@@ -109,16 +109,16 @@ void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *l
 /**
  * Returns non-zero if forces computed from a power series lose digits that forces computed from a
  * state keep. This is true if the masses of two arms, with rods and bodies, differ by more than a
- * factor of 64. A series computes a force as mass times acceleration, and its error is the rounding
- * error of the largest such product. Errors relative to the largest force: 1e-13 up to that factor,
- * 4e-13 at 10^±2, 2e-11 at 10^±4 and 2e-9 at 10^±6 kg (trees of up to 13 arms,
+ * factor of 64. A series computes a force as mass times acceleration, with the rounding error of
+ * the largest such product. Errors relative to the largest force: 1e-13 up to that factor, 4e-13
+ * with masses of 10^±2, 2e-11 of 10^±4 and 2e-9 of 10^±6 kg (trees of up to 13 arms,
  * tests/laws/test_row_forces). O(n).
  */
 int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads);
 
 /**
- * Returns pend_dynamics and pend_dynamics_vec, compiled for an instruction set of this processor.
- * For tests only.
+ * Returns pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor
+ * has. For tests only.
  */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
                        const struct pend_loads *loads, const double phi[], const double rate[],

@@ -1,5 +1,5 @@
-/* The part of a sweep that needs no result of another arm, for a block of arms of one state: each
- * arm's angle to its parent, and w = l phi'^2.
+/* The part of a sweep that does not depend on other arms' results, for a block of arms of one
+ * state: each arm's angle to its parent, and w = l phi'^2.
  * Leaves to others: the sweeps (dynamics_one_template).
  * Invariant: the operations are those of dynamics_vec_template, so the bits are the same. */
 #pragma once
@@ -21,7 +21,7 @@ VEC_INLINE bits4 wide_first(int count) {
 }
 #endif
 
-/* the first `count` numbers of a vector; the others are `rest` */
+/* loads the first `count` numbers of a vector; the other lanes are `rest` */
 VEC_INLINE wide wide_load_some(const double *from, int count, double rest) {
 #if defined(__AVX512F__)
     return (wide)_mm512_mask_loadu_pd(_mm512_set1_pd(rest), (__mmask8)((1u << count) - 1), from);

@@ -8,14 +8,14 @@
 
 /* Scratch, one value per arm in each array; the letters are those of core/theory.md. */
 struct dynamics_work {
-    double *cosine, *sine; /* C, Z: of the angle to the parent */
+    double *cosine, *sine; /* C, Z: cosine and sine of the angle to the parent */
     double *spin;          /* w = l phi'^2 */
     double *eff, *bias;    /* S, f: the force on the base along the arm is S times its acceleration,
                             * plus f */
     double *inv;           /* 1 / (m + q) */
     double *p, *q, *r, *t; /* sums over the children: S C^2, S Z^2, S C Z, f Z */
     double *q_after, *r_after, *t_after; /* the same sums over the later siblings */
-    double *radial, *tangential;         /* acceleration of the tip in the arm's own frame */
+    double *radial, *tangential;         /* acceleration of the tip, along and across its arm */
     double *tension;                     /* lambda */
 };
 
@@ -40,30 +40,30 @@ static struct dynamics_work dynamics_view(void *work, int n) {
 }
 
 /* Sums over the children of one arm that were added so far. The angles between siblings are
- * measured from the heaviest of them; u and v stand for along and across it. */
+ * measured from the heaviest of them; u and v stand for along and across the heaviest. */
 struct dynamics_joint {
     double p, q, r;         /* S C^2, S Z^2, S C Z */
     double b, t;            /* f C, f Z */
     double area, lift;      /* D, H: sums over pairs of S_c S_d sin^2 and of S_c Z_c f_d sin, of the
                                angle between the two */
-    double heaviest, angle; /* D, H: sums over pairs of siblings of S_c S_d sin^2 and of S_c Z_c f_d
-                             * sin; sin of the angle between the two */
-    double uu, uv, vv;      /* S c^2, S c s, S s^2, with c, s of the angle to the heaviest */
-    double fu, fv;          /* f c, f s */
-    double zu, zv;          /* S Z c, S Z s */
+    double heaviest, angle; /* the largest S of the siblings, and the angle of that arm */
+    double uu, uv, vv;      /* sums of S c^2, S c s, S s^2; c and s are cosine and sine of the angle
+                             * to the heaviest */
+    double fu, fv;          /* sums of f c and f s */
+    double zu, zv;          /* sums of S Z c and S Z s */
 };
 
 /* Joints that still wait for children. Each is in the sub-tree of a child of the joint below it on
- * the stack, but not of the largest child. So the sizes of their sub-trees halve, and there are at
- * most as many as an int has bits. */
+ * the stack, but not of the largest child. So the sizes of their sub-trees at least halve from one
+ * to the next, and the stack needs no more entries than an int has bits. */
 struct dynamics_stack {
     int count;
     struct dynamics_joint joint[sizeof(int) * CHAR_BIT + 1];
 };
 
 /* Cosine and sine of a - b, both accurate to the last digit. The difference is rounded; near a half
- * turn only this rounding error distinguishes two arms from aligned ones. The C library's functions
- * are not used, because their last bits differ between machines. */
+ * turn only this rounding error distinguishes two arms from aligned ones. The C library's sine and
+ * cosine would not do, because their last bits differ between machines. */
 static void dynamics_between(double a, double b, double *cosine, double *sine) {
     double angle = a - b, back = angle + b, lost = (a - back) - (b - (back - angle));
     _Alignas(64) double C[PEND_TURN_CAP], Z[PEND_TURN_CAP];
@@ -72,7 +72,7 @@ static void dynamics_between(double a, double b, double *cosine, double *sine) {
     *sine = Z[0] + lost * C[0];
 }
 
-/* relative angles; the frame of the pivot has angle 0 */
+/* angles relative to the parents; the frame of the pivot has angle 0 */
 static void dynamics_angles(const struct pend_tree *tree, const double phi[],
                             const struct dynamics_work *w) {
     for (int k = 0; k < tree->n; k++)
@@ -96,8 +96,8 @@ static struct dynamics_joint dynamics_first(const struct dynamics_work *w, int c
 }
 
 /* Adds child c to a joint. The increase of the sums over pairs is computed in the frame of the
- * heaviest child, where nothing large cancels. Computed as differences of the sums p to t, it would
- * be lost for nearly aligned arms. */
+ * heaviest child, where no large terms cancel. Differences of the sums p to t would lose it for
+ * nearly aligned arms. */
 static void dynamics_join(const struct dynamics_work *w, int c, double phi,
                           struct dynamics_joint *j) {
     double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
@@ -141,7 +141,7 @@ static void dynamics_up(const struct pend_tree *tree, double unit, const double 
         w->bias[k] = (m * j->b + j->lift) * inv - w->eff[k] * w->spin[k];
         w->p[k] = j->p, w->q[k] = j->q, w->r[k] = j->r, w->t[k] = j->t;
         if (k == 0) break;
-        // the sweep reaches the last child first
+        // in this sweep the last child comes first
         if (tree->end[k] == tree->end[tree->parent[k]]) {
             assert(stack.count < (int)(sizeof stack.joint / sizeof *stack.joint));
             stack.joint[stack.count++] = dynamics_first(w, k, phi[k]);
@@ -151,8 +151,8 @@ static void dynamics_up(const struct pend_tree *tree, double unit, const double 
     }
 }
 
-/* acceleration of the tip of arm k, from that of its base, (ar, at), in the frame of the parent
- * arm */
+/* computes the acceleration of the tip of arm k, from that of its base, (ar, at), in the frame of
+ * the parent arm */
 static void dynamics_tip(const struct pend_tree *tree, const struct dynamics_work *w, int k,
                          double ar, double at, double acc[]) {
     double C = w->cosine[k], Z = w->sine[k];
@@ -181,7 +181,8 @@ static void dynamics_balance(const struct pend_tree *tree, const struct dynamics
         w->tension[c] += w->eff[c] * (w->cosine[c] * dr + w->sine[c] * dt);
 }
 
-/* tensions and accelerations of the arms at tip k, from the tension and acceleration of arm k */
+/* computes tensions and accelerations of the arms at tip k, from the tension and acceleration of
+ * arm k */
 static void dynamics_children(const struct pend_tree *tree, const struct dynamics_work *w, double m,
                               int k, double acc[]) {
     double ar = w->radial[k], at = w->tangential[k], inv = w->inv[k];
@@ -203,7 +204,8 @@ void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads
     assert((size_t)work % 64 == 0 && isfinite(loads->gravity));
     assert(phi != acc && phi != force && acc != force);
     struct dynamics_work w = dynamics_view(work, tree->n);
-    // the unit of mass is a power of 2 near the total: products of masses stay in range
+    // the unit of mass is a power of 2 near the total mass, so that products of masses stay in
+    // range
     int exponent;
     frexp(tree->subtree_mass[0], &exponent);
     if (exponent < -1000) exponent = -1000;

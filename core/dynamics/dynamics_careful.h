@@ -16,9 +16,9 @@ size_t pend_dynamics_careful_bytes(int n);
  * Computes angular accelerations and compression forces of a moving tree; parameters as
  * pend_dynamics, but force may be NULL.
  *
- * Sums over pairs of siblings in the frame of the heaviest, angles between siblings as exact
- * differences, tensions first, and the balance of forces at every joint restored. O(n), four to six
- * times the time of the quick forms.
+ * It sums over pairs of siblings in the frame of the heaviest, takes angles between siblings as
+ * exact differences, solves tensions before accelerations, and restores the balance of forces at
+ * every joint. O(n), four to six times the time of the fast forms.
  */
 void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads *loads,
                            const double phi[], const double rate[], void *work, double acc[],

@@ -6,8 +6,8 @@
 
 #include "core/dynamics/dynamics_angles_template.h"
 
-/* Values of an arm with children that the second sweep needs: S, h, r / (m + q), t / (m + q). They
- * are stored in the order of the first sweep. */
+/* What the second sweep needs of an arm with children: S, h, r / (m + q), t / (m + q). Entries are
+ * in the order of the first sweep. */
 struct joint {
     double eff, held, lean, side;
 };
@@ -25,10 +25,10 @@ struct tip {
 
 /* state of the sweep from the leaves to the root */
 struct climb {
-    struct sums now;                      /* sums at the joint of the previous arm */
+    struct sums now;                      /* sums at the current joint, that of the previous arm */
     struct sums stack[WAITING + 1], *top; /* joints whose children are not all added yet */
     struct joint *joint;
-    double unit, eff; /* eff: the largest S */
+    double unit, eff; /* unit: scale of the masses; eff: the largest S */
 };
 
 VEC_INLINE struct sums sums_first(double S, double f, double C, double Z) {
@@ -81,9 +81,9 @@ VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree
 /* state of the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
-    const struct joint *joint; /* 1 + the next joint */
+    const struct joint *joint; /* points one past the next joint to visit */
     double unit, inverse_unit, yield;
-    wide force, radial, spin, poison; /* as struct lanes_peaks */
+    wide force, radial, spin, poison; /* maxima, as in struct lanes_peaks */
 };
 
 /* the acceleration of a tip along its arm, from that of the arm's base */
@@ -168,13 +168,13 @@ VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *
     wide_store_some(force + i, f, count);
 }
 
-/* Arguments of both sweeps. */
+/* Arguments that both sweeps share. */
 struct one {
     const struct pend_tree *tree;
     double gravity;
     const double *phi, *rate;
     double *acc, *force;
-    struct turns *turns; /* of every block */
+    struct turns *turns; /* one entry per block */
     struct joint *joint;
 };
 
@@ -217,8 +217,8 @@ VEC_INLINE void one_down(const struct one *one, const struct climb *climb,
     }
 }
 
-/* Returns the largest S |acceleration of the base|; for each base the largest acceleration on the
- * path from the pivot counts. The joints end at `joint`. */
+/* Returns the largest S |acceleration of the base|, where each base counts with the largest
+ * acceleration on its path from the pivot. The array of joints ends at `joint`. */
 static __attribute__((noinline)) double one_load(struct one one, const struct joint *joint,
                                                  double unit) {
     const struct pend_tree *tree = one.tree;

@@ -14,10 +14,10 @@
 
 #define fma1 lanes1_fma
 
-/* Depth of the stack; the sizes of the waiting sub-trees halve from one to the next. */
+/* Depth of the stack: the sizes of the sub-trees on it at least halve from one to the next. */
 enum { WAITING = sizeof(int) * CHAR_BIT + 1 };
 
-/* A state whose forces are smaller than mass times acceleration by more than this factor needs the
+/* If mass times acceleration exceeds all forces by more than this factor, the state needs the
  * careful form. The error of the fast forms is at most this factor times the rounding error of a
  * double. */
 #define LOAD_MOST 256

@@ -27,7 +27,7 @@ struct lanes_tip {
  * division of a joint. */
 enum { VEC_AHEAD = 2 };
 
-/* Largest values of a sweep: |lambda|, and the factors that bound all S |acceleration|. */
+/* Maxima over a sweep: |lambda|, and the factors that bound all S |acceleration|. */
 struct lanes_peaks {
     wide force, radial, yield, spin, poison; /* poison: 0 while all values are finite */
 };
@@ -59,12 +59,12 @@ VEC_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide
                                WIDE_(fma)(S, Z * z, WIDE_(fma)(f, x, j->lift))};
 }
 
-/* returns the largest S */
+/* leaves to root; returns the largest S */
 static wide lanes_up(const struct pend_tree *tree, double unit, const double phi[],
                      const double rate[], struct lanes_arm arm[]) {
     struct lanes_sums stack[WAITING], *top = stack, now = {0};
     wide largest = WIDE_(of)(0), zero = largest, scale = WIDE_(of)(unit);
-    VEC_PIN(scale); // otherwise masses are scaled before they are copied to all lanes
+    VEC_PIN(scale); // keeps the compiler from scaling masses before they are copied to all lanes
     for (int k = tree->n - 1; k >= 0 && k >= tree->n - VEC_AHEAD; k--)
         lanes_prepare(tree, phi, rate, &arm[k], k);
     for (int k = tree->n - 1; k >= 0; k--) {
@@ -143,8 +143,8 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
     *peaks = (struct lanes_peaks){most, radials, yields, spins, poison};
 }
 
-/* the largest S |acceleration of the base|; for each base the largest acceleration on the path from
- * the pivot counts */
+/* the largest S |acceleration of the base|, where each base counts with the largest acceleration on
+ * its path from the pivot */
 static wide lanes_load(const struct pend_tree *tree, double gravity, const struct lanes_arm arm[]) {
     struct {
         struct lanes_tip tip;
@@ -190,7 +190,7 @@ static unsigned kernel_lanes(const struct pend_tree *tree, const struct pend_loa
         struct lanes_peaks peaks;
         wide eff = lanes_up(tree, unit, phi + i, rate + i, arm);
         lanes_down(tree, unit, gravity, arm, acc + i, force + i, &peaks);
-        // an upper bound of all loads, usually small enough
+        // an upper bound of all loads, which usually suffices
         wide most = LOAD_MOST * peaks.force,
              load = eff * (peaks.radial + peaks.yield + peaks.spin + peaks.spin);
         unsigned good = lanes_kept(load, most, peaks.poison);

@@ -18,7 +18,7 @@ struct dynamics_kernel {
     int (*one)(const struct pend_tree *tree, const struct pend_loads *loads, const double phi[],
                const double rate[], double work[], double acc[], double force[]);
     /**
-     * DYNAMICS_VEC states, arm k of state i at DYNAMICS_VEC k + i of each array.
+     * Computes DYNAMICS_VEC states; arm k of state i is at DYNAMICS_VEC k + i of each array.
      *
      * work  DYNAMICS_VALUES * DYNAMICS_VEC numbers per arm, aligned to 64.
      *

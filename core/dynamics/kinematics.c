@@ -13,8 +13,8 @@ struct kinematics_vector {
 };
 
 /* Values of arms that a sweep needs again. Each arm is in the sub-tree of a child of the arm below
- * it on the stack, but not of the largest child. So the sizes of their sub-trees halve, and there
- * are at most as many as an int has bits. */
+ * it on the stack, but not of the largest child. So the sizes of their sub-trees at least halve
+ * from one to the next, and the stack needs no more entries than an int has bits. */
 struct kinematics_stack {
     int count;
     struct kinematics_vector value[sizeof(int) * CHAR_BIT + 1];
@@ -25,8 +25,8 @@ static void kinematics_push(struct kinematics_stack *stack, struct kinematics_ve
     stack->value[stack->count++] = value;
 }
 
-/* root to leaves, before arm k: the value of its parent's tip; the last child removes it from the
- * stack */
+/* root to leaves, before arm k: returns the value of its parent's tip; the last child removes it
+ * from the stack */
 static struct kinematics_vector kinematics_base(const struct pend_tree *tree, int k,
                                                 struct kinematics_stack *stack) {
     if (k == 0) return (struct kinematics_vector){0, 0};
@@ -35,7 +35,8 @@ static struct kinematics_vector kinematics_base(const struct pend_tree *tree, in
     return base;
 }
 
-/* root to leaves, after arm k: the value of its tip, stored if it has children */
+/* root to leaves, after arm k: returns the value of its tip, and stores it if the arm has
+ * children */
 static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int k,
                                                struct kinematics_vector base,
                                                struct kinematics_vector arm,
@@ -45,15 +46,15 @@ static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int
     return tip;
 }
 
-/* leaves to root: the sum over the children of arm k */
+/* leaves to root: returns the sum over the children of arm k */
 static struct kinematics_vector kinematics_children(const struct pend_tree *tree, int k,
                                                     struct kinematics_stack *stack) {
     if (tree->end[k] == k + 1) return (struct kinematics_vector){0, 0};
     return stack->value[--stack->count];
 }
 
-/* leaves to root: adds the value of arm k to the sum of its parent; the last child starts that
- * sum */
+/* leaves to root: adds the value of arm k to the sum of its parent; the last child, which comes
+ * first, starts that sum */
 static void kinematics_join(const struct pend_tree *tree, int k, struct kinematics_vector value,
                             struct kinematics_stack *stack) {
     if (k == 0) return;
@@ -65,7 +66,7 @@ static void kinematics_join(const struct pend_tree *tree, int k, struct kinemati
     }
 }
 
-/* e^{i phi} of the arms from `from` on, PEND_TURN_CAP arms at most */
+/* e^{i phi} of the arms from `from` on, at most PEND_TURN_CAP of them */
 struct kinematics_units {
     pend_sincos_fn *turn;
     int from, end;
@@ -77,14 +78,14 @@ static void kinematics_units_begin(struct kinematics_units *units) {
     units->turn = PEND_ISA_PICK(pend_kernel_sincos, pend_isa_best());
 }
 
-/* computes the units of the angles from k on, of n angles */
+/* computes e^{i phi} of the arms from k on; n is the number of angles */
 static void kinematics_units_fill(struct kinematics_units *units, int n, const double phi[],
                                   int k) {
     int count = n - k < PEND_TURN_CAP ? n - k : PEND_TURN_CAP, near = 1;
     for (int i = 0; i < count; i++) near &= fabs(phi[k + i]) <= 1e6;
     units->turn(phi + k, count, units->re, units->im);
     for (int i = 0; i < count && !near; i++) {
-        // this angle is outside the range of the vector kernels
+        // the vector kernels do not accept an angle as large as this
         if (!(fabs(phi[k + i]) <= 1e6))
             units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
     }
@@ -177,7 +178,7 @@ static void kinematics_add(struct kinematics_sum *s, double x) {
     s->sum = sum;
 }
 
-/* of a state whose angles and rates begin at index `from` of `end` */
+/* the energy of the state whose angles and rates are entries `from` to `end` - 1 */
 static struct pend_energy kinematics_energy(struct kinematics_units *units,
                                             const struct pend_tree *tree,
                                             const struct pend_loads *loads, int from, int end,
@@ -197,7 +198,7 @@ static struct pend_energy kinematics_energy(struct kinematics_units *units,
             struct kinematics_vector v =
                 kinematics_tip(tree, k, kinematics_base(tree, k, &stack), turn, &stack);
             kinematics_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
-            // sum m_k Im z_k, summed by arms instead of tips
+            // sum m_k Im z_k, added up by arms instead of tips
             kinematics_add(&moment, tree->subtree_mass[k] * im);
         }
     }

@@ -7,7 +7,7 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/** J; potential is measured from the pivot, V = g sum m_k Im z_k. */
+/** J; the potential energy V = g sum m_k Im z_k is 0 at the pivot's height. */
 struct pend_energy {
     double kinetic, potential;
 };

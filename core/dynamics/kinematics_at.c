@@ -3,7 +3,8 @@
 #include <assert.h>
 #include <math.h>
 
-/* x + y i times the unit vector of a direction; y is 0 except for points beside the arm's axis */
+/* (x + y i) times the unit vector of a direction; y is 0 unless the point lies beside the arm's
+ * axis */
 static struct at_vector at_turn(double x, double y, double direction) {
     if (x == 0 && y == 0) return (struct at_vector){0, 0};
     double c = cos(direction), s = sin(direction);
@@ -39,7 +40,7 @@ static struct at_vector at_pivot_moves(const struct pend_loads *loads, double ti
     return pend_kinematics_pivot(loads, time, 0);
 }
 
-/* x along the rail of a cart, as a vector */
+/* position and velocity of the pivot; each has the same bits as if computed alone */
 static struct at_vector at_rail(const struct pend_loads *loads, double x) {
     assert(pend_terms_cart(loads->terms));
     return at_turn(x, 0, loads->value[loads->terms->one[PEND_TERM_RAIL]]);
@@ -50,7 +51,7 @@ static int at_cart(const struct pend_loads *loads, int k) {
     return !k && pend_terms_cart(loads->terms);
 }
 
-/* from the tip of arm k's parent to the attachment point of k, in the parent's frame */
+/* the vector from the tip of arm k's parent to the attachment point of k, in the parent's frame */
 static struct at_vector at_point(const struct pend_tree *tree, const struct pend_loads *loads,
                                  int k) {
     if (!loads->terms->hung[k]) return (struct at_vector){0, 0};
@@ -149,8 +150,7 @@ static void at_add(struct at_sum *s, double x) {
     s->sum = sum;
 }
 
-/* largest number of masses, at points of its frame and with their own inertias, of which an arm
- * consists */
+/* largest number of point masses and bodies of which an arm consists */
 enum { AT_POINTS = 3 };
 struct at_mass {
     double mass, inertia;
@@ -188,7 +188,7 @@ static double at_spring(const struct pend_tree *tree, const struct pend_loads *l
     return stiff * bent * bent / 2;
 }
 
-/* unit vectors of the arms, and velocities or heights of their joints; rows of n */
+/* unit vectors of the arms, and velocities or heights of their joints; rows of n numbers */
 struct at_state {
     const double *rate;
     const double *cosine, *sine;
@@ -209,7 +209,7 @@ static struct at_vector at_hang(const struct pend_tree *tree, const struct pend_
     return (struct at_vector){x * c - y * s, x * s + y * c};
 }
 
-/* velocities of the joints, and the kinetic energy */
+/* computes the velocities of the joints, and returns the kinetic energy */
 static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *loads,
                          struct at_vector pivot, const struct at_state *state) {
     struct at_sum kinetic = {0, 0};
@@ -237,7 +237,7 @@ static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *
     return (kinetic.sum + kinetic.lost) / 2;
 }
 
-/* heights of the joints, and the potential energy */
+/* computes the heights of the joints, and returns the potential energy */
 static double at_potential(const struct pend_tree *tree, const struct pend_loads *loads,
                            double pivot, const double phi[], const struct at_state *state) {
     struct at_sum potential = {0, 0};

@@ -1,5 +1,5 @@
 /* Positions, velocities and energies of an ideal or real pendulum at a given time.
- * Leaves to others: ideal pendulums (kinematics), whose functions it calls.
+ * Leaves to others: ideal pendulums (kinematics, whose functions it calls).
  * Invariant: arms in the tree's stored order; no allocation. */
 #pragma once
 
