@@ -21,29 +21,33 @@ enum { STATE = 8 };
 /* approximate cost of an order with eight derivatives, relative to an order in doubles */
 static const double derivatives_times = 4;
 
-/* a step below this fraction of the remaining time would never reach the end */
+/* a step shorter than this fraction of the remaining time would never reach the end */
 static const double derivatives_least = 1e-12;
 
 struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
-    struct pend_terms *none; /* terms of an ideal pendulum */
-    int quick;               /* derivatives follow from the known motion; `ideal` has both */
+    struct pend_terms *none; /* an empty list of terms, for an ideal pendulum */
+    int quick;               /* the derivatives are computed from the known motion, and `ideal` has
+                              * both */
     int count, passes;       /* number of parameters; number of passes of eight parameters */
     int order;
     double log_rtol, log_atol;
-    double start, end;               /* s: first instant; last instant, relative to the first */
-    double time, reached, next_unit; /* s, relative: time of the step's start and end; s */
+    double start, end;               /* s: the first instant; the last instant relative to the
+                                      * first */
+    double time, reached, next_unit; /* s, relative to `start`: the start and the end of the step;
+                                      * s: the unit of the next expansion */
     double now, knot; /* s, in the time of the drives: start and end of the current piece */
-    long steps, next; /* number of steps; index of the first instant without a row */
-    struct pend_error failure; /* code PEND_OK: none */
+    long steps, next; /* number of steps; index of the first instant that has no row yet */
+    struct pend_error failure; /* the failure, if any; otherwise its code is PEND_OK */
     struct pend_parameter *parameter;
-    /* For each parameter, its unit, a power of two, and the inverse; derivatives are with respect
-     * to multiples of the unit. */
+    /* For each parameter its unit, a power of two, and the inverse of that. Derivatives are
+     * computed with respect to multiples of the unit. */
     double *seed, *per_seed;
     struct derivatives_pass *pass;
-    struct ideal *ideal;        /* steps and series of an ideal pendulum; otherwise NULL */
-    double *view[PEND_DERIVED]; /* n numbers each, of one pass at one instant */
+    struct ideal *ideal;        /* steps and series if derivatives follow from the known motion;
+                                 * otherwise NULL */
+    double *view[PEND_DERIVED]; /* the quantities of one pass at one instant, n numbers each */
 };
 
 int pend_derivatives_valid(const struct pend_derivatives *d) {
@@ -53,7 +57,7 @@ int pend_derivatives_valid(const struct pend_derivatives *d) {
 
 /* ---- creation and release */
 
-/* allocates bytes in a block, aligned to 64; with base NULL only counts them */
+/* allocates bytes in a block, aligned to 64; if base is NULL, only counts them */
 static void *derivatives_take(char *base, size_t *used, size_t bytes) {
     void *part = base ? base + *used : NULL;
     *used += (bytes + 63) / 64 * 64;
@@ -124,7 +128,8 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     for (int i = 0; i < PEND_TERM_ROWS; i++) none.row[i] = -1;
     for (int i = 0; i < PEND_TERM_ONES; i++) none.one[i] = -1;
     size_t most = 0;
-    // for a real pendulum, the values decide between the two kernels, so the larger one counts
+    // only the values of a real pendulum decide between the two kernels, so reserve memory for the
+    // larger one
     for (sketch.quick = !pend_ideal_terms(terms); sketch.quick < 2; sketch.quick++) {
         size_t bytes = derivatives_lay(&sketch, terms ? terms : &none, NULL);
         if (bytes > most) most = bytes;
@@ -141,7 +146,8 @@ static double *derivatives_place(const struct derivatives_pass *pass, struct pen
     return array[by.kind] + (size_t)by.at * LANES;
 }
 
-/* initial values of a pass: the pendulum, and the start, stored as the end of a step before it */
+/* sets the initial values of a pass: the pendulum, and the start, stored as the end of a preceding
+ * step */
 static void derivatives_fill(const struct pend_derivatives *d, struct derivatives_pass *pass,
                              int first) {
     const struct pend_problem *problem = &d->problem;
@@ -150,7 +156,7 @@ static void derivatives_fill(const struct pend_derivatives *d, struct derivative
     for (int k = 0; k < tree->n; k++) {
         size_t at = (size_t)k * LANES;
         double low = problem->phi_low ? problem->phi_low[k] : 0;
-        // springs distinguish whole turns, and the position of a cart has no turns
+        // keep whole turns, which springs distinguish; a cart's position has none
         struct pend_sum phi = {problem->phi[k], low};
         if (whole) phi = pend_turns_rest(phi.high, phi.low, NULL);
         pass->len[at] = tree->len[k], pass->mass[at] = tree->mass[k];
@@ -266,13 +272,13 @@ static double derivatives_reach(struct pend_derivatives *d, double unit) {
     return x;
 }
 
-/* the same with a unit near the step; returns the step in units, and sets *unit */
+/* the same, where the unit is adjusted to the step; returns the step in units, and sets *unit */
 static double derivatives_expand(struct pend_derivatives *d, double *unit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(d->end - d->time);
     for (int i = 0; i < TRIES; i++) {
         x = derivatives_reach(d, *unit);
-        // a step may pass the last instant by at most its own length
+        // a step may pass the last instant, but at most by its own length
         if (left > 0) x = x > 2 * left / fabs(*unit) ? 2 * left / fabs(*unit) : x;
         if (isnan(x) || (x >= exp2(-RANGE) && x <= exp2(RANGE))) break;
         *unit *= exp2(x > 1 ? RANGE : -RANGE);
@@ -294,7 +300,7 @@ static enum pend_status derivatives_step(struct pend_derivatives *d, struct pend
     if (isnan(x))
         return derivatives_fail(d, PEND_NOT_FINITE, "the derivatives ceased to be finite", error);
     d->steps++;
-    if (d->end == 0) return PEND_OK; // a single instant, whose series is complete
+    if (d->end == 0) return PEND_OK; // there is only one instant, for which the series suffices
     x = fmin(x, (knot - d->time) / unit);
     d->reached = x * unit == knot - d->time ? knot : d->time + x * unit;
     if (d->reached == d->time || x * fabs(unit) < derivatives_least * fabs(d->end - d->time))
@@ -344,7 +350,7 @@ static struct derivatives_view derivatives_look(const struct pend_derivatives *d
 static void derivatives_keep(const struct pend_derivatives *d, int pass, long row,
                              const struct pend_derived_rows *rows) {
     int cart = pend_terms_cart(d->problem.loads.terms), n = d->problem.tree->n - cart;
-    int first = pass * PASS; // a cart is stored first, and has separate rows
+    int first = pass * PASS; // a cart is stored first, but has rows of its own
     const int *order = d->problem.tree->order;
     for (int i = 0; i < PEND_DERIVED; i++) {
         int one = pend_derived_single(i), width = one ? 1 : n;
@@ -367,7 +373,7 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
                                long row, double t) {
     int dynamics, more;
     struct derivatives_view view = derivatives_look(d, rows, &dynamics, &more);
-    // forces at the tips of bodies are computed from the state
+    // forces at the tips of bodies follow from the state, not from the series
     if (d->ideal && d->ideal->loads.terms && view.force) dynamics = more = 1;
     if (d->ideal)
         pend_ideal_values(d->ideal, (t - d->time) / d->pass[0].unit, view.acc || view.force);

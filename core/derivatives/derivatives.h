@@ -1,5 +1,5 @@
-/* A motion together with its derivatives with respect to parameters and initial values: the
- * variational equations, by power series of numbers with derivatives.
+/* A motion together with its derivatives with respect to parameters and initial values. It solves
+ * the variational equations by power series in numbers with derivatives.
  * Leaves to others: names of parameters (api), motions without derivatives (run).
  * Invariant: arrays of results are in the CALLER's order of arms, the last axis is the parameter;
  * the same problem gives the same bits, whatever the sizes of the blocks. */
@@ -51,12 +51,12 @@ PEND_MUST_CHECK enum pend_status pend_derivatives_next(struct pend_derivatives *
                                                        struct pend_error *error);
 
 /**
- * Computes the results for a single state. Its angles and rates are the parameters of kinds PHI and
- * RATE.
+ * Computes the results for a single state, whose angles and rates are the parameters of kinds PHI
+ * and RATE.
  *
  * phi, phi_low, rate  n values each, stored order; phi_low may be NULL.
  * time                s, the time at which drives are evaluated.
- * row                 out: its index in rows.
+ * row                 out: index of the row that receives the results.
  *
  * Does not change the motion. Values that overflow are not finite. O(n count), no allocation.
  */
@@ -64,7 +64,7 @@ void pend_derivatives_state(struct pend_derivatives *derivatives, const double p
                             const double phi_low[], const double rate[], double time,
                             const struct pend_derived_rows *rows, long row);
 
-/** Returns the fraction of the time that has rows, 0 .. 1. O(1). */
+/** Returns the fraction of the time span for which rows are complete, 0 .. 1. O(1). */
 double pend_derivatives_progress(const struct pend_derivatives *derivatives);
 
 /** Returns the number of steps so far. O(1). */

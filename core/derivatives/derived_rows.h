@@ -5,8 +5,8 @@
 #pragma once
 
 /* The quantities. The energies and the quantities of a cart have one number per row; all others
- * have one number per arm, without a cart. FORCE is the compression at the tip; joint forces are as
- * in struct bodies_forces; the reaction of a rail is the force across it. */
+ * have one number per arm, without a cart. FORCE is the compression at the tip. Joint forces are
+ * those of struct bodies_forces. The reaction of a rail is the force across it. */
 enum pend_derived {
     PEND_DERIVED_PHI,
     PEND_DERIVED_RATE,
@@ -39,8 +39,8 @@ struct pend_derived_rows {
 /** Returns non-zero for a quantity that has one number per row. O(1). */
 static inline int pend_derived_single(int what) { return what >= PEND_DERIVED_KINETIC; }
 
-/** For a quantity of a cart: returns the quantity of arms that contains it as the value of the
- * first stored arm. Returns other quantities unchanged. O(1). */
+/** For a quantity of a cart: returns the quantity of arms whose value for stored arm 0 it is.
+ * Returns other quantities unchanged. O(1). */
 static inline int pend_derived_from(int what) {
     static const int from[] = {PEND_DERIVED_PHI, PEND_DERIVED_RATE, PEND_DERIVED_ACC,
                                PEND_DERIVED_JOINT_ACROSS};

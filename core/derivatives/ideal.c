@@ -34,7 +34,7 @@ static void ideal_lay_known(struct ideal *ideal, int n, int order, int real, cha
                       &known->bear,    &known->slip_across, &known->twist};
     for (size_t i = 0; real && i < sizeof own / sizeof *own; i++)
         *own[i] = ideal_take(base, used, (size_t)n);
-    if (base) known->force += LANES; // row -1
+    if (base) known->force += LANES; // space for row -1 of the forces
     known->table = ideal_take(base, used, 2 * IDEAL_DENSE * IDEAL_PITCH);
 #define X(name) known->system.name = ideal_take(base, used, (size_t)n);
     JETS_FACTOR_ARRAYS(X)
@@ -107,13 +107,14 @@ static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, dou
         g->gravity[i % LANES] = seed;
         break;
     case PEND_PARAMETER_TERM:
-        break; // see pend_ideal_vary
+        break; // lengths and terms are set by pend_ideal_vary
     }
     if (ideal->known.loaded && (by.kind == PEND_PARAMETER_TERM || by.kind == PEND_PARAMETER_LENGTH))
         pend_ideal_vary(&ideal->known, g, i % LANES, ideal->jets.tree, &ideal->loads, by, seed);
 }
 
-/* stores the start as the end of a step before it; springs distinguish whole turns */
+/* stores the start as the end of a preceding step; whole turns are kept, because springs
+ * distinguish them */
 static void ideal_start(struct ideal *ideal, const struct pend_problem *problem) {
     int whole = pend_terms_whole_turns(ideal->loads.terms);
     for (int k = 0; k < ideal->known.n; k++) {
@@ -182,7 +183,7 @@ static double ideal_bend(const struct ideal *ideal, int k) {
     return angle - pend_terms_get(ideal->loads.terms, ideal->loads.value, PEND_TERM_REST, k);
 }
 
-/* computes the kernel's input from the motion's series and its start */
+/* passes the motion's series and its start to the kernel */
 static void ideal_learn(struct ideal *ideal) {
     const struct jets_state *at = &ideal->begin;
     struct ideal_known *known = &ideal->known;

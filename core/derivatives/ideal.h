@@ -15,15 +15,15 @@ struct ideal {
     struct pend_jets jets;
     struct pend_loads loads;
     struct jets_state begin, end;
-    struct jets_values values; /* values at an instant */
+    struct jets_values values; /* values of the motion at an instant */
     struct ideal_known known;
     struct ideal_group *group;
     const struct ideal_kernel *kernel;
     int groups;
-    double unit, first; /* s, unit of the series; s, the first instant */
+    double unit, first; /* s: unit of the series; the first instant */
 };
 
-/** Returns the terms, or NULL if they are empty. O(1). */
+/** Returns the terms, or NULL if none is present. O(1). */
 static inline const struct pend_terms *pend_ideal_terms(const struct pend_terms *terms) {
     return terms && (terms->count || terms->harmonics) ? terms : NULL;
 }
@@ -33,7 +33,7 @@ size_t pend_ideal_bytes(const struct pend_tree *tree, const struct pend_terms *t
                         int count);
 
 /**
- * Prepares a motion; its start is stored as the end of a step before it.
+ * Prepares a motion; its start is stored as the end of a preceding step.
  *
  * ideal            at the beginning of pend_ideal_bytes(...) bytes, aligned to 64, not owned; must
  *                  not be moved.
@@ -54,8 +54,8 @@ double pend_ideal_expand(struct ideal *ideal, double since, double unit, double 
 /** Computes the state at the end of a step of x units. */
 void pend_ideal_advance(struct ideal *ideal, double x);
 
-/** Computes phi and rate, or all quantities, x units after the start, for pend_ideal_view; for a
- * real pendulum without the forces. */
+/** Computes phi and rate, or all quantities if `all`, x units after the start, for pend_ideal_view.
+ * For a real pendulum the forces are missing. */
 void pend_ideal_values(struct ideal *ideal, double x, int all);
 
 /** Copies the values, and eight derivatives from number `first` on, to a view. */

@@ -1,8 +1,8 @@
-/* For one step of an ideal pendulum: the data of its motion that the derivatives need, and the
+/* For one step of an ideal pendulum: the data of its motion that its derivatives need, and the
  * solution of the tree system of order 0 for eight right-hand sides at once.
  * Leaves to others: the orders (kernel_ideal, which includes this), the factorization
  * (jets_factor, ideal_loads_template). Invariant: the sweeps of point masses are those of
- * jets_template, with numbers as coefficients. */
+ * jets_template, with plain numbers as coefficients. */
 #pragma once
 
 #include <assert.h>
@@ -80,8 +80,8 @@ static void ideal_accelerations(const struct ideal_known *s) {
     }
 }
 
-/* sin phi and cos phi of a pendulum with one arm, to order - 1, from the motion's series:
- * phi'_{k+1} = -G cos_k / (k + 1), and the force is 3 m g sin_k from order 1 on
+/* the series of sin phi and cos phi of a pendulum with one arm, up to order - 1, from the motion's
+ * series: phi'_{k+1} = -G cos_k / (k + 1), and the force is 3 m g sin_k from order 1 on
  * (single_template) */
 static void ideal_pulled(const struct ideal_known *s, double pull, double weight) {
     double per = -1 / pull, lift = 1 / (3 * weight);
@@ -92,7 +92,7 @@ static void ideal_pulled(const struct ideal_known *s, double pull, double weight
     }
 }
 
-/* the same from the arm's rotation factors, if gravity is negligible */
+/* the same series from the arm's rotation factors, if gravity is negligible */
 static void ideal_afloat(const struct ideal_known *s) {
     double C = s->system.cosine[0], Z = s->system.sine[0];
     ideal_turns(s, 0);
@@ -104,7 +104,7 @@ static void ideal_afloat(const struct ideal_known *s) {
 }
 
 static void ideal_alone(const struct ideal_known *s) {
-    const double least = 0x1p-500; // in units; far above the smallest doubles
+    const double least = 0x1p-500; // in units; far above the smallest normal double
     double pull = s->gravity * s->system.inv_len[0], weight = s->gravity * s->system.mass[0];
     if (fabs(pull) > least && fabs(weight) > least)
         ideal_pulled(s, pull, weight);
@@ -114,19 +114,19 @@ static void ideal_alone(const struct ideal_known *s) {
 
 /* ---- the tree system of order 0 */
 
-/* The known parts of one order of an arm: E, and the force across the arm. */
+/* The known terms of one order of an arm: E, and the force across the arm. */
 struct ideal_sums {
     wide re, im, across;
 };
 
-/* A solution of the system: the acceleration of the angle divided by its factor, and the force
- * along the arm. */
+/* A solution of the system: the acceleration of the angle divided by `factor`, and the force along
+ * the arm. */
 struct ideal_answer {
     wide x, along;
 };
 
-/* Rows of eight numbers per arm: sums of two orders and solutions for more than IDEAL_DENSE arms;
- * the contribution of a varying mass; intermediate results of the sweeps. */
+/* Rows of eight numbers per arm: the sums of two orders and the solutions, for more than
+ * IDEAL_DENSE arms; the contribution of a varying mass; intermediate results of the sweeps. */
 enum {
     WORK_NOW,
     WORK_NEXT = 3,
@@ -144,7 +144,7 @@ enum {
 };
 static_assert((int)WORK_TANGENTIAL < (int)IDEAL_WORK, "IDEAL_WORK rows");
 
-/* row `what` of an arm */
+/* address of row `what` of an arm */
 VEC_INLINE double *ideal_row(const struct ideal_group *g, int n, int what, int k) {
     return g->work + ((size_t)what * (size_t)n + (size_t)k) * IDEAL_LANES;
 }
@@ -153,7 +153,7 @@ VEC_INLINE double *ideal_row(const struct ideal_group *g, int n, int what, int k
 #define GET(what, k) wide_get(ROW(what, k))
 #define PUT(what, k, x) wide_put(ROW(what, k), x)
 
-/* Leaves to root: the imaginary part of E times a factor acts as a pull; as in jets_up. */
+/* Leaves to root, as in jets_up: the imaginary part of E times a factor acts as a pull. */
 VEC_INLINE void ideal_up(const struct ideal_known *s, const struct ideal_group *g, int p,
                          const struct ideal_sums sum[], double factor) {
     const struct jets_system *t = &s->system;
@@ -256,7 +256,7 @@ VEC_INLINE void ideal_bodies_down(const struct ideal_known *s, const struct idea
     }
 }
 
-/* solves the system for the known parts of an order, by the sweeps */
+/* solves the system by the sweeps for the known terms of an order */
 VEC_INLINE void ideal_swept(const struct ideal_known *s, const struct ideal_group *g, int p,
                             const struct ideal_sums sum[], double factor, double inverse,
                             struct ideal_answer answer[]) {
@@ -269,8 +269,9 @@ VEC_INLINE void ideal_swept(const struct ideal_known *s, const struct ideal_grou
     }
 }
 
-/* Responses of accelerations and forces of up to IDEAL_DENSE arms to a unit pull on each arm, and
- * to a unit force across it. Each lane is one unit; `from` is the first of eight. */
+/* Computes the accelerations and forces of up to IDEAL_DENSE arms in response to a unit pull on
+ * each arm, and to a unit force across it. Each lane is one unit load; `from` is the first of
+ * eight. */
 static void ideal_table_part(const struct ideal_known *s, const struct ideal_group *group,
                              int from) {
     for (int p = 0; p < VEC8; p += WIDE) {

@@ -2,11 +2,11 @@
 
 #include <assert.h>
 
-/* The fraction of the moment of inertia of an arm with the load at its tip that the arm itself must
- * contribute. The system loses as many digits as this number has. */
+/* The least ratio of an arm's own moment of inertia to that of the arm with its load as a point at
+ * the tip. The system loses as many digits as this number has. */
 static const double ideal_own = 1e-3;
 
-/* if a center is further than this many lengths from the middle of an arm, the masses of the
+/* largest distance of a center from the middle of its arm, in lengths; beyond it the masses of the
  * equivalent points are large and nearly cancel */
 static const double ideal_far = 1.5;
 
@@ -19,7 +19,7 @@ static int ideal_row_known(int row) {
            row == PEND_TERM_REST || row == PEND_TERM_TORQUE;
 }
 
-/* the row of terms that contains an index of the list; PEND_TERM_ROWS if none */
+/* the row of terms to which an index in the list belongs; PEND_TERM_ROWS if none */
 static int ideal_row_of(const struct pend_terms *terms, int at) {
     int row = 0;
     while (row < PEND_TERM_ROWS &&

@@ -17,8 +17,8 @@
  * computed from its motion. This is always true without terms. With terms, these are supported:
  * rods, bodies with centers on their arms, viscous friction, springs and torques in the joints, and
  * a moving pivot. Not supported: parameters of a drive, and bodies that are negligible compared
- * with their load, for which the system would lose digits. O(count), with bodies plus n times the
- * number of arms on an arm; no allocation.
+ * with their load, for which the system would lose digits. O(count), and with bodies O(n times the
+ * number of arms on one arm) more; no allocation.
  */
 int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                      const struct pend_parameter parameter[]);
@@ -27,7 +27,8 @@ int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *load
 void pend_ideal_load(struct ideal_known *known, const struct pend_tree *tree,
                      const struct pend_loads *loads);
 
-/** Sets the unit `seed` of a derivative by length or term, in a lane of a group. O(1). */
+/** Sets the derivative with respect to a length or a term in one lane of a group, in multiples of
+ * its unit `seed`. O(1). */
 void pend_ideal_vary(struct ideal_known *known, struct ideal_group *group, int lane,
                      const struct pend_tree *tree, const struct pend_loads *loads,
                      struct pend_parameter by, double seed);

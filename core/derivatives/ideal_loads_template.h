@@ -1,5 +1,5 @@
-/* Additional computations for real pendulums with a known motion: the forces along and across arms,
- * the factorization for bodies, torques in the joints.
+/* What real pendulums with a known motion need in addition: the forces along and across arms, the
+ * factorization for bodies, torques in the joints.
  * Leaves to others: the choice of pendulums (ideal_loads), point masses (ideal_known_template,
  * which includes this).
  * Invariant: this file contains no product of two series of derivatives. */
@@ -33,8 +33,8 @@ static void ideal_hauls(const struct ideal_known *s) {
     }
 }
 
-/* Computes Re (F u*) or Im (F u*) for the lanes from `from` on, two orders at once. For Re, F is
- * (re, im); for Im, (im, -re). */
+/* Computes Re (F u*) or Im (F u*) for the lanes from `from` on, two orders at once. F is given as
+ * (re, im) to get Re, and as (im, -re) to get Im. */
 VEC_INLINE void ideal_unwind(const struct ideal_known *s, size_t from, const double *re,
                              const double *im, double sign, double *to) {
     const double *ur = s->turn_re + from, *ui = s->turn_im + from;
@@ -56,7 +56,7 @@ VEC_INLINE void ideal_unwind(const struct ideal_known *s, size_t from, const dou
     }
 }
 
-/* forces along the arms; also across them if lengths vary */
+/* computes the forces along the arms, and if lengths vary also those across */
 static void ideal_forces(const struct ideal_known *s) {
     ideal_hauls(s);
     for (int k = 0; k < s->n; k += IDEAL_LANES)
@@ -71,8 +71,8 @@ static void ideal_forces(const struct ideal_known *s) {
 /* ---- the system of bodies */
 
 /* The sweep from the leaves to the root. The tip of an arm with its load resists an acceleration a
- * with the force P a + q. With the acceleration a_0 of the joint, the known part rho along and y
- * across, the balance of the arm
+ * with the force P a + q. With the acceleration a_0 of the joint, the known rho along the arm and y
+ * across it, the balance of the arm
  *
  *     side = (P a + q) across + (J' / l^2) y,   a = a_0 + (rho, y)
  *
@@ -82,7 +82,7 @@ static void ideal_forces(const struct ideal_known *s) {
 static void ideal_bodies_factor(const struct ideal_known *s) {
     const double *mass = s->system.mass, *per = s->system.inv_len;
     double *xx = s->bear, *xy = s->slip_along,
-           *yy = s->slip_across; // holds P until the sweep reaches the arm
+           *yy = s->slip_across; // contains P until the sweep reaches the arm
     for (int k = 0; k < s->n; k++) xx[k] = yy[k] = mass[k], xy[k] = 0;
     for (int k = s->n - 1; k >= 0; k--) {
         int up = s->system.parent[k];
@@ -127,7 +127,7 @@ VEC_INLINE wide ideal_torque(const struct ideal_known *s, const struct ideal_gro
     return k ? sum : wide_fma(wide_get(g->torque + a * IDEAL_LANES + p), wide_of(s->square), sum);
 }
 
-/* The part of order k of the force across an arm that does not depend on the solution. In each pair
+/* The terms of order k of the force across an arm that do not depend on the solution. Of each pair
  * of sums, one belongs to the real part of E, the other to the force across. */
 VEC_INLINE wide ideal_resist(const struct ideal_known *s, const struct ideal_group *g, int a, int k,
                              int p, wide re) {

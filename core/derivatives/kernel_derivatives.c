@@ -25,10 +25,11 @@ enum {
     DERIVATIVES_PARTS = TANGENT_PARTS + 1,
     DERIVATIVES_TRAILING = 4,
     DERIVATIVES_LEADING = 4,
-    DERIVATIVES_AHEAD = 4 /* rows of a series beyond its order: rotation factors need two more */
+    DERIVATIVES_AHEAD = 4 /* extra orders stored beyond those of a series, because rotation factors
+                           * need two more */
 };
 
-/* binary logarithm of the fraction of the motion below which a derivative does not limit the step,
+/* log2 of the size, relative to the motion, below which a derivative does not limit the step,
  * because its rounding error has no bound of its own */
 static const double derivatives_floor = -40;
 
@@ -87,7 +88,7 @@ static struct derivatives_series derivatives_found(const struct derivatives_pass
                                        .force = at + derivatives_room(n, pass->order)};
 }
 
-/* cosines and sines of the angles to the parents, and these angles; rates per unit of time */
+/* computes the angles to the parents, their cosines and sines, and the rates per unit of time */
 static void derivatives_start(const struct bodies_system *s, const num phi[], const num low[],
                               const num rate[], num unit) {
     for (int k = 0; k < s->n; k++) {
@@ -108,13 +109,13 @@ static void derivatives_start(const struct bodies_system *s, const num phi[], co
 
 /* ---- the length of a step */
 
-/* the derivatives of part p; for the last part, the value in every lane */
+/* part p of the derivatives; as last part, the value, in every lane */
 VEC_INLINE wide derivatives_part(const num *x, int p) {
     return p < TANGENT_PARTS ? x->part[p] : wide_of(x->value);
 }
 
-/* binary logarithms of the largest coefficients of order j: one lane for each derivative, and an
- * additional part for the value */
+/* log2 of the largest coefficients of order j: a lane for each derivative, and an extra part for
+ * the value */
 static void derivatives_norm(const struct bodies_system *s, int j, wide norm[DERIVATIVES_PARTS]) {
     for (int p = 0; p < DERIVATIVES_PARTS; p++) {
         wide most = wide_of(0);
@@ -125,8 +126,8 @@ static void derivatives_norm(const struct bodies_system *s, int j, wide norm[DER
     }
 }
 
-/* the rule of step_template for each lane; the motion of a derivative counts as at least
- * 2^derivatives_floor of the value's */
+/* applies the rule of step_template to each lane; a derivative counts as at least
+ * 2^derivatives_floor of the value's motion */
 static double derivatives_reach(const struct bodies_system *s, int order, double log_rtol,
                                 double log_atol) {
     wide leading[DERIVATIVES_LEADING][DERIVATIVES_PARTS], reach = wide_of(10);
@@ -198,7 +199,7 @@ VEC_INLINE void derivatives_sum(double *high, double *low, double *from, double 
     derivatives_number(low)[k] = num_add(num_sub(x, num_sub(total, part)), num_sub(more, part));
 }
 
-/* phi and unit phi' minus their start, unit^2 phi'' and unit^2 lambda of an arm */
+/* of one arm: phi and unit phi' minus their values at the start, unit^2 phi'' and unit^2 lambda */
 struct derivatives_sums {
     num phi, rate, acc, force;
 };
@@ -262,7 +263,7 @@ struct derivatives_vector {
     num x, y;
 };
 
-/* the derivative of a given order of the pivot's position */
+/* the pivot's position, or its time derivative of the given order */
 static struct derivatives_vector derivatives_pivot(const struct bodies_system *s,
                                                    const struct bodies_moment *now, int order) {
     struct derivatives_vector sum = {num_of(0), num_of(0)};
@@ -372,7 +373,7 @@ static num derivatives_potential(const struct bodies_system *s, num gravity) {
     return sum;
 }
 
-/* accelerations and forces of the state; they overwrite the scratch memory of tips */
+/* computes accelerations and forces of the state, in the scratch memory that tips used */
 static void derivatives_forces(const struct bodies_system *s, const struct bodies_moment *now,
                                const struct derivatives_view *view) {
     bodies_orders(s, now, 1);

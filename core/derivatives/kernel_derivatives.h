@@ -1,8 +1,8 @@
 /* A motion with its derivatives with respect to eight parameters: the general kernel, in numbers
  * with derivatives, for each instruction set.
  * Leaves to others: the choice of parameters, steps and instants (derivatives).
- * Invariant: a number is a value and, from DERIVATIVES_FIRST on, eight derivatives; a kernel of an
- * unsupported set is never called. */
+ * Invariant: a number is a value and, from DERIVATIVES_FIRST on, eight derivatives; a kernel is
+ * called only on a processor that has its instruction set. */
 #pragma once
 
 #include <stddef.h>
@@ -16,18 +16,18 @@ enum { DERIVATIVES_LANES = 16, DERIVATIVES_FIRST = 8, DERIVATIVES_PASS = 8 };
  * number has DERIVATIVES_LANES doubles; those between value and derivatives are unused. */
 struct derivatives_pass {
     const struct pend_tree *tree;
-    const struct pend_terms *terms; /* terms; for an ideal pendulum, terms without rows */
+    const struct pend_terms *terms; /* terms; for an ideal pendulum an empty list */
     int order;
     double start;                                /* s, time of the first instant */
     double *len, *mass, *gravity;                /* gravity is one number */
     double *value;                               /* values of the terms, terms->count */
     double *phi, *phi_low, *rate, *rate_low;     /* state at the start of a step */
-    double *end_phi, *end_low, *end_rate, *slow; /* state at its end; `slow` is the rounding error
-                                                  * of the rates */
+    double *end_phi, *end_low, *end_rate, *slow; /* state at the end of the step; `slow` is the
+                                                  * low-order part of the rates */
     double *series;                              /* kernel->count numbers */
-    double *place;     /* kernel->count numbers for order 1, for `observe` */
+    double *place;     /* kernel->count numbers to order 1, which `observe` uses */
     double *share;     /* doubles: 1 / (j + 1), order + 2 values */
-    double time, unit; /* s, start of the series, relative to the first instant; s, a power of
+    double time, unit; /* s: start of the series, relative to the first instant; unit, a power of
                         * two */
     int pressed;       /* the series of the forces has been computed */
 };
@@ -43,7 +43,7 @@ struct derivatives_view {
 };
 
 struct derivatives_kernel {
-    /** Returns the count of numbers in a series to an order, for `series` and `place`.
+    /** Returns how many numbers a series needs up to an order, for `series` and `place`.
      * O(harmonics). */
     size_t (*count)(const struct pend_terms *terms, int n, int order);
     /**
@@ -52,8 +52,8 @@ struct derivatives_kernel {
      * log_rtol, log_atol  binary logarithms of the tolerances, as of the taylor method.
      *
      * Returns the step in units within which the value and every derivative keep the tolerance; a
-     * derivative below 2^-40 of the motion counts as 2^-40 of it. NaN if a coefficient is not
-     * finite. O(n order^2).
+     * derivative smaller than 2^-40 of the motion counts as 2^-40 of the motion. NaN if a
+     * coefficient is not finite. O(n order^2).
      */
     double (*expand)(const struct derivatives_pass *pass, double log_rtol, double log_atol);
     /** Computes the series of the forces along the arms, after `expand`; takes a quarter of its
@@ -66,9 +66,9 @@ struct derivatives_kernel {
     void (*values)(const struct derivatives_pass *pass, double x,
                    const struct derivatives_view *view);
     /**
-     * Computes all other quantities of the view from its phi and rate, with `dynamics` also acc and
-     * force. O(n). time: s, in the request's time. Accelerations of tips and forces at joints
-     * require `dynamics`.
+     * Computes all other quantities of the view from its phi and rate; with `dynamics` also acc and
+     * force. time: s, in the request's time. Accelerations of tips and forces at joints require
+     * `dynamics`. O(n).
      */
     void (*observe)(const struct derivatives_pass *pass, double time, int dynamics,
                     const struct derivatives_view *view);

@@ -10,30 +10,31 @@
 #include "core/taylor/taylor_order.h"
 
 /* With u = e^{i (phi - phi_0)}, the acceleration of a tip relative to its joint is l u'', and the
- * force along an arm is F = lambda u, in the frame of the arm at the start. Let x be the
- * derivative of phi, and E that of
- * -i u (if a length varies, of -i l u over l): then
+ * force along an arm is F = lambda u, in the frame of the arm at the start. Let x be the derivative
+ * of phi, and E the derivative of -i u, or of -i l u divided by l if a length varies. Then
  *
- *   E = x u - i (dl / l) u          Im F - x lambda = Im F - Im (F u*)        (F: its derivative)
+ *   E = x u - i (dl / l) u          Im F - x lambda = Im F - Im (F u*)        (F* is the known
+ *   force)
  *
- * Order k + 2 of E without x_{k+2}, and Im F of order k, are five sums of products of known
- * numbers. The tree system of order 0, the same as for the motion, gives x'' and Re F: Im E is a
- * pull along an arm, Im F a force across it. A varying mass adds a force dm (z'' + i g), which is
- * subtracted from F from its arm down to the pivot: B. Numbers with derivatives need ten sums
- * instead of five, divisions, and a pass for every eight parameters.
+ * Order k + 2 of E, apart from the term with x_{k+2}, and order k of Im F are five sums of products
+ * of known numbers. The tree system of order 0, the same as for the motion, gives x'' and Re F: Im
+ * E is a pull along an arm, Im F a force across it. A varying mass adds a force dm (z'' + i g); it
+ * is subtracted as B from F of every arm between that mass and the pivot. Numbers with derivatives
+ * need ten sums instead of five, divisions, and a pass for every eight parameters.
  *
- * tests/bench/parts/bench_derivatives.c has the peers, core/theory.md the figures. */
+ * tests/bench/parts/bench_derivatives.c compares this with other programs; core/theory.md has the
+ * figures. */
 
 enum { LANES = IDEAL_LANES, TRAILING = 4, LEADING = 4 };
 
-/* binary logarithm of the ratio to the motion below which a derivative does not limit the step */
+/* log2 of the size, relative to the motion, below which a derivative does not limit the step */
 static const double ideal_floor = -40;
 
 /* ---- the orders */
 
 /* The sums of orders k and k + 1 of an arm, without the products that contain order k of the
- * solution. Order k + 2 of x in E has factors of one order less than order k + 1 of F, so that one
- * loop computes both. */
+ * solution. The factors in order k + 2 of E are of one order less than those in order k + 1 of F,
+ * so that one loop computes both. */
 VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal_group *g, int a,
                                  int k, int p, struct ideal_sums *now, struct ideal_sums *next) {
     size_t row = (size_t)a * g->rows * LANES + (size_t)p, at = ideal_place(s, a, k);
@@ -57,7 +58,7 @@ VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal
     for (int i = 0; i < k; i++, re -= LANES, im -= LANES, force -= LANES) {
         x += LANES;
         wide y = wide_get(x + LANES), f = wide_get(along), c = wide_get(across);
-        // loads the numbers of the next order again, because sixteen registers cannot hold them too
+        // reload the numbers of the next order: sixteen registers do not suffice to keep them
         wide later_re = wide_of(re[LANES]), later_im = wide_of(im[LANES]);
         next_x[0] = wide_fma(y, later_re, next_x[0]);
         next_f[1] = wide_fma(c, later_re, next_f[1]);
@@ -76,7 +77,7 @@ VEC_INLINE void ideal_known_sums(const struct ideal_known *s, const struct ideal
     *next = (struct ideal_sums){next_x[0], next_x[1], next_x[2] + (next_f[0] - next_f[1])};
 }
 
-/* B (the effect of varying masses) of order k */
+/* computes order k of B, the effect of varying masses */
 VEC_INLINE void ideal_masses(const struct ideal_known *s, const struct ideal_group *g, int k,
                              int p) {
     for (int a = 0; a < s->n; a++) {
@@ -114,7 +115,7 @@ VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ide
     }
 }
 
-/* adds the torques and the inertia of bodies to the forces across, order k */
+/* adds order k of the torques and of the bodies' inertia to the forces across */
 VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group *g, int n, int k,
                            int p, struct ideal_sums sum[]) {
     for (int a = 0; a < n; a++) {
@@ -128,8 +129,8 @@ VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group
     }
 }
 
-/* computes the coefficients of order k of the angles and of the forces along the arms from the
- * sums, which it overwrites */
+/* computes from the sums, which it overwrites, the coefficients of order k of the angles and of the
+ * forces along the arms */
 VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_group *g, int n,
                             int real, int k, int p, struct ideal_sums sum[],
                             struct ideal_answer answer[]) {
@@ -165,7 +166,7 @@ VEC_INLINE void ideal_solve(const struct ideal_known *s, const struct ideal_grou
     }
 }
 
-/* computes the orders; for up to IDEAL_DENSE arms, the known parts of an order stay in registers */
+/* computes the orders; for up to IDEAL_DENSE arms, the known terms of an order stay in registers */
 VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_group *g, int n,
                                 int real, int p, struct ideal_sums now[], struct ideal_sums next[],
                                 struct ideal_answer answer[]) {
@@ -174,7 +175,7 @@ VEC_INLINE void ideal_orders_in(const struct ideal_known *s, const struct ideal_
         ideal_solve(s, g, n, real, k, p, now, answer);
         if (k + 1 == s->order) break;
         for (int a = 0; a < n; a++) {
-            // the terms that contain order k of the solution; u_1 is i phi'_0
+            // adds the terms that contain order k of the solution; u_1 is i phi'_0
             wide rate = wide_of(s->rate[ideal_place(s, a, 0)]);
             next[a].im = wide_fma(rate, answer[a].x, next[a].im);
             next[a].across = wide_fma(rate, answer[a].along, next[a].across);
@@ -189,7 +190,8 @@ static void ideal_orders_swept(const struct ideal_known *s, const struct ideal_g
     ideal_orders_in(s, g, s->n, s->loaded, p, now, next, answer);
 }
 
-/* the orders of n arms, at most `room`; a separate copy makes n a constant for the compiler */
+/* the orders of up to `room` arms; a separate copy for each number of arms makes n a compile-time
+ * constant */
 #define IDEAL_ORDERS(name, room, arms, real)                                                       \
     static void ideal_orders_##name(const struct ideal_known *s, const struct ideal_group *g,      \
                                     int p) {                                                       \
@@ -246,7 +248,7 @@ static ideal_orders_fn *ideal_orders_of(const struct ideal_known *s) {
 
 /* ---- the length of a step */
 
-/* binary logarithm of the largest coefficient of order j in the angles' series, times a factor */
+/* log2 of the largest coefficient of order j in the angles' series, plus log2 of a factor */
 VEC_INLINE wide ideal_norm(const struct ideal_known *s, const struct ideal_group *g, int j, int p,
                            double factor) {
     wide most = wide_of(0);
@@ -256,7 +258,7 @@ VEC_INLINE wide ideal_norm(const struct ideal_known *s, const struct ideal_group
     return WIDE_(log2)(most * factor) - (wide)((wide_mask)(most == 0) & (wide_mask)wide_of(1e4));
 }
 
-/* the same for the angles of the motion, times 2^ideal_floor; from order 1 on */
+/* the same for the angles of the motion, from order 1 on, with the factor 2^ideal_floor */
 static double ideal_motion_norm(const struct ideal_known *s, int j) {
     wide most = wide_of(0);
     for (int a = 0; a < s->n; a++)
@@ -265,7 +267,8 @@ static double ideal_motion_norm(const struct ideal_known *s, int j) {
     return most[0] > 0 ? WIDE_(log2)(most)[0] + ideal_floor : -1e4;
 }
 
-/* the rule of step_template for each lane; derivatives are at least 2^ideal_floor of the motion */
+/* applies the rule of step_template to each lane; a derivative counts as at least 2^ideal_floor of
+ * the motion */
 static double ideal_reach(const struct ideal_known *s, const struct ideal_group *g, double log_rtol,
                           double log_atol) {
     const double *last = s->system.share + s->order, *share = s->system.share;
@@ -359,7 +362,7 @@ static void ideal_advance(const struct ideal_known *s, const struct ideal_group 
         }
 }
 
-/* the sum at x of a series of the motion */
+/* the value at x of a series of the motion */
 static double ideal_horner(const double *series, int order, double x) {
     double sum = 0;
     for (int j = order; j >= 0; j--) sum = lanes1_fma(sum, x, series[j * LANES]);

@@ -1,15 +1,15 @@
-/* Eight derivatives of an ideal pendulum with known motion: a linear recursion whose coefficients
- * are numbers, for each instruction set.
+/* Eight derivatives of an ideal pendulum with known motion: a linear recurrence whose coefficients
+ * are plain numbers, for each instruction set.
  * Leaves to others: the motion, memory, the choice of parameters (ideal).
- * Invariant: a derivative does not depend on the other lanes; a kernel of an unsupported set is
- * never called. */
+ * Invariant: a derivative does not depend on the other lanes; a kernel is called only on a
+ * processor that has its instruction set. */
 #pragma once
 
 #include "core/derivatives/ideal_system.h"
 
 struct ideal_kernel {
-    /** Computes cosines and sines of `known->system.angle`, its factorization, and the other data
-     * of the motion from its rates and forces. O(n order^2). */
+    /** Computes everything else that the derivatives need of the motion, from its rates and forces:
+     * cosines and sines of `known->system.angle`, and the factorization. O(n order^2). */
     void (*know)(const struct ideal_known *known);
     /**
      * Computes the series of a group. Returns the longest step in units for which each of its
@@ -21,8 +21,8 @@ struct ideal_kernel {
     /** Computes the state at the end of a step of x units. O(n order). */
     void (*advance)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                     double x);
-    /** Computes the group's `out` x units after the start: phi and rate, and the others if `all` is
-     * not 0. O(n order). */
+    /** Computes the group's `out` x units after the start: phi and rate, and acc and force if `all`
+     * is not 0. O(n order). */
     void (*values)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                    double x, int all);
 };

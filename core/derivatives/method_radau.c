@@ -15,8 +15,8 @@ enum { LANES = DERIVATIVES_LANES, STAGES = RADAU_STAGES };
 
 /* ---- steps */
 
-/* The integral of a power over a fraction x of the last step: integrates the polynomial through the
- * values at the stages. */
+/* the integral of a power over a fraction x of the last step, by the polynomial through the values
+ * at the stages */
 static double radau_energy(const struct radau *r, double x, const double power[STAGES]) {
     double weight[STAGES], sum = 0;
     for (int i = 0; i < STAGES && r->gives; i++) {
@@ -56,7 +56,8 @@ static enum pend_status radau_step(void *stepper, double limit, double *reached,
                          "the accelerations ceased to be finite");
     for (int tried = 0;; tried++) {
         double left = limit - kept->time, h = copysign(fmin(kept->size, fabs(left)), left), longer;
-        h = (kept->time + h) - kept->time; // rounds the length so that both instants are doubles
+        h = (kept->time + h) - kept->time; // rounds the length so that both ends of the step are
+                                           // doubles
         if (!(fabs(h) > 0))
             return pend_fail(error, PEND_STEP_TOO_SMALL, -1, kept->time,
                              "the tolerances cannot be met with a step above %.3g s", kept->size);
@@ -107,7 +108,7 @@ static struct pend_stepper_counts radau_counts(const void *stepper) {
     return ((const struct radau *)stepper)->counts;
 }
 
-/* values that every step computes again are not saved */
+/* values that every step computes anew are not saved */
 static void radau_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct radau *r = stepper;
     size_t n = (size_t)r->n;
@@ -130,7 +131,7 @@ static void *radau_take(char *base, size_t *used, size_t bytes) {
     return part;
 }
 
-/* places the arrays in a block of zeros; with base NULL only counts its bytes */
+/* lays out the arrays in a zeroed block; if base is NULL, only counts its bytes */
 static size_t radau_place(struct radau *r, char *base) {
     size_t used = 0, n = (size_t)r->n;
     const struct pend_terms *terms = r->loads.terms;
@@ -163,7 +164,7 @@ static size_t radau_place(struct radau *r, char *base) {
 }
 
 static void radau_start(struct radau *r, const struct pend_problem *problem) {
-    static const double small = 0.01; // initial step, relative to the time scale of the motion
+    static const double small = 0.01; // initial step as a fraction of the time scale of the motion
     const struct pend_tree *tree = r->tree;
     size_t row = (size_t)r->n * sizeof(double);
     r->pass.tree = tree, r->pass.terms = r->loads.terms, r->pass.order = 1;

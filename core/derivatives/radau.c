@@ -22,8 +22,8 @@ const struct derivatives_kernel *pend_kernel_derivatives(void) {
 
 /* ---- the motion */
 
-/* Computes the accelerations at an instant, s, relative; for a stage >= 0 of a step also the
- * power. */
+/* Computes the accelerations at an instant, s, relative to the start; at a stage of a step (stage
+ * >= 0) also the power. */
 static void radau_pull(struct radau *r, double time, const struct radau_state *state, double acc[],
                        int stage) {
     double sum = r->start + time, part = sum - r->start;
@@ -100,8 +100,8 @@ double pend_radau_sum(const struct radau *r, const double weight[STAGES], const 
     return sum;
 }
 
-/* a first guess of Z for a step of length h: extrapolates the polynomial of the last step; 0 if
- * that is too far */
+/* Sets Z for a step of length h to a first guess: the polynomial of the last step, extrapolated, or
+ * 0 if the step reaches too far. */
 static void radau_guess(struct radau *r, double h) {
     static const double longer = 2;
     const double *last = r->gain + (STAGES - 1) * r->n;
@@ -115,7 +115,7 @@ static void radau_guess(struct radau *r, double h) {
     }
 }
 
-/* Q of a step of length h from Z */
+/* computes Q of a step of length h from Z */
 static void radau_bend(const struct radau *r, double h) {
     for (int i = 0; i < STAGES; i++)
         for (int k = 0; k < r->n; k++)
@@ -172,7 +172,7 @@ static void radau_correct(struct radau *r, double h) {
 
 /* ---- errors */
 
-/* the unit of errors: the largest angles and rates in the tried step */
+/* computes the unit of errors: the largest angles and rates in the tried step */
 static void radau_level(const struct radau *r) {
     for (int k = 0; k < r->n; k++) {
         double phi = r->begin.phi[k], rate = r->begin.rate[k], far = fabs(phi), fast = fabs(rate);
@@ -194,11 +194,11 @@ static double radau_norm(const struct radau *r, double h) {
     return most;
 }
 
-/* Newton's method for the stages of a step of length h; returns the number of iterations, 0 if it
- * does not converge */
+/* runs Newton's method for the stages of a step of length h; returns the number of iterations, or 0
+ * if it does not converge */
 static int radau_iterate(struct radau *r, double h) {
-    // the remaining error can exceed the estimate from the last two corrections: calibrated on
-    // tumbling pendulums
+    // the true error can exceed the estimate from the last two corrections by the factor `more`,
+    // calibrated on tumbling pendulums
     static const double least = 0.01, rounding = 20 * DBL_EPSILON, more = 4;
     double before = INFINITY, enough = fmax(least, rounding / r->rtol);
     for (int i = 1; i <= ITERATIONS; i++) {
@@ -208,7 +208,7 @@ static int radau_iterate(struct radau *r, double h) {
         radau_level(r);
         double norm = radau_norm(r, h), ratio = norm / before;
         if (!(ratio < 1)) return 0;
-        double part = i > 1 ? ratio / (1 - ratio) : 1; // factor from dZ to the remaining error
+        double part = i > 1 ? ratio / (1 - ratio) : 1; // ratio of the remaining error to dZ
         if (norm * part <= enough) {
             for (int k = 0; k < r->n; k++) {
                 double change = more * part * fabs(r->change[(STAGES - 1) * r->n + k]);
@@ -225,8 +225,8 @@ static int radau_iterate(struct radau *r, double h) {
 }
 
 /* The error of a step relative to the allowed error: the error of the embedded formula, filtered by
- * the real system, with rates and accelerations at the start or near it. Stores its components in
- * `change`. */
+ * the real system, with rates and accelerations at the start or near it. Stores the components of
+ * the error in `change`. */
 static double radau_error_at(struct radau *r, double h, const double rate[], const double acc[]) {
     int n = r->n;
     double m = radau_pole[0][0] / h, most = 0, *turned = r->change, *faster = r->change + n;
@@ -248,9 +248,9 @@ static double radau_error_at(struct radau *r, double h, const double rate[], con
     return most;
 }
 
-/* The same, but if the error is too large and the previous step was not similar, repeats the
- * estimate from a state shifted by the error: for stiff motions the first estimate may be far too
- * large. */
+/* The same, but if the error is too large and the previous step was not similar, it repeats the
+ * estimate from a state shifted by the error, because for stiff motions the first estimate may be
+ * far too large. */
 static double radau_judge(struct radau *r, double h) {
     double ratio = radau_error_at(r, h, r->begin.rate, r->first);
     if (!(ratio >= 1) || !r->rough) return ratio;
@@ -266,8 +266,8 @@ double pend_radau_try(struct radau *r, double h, double *longer) {
     int iterations = radau_matrices(r, h) ? radau_iterate(r, h) : 0;
     double ratio = iterations ? radau_judge(r, h) : INFINITY;
     if (!(ratio < INFINITY)) return INFINITY;
-    // the embedded formula has order 7, the end of the step order 13: it has at least 1.5 times the
-    // digits
+    // the embedded formula has order 7, the end of the step order 13: the end has at least 1.5
+    // times the digits
     double share = sqrt(ratio * r->rtol);
     for (int k = 0; k < r->n; k++) {
         r->off_phi[k] += share * fabs(r->change[k]);
@@ -280,8 +280,8 @@ double pend_radau_try(struct radau *r, double h, double *longer) {
 
 /* ---- neighbours */
 
-/* Solves the step again from a neighbour, at the distance of the estimated error or 1e-10 of the
- * motion, with the matrices and stages of the step. An accuracy of a few percent suffices. */
+/* Solves the step again from a neighbouring state, displaced by the estimated error or by 1e-10 of
+ * the motion, with the matrices and stages of the step. An accuracy of a few percent suffices. */
 void pend_radau_spread(struct radau *r, double phi[], double rate[]) {
     static const double enough = 1e-2, least = 1e-10;
     enum { MOST = 4 };

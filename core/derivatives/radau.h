@@ -8,10 +8,11 @@
  * from the start by Z in the rates and by Q = h (c rate + a Z) in the angles, so that only the
  * rates are unknown: 0 = R = h a acc(phi + Q, rate + Z) - Z. With the derivatives K with respect to
  * the angles and C with respect to the rates at the start, Newton's method separates in the
- * eigenvectors of 1/a, whose eigenvalues are mu: with m = mu / h, (m - C - K / m) dW = m (to R),
- * dZ = from dW, one real system and one complex one for each pair, with as many unknowns as arms. R
- * is computed without 1/a, so that its rounding does not grow. There is only one order, because
- * orders 5 and 9 took more evaluations at every tolerance from 1e-4 on. */
+ * eigenvectors of 1/a, whose eigenvalues are mu: with m = mu / h, (m - C - K / m) dW = m (to R), dZ
+ * = from dW: one real system, and one complex system for each complex pair, each with as many
+ * unknowns as there are arms. R is computed without 1/a, so that its rounding does not grow. There
+ * is only one order, because orders 5 and 9 took more evaluations at every tolerance from 1e-4
+ * on. */
 #pragma once
 
 #include "core/derivatives/kernel_derivatives.h"
@@ -23,10 +24,10 @@ struct radau_state {
     double *phi, *low, *rate;
 };
 
-/* scalars of a checkpoint, in addition to rows of n */
+/* the scalars of a checkpoint, which precede its rows of n */
 struct radau_scalars {
-    double time, reached; /* s, relative: start and end of the last step */
-    double last, size;    /* s: signed length of the last step; length of the next step, > 0 */
+    double time, reached; /* s, relative to `start`: start and end of the last step */
+    double last, size;    /* s: length of the last step, signed; length of the next step, > 0 */
     double given, lost;   /* J, work of drives and heat of friction up to the start of the last
                            * step */
     double power_in[RADAU_STAGES], power_out[RADAU_STAGES]; /* W, power of drives and of friction at
@@ -37,8 +38,8 @@ struct radau {
     const struct derivatives_kernel *kernel;
     const struct pend_tree *tree;
     struct pend_loads loads;
-    struct pend_terms none; /* terms of an ideal pendulum */
-    int n, gives;           /* number of arms; non-zero: drives or friction change the energy */
+    struct pend_terms none; /* an empty list of terms, for an ideal pendulum */
+    int n, gives;           /* number of arms; non-zero if drives or friction change the energy */
     int rough;              /* the previous step was not similar to the next one */
     double start;           /* s, the first instant in the time of the request */
     double rtol, atol;
@@ -52,10 +53,11 @@ struct radau {
     double *by_phi, *by_rate;    /* K and C, n rows of n */
     double *matrix[2]; /* factors of the matrices for each pole: real and imaginary parts */
     double *sum[2];    /* right-hand sides */
-    double *off_phi, *off_rate;              /* n, estimated errors at the end of the last step */
+    double *off_phi, *off_rate;              /* n estimated errors each, at the end of the last
+                                              * step */
     double *level_phi, *level_rate;          /* the unit of errors */
-    double *view_phi, *view_rate, *view_acc; /* n numbers with derivatives */
-    int *swap;                               /* n per pole */
+    double *view_phi, *view_rate, *view_acc; /* n numbers with derivatives each */
+    int *swap;                               /* row exchanges: n per pole */
     struct derivatives_pass pass;
     void *work;
 };
@@ -75,12 +77,12 @@ void pend_radau_weights(double x, int zero, double weight[RADAU_STAGES]);
 double pend_radau_sum(const struct radau *r, const double weight[RADAU_STAGES], const double rows[],
                       int k);
 
-/** Computes the state that differs from the start by Q and Z. */
+/** Computes the state that differs from the start of the step by Q and Z. */
 void pend_radau_differ(const struct radau *r, const double bent[], const double gain[],
                        const struct radau_state *state);
 
-/** Computes the data that all tries of a step share, from `begin` at kept->time: the accelerations
- * there and their derivatives. O(n^2). */
+/** Computes what all tries of a step share: the accelerations at its start, `begin` at kept->time,
+ * and their derivatives. O(n^2). */
 void pend_radau_begin(struct radau *r);
 
 /**

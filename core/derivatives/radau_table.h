@@ -27,16 +27,16 @@ static const double radau_through[RADAU_STAGES][RADAU_STAGES] = {
     {0x1.3120de1741e20p-4, 0x1.45d7547e674b8p-3, 0x1.b2e58c2545d3dp-3, 0x1.c9d728b559d1fp-3,
      0x1.8617b942de854p-3, 0x1.e9f01a14371c2p-4, 0x1.4e5e0a72f0539p-6}};
 
-/* The difference to the embedded formula of order 7, which also has the weight 1 / pole 0 at the
- * start, as weights of the stages' differences from the start. */
+/* The difference between the embedded formula of order 7 and the method, as weights of the stages'
+ * differences from the start. The embedded formula also weights the start, with 1 / pole 0. */
 static const double radau_error[RADAU_STAGES] = {
     -0x1.85654a688eb48p+2, 0x1.9109ce7a843edp-1, -0x1.0dea9380f9cabp-2, 0x1.037ad745feb89p-3,
     -0x1.287d04fecc672p-4, 0x1.633c181312f96p-5, -0x1.05e6d3d24d00fp-6};
 
 /* Eigenvalues of the inverse of a: the real eigenvalue (pole 0) and, of each complex pair, the
  * eigenvalue with positive imaginary part; real and imaginary parts. Its left eigenvectors are
- * `to`, its right eigenvectors `from`, as [pole][stage]: their product is 1, and the last entries
- * of `from` are 1. */
+ * `to`, its right eigenvectors `from`, as [pole][stage]; the product of a left and its right
+ * eigenvector is 1, and the last entries of `from` are 1. */
 static const double radau_pole[2][RADAU_POLES] = {
     {0x1.1dfa88c180ab2p+3, 0x1.1060f36d58ac5p+3, 0x1.c9070c7855d36p+2, 0x1.183c83eb7828ep+2},
     {0x0.0p+0, 0x1.a3f841231a708p+1, 0x1.a7dffc016913ep+2, 0x1.456e209c08037p+3}};

@@ -14,7 +14,7 @@ struct pend_extended {
     struct extended_motion motion;
     enum pend_extended_stage stage;
     long steps;
-    double unit; /* s, unit of the last step */
+    double unit; /* s, unit of the last step's series */
 };
 
 enum { EXTENDED_ROWS = 8, EXTENDED_BYTES_CAP = 1 << 30 };
@@ -28,9 +28,9 @@ static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106);
 static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
 
 /*
- * The order above which one double per coefficient suffices: the terms of a step have decreased
- * there by the ratio of a double's precision to the target. The terms of an exponential decrease
- * slowest, x^j / j!, with x such that the first neglected term is the target. */
+ * The order above which one double per coefficient suffices: by then the terms of a step have
+ * decreased by the ratio of a double's precision to the target. The terms of an exponential
+ * decrease slowest, x^j / j!, with x such that the first neglected term is the target. */
 static int extended_precise(double target, int order) {
     double bits = -log2(target), log_x = (lgamma(order + 2) / M_LN2 - bits) / (order + 1);
     int j = 1;
@@ -40,7 +40,7 @@ static int extended_precise(double target, int order) {
 
 /* ---- memory */
 
-/* allocates `count` doubles of a block, a multiple of 64 bytes; with base NULL it only counts
+/* allocates `count` doubles of a block, a multiple of 64 bytes; if base is NULL, only counts
  * them */
 static double *extended_take(char *base, size_t *used, size_t count) {
     double *piece = base ? (double *)(void *)(base + *used) : NULL;
@@ -72,7 +72,7 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
         return pend_fail(error, PEND_INVALID, -1, 0, "atol must be from 0 to 1, got %g", atol);
     double target = extended_target(rtol);
     int order = extended_order(target);
-    // four lanes hold the four sums of an arm
+    // this form uses four lanes, one for each of an arm's four sums
     if (isa > PEND_ISA_AVX2) isa = PEND_ISA_AVX2;
     struct pend_extended sketch = {
         .tree = tree,
@@ -89,7 +89,7 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
                    .log_rtol = log2(target),
                    .log_atol = atol > 0 ? log2(pend_taylor_atol(atol)) : -1e5}};
     size_t bytes = extended_place(&sketch, NULL);
-    // the limit for four lanes, so that every processor refuses the same trees
+    // the size that four lanes would need, so that every processor refuses the same trees
     size_t counted = bytes / (size_t)sketch.kernel->width * 4;
     if (counted > (size_t)EXTENDED_BYTES_CAP)
         return pend_fail(error, PEND_INVALID, -1, 0,
@@ -124,7 +124,7 @@ void pend_extended_start(struct pend_extended *e, const struct pend_loads *loads
                          const struct pend_extended_state *state, double start, double stop) {
     struct extended_motion *m = &e->motion;
     assert(extended_valid(e) && loads->terms == m->terms);
-    // the end of the last step is the start of the next
+    // the end of the last step becomes the start of the next
     for (int k = 0; k < m->n; k++) {
         m->to.phi[k] = state->phi[k];
         m->to.phi_low[k] = state->phi_low ? state->phi_low[k] : 0;

@@ -1,5 +1,4 @@
-/* A trajectory in numbers of about 32 digits. It serves to check the digits of trajectories in
- * doubles.
+/* A trajectory in numbers of about 32 digits, used to check the digits of trajectories in doubles.
  * Leaves to others: instants and samples (run, by way of method_extended).
  * Invariant: its bits are the same on avx2 and avx512. */
 #pragma once
@@ -21,9 +20,9 @@ struct pend_extended;
 /**
  * Prepares a workspace for one thread.
  *
- * extended  out; NULL on failure; ends with pend_extended_free.
+ * extended  out; NULL on failure; released by pend_extended_free.
  * tree      must outlive the workspace; lengths and masses are taken as exact doubles.
- * terms     of real pendulums, as those of the loads; must outlive the workspace; or NULL.
+ * terms of real pendulums, the same as in the loads, or NULL; must outlive the workspace.
  * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not
  *           chaotic stays near it.
  * atol      0 .. 1.

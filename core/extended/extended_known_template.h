@@ -1,5 +1,6 @@
-/* The known parts T and c of an order of the series in numbers of 32 digits: the convolutions of
- * the known coefficients of u, phi' and lambda, with the fewest operations that their sizes allow.
+/* The known terms T and c of an order of the series in numbers of 32 digits: the convolutions of
+ * the known coefficients of u, phi' and lambda, with as few operations as the coefficients' sizes
+ * allow.
  * Leaves to others: the solution for the next coefficients (extended_orders_template), memory
  * (kernel_extended).
  * Invariant: a sum has all digits of its largest term, unless one double suffices for the order. */
@@ -14,19 +15,20 @@
 
 enum {
 #ifdef __FMA__
-    FIXED = 8 /* the order from which terms are small enough for sums with a fixed last digit */
+    FIXED = 8 /* the order from which terms are small enough for sums in which the last digit of the
+               * high part is fixed */
 #else
-    FIXED = 1 << 30 /* such sums need fused multiply-add */
+    FIXED = 1 << 30 /* never: such sums need fused multiply-add */
 #endif
 };
 
 /*
- * The input of the sums of T and c for vectors of four lanes, in the order of the series: the four
- * sums of an arm are computed side by side, u = (Re u, Im u, Re u, Im u) of order j and met =
+ * The input of the sums T and c for vectors of four lanes, in the order of the series. The four
+ * sums of an arm are computed side by side from u = (Re u, Im u, Re u, Im u) of order j and met =
  * (phi', phi', lambda, lambda), phi' of order j and lambda of order j - 1. Sizes are |Re u| + |Im
  * u| and |met|. */
 struct extended_packs {
-    int packed; /* 0: not used */
+    int packed; /* 0 if this form is not used */
     num *u, *met;
     wide *turn, *size;
 };
@@ -34,7 +36,7 @@ struct extended_packs {
 /* x in the lanes of a set, y in the others */
 VEC_INLINE num extended_blend(const wide_mask *set, num x, num y) { return NUM_(pick)(*set, x, y); }
 
-/* places phi' and u of order k, and lambda of the previous order */
+/* appends phi' and u of order k, and lambda of order k - 1 */
 static void extended_pack(const struct jets_system *s, const struct extended_packs *packs, int k) {
     wide_mask odd = {0}, late = {0};
     for (int i = 0; i < WIDE; i++) odd[i] = -(i % 2), late[i] = -(i / 2);
@@ -72,21 +74,22 @@ VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, 
     return x;
 }
 
-/* sums whose high part has a fixed last digit, high enough that every product fits */
+/* sums whose high part has a fixed last digit, with enough space above it for every product */
 struct extended_fixed {
     wide start, high, low;
 };
 
 typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(wide))));
 
-/* an initial value for sums of products with a total size of at most `size`: 6 times the next power
- * of two, so that the last digit never changes */
+/* an initial value for sums of products whose absolute values add up to at most `size`: 6 times the
+ * next power of two, so that the place of the last digit never changes */
 VEC_INLINE wide extended_bias(wide size) {
     extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
     return (wide)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
 }
 
-/* adds x y; the part of the product below the last digit of the first number goes to the second */
+/* adds x y: what the product has below the last digit of the sum's high part goes to its low
+ * part */
 VEC_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
     wide high = wide_fma(x.high, y.high, sum->high), part = high - sum->high;
     wide rest = wide_fma(x.high, y.low, wide_fma(x.high, y.high, -part));
@@ -107,7 +110,7 @@ struct extended_rough {
     wide wind_re, wind_im, drag_re, drag_im;
 };
 
-/* extended_convolve for an order for which one double suffices */
+/* extended_convolve for orders for which one double suffices */
 VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
                                                          const struct extended_packs *packs,
                                                          size_t n, int k, int a) {
@@ -132,14 +135,14 @@ VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_syste
     return x;
 }
 
-/* the four sums, each in its lane */
+/* expands the four sums, one in each lane, to four numbers */
 VEC_INLINE struct extended_known extended_spread(num x) {
     return (struct extended_known){num_of2(x.high[0], x.low[0]), num_of2(x.high[1], x.low[1]),
                                    num_of2(x.high[2 % WIDE], x.low[2 % WIDE]),
                                    num_of2(x.high[3 % WIDE], x.low[3 % WIDE])};
 }
 
-/* the sums of order k in lanes, by the same operations */
+/* the sums of order k, in lanes, by the same operations as in extended_convolve */
 VEC_INLINE struct extended_known extended_convolve_packed(const struct extended_packs *packs,
                                                           size_t n, int k, int a) {
     const num *u = packs->u + a + n, *met = packs->met + a + (size_t)k * n;

@@ -1,15 +1,15 @@
-/* The orders of the series in numbers of 32 digits from their known parts: for small trees by the
- * inverse of the tree system, for others by its sweeps.
- * Leaves to others: the known parts (extended_known_template), the step (kernel_extended).
- * Invariant: from order `precise` on one double of each number is computed, the other is 0. */
+/* The next coefficients of the series in numbers of 32 digits, from the known terms of an order:
+ * for small trees by the inverse of the tree system, for others by its sweeps.
+ * Leaves to others: the known terms (extended_known_template), the step (kernel_extended).
+ * Invariant: from order `precise` on only one double of each number is computed, the other is 0. */
 #pragma once
 
 #include "core/extended/extended_known_template.h"
 #include "core/taylor/jets_template.h"
 
-enum { DENSE_MAX = 4 /* arms of trees whose orders are solved by an inverse */ };
+enum { DENSE_MAX = 4 /* most arms of a tree whose orders are solved by an inverse */ };
 
-/* 1 / (j + 1) to all digits, from its high-order part */
+/* 1 / (j + 1) to all digits, from its high part */
 VEC_INLINE num extended_share(const double share[], int j) {
     wide high = wide_of(share[j]);
     num rest = NUM_(product)(high, wide_of(j + 1));
@@ -18,8 +18,7 @@ VEC_INLINE num extended_share(const double share[], int j) {
 
 /* ---- orders of small trees, by the inverse of the tree system */
 
-/* the derivatives of phi'' and of the force of arm i with respect to T_j (pull) and c_j (side):
- * [j][i] */
+/* the responses phi'' and force of arm i to a unit of T_j (pull) and of c_j (side), at [j][i] */
 struct extended_table {
     num rate_pull[DENSE_MAX][DENSE_MAX], rate_side[DENSE_MAX][DENSE_MAX];
     num force_pull[DENSE_MAX][DENSE_MAX], force_side[DENSE_MAX][DENSE_MAX];
@@ -52,7 +51,8 @@ static void extended_invert(const struct jets_system *s, struct extended_table *
     }
 }
 
-/* computes order k from its known parts; lift and drop are the components of gravity at the root */
+/* computes the coefficients of order k from its known terms; lift and drop are the components of
+ * gravity at the root */
 VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table,
                                int n, int k, num gravity, const struct extended_known known[]) {
     num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1),

@@ -26,7 +26,7 @@ enum {
 /* distance in doubles from one series to the next */
 static size_t extended_series(int n, int order) { return (size_t)n * (size_t)(order + 2); }
 
-/* count of doubles of an ideal pendulum, in vectors */
+/* number of doubles for an ideal pendulum, counted in vectors */
 static size_t extended_ideal(int n, int order) {
     size_t numbers = 4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
     return 2 * numbers + 6 * extended_series(n, order);
@@ -70,7 +70,8 @@ VEC_INLINE num extended_angle(const struct extended_motion *motion, int k) {
     return num_of2(motion->from.phi[k], motion->from.phi_low[k]);
 }
 
-/* count of doubles, and the arrays, of a real pendulum, placed after those of an ideal one */
+/* lays out the arrays of a real pendulum after those of an ideal one; returns how many doubles they
+ * take */
 static struct bodies_system extended_real(const struct extended_motion *motion,
                                           const struct jets_system *s) {
     size_t n = (size_t)motion->n, count = (size_t)motion->terms->count;
@@ -81,7 +82,7 @@ static struct bodies_system extended_real(const struct extended_motion *motion,
     return b;
 }
 
-/* sine and cosine of the angle of every arm to its parent, and rates per unit of time */
+/* computes sine and cosine of every arm's angle to its parent, and the rates per unit of time */
 static void extended_start(const struct extended_motion *motion, const struct jets_system *s,
                            wide unit) {
     const struct extended_state *from = &motion->from;
@@ -143,7 +144,7 @@ VEC_INLINE struct extended_change extended_horner(const struct extended_motion *
     return v;
 }
 
-/* the state of arm k, x units after the start of the step; inverse: 1 / unit */
+/* the state of arm k, x units after the start of the step; `inverse` is 1 / unit */
 VEC_INLINE struct extended_change extended_later(const struct extended_motion *motion,
                                                  const struct jets_system *s, int k, num x,
                                                  wide inverse) {
@@ -213,7 +214,7 @@ VEC_INLINE void extended_give(double to[], int n, int k, int count, wide x) {
     for (int i = 0; to && i < count; i++) to[(size_t)i * (size_t)n + (size_t)k] = x[i];
 }
 
-/* the tension (shift = 0) or phi'' (shift = 1) by Horner's rule */
+/* the value of the tension (shift = 0) or of phi'' (shift = 1), by Horner's rule */
 VEC_INLINE num extended_sum(const struct extended_motion *motion, const num *series, size_t stride,
                             int k, num x, int shift) {
     num sum = num_of(0);

@@ -8,21 +8,25 @@
 #include "core/base/isa.h"
 #include "core/tree/terms.h"
 
-/* n values each. */
+/* A state: n values in each array. */
 struct extended_state {
-    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two */
+    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two
+                                              * doubles */
     double time;                             /* s; taken as exact */
 };
 
 struct extended_motion {
     int n, order;
-    int precise; /* one double suffices for coefficients above this order, because they are small */
+    int precise; /* the order above which one double suffices for a coefficient, because
+                  * coefficients are small */
     const int *parent, *end;
     double log_rtol, log_atol;      /* binary logarithms */
     struct extended_state from, to; /* start and end of the step */
     const double *len, *mass;
-    double gravity, unit, stop;     /* unit and stop - time have the same sign */
-    double start;                   /* s, time 0 in the time of drives; taken as exact */
+    double gravity, unit, stop;     /* unit: s, of the next series; stop: s, the end of the
+                                     * trajectory; unit and stop - time have the same sign */
+    double start;                   /* s: time 0 of the trajectory in the time of drives; taken as
+                                     * exact */
     const struct pend_terms *terms; /* terms of real pendulums; NULL = ideal pendulums */
     double *value;                  /* values of the terms */
     double *share;                  /* 1 / (j + 1) of order j, up to order + 1 */
@@ -38,14 +42,14 @@ struct extended_values {
 };
 
 struct extended_kernel {
-    int width; /* doubles per vector: the largest number of instants of `values` */
+    int width; /* number of doubles in a vector: the most instants that `values` accepts */
     /** Returns the number of doubles that `series` needs; terms: NULL for ideal pendulums. */
     size_t (*series_count)(const struct pend_terms *terms, int n, int order);
     /**
-     * Takes one step, never beyond stop.
+     * Takes one step, which never goes beyond `stop`.
      *
-     * Returns EXTENDED_DONE if stop is reached, or-ed with EXTENDED_BAD if a value is not finite or
-     * the time does not advance; otherwise 0.
+     * Returns flags: EXTENDED_DONE if `stop` is reached, EXTENDED_BAD if a value is not finite or
+     * the time does not advance.
      */
     int (*step)(struct extended_motion *motion);
     /**

@@ -16,7 +16,7 @@ struct extended_stepper {
     struct pend_extended *extended;
     int n;
     long steps;
-    int gives;     /* integrate the work of drives and the heat of friction */
+    int gives;     /* whether to integrate the work of drives and the heat of friction */
     double before; /* s, the start of the last step */
     struct pend_exchange exchange;
 };

@@ -10,7 +10,7 @@
 enum { TRUST_NUMBERS = 4096, TRUST_ROWS = 64 };
 
 struct pend_trust {
-    int n; /* number of arms without a cart: columns of the rows */
+    int n; /* number of arms without a cart: the columns of a row */
     int parted, cap;
     double tolerance, until;
     struct pend_run *run[2];
@@ -58,13 +58,13 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
     }
     // the more accurate run uses its own tolerances
     struct pend_problem own = *problem, exact;
-    // whole turns would cost digits
+    // keep whole turns, whose removal would cost digits
     own.no_turns = 1;
     exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
-    // compares a run in 32 digits with another one of a different order; the finer run
-    // counts as exact
+    // a run in 32 digits is compared with another of a different order; the finer run counts as
+    // exact
     if (method == pend_method_taylor.extended)
         exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default
                                                                 : PEND_EXTENDED_RTOL_MIN;
@@ -87,7 +87,7 @@ static enum pend_status trust_fill(struct pend_trust *trust, int i, double work,
     return status;
 }
 
-/* compares the rows that both runs have; after a full block, starts an empty one */
+/* compares the rows that both runs have; starts an empty block when one is full */
 static void trust_compare(struct pend_trust *trust) {
     int count = trust->count[0] < trust->count[1] ? trust->count[0] : trust->count[1];
     for (; trust->compared < count && !trust->parted; trust->compared++) {

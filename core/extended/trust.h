@@ -1,5 +1,5 @@
-/* The time up to which a trajectory is accurate: solves the same problem by its method and in 32
- * digits, and compares the two at every requested instant.
+/* The time up to which a trajectory is accurate: the same problem is solved by the method and in 32
+ * digits, and both solutions are compared at every requested instant.
  * Leaves to others: the samples of the response (run).
  * Invariant: both runs have the same start, instants and limits; each is at most one block ahead of
  * the comparison. */
@@ -12,7 +12,7 @@ struct pend_trust;
 /**
  * Prepares a comparison.
  *
- * trust      out; NULL on failure; ends with pend_trust_free.
+ * trust      out; NULL on failure; released by pend_trust_free.
  * method     the method whose digits are checked. A method of 32 digits is compared with itself at
  *            another tolerance and order; the comparison then ends when the less accurate run
  *            exceeds the tolerance.
