@@ -7,12 +7,12 @@
 /* number of terms to which the recurrence is fitted; number of terms that it extrapolates */
 enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
 
-/* rounding error of a step relative to its increments; the factor by which the neglected terms may
- * exceed the extrapolated terms */
+/* rounding error of a step relative to the step's increments; factor by which the neglected terms
+ * may exceed the extrapolated ones */
 static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 
-/* Records the error ratio at an instant. If it is too large, the accuracy holds up to the previous
- * instant. */
+/* Records the ratio of error to allowed error at an instant. If it is too large, the accuracy holds
+ * up to the previous instant. */
 VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
     num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0),
         from = lane_get(doubt->time, 0);
@@ -62,7 +62,8 @@ VEC_INLINE num doubt_change(const struct ensemble_lanes *lanes, const struct jet
     return force;
 }
 
-/* the limit of partial sums, in row 0: Wynn's vector epsilon algorithm, as in neighbour.c */
+/* the limit of the partial sums, written to row 0, by Wynn's vector epsilon algorithm as in
+ * neighbour.c */
 static __attribute__((noinline)) void doubt_limit(num *sum, num *before, int last, int size) {
     for (int i = 0; i < (last + 1) * size; i++) before[i] = num_of(0);
     for (int left = last; left > 0; left--) {
@@ -84,8 +85,8 @@ static __attribute__((noinline)) void doubt_limit(num *sum, num *before, int las
     }
 }
 
-/* The errors at the end of a step: the sum of their series, or, if its terms do not decrease, as in
- * a contracting motion, its limit. */
+/* Computes the errors at the end of a step: the sum of their series or, if its terms do not
+ * decrease, as in a contracting motion, its limit. */
 static __attribute__((noinline)) void doubt_later(const struct ensemble_lanes *lanes,
                                                   const struct jets_system *change, num x,
                                                   num inverse) {

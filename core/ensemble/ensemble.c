@@ -16,8 +16,8 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-/* sizes of arrays: n values per lane for the kernel, one value per lane, n values per lane for the
- * outcomes, n values */
+/* numbers of arrays: of n values per lane for the kernel; of one value per lane; of n values per
+ * lane for the outcomes; of n values */
 enum {
     ENSEMBLE_LANED = 18,
     ENSEMBLE_SINGLE = 14,
@@ -126,7 +126,8 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
     lanes->series = (double *)(void *)at;
 }
 
-/* each member of the queue is counted once; a seat holds a member of the queue or is idle */
+/* members queued and members in seats are counted consistently; a seat holds a member of the queue
+ * or is idle */
 PEND_VALIDATOR ensemble_valid(const struct pend_ensemble *e) {
     const struct ensemble_queue *queue = &e->queue;
     if (!e->kernel || e->lanes.width != e->kernel->width) return 0;
@@ -136,7 +137,7 @@ PEND_VALIDATOR ensemble_valid(const struct pend_ensemble *e) {
     return 1;
 }
 
-/* true if forces beyond the start of a step are needed */
+/* true if forces are needed at other instants than the start of a step */
 static int ensemble_forces(const struct pend_ensemble_problem *problem) {
     int wanted = (problem->observe & (PEND_OBSERVE_EXTREMES | PEND_OBSERVE_SIGNS)) != 0 ||
                  problem->times_count > 0;
@@ -204,8 +205,8 @@ void pend_ensemble_free(struct pend_ensemble **ensemble) {
     *ensemble = NULL;
 }
 
-/* returns how many arms have the energy to reach their bound: an arm at its bound needs at least
- * the potential energy that it has there while all other arms hang at rest */
+/* the number of arms with enough energy to reach their bound: at least the potential energy of an
+ * arm at its bound while all other arms hang at rest */
 static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree,
                          double energy) {
     double gravity = e->member.loads.gravity,
@@ -219,7 +220,7 @@ static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *
     return able;
 }
 
-/* a start has no error */
+/* sets the errors of a start to zero */
 static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     for (int k = 0; k < lanes->n; k++)
@@ -228,7 +229,7 @@ static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
     doubt->held[i] = ENSEMBLE_HELD;
 }
 
-/* the instant up to which a member that ended at `time` keeps its accuracy */
+/* the instant up to which a member that ended at `time` has the requested accuracy */
 static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double time) {
     double held = lanes->doubt.held[i];
     if (!(lanes->doubt.grade > 0)) return NAN;
@@ -315,7 +316,8 @@ static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double pa
     return part == 1 ? lanes->to.gain[i] : lanes->from.gain[i] + sum * x;
 }
 
-/* the energy at a fraction of the step minus the initial and exchanged energy, over the scale */
+/* the energy at a fraction of the step, minus the initial and the exchanged energy, divided by the
+ * scale */
 static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     const struct ensemble_lanes *lanes = &e->lanes;
     int width = lanes->width, terms = (int)ensemble_terms(lanes->terms);
@@ -335,7 +337,7 @@ static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     return scale == 0 ? 0 : fabs(gap) / scale;
 }
 
-/* part: the fraction of the step at which the member ended */
+/* delivers the member in lane i, which ended at the fraction `part` of the step */
 static void ensemble_seat_deliver(struct pend_ensemble *e, int i, double part,
                                   struct pend_outcome *outcome, int *cancelled) {
     ensemble_seat_notes(e, i, outcome);
@@ -349,7 +351,7 @@ static void ensemble_seat_deliver(struct pend_ensemble *e, int i, double part,
     if (e->problem.deliver(e->problem.context, e->seat[i].member, outcome)) *cancelled = 1;
 }
 
-/* Delivers a member without a step if none of its arms can reach its bound, because then no
+/* Delivers a member without taking a step if none of its arms can reach its bound, because then no
  * crossing can happen. */
 static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->problem.duration};
@@ -381,7 +383,7 @@ static int ensemble_seat_capped(const struct pend_ensemble *e, int i) {
            (e->control && steps - e->seat[i].sampled >= ENSEMBLE_SAMPLE_STEPS);
 }
 
-/* returns the fraction of the step of lane i at which the member ends, 0 = the member continues */
+/* the fraction of the step at which the member in lane i ends; 0 if the member continues */
 static double ensemble_seat_end(struct pend_ensemble *e, int i,
                                 const struct ensemble_attention *attention,
                                 struct pend_outcome *outcome) {
@@ -415,7 +417,7 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i,
     return 1;
 }
 
-/* completes a step of lane i; returns non-zero if its member has ended and was delivered */
+/* completes a step of lane i; returns non-zero if its member ended and was delivered */
 static int ensemble_seat_serve(struct pend_ensemble *e, int i,
                                const struct ensemble_attention *attention, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->lanes.to.time[i]};

@@ -12,7 +12,7 @@ struct pend_ensemble;
 /**
  * Prepares a workspace for one thread.
  *
- * ensemble  out; NULL on failure; ends with pend_ensemble_free.
+ * ensemble  out; NULL on failure; released by pend_ensemble_free.
  * problem   copied; its tree and times must outlive the workspace.
  * isa       pend_isa_best(), or a lower one.
  *

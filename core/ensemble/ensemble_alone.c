@@ -102,7 +102,7 @@ static enum pend_status alone_look(struct pend_ensemble *e, struct pend_error *e
     return PEND_OK;
 }
 
-/* reports the rows whose instants lie in a step */
+/* reports the rows whose instants lie in the last step */
 static void alone_rows(struct pend_ensemble *e, double until) {
     struct ensemble_seat *seat = &e->seat[0];
     const struct pend_points points = {.phi = e->rows[0],
@@ -130,7 +130,7 @@ static double alone_drift(struct pend_ensemble *e) {
     return scale > 0 ? fabs(gap) / scale : 0;
 }
 
-/* takes a step of the motion; last: set if it was the last step */
+/* takes a step of the motion; sets *last if it was the last one */
 static enum pend_status alone_move(struct pend_ensemble *e, int *last, struct pend_error *error) {
     struct ensemble_alone *alone = &e->alone;
     const struct pend_points points = {.phi = e->phi, .rate = e->rate};
@@ -168,7 +168,7 @@ static void alone_tell(struct pend_ensemble *e, enum pend_status status,
     if (moved && e->problem.observe & PEND_OBSERVE_ENERGY) outcome->energy_drift = alone_drift(e);
 }
 
-/* takes the next step of the search, then of the motion; ended: set if nothing is left to do */
+/* takes the next step of the search, then of the motion; sets *ended if nothing is left to do */
 static enum pend_status alone_go(struct pend_ensemble *e, int *ended, struct pend_error *error) {
     struct ensemble_alone *alone = &e->alone;
     if (e->problem.events && !alone->search) PEND_TRY(alone_search(e, error));

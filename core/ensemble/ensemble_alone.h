@@ -6,9 +6,8 @@
 #include "core/ensemble/ensemble_work.h"
 
 /**
- * Rejects requests that motions in pieces do not support. With controllers: exponents and horizons.
- * With joints that stick or hit stops: also negative durations, a bound, extremes and signs of
- * forces.
+ * Rejects what motions in pieces do not support. With controllers: exponents and horizons. With
+ * joints that stick or hit stops: also negative durations, a bound, extremes and signs of forces.
  *
  * PEND_INVALID  error names an alternative.
  */
@@ -22,10 +21,10 @@ void pend_ensemble_alone_close(struct pend_ensemble *e);
 void pend_ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue *queue);
 
 /**
- * Takes a step of the current member, or starts the next member. Reports its passages and rows, and
- * its outcome at its end. A member that starts beyond a stop gets the status PEND_INVALID.
+ * Takes a step of the current member, or starts the next member. Reports its passages and rows and,
+ * at its end, its outcome. A member that starts beyond a stop gets the status PEND_INVALID.
  *
- * PEND_NO_MEMORY  other failures go into the member's status.
+ * PEND_NO_MEMORY  other failures become the member's status.
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_alone_step(struct pend_ensemble *e,
                                                           struct ensemble_queue *queue);

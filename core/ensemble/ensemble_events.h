@@ -1,4 +1,4 @@
-/* Conditions on the members of an ensemble: their passages, found on the series of each lane.
+/* Conditions on the members of an ensemble, whose passages are found from the series of each lane.
  * Leaves to others: finding passages in a step (event_search), other events (ensemble_watch).
  * Invariant: a member's passages depend neither on its lane nor on its neighbours. */
 #pragma once
@@ -8,7 +8,7 @@
 /** Returns the bytes of memory for a problem's conditions, a multiple of 64; may be 0. */
 size_t pend_ensemble_events_bytes(const struct pend_ensemble_problem *problem, int width);
 
-/** Places the conditions in that memory, which must be zero and aligned to 64. */
+/** Lays out the conditions in that memory, which must be zero and aligned to 64. */
 void pend_ensemble_events_place(struct pend_ensemble *e, void *memory);
 
 /** Clears the data of the previous member in lane i. O(conditions). */

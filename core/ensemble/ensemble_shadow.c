@@ -3,18 +3,20 @@
 #include <assert.h>
 #include <math.h>
 
-/* The distance, rad, to which the neighbour is reset: the square of the distance, which the linear
- * law neglects, and the rounding errors divided by the distance are both near 1e-8. */
+/* The initial distance of the neighbour, rad. It balances two relative errors, both near 1e-8: the
+ * linear law neglects the square of the distance, and rounding errors are divided by the
+ * distance. */
 static const double shadow_distance = 1e-8;
 
-/* computes b = a + gap, each a sum of two doubles */
+/* computes b = a + gap, where a and b are sums of two doubles */
 static void shadow_put(double high[], double low[], int at, double gap) {
     double add = low[at] + gap, total = high[at] + add, part = total - high[at];
     high[at + 1] = total;
     low[at + 1] = (high[at] - (total - part)) + (add - part);
 }
 
-/* the divisor of the gap of coordinate k: it makes a cart's position, m, comparable with angles */
+/* the divisor that makes the gap of coordinate k comparable with angles: for a cart's position it
+ * is a length, m */
 static double shadow_unit(const struct pend_ensemble *e, int i, int k) {
     return k || !pend_terms_cart(e->lanes.terms) ? 1 : e->seat[i].shortest;
 }
@@ -52,7 +54,7 @@ void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
         if (lanes->bound > 0) lanes->cell[at + 1] = lanes->cell[at];
     }
     e->seat[i].growth = 0;
-    // a direction that is not a symmetry of any tree
+    // the initial direction is not a symmetry of any tree
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i;
         double distance = shadow_distance * shadow_unit(e, i, k) / sqrt(sum);
@@ -70,7 +72,7 @@ void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
     lanes->unit[i + 1] = lanes->unit[i];
 }
 
-/* b - a, each a sum of two doubles */
+/* b - a, where a and b are sums of two doubles */
 static double shadow_gap(const double high[], const double low[], int at) {
     return (high[at + 1] - high[at]) + (low[at + 1] - low[at]);
 }

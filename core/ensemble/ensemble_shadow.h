@@ -7,7 +7,7 @@
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Stores the neighbour of the member that starts in lane i in lane i + 1. O(n). */
+/** Puts the neighbour of the member that starts in lane i into lane i + 1. O(n). */
 void pend_ensemble_shadow_start(struct pend_ensemble *e, int i);
 
 /**

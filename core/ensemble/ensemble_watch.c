@@ -23,7 +23,7 @@ void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory) {
     if (e->lanes.forces) pend_event_truth_place(&e->truth, e->problem.tree, memory);
 }
 
-/* the tree and loads of the member in lane i, with what positions and energies need */
+/* the tree and loads of the member in lane i, with the values that positions and energies need */
 static struct pend_tree watch_member(const struct pend_ensemble *e, int i,
                                      struct pend_loads *loads) {
     const struct ensemble_lanes *lanes = &e->lanes;
@@ -63,7 +63,8 @@ struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                .degree = pend_event_series_degree(lanes->order)};
 }
 
-/* true if the forces of the current member must be computed from its states */
+/* true if the current member's forces must be computed from states, because series lose their
+ * digits */
 static int watch_unlike(const struct pend_ensemble *e) {
     struct pend_tree tree = *e->problem.tree;
     tree.mass = e->member.mass;
@@ -89,7 +90,7 @@ void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
     }
 }
 
-/* the coefficients of arm k in lane i, in powers of the fraction of the step */
+/* the path of phi of arm k in lane i, in powers of the fraction of the step */
 static struct roots_path watch_phi(const struct pend_ensemble *e, int i, int k) {
     const struct ensemble_lanes *lanes = &e->lanes;
     size_t at = (size_t)(k * lanes->width + i), stride = (size_t)lanes->n * (size_t)lanes->width;
@@ -144,7 +145,7 @@ static double watch_cross(struct pend_ensemble *e, int i, int k, double most) {
     return first;
 }
 
-/* removes the crossings after the crossing that ends the member */
+/* removes the crossings that come after the one that ends the member */
 static void watch_undo(struct pend_ensemble *e, int i) {
     for (int k = 0; k < e->lanes.n; k++) {
         if (k == e->seat[i].arm) continue;
@@ -177,7 +178,7 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     return first;
 }
 
-/* the path of the force; computed from states if the step has them */
+/* the path of a force, through forces of states if the step has them */
 static struct roots_path watch_true_force(const struct event_step *step, int k, double part) {
     struct roots_path path = {.degree = EVENT_TERMS - 1};
     double power = 1;
@@ -245,7 +246,7 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
     }
     for (int k = 0; k < e->lanes.n; k++) {
         int own = i * e->lanes.n + k, peak = e->lanes.peak[k] >> i & 1;
-        // until the first sign is known, every step is searched
+        // while the first sign is unknown, every step is searched
         int turn = e->lanes.signs && isnan(e->sign_change[own]) &&
                    ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
         if (!peak && !turn) continue;
@@ -276,9 +277,9 @@ static void watch_give(struct pend_ensemble *e, int i, int count) {
     e->seat[i].row += count;
 }
 
-/* Angles from hanging at the instants x, whose angles are known. For a small swing they come from
- * the series that starts with the angles from hanging, which keep all their digits. During the
- * call, the arrays of the outcome hold that start. */
+/* Computes angles from hanging at the instants x, for which phi is known. For a small swing they
+ * are computed from a series that starts with the angles from hanging, which keeps all their
+ * digits. During the call, the arrays of the outcome hold that start. */
 static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};
@@ -362,7 +363,7 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part) {
     }
 }
 
-/* the controllers of lane i sample its state at the start of a piece, and hold their outputs */
+/* lets the controllers of lane i sample its state at the start of a piece and hold their outputs */
 static void watch_control(struct pend_ensemble *e, int i, double now,
                           const struct ensemble_state *state) {
     const struct ensemble_lanes *lanes = &e->lanes;
@@ -414,7 +415,7 @@ int pend_ensemble_watch_piece(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     if (lanes->stop[i] == e->problem.duration) return 0;
     pend_ensemble_watch_begin(e, i, e->seat[i].knot, &lanes->to);
-    // a short step to the end of a piece does not predict the length of later steps
+    // a short step to the end of a piece says nothing about the length of later steps
     for (int lane = i; lane <= i + lanes->paired; lane++) lanes->unit[lane] = e->unit[lane];
     return 1;
 }

@@ -7,16 +7,16 @@
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Returns the bytes of memory for forces computed from states, a multiple of 64. Places them in
- * that memory, aligned to 64. */
+/** Returns the bytes of memory, a multiple of 64, for forces computed from states. The second
+ * function lays them out in that memory, aligned to 64. */
 size_t pend_ensemble_watch_bytes(const struct pend_ensemble_problem *problem, int forces);
 void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory);
 
 /**
  * Returns the step that lane i just took, so that events can be searched in it.
  *
- * tree, loads  out: the pendulum of its member, with the values that positions, energies and forces
- *              need; valid until the next call; must outlive the returned step.
+ * tree, loads  out: the pendulum of the lane's member, with the values that positions, energies and
+ * forces need; valid until the next call; the returned step uses them.
  */
 struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                            struct pend_tree *tree, struct pend_loads *loads);
@@ -46,8 +46,9 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part);
 /** Returns the time at the fraction `part` of the step of lane i, s. */
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part);
 
-/** Starts the piece of lane i at `now`, s, in the time of the drives: the controllers sample
- * `state`, and the inputs and the stop of the lane are set. O(n controllers). */
+/** Starts the piece of lane i that begins at `now`, s, in the time of the drives: the controllers
+ * sample `state`, and the inputs of the lane and the time at which it stops are set. O(n
+ * controllers). */
 void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now,
                                const struct ensemble_state *state);
 

@@ -10,7 +10,7 @@
 #include "core/integrate/events/event_search.h"
 #include "core/taylor/jets_system.h"
 
-/* largest number of steps of a member between two samples: an unstable member may rotate ever
+/* most steps of a member between two samples of its controllers: an unstable member may rotate ever
  * faster */
 enum { ENSEMBLE_SAMPLE_STEPS = 200 };
 
@@ -21,16 +21,16 @@ struct ensemble_seat {
     int arm, open;        /* the arm that crossed first; number of arms that may still cross but
                            * have not */
     double first;         /* s, time of the first crossing of any arm */
-    double knot;          /* s, in the time of the drives: the end of its piece */
-    long sampled;         /* steps at the last sample of a controller */
-    double settled;       /* s, from this time on the controllers see it near their reference; NaN =
-                           * not near */
+    double knot;          /* s, in the time of the drives: the end of the current piece */
+    long sampled;         /* number of steps at the last sample of a controller */
+    double settled;       /* s, the time since which the controllers see it near their reference;
+                           * NaN = not near */
     double energy, scale; /* J: energy at the start, and the scale of the drift */
     int unlike;           /* forces are computed from states, because their series loses their
                            * digits */
-    double growth, frequency,
-        shortest; /* logarithm of the neighbour's growth so far; 1/s, divides rates to give angles;
-                   * m, divides a cart's position: length of the shortest arm */
+    double growth, frequency, shortest; /* log of the neighbour's growth so far; 1/s, the divisor
+                                         * that makes rates comparable with angles; m, the divisor
+                                         * of a cart's position, the length of the shortest arm */
 };
 
 /* The members of a run that are not delivered yet. */
@@ -40,51 +40,52 @@ struct ensemble_queue {
     int cancelled;
 };
 
-/* The current one of the members that run one by one. */
+/* The current member if members run one by one. */
 struct ensemble_alone {
     const struct pend_method *method; /* NULL = members run side by side in lanes */
     struct pend_tree tree;
     struct pend_events *search; /* conditions are searched before the motion is computed */
     void *stepper;
     int searched;
-    double end, reached; /* s, after the member's start */
+    double end, reached; /* s, since the member's start: its end; the instant reached */
 };
 
 struct pend_ensemble {
     struct pend_ensemble_problem problem;
     const struct ensemble_kernel *kernel;
     struct ensemble_lanes lanes;
-    double unit[ENSEMBLE_WIDTH_MAX]; /* s, unit of the step just taken */
+    double unit[ENSEMBLE_WIDTH_MAX]; /* s, unit of the last step's series */
     struct ensemble_queue queue;
     struct ensemble_seat seat[ENSEMBLE_WIDTH_MAX];
-    double *first_crossing; /* [lane * n + arm], as for the following arrays */
+    double *first_crossing; /* at [lane * n + arm], as in the following arrays */
     long *crossings;
     double *most, *most_time, *least, *least_time, *sign_change;
     double *sense; /* the first sign of each force, 0 = not known yet */
     struct pend_member member;
     double *turns, *turns_low; /* rad, whole turns by which the member's angles exceed the lane's:
                                 * [arm width + lane] */
-    double *phi, *rate, *phi_low; /* of an outcome */
-    double *subtree;              /* kg, of the member in `member` */
-    double *room;                 /* 4 n, of energies */
+    double *phi, *rate, *phi_low; /* state of an outcome */
+    double *subtree;              /* kg, masses of the sub-trees of `member` */
+    double *room;                 /* scratch of 4 n numbers for energies */
     /* angles, rates, forces and angles from hanging at some instants: sorted by rows, and in the
      * order of the kernel */
     double *rows[4], *instants[4];
-    struct event_truth truth;   /* space for forces of states; phi is NULL if they are not needed */
+    struct event_truth truth;   /* memory for forces computed from states; phi is NULL if they are
+                                 * not needed */
     struct event_search search; /* search for the problem's conditions */
-    struct event_watch *watch;  /* [lane * conditions + condition] */
-    double *control;            /* [lane * controls + number]: memory of the controllers */
+    struct event_watch *watch;  /* at [lane * conditions + condition] */
+    double *control;            /* memory of the controllers, at [lane * controls + number] */
     size_t controls;
     struct ensemble_alone alone;
 };
 
 /**
- * Returns the order of the errors' series: it grows by two if the number of swings grows tenfold.
- * An error of a regular motion grows like t, and a truncated series would make it grow
- * exponentially.
+ * Returns the order of the errors' series, which grows by two for ten times as many swings. The
+ * error of a regular motion grows in proportion to t, but a series of too low an order would make
+ * it grow exponentially.
  *
  * gravity, duration  m/s^2 and s, of either sign.
- * known              orders of the motion's series, the upper limit.
+ * known              order of the motion's series, the upper limit.
  */
 static inline int ensemble_spread(const struct pend_tree *tree, double gravity, double duration,
                                   int known) {

@@ -8,7 +8,7 @@
 #define NUMBER_VEC KERNEL_WIDTH
 #include "core/taylor/jets_system.h"
 
-/* bit i of a set stands for lane i; exchanges the lanes of each pair */
+/* exchanges the two lanes of each pair; in a set of lanes, bit i stands for lane i */
 #if defined(__AVX512F__)
 #define mask_set(x) ((ensemble_set)_mm512_movepi64_mask((__m512i)(x)))
 #define num_swap(x) ((lanes8)_mm512_permute_pd((__m512d)(x), 0x55))
@@ -39,8 +39,8 @@ enum {
         ARRAY_COUNT
 };
 
-/* Distance in numbers from one series to the next: an odd number of cache lines, because arrays at
- * a distance of an even number of lines evict each other. */
+/* Distance in numbers from one series to the next. It is an odd number of cache lines, because
+ * arrays at an even distance evict each other from the cache. */
 static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
 
 static size_t ensemble_numbers(const struct pend_terms *terms, int n, int order) {
@@ -51,7 +51,7 @@ static size_t ensemble_numbers(const struct pend_terms *terms, int n, int order)
 /* size of the table of a small tree's responses, in numbers */
 enum { ENSEMBLE_ANSWERS = sizeof(struct dense_table) / sizeof(num) };
 
-/* the arrays of a series, for ideal and for real pendulums */
+/* the arrays of one series, for ideal and for real pendulums */
 struct ensemble_tables {
     struct jets_system jets;
     struct bodies_system real;
@@ -62,7 +62,7 @@ static size_t ensemble_series_count(const struct pend_terms *terms, int n, int o
            (sizeof(struct ensemble_tables) + 7) / 8;
 }
 
-/* the arrays of a series, followed by their table */
+/* the arrays of a series; their table of responses follows them in memory */
 VEC_INLINE struct ensemble_tables *ensemble_table(const struct ensemble_lanes *lanes,
                                                   double *series, int order) {
     num *at = (num *)(void *)series;
@@ -161,8 +161,8 @@ static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {
     F(0), F(1), F(2), F(3), F(4), F(5), F(6), F(7), F(8)};
 #undef F
 
-/* bounds of a series on [0, x]: its first terms in Bernstein's form, the absolute values of the
- * others, and the rounding errors of all */
+/* Bounds of a series on [0, x]: from its first terms in Bernstein's form, the absolute values of
+ * the others, and the rounding errors of all. */
 VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     num top = a[0], bottom = a[0], size = num_abs(a[0]);
     for (int j = 1; j <= RANGE_DEGREE; j++) size += num_abs(a[j]);
@@ -177,7 +177,7 @@ VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     *low = bottom - rest;
 }
 
-/* the complement, as a wide_mask, of the lanes in which arm k may leave its cell during the step */
+/* the lanes in which arm k cannot leave its cell during the step */
 static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s,
                                int k, num x) {
     const num *c = s->rate + k;
@@ -195,8 +195,8 @@ static wide_mask ensemble_near(const struct ensemble_lanes *lanes, const struct 
     return ~((wide_mask)(middle + high < inside) & (wide_mask)(middle + low > -inside));
 }
 
-/* the lanes in which the force of arm k may exceed its extremes so far, and those in which it may
- * be zero */
+/* sets the lanes in which the force of arm k may exceed its extremes so far, and those in which it
+ * may be zero */
 static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x,
                            num scale) {
     const num *c = s->force + k;
@@ -262,7 +262,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     if (lanes->paired) x = num_min(x, num_swap(x));
     wide_mask lands = (wide_mask)(x >= (stop - time) * inverse);
     num next = NUM_(pick)(lands, stop, time + x * unit);
-    // the step is below the resolution of the time, which would not advance
+    // the step is so short that the time would not advance
     wide_mask still =
         (wide_mask)(next == time) | (wide_mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
     x = (next - time) * inverse;
@@ -284,7 +284,7 @@ static const double *ensemble_forces(const struct ensemble_lanes *lanes) {
     return (const double *)ensemble_view(lanes)->force;
 }
 
-/* computes one vector of instants at a time; the sums are those of ensemble_advance */
+/* computes one vector of instants at a time, with the same sums as ensemble_advance */
 static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double unit,
                             const double x[], const struct ensemble_values *to) {
     const struct jets_system *s = ensemble_view(lanes);

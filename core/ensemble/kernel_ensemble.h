@@ -8,10 +8,11 @@
 #include "core/base/isa.h"
 #include "core/tree/terms.h"
 
-/* Values of arm k in lane i are array[k * width + i]; one value per lane: array[i]. All arrays are
- * aligned to 64. */
+/* The value of arm k in lane i is array[k * width + i]; with one value per lane it is array[i]. All
+ * arrays are aligned to 64. */
 struct ensemble_state {
-    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two */
+    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two
+                                              * doubles */
     double *time;                            /* s, one value per lane */
     double *gain; /* J, one value per lane: work of drives minus heat of friction, if requested */
 };
@@ -22,9 +23,10 @@ typedef unsigned char ensemble_set;
 /* Horizons of the members, computed as in horizon.h for all lanes at once. Each array has one value
  * per lane, or one value per arm and lane. */
 struct ensemble_doubt {
-    double grade;       /* from an error to its ratio to the allowed one; 0 = no horizons */
-    double *phi, *rate; /* the errors, rad and rad/s, of each arm */
-    double *fastest, *strongest; /* largest rate, rad/s, and force, N, so far */
+    double grade;                /* factor from an error to its ratio to the allowed error; 0 = no
+                                  * horizons */
+    double *phi, *rate;          /* the errors, rad and rad/s, of each arm */
+    double *fastest, *strongest; /* largest rate, rad/s, and largest force, N, so far */
     double *time, *ratio; /* the recorded instants, s, and the largest ratio of an error to the
                            * allowed one at each */
     double *held;         /* s, the instant up to which the accuracy holds; ENSEMBLE_HELD until it
@@ -34,7 +36,7 @@ struct ensemble_doubt {
     double *limit;        /* ensemble_limits numbers per lane, for series that do not converge */
 };
 
-/** Returns the numbers per lane for the limits of errors' series of n arms. */
+/** Returns how many numbers per lane the limits of the errors' series of n arms need. */
 static inline size_t ensemble_limits(int n, int order) {
     return 4 * (size_t)n * (size_t)(order + 1);
 }
@@ -47,15 +49,15 @@ enum { ENSEMBLE_DOUBT_BEYOND = 1 };
 
 struct ensemble_lanes {
     int n, order, width;
-    int known; /* orders of the series, at least `order` */
+    int known; /* order of the series that is computed, at least `order` */
     struct ensemble_doubt doubt;
     int paired; /* lanes 2 j and 2 j + 1 take the same step */
     const int *parent, *end;
     double log_rtol, log_atol; /* binary logarithms */
     double bound; /* rad; searches for crossings of theta = bound + 2 i bound; 0 = none */
     int extremes,
-        signs;  /* non-zero: searches for new extremes of forces, and for changes of sign */
-    int forces; /* non-zero: forces beyond the start of a step are needed */
+        signs;  /* non-zero to search for new extremes of forces, and for changes of their sign */
+    int forces; /* non-zero if forces are needed at other instants than the start of a step */
     struct ensemble_state from, to; /* start and end of the step */
     double *len, *inv_len, *mass;   /* properties of each arm */
     double *gravity, *unit, *stop;  /* one value per lane; unit and stop - time have the same
@@ -64,13 +66,13 @@ struct ensemble_lanes {
     const struct pend_terms *terms; /* terms of real pendulums; NULL = ideal pendulums */
     double *value;                  /* values of the terms: number j of lane i at value[j * width +
                                      * i] */
-    double *power; /* out: coefficient j of the step's gain per unit of x, divided by j + 1, J, at
-                    * power[j * width + lane]; NULL if not needed */
-    double *step;  /* out: the step in units */
+    double *power; /* out: coefficient j of the step's energy gain per unit of x, divided by j + 1,
+                    * J, at power[j * width + lane]; NULL if not needed */
+    double *step;  /* out: length of the step in units */
     double *cell;  /* the index i of the cell that contains theta of each arm */
-    double *force_max, *force_min;    /* N, extremes of each arm so far */
-    ensemble_set *near, *peak, *turn; /* out, one set per arm: the step may leave the cell, the
-                                       * force may exceed its extremes, the force may be zero */
+    double *force_max, *force_min;    /* N, extremes of each arm's force so far */
+    ensemble_set *near, *peak, *turn; /* out, one set of lanes per arm: the step may leave the cell;
+                                       * the force may exceed its extremes; the force may be zero */
     double *series; /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
     double *share;  /* 1 / (j + 1) of order j */
 };
@@ -81,7 +83,7 @@ enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8, ENSEMBLE_ORDER_MAX = 32 };
 struct ensemble_attention {
     ensemble_set done;  /* stop is reached */
     ensemble_set bad;   /* a value is not finite, or the time does not advance */
-    ensemble_set near;  /* an arm may have left its cell */
+    ensemble_set near;  /* the force of an arm may have exceeded an extreme or crossed zero */
     ensemble_set force; /* the force of an arm may have passed an extreme or zero */
 };
 
@@ -98,7 +100,7 @@ struct ensemble_kernel {
     void (*prepare)(struct ensemble_lanes *lanes);
     /** Returns the start of the series of the forces; those of the rates begin at `series`. */
     const double *(*force)(const struct ensemble_lanes *lanes);
-    /** Takes one step in every lane, never beyond stop. */
+    /** Takes one step in every lane, which never goes beyond `stop`. */
     void (*step)(struct ensemble_lanes *lanes, struct ensemble_attention *attention);
     /**
      * Computes the values of one lane at ENSEMBLE_INSTANTS instants x inside its last step, in

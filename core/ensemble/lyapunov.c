@@ -10,12 +10,12 @@
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
-/* distance of the neighbours on both sides, rad: the linear law neglects its square, and rounding
+/* rad, distance of the neighbours on both sides: the linear law neglects its square, and rounding
  * errors are 1e-11 of it */
 static const double lyapunov_distance = 1e-5;
 
-/* largest neglected component, relative to the shortest remaining direction; if it is below the
- * second value, longer pieces suffice */
+/* limits of the largest neglected component, relative to the shortest remaining direction: above
+ * the first the piece is repeated in halves, below the second pieces become longer */
 static const double lyapunov_error = 1e-6, lyapunov_little = 1e-9;
 
 enum {
@@ -29,23 +29,24 @@ struct pend_lyapunov {
     const struct pend_tree *tree;
     struct pend_loads loads;
     double rtol, frequency, interval;
-    double start; /* s, the start of the first interval that counts, in the time of drives */
-    int whole;    /* motions do not depend on whole turns, because there are no springs */
+    double start; /* s, the start of the first interval that counts, in the time of the drives */
+    int whole;    /* whether whole turns do not matter, because there are no springs */
     int n, count;
-    double unit;                    /* m, divides the position of a cart; 1 without a cart */
-    struct pend_ensemble *ensemble; /* workspace for pieces of this length */
-    long pieces, piece;             /* number of pieces in an interval; number of finished pieces */
-    int under_way;                  /* a piece has started */
+    double unit;                    /* m, divisor of a cart's position; 1 without a cart */
+    struct pend_ensemble *ensemble; /* workspace for pieces of the current length */
+    long pieces, piece;             /* number of pieces in the current interval; number of finished
+                                     * pieces */
+    int under_way;                  /* whether a piece has started */
     double neglected;               /* the largest neglected component in this interval, relative to
                                      * the remaining length of a direction */
-    enum pend_status status;        /* status of a motion that could not be computed */
+    enum pend_status status;        /* failure of a motion, or PEND_OK */
     double failed_at;
     long steps, intervals;
-    double *base;      /* 2 n: angles, and rates over the frequency */
+    double *base;      /* 2 n numbers: angles, and rates divided by the frequency */
     double *direction; /* count x 2 n, orthonormal */
     double *end;       /* (2 count + 1) x 2 n: final states of the motion and its neighbours */
-    double *growth;    /* count: logarithms */
-    long a_mark;       /* number of intervals from one mark to the next */
+    double *growth;    /* log of the growth of each of `count` directions */
+    long a_mark;       /* intervals between two marks */
     int marks;         /* number of marks in use */
     double *mark;      /* count x LYAPUNOV_MARKS: the logarithmic growth at equidistant instants */
     double *length;    /* count: the factor by which a piece has stretched each direction, without
@@ -142,8 +143,8 @@ static void lyapunov_aim(struct pend_lyapunov *lyapunov) {
 
 /* --- an interval --- */
 
-/* Converts the ends of the neighbours to directions, in the first rows after the motion's own.
- * Returns 0 if the deviation from linearity is too large; the error of two opposite neighbours
+/* Turns the ends of the neighbours into directions, in the first rows after the motion's own.
+ * Returns 0 if the deviation from linearity is too large. With two opposite neighbours this error
  * grows as the third power of their distance. */
 static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
@@ -210,7 +211,7 @@ static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pen
     return lyapunov_open(lyapunov, error);
 }
 
-/* sets a mark if one is due; if all marks are used, keeps every second mark */
+/* sets a mark if one is due; when all marks are used, keeps only every second one */
 static void lyapunov_mark(struct pend_lyapunov *lyapunov) {
     if (lyapunov->intervals % lyapunov->a_mark) return;
     for (int i = 0; i < lyapunov->count; i++)
@@ -263,9 +264,9 @@ static double lyapunov_shortest(const struct pend_lyapunov_problem *problem) {
     return shortest;
 }
 
-/* 1/s, approximate frequency of the fastest swing. Rates divided by it make an oscillation a
- * near-circle, which hardly stretches any direction. Without gravity, it is the largest rate of an
- * arm, or 1 over the interval. */
+/* 1/s, approximate frequency of the fastest swing. An oscillation with its rate divided by it is
+ * nearly a circle, along which directions are hardly stretched. Without gravity, it is the largest
+ * rate of an arm, or 1 over the interval. */
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = lyapunov_shortest(problem);
     double frequency = sqrt(fabs(problem->loads.gravity) * sqrt(problem->tree->n) / shortest);
@@ -313,8 +314,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
     made->mark = made->length + count;
     made->a_mark = 1;
     for (size_t k = 0; k < n; k++) {
-        // neighbours are at a distance of 1e-5 rad; digits beyond those of a double are irrelevant
-        // relative to that distance
+        // neighbours are 1e-5 rad away, so that digits beyond those of a double do not matter
         double low = problem->phi_low ? problem->phi_low[k] : 0;
         made->base[k] =
             made->whole ? pend_turns_rest(problem->phi[k], low, NULL).high : problem->phi[k];

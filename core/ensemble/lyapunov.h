@@ -12,10 +12,10 @@ struct pend_lyapunov_problem {
     const struct pend_tree *tree; /* must outlive the computation */
     struct pend_loads loads;      /* gravity and other loads; its terms and their values must
                                    * outlive the computation too */
-    /* the start, n values each, stored order; copied. The position of a cart counts in lengths of
+    /* the start, n values each, stored order; copied. A cart's position is measured in lengths of
      * the shortest arm. */
     const double *phi, *rate;
-    int count;       /* number of exponents, the largest first; 1 .. 2 n */
+    int count;       /* number of exponents, 1 .. 2 n, the largest ones */
     double interval; /* s, > 0: time after which the directions are made orthonormal again; this may
                       * happen more often */
     double rtol;     /* local error tolerance of the motions, as for the taylor method; 0 = 1e-14 */
@@ -28,7 +28,7 @@ struct pend_lyapunov;
 /**
  * Prepares a computation at time 0.
  *
- * lyapunov  out; NULL on failure; ends with pend_lyapunov_free.
+ * lyapunov  out; NULL on failure; released by pend_lyapunov_free.
  *
  * PEND_INVALID    the count, the interval or the tolerance is out of range.
  * PEND_NO_MEMORY  6 n x count numbers.
@@ -67,9 +67,9 @@ void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double expone
 /**
  * Computes the standard error of each exponent, 1/s: the error of the mean over 16 to 31 time spans
  * of equal length, from the scatter of their growth rates, plus 1 over the total time, because the
- * directions take time to align. About two in three exponents of a longer time lie within one
- * error, nearly all within two; exponents that tend to 0 are within two errors of 0. With fewer
- * than four spans, the error is at least the size of the exponent.
+ * directions take time to align. About two in three exponents computed over a longer time lie
+ * within one error, nearly all within two. Exponents whose true value is 0 lie within two errors of
+ * 0. With fewer than four spans, the error is at least the size of the exponent.
  *
  * error  out, `count` values.
  */
@@ -80,8 +80,8 @@ void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
  */
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
 
-/** Returns the frequency, 1/s, that divides differences of rates before they are compared with
- * differences of angles. */
+/** Returns the divisor of differences of rates, 1/s, that makes them comparable with differences of
+ * angles. */
 double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov);
 
 /** Returns the number of integration steps of all motions so far. */

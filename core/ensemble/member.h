@@ -16,12 +16,13 @@ struct pend_member {
     struct pend_loads loads; /* gravity and other loads; its terms are those of the problem */
     double *value;           /* values of the terms of this member, loads.terms->count; loads.value
                               * points to them; NULL without terms */
-    double start;            /* s, the start of the member in the time of its drives; otherwise 0 */
+    double start;            /* s, the start of the member in the time of its drives; 0 without
+                              * drives */
     double *phi_low;         /* rad, low-order part of phi; NULL if not needed */
 };
 
 /**
- * Returns the tree of a member, which borrows all its arrays. Do not free it; it is valid as long
+ * Returns the tree of a member, which borrows all its arrays. Do not free it. It is valid as long
  * as the arrays of the member, and the tree whose shape it has, exist.
  *
  * subtree  out, n values, kg, stored order.
@@ -35,8 +36,8 @@ struct pend_tree pend_member_tree(const struct pend_tree *shape, const struct pe
 enum pend_stop { PEND_STOP_TIME, PEND_STOP_BOUND, PEND_STOP_EVENT, PEND_STOP_FAILED };
 
 /* When a member ends. With a bound: at the end of the time, at the first crossing of any arm, or
- * after the step in which the last arm able to cross has crossed. With conditions: at the end of
- * the time, or after the step in which the last condition is complete. */
+ * after the step in which the last arm that has the energy to cross has crossed. With conditions:
+ * at the end of the time, or after the step in which the last condition is complete. */
 enum pend_until { PEND_UNTIL_TIME, PEND_UNTIL_FIRST, PEND_UNTIL_ALL, PEND_UNTIL_TOLD };
 
 /* Optional quantities besides the end and the crossings; each takes some time. */
@@ -47,9 +48,11 @@ enum pend_observe {
     PEND_OBSERVE_LYAPUNOV = 8  /* the growth of the distance to a neighbour; twice the work */
 };
 
-/* Forces of each arm, N, compression positive, over the whole motion, not only at samples. */
+/* Extremes of each arm's force over the whole motion, not only at samples: N, compression
+ * positive. */
 struct pend_force_range {
-    const double *most, *most_time, *least, *least_time; /* s */
+    const double *most, *most_time, *least, *least_time; /* forces, N, and the times at which they
+                                                          * occur, s */
 };
 
 /* The outcome of a member; arrays of n values, valid only during the call. */
@@ -64,17 +67,17 @@ struct pend_outcome {
     const double *phi_low;    /* rad, low-order part of phi; NULL if unknown */
     const double *first_crossing;  /* s, first crossing of each arm; NaN = never; may be NULL */
     const long *crossings;         /* number of crossings of each arm; NULL without a bound */
-    struct pend_force_range force; /* NULLs if not requested */
+    struct pend_force_range force; /* pointers are NULL if not requested */
     const double *sign_change;     /* s, time at which each arm's force first changes sign; NaN =
                                     * never; NULL = not requested */
     double energy_drift; /* |E - E(start)| at the end over pend_kinematics_energy_scale. For a real
                           * pendulum, the work of drives and the heat of friction are subtracted,
                           * and the scale includes them. */
-    double horizon;  /* s, up to which the member keeps the problem's accuracy; equal to `time` if
-                      * it never loses it; NaN if the problem has no accuracy */
-    double settled;  /* s, from this time on `settle` holds; NaN = it does not hold in the last
+    double horizon;  /* s, the time up to which the member keeps the problem's accuracy; equal to
+                      * `time` if it never loses it; NaN if the problem has no accuracy */
+    double settled;  /* s, the time from which on `settle` holds; NaN = it does not hold in the last
                       * tenth of the time */
-    double lyapunov; /* 1/s, logarithm of a neighbour's growth over the time; NaN for time 0 */
+    double lyapunov; /* 1/s, log of a neighbour's growth divided by the time; NaN for time 0 */
     long steps;
 };
 
@@ -91,8 +94,8 @@ typedef int pend_deliver_fn(void *context, long i, const struct pend_outcome *ou
 typedef void pend_rows_fn(void *context, long i, long first, int count, const double phi[],
                           const double rate[], const double force[], const double theta[]);
 
-/** Receives a passage of a condition of member number i and the state at it, n values each.
- * Passages arrive in the order of time, before the member's outcome. */
+/** Receives a passage of a condition of member number i, and the state at its instant, n values
+ * each. Passages arrive in the order of time, before the member's outcome. */
 typedef void pend_hit_fn(void *context, long i, const struct pend_hit *hit, const double phi[],
                          const double rate[]);
 
@@ -101,19 +104,19 @@ struct pend_ensemble_problem {
     struct pend_loads loads; /* gravity and other loads */
     double duration;         /* s, either sign */
     double rtol, atol;       /* tolerances, as for the taylor method */
-    double accuracy;         /* accuracy of horizons (horizon.h), > 0; 0 = none */
+    double accuracy;         /* requested accuracy, for horizons (horizon.h), > 0; 0 = none */
     /* rad, > 0: records when theta = phi + pi/2 of an arm, not a cart, crosses bound + 2 i bound
      * for an integer i. A bound of pi finds flips. Touching the bound inside a step counts, but not
      * a start on it. 0 = none. */
     double bound;
-    double settle; /* rad, > 0: records from which time on pend_control_near holds at all samples of
-                    * the controllers; 0 = not requested */
+    double settle; /* rad, > 0: records the time from which on pend_control_near holds at all
+                    * samples of the controllers; 0 = not requested */
     enum pend_until until;
     int spare; /* non-zero: the final state is not needed. An ideal member without the energy for
                 * any arm to reach its bound is delivered at once, with `time` equal to the duration
                 * and no steps. */
-    unsigned observe;    /* enum pend_observe, or-ed */
-    const double *times; /* s, instants of rows, in the direction of the duration, within it */
+    unsigned observe;    /* flags of enum pend_observe */
+    const double *times; /* s, instants of the rows, within the duration and in its direction */
     long times_count;    /* 0 = no rows */
     int events;          /* number of conditions, with until PEND_UNTIL_TIME or _TOLD; 0 = none */
     const struct pend_event *event; /* must outlive the ensemble; `stop` ends the member */

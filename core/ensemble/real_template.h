@@ -10,24 +10,24 @@
 #include "core/taylor/lanes/lanes_loads_template.h"
 #include "core/tree/turns.h"
 
-/* largest coordinate, rad, of a neighbour's distance, small enough for linear errors; an error
- * below the second value counts as 0 */
+/* rad, the largest coordinate of a neighbour's distance, small enough for linear errors; and the
+ * size below which an error counts as 0 */
 static const double real_near = 0x1p-20, real_least = 0x1p-1000;
 
-/* Returns the numbers that a series to `order` needs in addition to those of an ideal pendulum; 0
- * for an ideal pendulum. */
+/* Returns how many numbers a series up to `order` needs in addition to those of an ideal pendulum;
+ * 0 for an ideal pendulum. */
 static size_t real_numbers(const struct pend_terms *terms, int n, size_t series, int order) {
     return terms ? bodies_numbers(terms, (size_t)n, series, order) : 0;
 }
 
-/* places the additional arrays; the others are those of an ideal pendulum */
+/* lays out the additional arrays; the others are those of an ideal pendulum */
 static void real_lay(struct bodies_system *b, const struct ensemble_lanes *lanes,
                      const struct jets_system *s, size_t series, int order, num *memory) {
     *b = jets_bodies(s, lanes->terms, (const num *)(const void *)lanes->value);
     bodies_lay(b, (size_t)s->n, series, order, memory);
 }
 
-/* the instant of a state, in units */
+/* the instant of a state, in the unit of time */
 VEC_INLINE struct bodies_moment real_moment(const struct ensemble_lanes *lanes, num unit,
                                             num gravity) {
     num start = NUM_(get)(lanes->start), time = NUM_(get)(lanes->from.time);
@@ -75,13 +75,13 @@ static __attribute__((noinline)) void real_expand(const struct ensemble_lanes *l
     real_orders(s, b, &now, order, lanes->forces);
 }
 
-/* the step of x units, or a shorter step that the joints' dry friction requires */
+/* the step of x units, or the shorter one that dry friction in joints requires */
 static num real_reach(const struct bodies_system *b, num x) {
     return b->need & BODIES_FRICTION ? bodies_reach(b, x) : x;
 }
 
-/* The work of the pivot in x units from the orders beyond those of its power, as
- * pend_exchange_beyond, times unit^2. */
+/* The work of the pivot in x units from the orders beyond those of its power, times unit^2, as in
+ * pend_exchange_beyond. */
 static num real_beyond(const struct bodies_system *b, int order, num x) {
     num sum = num_of(0);
     for (int k = 2 * order - 2; k >= order; k--) {
@@ -112,7 +112,8 @@ static __attribute__((noinline)) void real_balance(const struct ensemble_lanes *
 }
 
 /* A time, s, that converts the error of a rate to that of an angle. Dry friction is linear only for
- * distances small compared with its speed; the joint with the smallest friction speed decides. */
+ * rates that are small compared with its friction speed, so the joint with the smallest such speed
+ * decides. */
 static num real_time(const struct ensemble_lanes *lanes, num length) {
     const double linear = 1e-5;
     const struct pend_terms *terms = lanes->terms;
@@ -124,9 +125,9 @@ static num real_time(const struct ensemble_lanes *lanes, num length) {
     return time;
 }
 
-/* The series of the errors, to first order: the series of a neighbour in their direction minus that
- * of the motion, as in neighbour.c, stored in the rates of `near`. Returns the largest error of a
- * force at the start, times unit^2. s: the series of the neighbour. */
+/* Computes the series of the errors, to first order, as in neighbour.c: the series `s` of a
+ * neighbour, displaced in the direction of the errors, minus the series of the motion. Stores it in
+ * the rates of `near`. Returns the largest error of a force at the start, times unit^2. */
 static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *lanes,
                                                  const struct jets_system *s,
                                                  const struct bodies_system *own,
@@ -138,7 +139,7 @@ static __attribute__((noinline)) num real_spread(const struct ensemble_lanes *la
     num most = num_of(real_least), force = num_of(0), time = real_time(lanes, x * unit);
     const num *error_phi = (const num *)(const void *)doubt->phi,
               *error_rate = (const num *)(const void *)doubt->rate;
-    // uses arrays of the series that are not needed yet
+    // scratch: arrays of the series that are not needed yet
     num *phi = near->turned, *low = near->pulled;
     for (int k = 0; k < own->n; k++)
         most = num_max(most, num_max(num_abs(error_phi[k]), num_abs(error_rate[k] * time)));
