@@ -90,8 +90,8 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
     return used + pend_fit_model_lay(&fit->model, p, block ? block + used : NULL);
 }
 
-/* the approximate time, s, of a swing, or of a turn if an arm rotates faster: the first window
- */
+/* approximate duration, s, of a swing, or of a turn if an arm rotates faster: the length of the
+ * first window */
 static double fit_swing(const struct pend_fit_problem *problem) {
     double length = 0;
     double span = pend_fit_since(problem, problem->rows - 1) - pend_fit_since(problem, 0);
@@ -107,12 +107,13 @@ double pend_fit_bytes(const struct pend_fit_problem *problem) {
     double q = problem->unknowns, m = (double)problem->rows * problem->columns;
     // GSL stores the slopes, their factorization and a copy
     double own = (double)fit_lay(&sketch, NULL) + 8 * (4 * m * q + 9 * m + 10 * q * q);
-    // a single run is not larger than the whole problem, and may be divided too
+    // a single run needs at most as much as the whole problem, and may be divided into pieces too
     if (pend_fit_runs(problem) > 1) return 4 * own;
     return own + pend_fit_pieces_bytes(problem, fit_swing(problem));
 }
 
-/* the rows of the first window: one swing, and at least twice as many measurements as unknowns */
+/* number of rows in the first window: one swing, and at least twice as many measurements as
+ * unknowns */
 static long fit_first(const struct pend_fit_problem *problem) {
     double until = pend_fit_since(problem, 0) + fit_swing(problem);
     long rows = 0, count = 0;
@@ -124,7 +125,8 @@ static long fit_first(const struct pend_fit_problem *problem) {
     return rows;
 }
 
-/* more steps than this occur only for extreme values of the unknowns, where no minimum lies */
+/* limits the steps of a motion: only extreme values of the unknowns, far from any minimum, need
+ * more */
 static void fit_cap(struct pend_fit_problem *problem) {
     double swings = pend_fit_since(problem, problem->rows - 1) / fit_swing(problem);
     double most = FIT_STEPS + FIT_STEPS * problem->n * swings;
@@ -209,7 +211,7 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     pend_fit_told_clear(&told);
     if (status != PEND_OK) return pend_fit_state_lost(status, error);
     if (ahead > p->rows) ahead = p->rows;
-    // if no later rows are left, the prediction ends with the last row
+    // if the window ends with the last row, so does the prediction
     status = pend_fit_state_look(fit, ahead, error);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK)
@@ -283,9 +285,8 @@ static enum pend_status fit_put(struct pend_fit *fit, double *squares, double *v
     return status == PEND_OK ? PEND_OK : pend_fit_state_lost(status, error);
 }
 
-/* Whether the search continues after it has converged on all rows. It continues inside a bound that
- * was active without need, or once with all bounded unknowns moved inside, to find another minimum.
- */
+/* Decides whether the search continues after it has converged on all rows: inside a bound that need
+ * not be active, or once with all bounded unknowns moved inside, to find another minimum. */
 static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
                                   struct pend_error *error) {
     double gain = 0, squares, variance;
@@ -302,17 +303,18 @@ static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
     if (free && fit->inside) return PEND_OK;
     *again = pend_fit_release_move(fit, free, variance) > 0;
     if (free) fit->inside = 1;
-    // in the curved valley of a chaotic motion, steps become short long before the minimum
+    // in the curved valley of a chaotic motion, steps become short long before the minimum is
+    // reached
     if (!free && !*again) *again = fit->anew = 1;
     fit->begun = !*again;
     return PEND_OK;
 }
 
-/* one iteration in the window; over: set if no further iteration follows */
+/* one iteration in the window; sets *over if no further iteration follows */
 static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend_error *error) {
     double squares, variance;
     int put = 0, whole = fit->window == fit->problem.rows, why = 0;
-    // the tolerance of the slope is squared, because the residuals may be exactly 0
+    // GSL compares the square of the slope with this tolerance, because residuals may be exactly 0
     double tolerance = !whole ? fit_rough : fit->anew ? fit_finest : fit_fine;
     int stuck = gsl_multifit_nlinear_iterate(fit->search->work);
     fit->here++;
@@ -322,14 +324,14 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
             gsl_multifit_nlinear_test(tolerance, tolerance * tolerance, 0, &why,
                                       fit->search->work) == GSL_SUCCESS;
     if (*over || !whole || fit->here % FIT_BOUND_ITERATIONS) return PEND_OK;
-    // a bound that cuts off the minimum is only approached, very slowly
+    // if the minimum lies beyond a bound, iterations approach the bound only very slowly
     if (fit_put(fit, &squares, &variance, &put, error) == PEND_NO_MEMORY) return PEND_NO_MEMORY;
     if (put) fit->begun = 0;
     return PEND_OK;
 }
 
-/* Whether the iterations are used up. A first search that multiple shooting may follow gets half of
- * them; a search that starts from separately fitted runs is already near its end. */
+/* Returns whether the iterations are used up. A first search that multiple shooting may follow gets
+ * half of them, or seven eighths with several runs. */
 static int fit_used(const struct pend_fit *fit) {
     int most = fit->problem.iterations,
         other = pend_fit_runs(&fit->problem) > 1 ? most / 8 : most / 2;
@@ -347,8 +349,8 @@ static enum pend_status fit_single(struct pend_fit *fit, int run, struct pend_er
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
 }
 
-/* Divides the motion into pieces if the first search has not converged, has found a wrong minimum,
- * or has reached values without a motion. */
+/* divides the motion into pieces if the first search has not converged, has found a wrong minimum,
+ * or has reached values for which the motion cannot be computed */
 static enum pend_status fit_cut(struct pend_fit *fit, enum pend_status ended,
                                 struct pend_error *error) {
     int left = fit->result.iterations < fit->problem.iterations;
@@ -378,7 +380,8 @@ static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error)
     return pend_fit_end(fit, error);
 }
 
-/* one iteration of multiple shooting; after the last one, the search uses all rows */
+/* after the last iteration in a window: enlarges the window, starts another round, or ends the
+ * fit */
 static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *error) {
     int over = 0;
     if (pend_fit_pieces_step(fit->pieces, &over, &fit->result.evaluations) != PEND_OK)
@@ -398,9 +401,9 @@ static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *erro
     return PEND_OK;
 }
 
-/* One iteration on a single run. Once every run is explained, the whole problem starts from the
- * states that the runs found, with the other unknowns of the best explained run. Otherwise the
- * search of the whole problem continues. */
+/* One iteration on a single run. Once the search of every run follows its data, the whole problem
+ * starts from the states of these searches, with the other unknowns of the run that is explained
+ * best. Otherwise the search of the whole problem continues. */
 static enum pend_status fit_runs_alone(struct pend_fit *fit, struct pend_error *error) {
     const struct pend_fit_problem *p = &fit->alone->problem;
     int over = 0, next = fit->alone->run + 1, q = fit->problem.unknowns;
@@ -439,8 +442,8 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
         PEND_TRY(fit_iterate(fit, &over, error));
     else if (status == PEND_NO_MEMORY || isinf(fit->least))
         return fit->result.iterations > 1 ? fit_cut(fit, status, error) : status;
-    else // if the continued search reaches values without a motion, the previous minimum is the
-         // answer
+    else // if the continued search reaches values for which the motion cannot be computed, the
+         // previous minimum is the answer
         (void)fit_lowest(fit, INFINITY);
     status = over || fit_used(fit) ? fit_next(fit, error) : PEND_OK;
     if (status != PEND_OK || fit->ready) status = fit_cut(fit, status, error);

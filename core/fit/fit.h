@@ -1,5 +1,5 @@
-/* Parameters of a pendulum from measurements: least squares over its motion, with the derivatives
- * of the motion, by Levenberg and Marquardt's method with geodesic acceleration.
+/* Parameters of a pendulum from measurements: least squares over its motion and the motion's
+ * derivatives, by Levenberg and Marquardt's method with geodesic acceleration.
  * Leaves to others: reading data and naming parameters (api), the motion (core/derivatives).
  * Invariant: a converged fit is a minimum of the sum of squares within the bounds, to first or, if
  * the slopes are not sufficient, to second order, and its motion follows the data. */
@@ -29,10 +29,10 @@ void pend_fit_free(struct pend_fit **fit);
 /**
  * Takes one iteration.
  *
- * The fit starts with the first swing and adds later rows while the current values predict them;
- * otherwise a chaotic motion has too many minima. An unknown that reaches a bound is fixed there
- * while the sum of squares decreases in that direction. Once, the search restarts from inside all
- * bounds, and the lower minimum is kept. If the search does not converge within half of the
+ * The fit starts with the first swing and adds later rows while the current values predict them,
+ * because all rows of a chaotic motion have too many minima. An unknown that reaches a bound is
+ * fixed there while the sum of squares decreases in that direction. The search restarts once from
+ * inside all bounds; the lower minimum is kept. If the search does not converge within half of the
  * iterations, or the residuals are ten times the noise, it restarts by multiple shooting
  * (fit_pieces.h).
  *

@@ -1,14 +1,15 @@
-/* One of several motions as a separate problem: its rows, its start, and the unknowns that it
- * depends on. Leaves to others: the search (fit), which starts all motions from their separate
- * solutions. Invariant: a separate solution is only a start. */
+/* One of several motions as a separate problem: its rows, its start, and the unknowns on which it
+ * depends.
+ * Leaves to others: the search (fit), which starts all motions from their separate solutions.
+ * Invariant: a separate solution is only a start. */
 #pragma once
 
 #include "core/fit/fit_problem.h"
 
 struct fit_alone {
     struct pend_fit_problem problem;
-    int run;   /* its index in the whole problem */
-    int *from; /* for each unknown its index in the whole problem */
+    int run;   /* index of the run in the whole problem */
+    int *from; /* for each unknown, its index in the whole problem */
 };
 
 /** Extracts a run, 0 .. runs - 1, from a problem of several, which must outlive it; it gets half of

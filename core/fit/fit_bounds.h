@@ -1,4 +1,4 @@
-/* Bounds of unknowns: a fit varies unbounded inner numbers.
+/* Bounds of unknowns: the search varies unbounded inner numbers instead of the unknowns.
  * Leaves to others: the fit (fit).
  * Invariant: a value is between its bounds for any inner number: by a sine for two bounds, an
  * exponential for one. */
@@ -8,7 +8,7 @@
 
 #include "core/fit/fit_problem.h"
 
-/** Returns the value of an inner number. O(1). */
+/** Returns the value of an unknown for an inner number. O(1). */
 static inline double fit_bounds_outer(const struct pend_fit_unknown *u, double x) {
     if (isfinite(u->low) && isfinite(u->high))
         return u->low + (u->high - u->low) * 0.5 * (1 + sin(x));
@@ -17,7 +17,7 @@ static inline double fit_bounds_outer(const struct pend_fit_unknown *u, double x
     return x;
 }
 
-/** Returns the inner number of a value between its bounds. O(1). */
+/** Returns the inner number for a value between the bounds. O(1). */
 static inline double fit_bounds_inner(const struct pend_fit_unknown *u, double value) {
     if (isfinite(u->low) && isfinite(u->high))
         return asin(2 * (value - u->low) / (u->high - u->low) - 1);
@@ -34,8 +34,9 @@ static inline double fit_bounds_stretch(const struct pend_fit_unknown *u, double
     return 1;
 }
 
-/** Returns whether a value is at a bound, which no inner number reaches exactly: the distance is
- * below a millionth of the interval, or of the bound's size if there is only one bound. O(1). */
+/** Returns whether a value counts as being at a bound: its distance is below a millionth of the
+ * interval, or of the bound's size if there is only one bound. No inner number reaches a bound
+ * exactly. O(1). */
 static inline int fit_bounds_at(const struct pend_fit_unknown *u, double value) {
     double size = fmax(fabs(u->start), 1e-3);
     if (isfinite(u->low) && isfinite(u->high)) size = u->high - u->low;

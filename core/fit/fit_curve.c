@@ -36,7 +36,8 @@ static enum pend_status curve_clear(struct curve *curve, struct pend_fit *fit,
     return status;
 }
 
-/* half of the derivatives of the sum of squares by relative changes; 0 for fixed unknowns */
+/* half the derivatives of the sum of squares with respect to relative changes of the unknowns; 0
+ * for fixed unknowns */
 static void curve_slopes(const struct pend_fit *fit, double gradient[]) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     size_t q = (size_t)fit->problem.unknowns;
@@ -48,8 +49,8 @@ static void curve_slopes(const struct pend_fit *fit, double gradient[]) {
     }
 }
 
-/* the derivative of the slopes along a direction, into the first gradient; `there` = 0 if the
- * motion cannot be computed */
+/* the derivative of the slopes along a direction, written to the first gradient; sets `there` to 0
+ * if the motion cannot be computed */
 static enum pend_status curve_change(struct curve *curve, struct pend_fit *fit,
                                      const double direction[], int *there) {
     int q = fit->problem.unknowns;
@@ -85,8 +86,8 @@ enum pend_status pend_fit_curve_along(struct pend_fit *fit, const double directi
     return curve_clear(&curve, fit, status);
 }
 
-/* the derivative of the slopes along every identifiable direction; `there` = 0 if the motion cannot
- * be computed */
+/* the derivatives of the slopes along all identifiable directions; sets `there` to 0 if the motion
+ * cannot be computed */
 static enum pend_status curve_bend(struct curve *curve, struct pend_fit *fit,
                                    const struct fit_told *told, double bend[], int *there) {
     int q = told->q;

@@ -1,7 +1,7 @@
 /* Second derivatives of the sum of squares at the end of a search, if its slopes do not decide
- * whether that is a minimum. Example: the closest match to frequencies that no pendulum has is a
- * pendulum with two equal values. There the frequencies depend on neither value to first order, and
- * a step of any size seems to gain.
+ * whether that is a minimum. Example: if no pendulum has the given frequencies, the closest match
+ * has two equal values. There the frequencies depend on neither value to first order, and a step of
+ * any size seems to be a gain.
  * Leaves to others: first derivatives (fit_told), how a fit ends (fit_end).
  * Invariant: value, residual, slope and held of the fit are restored. */
 #pragma once

@@ -35,7 +35,8 @@ static void end_errors(struct pend_fit *fit, double variance) {
         }
 }
 
-/* the last row of a run up to which the mean residual of adjacent rows does not exceed two sigma */
+/* the last row of a run up to which the mean square of adjacent residuals is at most six times the
+ * variance */
 static double end_follows(const struct pend_fit *fit, int run, double variance) {
     enum { TOGETHER = 8 };
     const struct pend_fit_problem *p = &fit->problem;
@@ -56,8 +57,8 @@ static double end_follows(const struct pend_fit *fit, int run, double variance) 
     return sum > 6 * variance * (double)count ? last : until;
 }
 
-/* Determines the time up to which each run fits the data: its end if the model is accepted. Without
- * a sigma, the limit of the residual is `most`, a tenth of the data's own size, if the motion
+/* Determines the time up to which each run fits the data: the run's end if the model is accepted.
+ * Without a sigma, residuals are limited by `most`: a tenth of the data's own size, if the motion
  * explains that much. */
 static void end_follow(struct pend_fit *fit, double variance, double most) {
     int known = pend_fit_state_known(fit);
@@ -68,7 +69,7 @@ static void end_follow(struct pend_fit *fit, double variance, double most) {
             known || fit->result.explained > fit_clear ? end_follows(fit, run, far) : NAN;
 }
 
-/* the residuals of adjacent rows are correlated, so they are not noise */
+/* returns whether residuals of adjacent rows are correlated, so that they are not noise */
 static int end_drifts(const struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     double common = 0, all = 0;
@@ -98,7 +99,7 @@ static enum pend_fit_end end_kind(const struct pend_fit *fit, int minimum) {
     return strange ? PEND_FIT_STRANGE : PEND_FIT_CONVERGED;
 }
 
-/* an unknown that diverged; -1 = none */
+/* the index of an unknown that diverged; -1 = none */
 static int end_away(const struct pend_fit *fit) {
     size_t q = (size_t)fit->problem.unknowns;
     for (size_t j = 0; j < q; j++) {
@@ -112,8 +113,8 @@ static int end_away(const struct pend_fit *fit) {
 }
 
 /* A direction with zero slope still counts as identifiable if its second derivative is large
- * enough: a relative step of 1 must change the sum of squares by more than the variance. Returns
- * the number of such directions. */
+ * enough: a relative step of 1 must change the sum of squares by more than the variance. Adds the
+ * number of such directions to *found. */
 static enum pend_status end_bends(struct pend_fit *fit, double variance,
                                   const struct fit_told *told, long *found) {
     struct pend_fit_result *result = &fit->result;
@@ -137,7 +138,7 @@ static enum pend_status end_bends(struct pend_fit *fit, double variance,
     return PEND_OK;
 }
 
-/* sets which unknowns are identifiable, and whether this is a minimum */
+/* determines which unknowns are identifiable, and whether the end of the search is a minimum */
 static enum pend_status end_told(struct pend_fit *fit, double variance, long *found, int *minimum) {
     struct fit_told told;
     double gain = 0;
@@ -149,12 +150,12 @@ static enum pend_status end_told(struct pend_fit *fit, double variance, long *fo
         fit->result.blind =
             pend_fit_told_blind(&told, fit->bounded, PEND_FIT_BLIND, fit->direction);
     if (status == PEND_OK) status = pend_fit_release_let(fit, &gain);
-    // a restarted search could not find the predicted decrease, which is below a fraction of a
-    // standard error
+    // a restarted search has not found the decrease that was predicted, so a decrease below a
+    // fraction of the variance counts as none
     double fall = fit->anew ? fit_fall * variance : 0;
     if (status == PEND_OK)
         *minimum = pend_fit_state_flat(fit, fmax(gain - fall, 0), fit->result.chi_squared);
-    // along a direction of nearly zero slope, the slopes predict a decrease that does not exist
+    // along a direction of nearly zero slope, the slopes may predict a decrease that does not exist
     if (status == PEND_OK && !*minimum && fit->problem.unknowns <= FIT_BENDS) {
         int free = !memchr(fit->bounded, 1, (size_t)fit->problem.unknowns);
         status = pend_fit_curve_gain(fit, &gain, free ? fit->covariance : NULL);

@@ -34,7 +34,7 @@ static inline double fit_loss_bend(enum pend_fit_loss loss, double knee, double 
     return z > 1e-30 ? r * sqrt(at.rho / z) : r;
 }
 
-/** Returns the residual of a transformed residual. O(1). */
+/** Returns the residual for a transformed residual. O(1). */
 static inline double fit_loss_straight(enum pend_fit_loss loss, double knee, double bent) {
     double u = bent / knee * (bent / knee), z = u;
     if (loss == PEND_FIT_HUBER && u > 1) z = (u + 1) * (u + 1) / 4;

@@ -16,7 +16,7 @@ static double *model_take(char *base, size_t *used, size_t numbers) {
     return part;
 }
 
-/* sets which quantities are measured, and whether the time shift is unknown */
+/* determines which quantities are measured, and whether the time shift is unknown */
 static void model_kinds(struct fit_model *model, const struct pend_fit_problem *problem) {
     for (int j = 0; j < problem->unknowns; j++)
         model->shifts |= problem->unknown[j].camera == PEND_FIT_SHIFT;
@@ -71,7 +71,7 @@ static int model_elsewhere(const struct pend_fit_unknown *u, int run) {
     return u->camera < 0 && u->by.kind <= PEND_PARAMETER_RATE && u->run != run;
 }
 
-/* the unknowns on which the motion of a run depends */
+/* lists the unknowns on which the motion of a run depends */
 static void model_parameters(struct fit_model *model, int run) {
     const struct pend_fit_problem *p = model->problem;
     model->parameters = 0;
@@ -116,7 +116,7 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     return pend_tree_new_bare(tree, p->n, model->length, model->mass, p->bare, p->parent, NULL);
 }
 
-/* whether a row has the same instant as another; such rows are adjacent */
+/* whether a row has the same run and instant as row `first`; such rows are adjacent */
 static int model_next(const struct pend_fit_problem *p, long row, long first) {
     return pend_fit_run(p, row) == pend_fit_run(p, first) && p->t[row] == p->t[first];
 }
@@ -140,7 +140,8 @@ static long model_instants(struct fit_model *model, int run, long rows) {
     return count;
 }
 
-/* the modes of a pendulum with given values; all frequencies are 0 if it has no modes */
+/* computes the modes of a pendulum with the given values; sets all frequencies to 0 if it has no
+ * modes */
 static enum pend_status model_omega(struct fit_model *model, const double value[], double omega[]) {
     struct pend_tree *tree = NULL;
     struct pend_loads loads;
@@ -157,8 +158,9 @@ static double model_step(const struct pend_fit_unknown *u, double value, double 
     return fabs(step) < fabs(bound - value) / 2 ? value + step : value + (bound - value) / 2;
 }
 
-/* Frequencies of the modes, and their derivatives with respect to the unknowns by central
- * differences. The rounding error is 1e-12 of the frequency over the step. */
+/* Computes the frequencies of the modes and, by central differences, their derivatives with respect
+ * to the unknowns. The rounding error of a derivative is 1e-12 of the frequency divided by the
+ * step. */
 static enum pend_status model_modes(struct fit_model *model, const double value[], int slopes) {
     static const double step = 1e-4;
     const struct pend_fit_problem *p = model->problem;
@@ -205,7 +207,7 @@ static void model_angle(const struct fit_model *model, const struct pend_fit_col
     }
 }
 
-/* the model of one measurement, and its derivatives by the pendulum's and the camera's
+/* the model of one measurement, and its derivatives with respect to the pendulum's and the camera's
  * parameters */
 static void model_number(const struct fit_model *model, const struct pend_fit_column *column,
                          long row, int slopes, double *model_value, double slope[]) {
@@ -243,7 +245,7 @@ static void model_number(const struct fit_model *model, const struct pend_fit_co
     }
 }
 
-/* a row whose instant has index `from` in `seen` and `slope` */
+/* residuals and slopes of a row; `from` is the index of its instant in `seen` and `slope` */
 static void model_row(const struct fit_model *model, long row, long from, double residual[],
                       double slope[]) {
     const struct pend_fit_problem *p = model->problem;
@@ -255,7 +257,7 @@ static void model_row(const struct fit_model *model, long row, long from, double
         if (isnan(data)) continue;
         model_number(model, column, from, slope != NULL, &value, own);
         value -= data;
-        // a tracker does not count turns
+        // tracking programs do not count turns
         if (column->kind == PEND_FIT_PHI) value = remainder(value, 2 * M_PI);
         residual[at] = value / sigma;
         if (p->knee && p->knee[c] > 0)
@@ -264,7 +266,8 @@ static void model_row(const struct fit_model *model, long row, long from, double
     }
 }
 
-/* the instants first .. first + count - 1 of a run, in `seen` and `slope` from `from` on */
+/* residuals and slopes of the instants first .. first + count - 1 of a run, whose values are in
+ * `seen` and `slope` from index `from` on */
 static void model_rows(const struct fit_model *model, long first, long from, long count,
                        double residual[], double slope[]) {
     for (long i = first; i < first + count; i++)
@@ -273,7 +276,7 @@ static void model_rows(const struct fit_model *model, long first, long from, lon
             model_row(model, row, from + i - first, residual, slope);
 }
 
-/* the motion with its derivatives, block by block */
+/* computes the motion with its derivatives, block by block */
 static enum pend_status model_slopes(struct fit_model *model, const struct pend_problem *problem,
                                      double residual[], double slope[], struct pend_error *error) {
     struct pend_derivatives *d;
@@ -300,7 +303,7 @@ static enum pend_status model_slopes(struct fit_model *model, const struct pend_
     return status;
 }
 
-/* the motion without derivatives */
+/* computes the motion without derivatives */
 static enum pend_status model_values(struct fit_model *model, const struct pend_problem *problem,
                                      double residual[], struct pend_error *error) {
     struct pend_run *run;
@@ -321,7 +324,7 @@ static enum pend_status model_values(struct fit_model *model, const struct pend_
     return status;
 }
 
-/* the motion of a run */
+/* computes the motion of a run */
 static enum pend_status model_run(struct fit_model *model, const double value[], int run, long rows,
                                   double residual[], double slope[], struct pend_error *error) {
     const struct pend_fit_problem *p = model->problem;

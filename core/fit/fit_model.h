@@ -1,4 +1,4 @@
-/* Predicted measurements of a pendulum with given values of its unknowns, and their derivatives.
+/* Predicted measurements of a pendulum for given values of the unknowns, and their derivatives.
  * Leaves to others: the minimum (fit).
  * Invariant: the problem is not changed; rows beyond the window are 0. */
 #pragma once
@@ -10,28 +10,30 @@ struct fit_model {
     const struct pend_fit_problem *problem;
     int parameters;                   /* number of unknowns of the pendulum and the start */
     struct pend_parameter *parameter; /* those unknowns as parameters */
-    int *place;                       /* index of every unknown among the parameters; -1 = none */
-    long *row;                        /* for every instant of the run, its first row */
+    int *place;                       /* for each unknown its index among the parameters; -1 =
+                                       * none */
+    long *row;                        /* for each instant of the run, its first row */
     double *length, *mass, *value, *phi, *rate;
-    double *t;                  /* instants of the start and of the run's rows, or of the rows
-                                 * alone, in the motion's time */
+    double *t;                  /* the instants of the start, if it precedes the first row, and of
+                                 * the run's rows, in the motion's time */
     long rows;                  /* number of rows in the window */
-    int before;                 /* 1 if the start is before the first row */
-    int shifts;                 /* the time shift is unknown */
-    int modes;                  /* modes are measured */
-    double *omega, *near;       /* mode frequencies, rad/s; with a changed unknown */
+    int before;                 /* 1 if the start precedes the first row */
+    int shifts;                 /* whether the time shift is unknown */
+    int modes;                  /* whether modes are measured */
+    double *omega, *near;       /* frequencies of the modes, rad/s; the same with one unknown
+                                 * changed */
     double *lean;               /* n x unknowns: derivatives of the frequencies */
-    double *beside;             /* values at a finite-difference step */
+    double *beside;             /* values of the unknowns for a finite difference */
     double *seen[4], *slope[4]; /* phi, x, y, rate of a block of rows, and their derivatives */
     double *pace[3];            /* time derivatives of phi, x and y, if the time shift is unknown */
     long block;
-    int wants[4]; /* which of phi, x, y and rate are measured */
-    double *room; /* phi, x and y of a motion without derivatives, and its instants */
+    int wants[4]; /* flags: which of phi, x, y and rate are measured */
+    double *room; /* scratch: phi, x and y of a motion without derivatives, and its instants */
     double camera[PEND_FIT_CAMERA];
-    double *zero; /* zeros of the instruments */
+    double *zero; /* offsets of the instruments */
 };
 
-/** Places a workspace in `memory`, or only counts its bytes if `memory` is NULL. */
+/** Lays out a workspace in `memory`, or only counts its bytes if `memory` is NULL. */
 size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem *problem,
                           char *memory);
 
@@ -42,8 +44,14 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
  * residual  out, rows x columns of the problem; 0 without a measurement and beyond `rows`.
  * slope     out, [(row * columns + column) * unknowns + unknown]; NULL if not needed.
  *
- * PEND_NO_MEMORY, PEND_INVALID, PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  there
- * is no such motion.
+ * PEND_NO_MEMORY, PEND_INVALID, PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the
+ *                                                                                          motion
+ *                                                                                          cannot
+ *                                                                                          be
+ *                                                                                          computed
+ *                                                                                          for
+ *                                                                                          these
+ *                                                                                          values.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_model_at(struct fit_model *model, const double value[],
                                                    long rows, double residual[], double slope[],

@@ -12,7 +12,7 @@
  *
  * omega  out, n numbers, rad/s: positive ones ascending, then zeros for modes that do not swing.
  *
- * PEND_INVALID, PEND_NOT_FINITE, PEND_NO_CONVERGENCE  there are no such modes.
+ * PEND_INVALID, PEND_NOT_FINITE, PEND_NO_CONVERGENCE  the pendulum has no such modes.
  * PEND_NO_MEMORY  O(n^2), with friction O(n^3).
  */
 PEND_MUST_CHECK enum pend_status pend_fit_modes(const struct pend_tree *tree,

@@ -12,13 +12,14 @@
 #include "core/fit/fit_constants.h"
 
 struct piece {
-    struct pend_fit_problem problem; /* rows of the piece, and one for continuity at its end */
-    double start;                    /* instant of its start, s */
+    struct pend_fit_problem problem; /* rows of the piece, and a last row with the continuity
+                                      * conditions at its end */
+    double start;                    /* s, the instant at which the piece starts */
     struct fit_model model;
     char *memory;
-    int joint;        /* whether it has a continuity condition */
+    int joint;        /* whether the piece ends with continuity conditions */
     int *from;        /* for each unknown of the piece, its index in the extended list */
-    double *value;    /* values of its unknowns */
+    double *value;    /* values of the piece's unknowns */
     double *data;     /* columns x rows */
     double *residual; /* rows x columns */
     double *slope;    /* rows x columns x unknowns */
@@ -41,7 +42,8 @@ struct fit_pieces {
 
 /* ---- how the motion is divided */
 
-/* the number of first rows to divide, limited by the number of pieces and by memory */
+/* the number of rows, counted from the first, to divide into pieces; limited by the number of
+ * pieces and by memory */
 static long pieces_rows(const struct pend_fit_problem *p, double swing) {
     long rows = 1;
     while (rows < p->rows && rows * p->columns < FIT_PIECE_NUMBERS &&
@@ -62,7 +64,7 @@ static long pieces_row(const struct pend_fit_problem *p, int count, int s) {
     return p->rows * s / count;
 }
 
-/* number of measurements in the rows, and of continuity conditions */
+/* number of measurements in the rows, plus number of continuity conditions */
 static size_t pieces_numbers(const struct pend_fit_problem *p, int count) {
     size_t numbers = (size_t)(count - 1) * 2 * (size_t)p->n;
     for (int c = 0; c < p->columns; c++)
@@ -102,7 +104,7 @@ static double pieces_sigma(const struct pend_fit_problem *p, double omega) {
     return sum / p->columns;
 }
 
-/* the unknowns of a piece: all of the pendulum's, and the start of the piece */
+/* lists the unknowns of a piece: all those of the pendulum, and the state at the piece's start */
 static void piece_unknowns(const struct fit_pieces *all, struct piece *piece, int s) {
     const struct pend_fit_problem *p = all->problem;
     int count = 0, state = p->unknowns + (s - 1) * 2 * p->n;
@@ -121,7 +123,7 @@ static void piece_unknowns(const struct fit_pieces *all, struct piece *piece, in
     piece->problem.unknowns = count, piece->problem.unknown = piece->unknown;
 }
 
-/* the measurements of a piece, and the continuity conditions in the row after them */
+/* lists the measurements of a piece, and the continuity conditions in the row after them */
 static void piece_columns(const struct fit_pieces *all, struct piece *piece, long first) {
     const struct pend_fit_problem *p = all->problem;
     long rows = piece->problem.rows, own = rows - piece->joint;
@@ -188,7 +190,8 @@ void pend_fit_pieces_free(struct fit_pieces **pieces) {
 
 /* ---- the functions that GSL calls */
 
-/* copies values, joins and the weight of gaps into the pieces */
+/* copies the values of the unknowns, the states at the joins and the weight of gaps into the
+ * pieces */
 static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     const struct pend_fit_problem *p = all->problem;
     double gape = fit_gape * pow(0.1, all->round) * all->sigma;
@@ -206,7 +209,7 @@ static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     }
 }
 
-/* a row of slopes: measurement c, or continuity condition c, of a piece */
+/* writes one row of slopes, of measurement or continuity condition c of a piece */
 static void pieces_row_of(const struct fit_pieces *all, int s, size_t c, const double slope[],
                           const gsl_vector *x, size_t at, gsl_matrix *J) {
     const struct piece *piece = &all->piece[s];
@@ -221,7 +224,7 @@ static void pieces_row_of(const struct fit_pieces *all, int s, size_t c, const d
     gsl_matrix_set(J, at, joint + c - columns, -1 / piece->column[c].sigma);
 }
 
-/* residuals, and their slopes if J is given */
+/* computes the residuals, and their slopes if J is not NULL */
 static int pieces_look(struct fit_pieces *all, const gsl_vector *x, gsl_vector *f, gsl_matrix *J) {
     size_t at = 0;
     pieces_set(all, x);
@@ -257,11 +260,11 @@ static int pieces_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
 
 /* ---- the search */
 
-/* initial states at the joins, from the data */
+/* estimates the states at the joins from the data */
 static void pieces_begin(struct fit_pieces *all, const double inner[]) {
     const struct pend_fit_problem *p = all->problem;
     memcpy(all->x, inner, (size_t)p->unknowns * sizeof *all->x);
-    // the start is included if it is at the first row
+    // if the start is at the first row, it is a join too
     for (int j = 0; j < p->unknowns && pend_fit_since(p, 0) == 0; j++) {
         const struct pend_fit_unknown *u = &p->unknown[j];
         double state[2];

@@ -1,6 +1,7 @@
-/* Multiple shooting: divides the motion into pieces of a swing. Their starts are additional
- * unknowns, and their gaps are residuals with a growing weight. The sum of squares of a chaotic
- * motion has many minima; that of its pieces has few, which lead to the lowest.
+/* Multiple shooting: divides the motion into pieces of a fraction of a swing. The states at their
+ * starts are additional unknowns, and the gaps between them are residuals whose weight grows. The
+ * sum of squares of a chaotic motion has many minima; that of its pieces has few, which lead to the
+ * lowest.
  * Leaves to others: the search with the whole motion (fit), which continues from the result.
  * Invariant: the result is only an initial value, never reported as a minimum. */
 #pragma once
@@ -14,18 +15,18 @@ struct fit_pieces;
  * by its angle or by the tips at its ends; one run, no measured mode, a known time shift; rows for
  * two pieces, and in the divided rows as many measurements as unknowns.
  *
- * swing  s, approximate time of one.
+ * swing  s, approximate duration of a swing.
  *
  * O(arms rows columns).
  */
 int pend_fit_pieces_apt(const struct pend_fit_problem *problem, double swing);
 
 /**
- * Divides the motion into pieces; initial joints come from the data.
+ * Divides the motion into pieces; initial states at the joins come from the data.
  *
  * pieces  out; NULL on failure; released by pend_fit_pieces_free.
- * problem must outlive it, and be suitable.
- * inner   of the unknowns, initial values.
+ * problem must outlive the pieces; pend_fit_pieces_apt must be true.
+ * inner   initial inner numbers of the unknowns.
  *
  * PEND_NO_MEMORY
  */
@@ -47,9 +48,9 @@ void pend_fit_pieces_free(struct fit_pieces **pieces);
 PEND_MUST_CHECK enum pend_status pend_fit_pieces_step(struct fit_pieces *pieces, int *done,
                                                       long *evaluations);
 
-/** Returns the inner numbers of the unknowns, which belong to the pieces. O(1). */
+/** Returns the inner numbers of the unknowns, which remain owned by the pieces. O(1). */
 const double *pend_fit_pieces_inner(const struct fit_pieces *pieces);
 
-/** Returns the approximate bytes of pieces; 0 if multiple shooting is not possible. O(arms rows
- * columns). */
+/** Returns the approximate memory of the pieces in bytes; 0 if multiple shooting is not possible.
+ * O(arms rows columns). */
 double pend_fit_pieces_bytes(const struct pend_fit_problem *problem, double swing);

@@ -10,15 +10,15 @@ static size_t fit_measurements(const struct pend_fit_problem *problem) {
     return count;
 }
 
-/* Returns the row that an out-of-order row should follow, or -1 if it is before the start of its
- * run. Returns the row itself if the order is correct. Equally late rows must be adjacent. */
+/* Returns the row that an out-of-order row should follow, -1 if it is earlier than the start of its
+ * run, or the row itself if the order is correct. Rows of the same instant must be adjacent. */
 static long fit_disorder(const struct pend_fit_problem *problem, long row) {
     double since = pend_fit_since(problem, row);
     int run = pend_fit_run(problem, row);
     assert(run >= 0 && run < pend_fit_runs(problem));
     if (!(since >= 0)) return -1;
     if (row && pend_fit_since(problem, row - 1) > since) return row - 1;
-    // the previous row of the same run came after the rows before it
+    // compare with the previous row of the same run, if its time since the start is the same
     for (long i = row - 1; i >= 0 && pend_fit_since(problem, i) == since; i--)
         if (pend_fit_run(problem, i) == run) return problem->t[row] >= problem->t[i] ? row : i;
     return row;

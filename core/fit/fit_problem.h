@@ -19,12 +19,13 @@ enum { PEND_FIT_MODE_ARMS = 30 };
 /* A column of measurements; arms in the caller's order. */
 struct pend_fit_column {
     enum pend_fit_kind kind;
-    int arm;            /* for a mode its number; 0 is the slowest swinging mode */
+    int arm;            /* for a mode its index; 0 is the slowest swinging mode */
     double sigma;       /* standard deviation of a measurement, in the data's unit; 0 = not known */
-    const double *each; /* a standard deviation > 0 for each row, instead of sigma; NULL = none */
+    const double *each; /* one standard deviation > 0 per row, instead of sigma; NULL = none */
     const double *data; /* one number per row, rad or the camera's unit; NaN = not measured */
     int joint;          /* non-zero: an angle or a rate is relative to the parent arm */
-    int zero;           /* for an angle or a rate: 1 + index of the added zero; 0 = none */
+    int zero;           /* for an angle or a rate: 1 + index of the instrument offset that is added;
+                         * 0 = none */
 };
 
 /** Returns the arm to which a column's angle or rate is relative; -1 = a fixed direction. O(1). */
@@ -55,30 +56,31 @@ enum pend_fit_camera {
 
 /* An unknown to estimate; its bounds may be infinite. */
 struct pend_fit_unknown {
-    int camera;               /* enum pend_fit_camera; from PEND_FIT_CAMERA on a zero of an
-                               * instrument; -1 = a parameter of the pendulum */
+    int camera;               /* enum pend_fit_camera; from PEND_FIT_CAMERA on an instrument offset;
+                               * -1 = a parameter of the pendulum */
     struct pend_parameter by; /* the parameter of the pendulum */
     double start, low, high;  /* low <= start <= high, low < high */
-    int run;                  /* for an angle or a rate, the run to whose start it belongs, from 0;
+    int run;                  /* for an initial angle or rate, the run to which it belongs, from 0;
                                * otherwise unused */
 };
 
 /* A problem; all pointers must outlive the fit. */
 struct pend_fit_problem {
-    int n;                       /* arms */
-    const double *length, *mass; /* in the caller's order, as given to the tree */
+    int n;                       /* number of arms */
+    const double *length, *mass; /* m and kg, in the caller's order, as given to pend_tree_new */
     const unsigned char *bare;
     const int *parent, *order; /* order: as in pend_tree, for the stored arms */
     struct pend_loads loads;
-    int runs;                 /* motions, each with its own start; 0 = one */
+    int runs;                 /* number of motions, each with its own start; 0 = one */
     const double *phi, *rate; /* initial states, runs x n, stored order */
-    const double *start; /* s, instant of each start, not after its shifted first row; NULL = 0 */
+    const double *start; /* s, instant of each start, not later than the run's first row, shifted;
+                          * NULL = 0 */
     double camera[PEND_FIT_CAMERA];
-    int zeros;          /* number of instruments' offsets: of angles, rad, and rates, rad/s */
-    const double *zero; /* those offsets */
+    int zeros;          /* number of instrument offsets: of angles, rad, and rates, rad/s */
+    const double *zero; /* the instrument offsets */
     long rows;          /* rows are sorted by the time since the start of their run */
-    const double *t;    /* s, not decreasing within a run; rows of one instant are adjacent */
-    const int *run;     /* the run of each row; NULL = one run */
+    const double *t;    /* s, not decreasing within a run; rows of the same instant are adjacent */
+    const int *run;     /* the run to which each row belongs; NULL = one run */
     int columns;
     const struct pend_fit_column *column;
     int unknowns;
@@ -87,8 +89,9 @@ struct pend_fit_problem {
     const double *knee; /* for each column, the residual above which the loss is below the square; 0
                          * = none; NULL = none for all columns */
     double rtol;        /* tolerance of the motion, as for the taylor method */
-    int iterations;     /* most iterations, 1 .. */
-    long step_cap;      /* most steps of a motion, 0 = no limit; lowered for ordinary motions */
+    int iterations;     /* most iterations, >= 1 */
+    long step_cap;      /* most steps of a motion, 0 = no limit; the fit lowers it for ordinary
+                         * motions */
 };
 
 /** Returns the number of motions. O(1). */
@@ -106,8 +109,8 @@ static inline double pend_fit_start(const struct pend_fit_problem *problem, int 
     return problem->start ? problem->start[run] : 0;
 }
 
-/** Returns a row's time since the start of its motion, s, with the camera's given shift.
- * O(1). */
+/** Returns the time from the start of a row's motion to the row, s, including the camera's given
+ * shift. O(1). */
 static inline double pend_fit_since(const struct pend_fit_problem *problem, long row) {
     return problem->t[row] + problem->camera[PEND_FIT_SHIFT] -
            pend_fit_start(problem, pend_fit_run(problem, row));

@@ -17,13 +17,13 @@ static double release_slope(const struct pend_fit *fit, const double residual[],
     return sum;
 }
 
-/* A step of all unknowns within their bounds; one block. */
+/* A step of all unknowns within their bounds; one block of memory. q unknowns. */
 struct release {
-    double *left;     /* q x q, covariance of the unknowns that have not reached a bound */
-    double *step;     /* q */
-    double *slope;    /* q, half of the derivative of the sum of squares */
-    double *residual; /* measurements */
-    signed char *at;  /* q flags: -1 at the low bound, 1 at the high bound, 0 at none */
+    double *left;     /* q x q: covariance of the unknowns that have not reached a bound */
+    double *step;     /* q: the step */
+    double *slope;    /* q: half of the derivatives of the sum of squares */
+    double *residual; /* one number per measurement */
+    signed char *at;  /* q flags: -1 at the low bound, 1 at the high bound, 0 at neither */
 };
 
 static enum pend_status release_new(struct release *r, const struct pend_fit *fit) {
@@ -42,8 +42,8 @@ static enum pend_status release_new(struct release *r, const struct pend_fit *fi
     return PEND_OK;
 }
 
-/* The step to the bound, if an unknown's own step reaches it or comes within a thousandth of the
- * standard error. NaN = no bound is reached. */
+/* Returns the step of an unknown to its bound if its own step reaches the bound or comes within a
+ * thousandth of the standard error; NaN if no bound is reached. */
 static double release_reached(const struct pend_fit *fit, const struct release *r, size_t j,
                               double variance) {
     const struct pend_fit_unknown *u = &fit->problem.unknown[j];
@@ -57,8 +57,8 @@ static double release_reached(const struct pend_fit *fit, const struct release *
 }
 
 /* Limits the step to the bounds: an unknown that reaches one is fixed there, the nearest first, and
- * the others take the optimal step under that constraint. Returns the number of unknowns that were
- * not at a bound before. */
+ * the others take the optimal step under that constraint. Returns how many unknowns newly reached a
+ * bound. */
 static int release_hold(const struct pend_fit *fit, struct release *r, double variance) {
     size_t q = (size_t)fit->problem.unknowns, which;
     int put = 0;
@@ -86,7 +86,7 @@ static int release_hold(const struct pend_fit *fit, struct release *r, double va
     return put;
 }
 
-/* the decrease of the sum of squares by the step, predicted from the slopes */
+/* the decrease of the sum of squares that the slopes predict for the step */
 static double release_foretold(const struct pend_fit *fit, const struct release *r) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     size_t q = (size_t)fit->problem.unknowns;
@@ -109,7 +109,7 @@ static void release_take(struct pend_fit *fit, const struct release *r, int whol
     }
 }
 
-/* Takes a fraction of the step, unless the sum of squares is higher there. */
+/* Takes the fraction `part` of the step, unless the sum of squares is higher there. */
 static enum pend_status release_try(struct pend_fit *fit, const struct release *r, double part,
                                     double *squares, int *good) {
     const struct pend_fit_problem *p = &fit->problem;
@@ -185,7 +185,8 @@ enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     return status;
 }
 
-/* the inner number of a point at the distance `step` inside the bound, at most at the middle */
+/* the inner number of a point at the distance `step` from a bound, but at most of the middle
+ * between the bounds */
 static double release_inside(const struct pend_fit_unknown *u, int low, double step) {
     double bound = low ? u->low : u->high, least = 1e-6 * fmax(fabs(bound), 1e-6);
     if (!(step > least)) step = least;
@@ -228,8 +229,8 @@ static double release_apart(const struct pend_fit *fit, size_t j) {
     return u->low < value && value < u->high ? value : u->start;
 }
 
-/* Initial distance of an unknown from its bound: its uncertainty from the first rows. Data that do
- * not depend on it, for example on friction at rest, give no distance. */
+/* Initial distance of an unknown from its bound: its uncertainty according to the first rows. Data
+ * that do not depend on the unknown, for example on friction at rest, give no distance. */
 static double release_unknown(const struct pend_fit *fit, size_t j, size_t m, double squares,
                               long count) {
     size_t q = (size_t)fit->problem.unknowns;

@@ -6,7 +6,8 @@
 #include "core/fit/fit_state.h"
 
 /**
- * Removes unknowns from `held` if the sum of squares decreases inwards.
+ * Releases each unknown, by removing it from `held`, for which the sum of squares decreases
+ * inwards.
  *
  * gain  out: the decrease of the sum of squares by a step of all unknowns that are not fixed.
  *
@@ -30,8 +31,8 @@ PEND_MUST_CHECK enum pend_status pend_fit_release_put(struct pend_fit *fit, doub
                                                       double variance, int *put);
 
 /**
- * Moves unknowns at bounds inside, by their inner numbers: released ones by a Gauss-Newton step,
- * with `all` every unknown by its standard error, or to its initial value.
+ * Moves unknowns at bounds inside: released ones by a Gauss-Newton step; with `all`, every unknown
+ * by its standard error, or to its initial value.
  *
  * variance  of a residual; the covariance is that of pend_fit_state_free.
  *

@@ -6,10 +6,10 @@
 /* How a fit ended. */
 enum pend_fit_end {
     PEND_FIT_CONVERGED,
-    PEND_FIT_STRANGE, /* a minimum whose motion does not follow the data */
-    PEND_FIT_STOPPED, /* the iterations were used up, or no step decreased the sum of squares: no
-                       * minimum */
-    PEND_FIT_AWAY,    /* an unknown diverged and is not identifiable: no minimum */
+    PEND_FIT_STRANGE, /* a minimum, but its motion does not follow the data */
+    PEND_FIT_STOPPED, /* no minimum: the iterations were used up, or no step decreased the sum of
+                       * squares */
+    PEND_FIT_AWAY,    /* no minimum: an unknown diverged and is not identifiable */
 };
 
 /* Whether the model fits the data. */
@@ -27,9 +27,9 @@ struct pend_fit_result {
     long iterations, evaluations;
     const double *value; /* values of the unknowns */
     const double *error; /* Standard errors, infinite if not identifiable. At a bound: the error
-                          * that the unknown has without the bound, NaN if it is not distinguishable
-                          * from others. NaN too if no sigma is given and no degree of freedom is
-                          * left. */
+                          * that the unknown would have without the bound, or NaN if it cannot be
+                          * distinguished from others. NaN too if no sigma is given and no degree of
+                          * freedom is left. */
     const double *correlation;    /* unknowns x unknowns; 0 if an error is not finite */
     const unsigned char *bounded; /* non-zero: at a bound */
     /* (model - data) / sigma, or in the data's unit if no sigma is given; [row * columns + column],
@@ -37,8 +37,8 @@ struct pend_fit_result {
     const double *residual;
     double chi_squared;
     long freedom;          /* number of measurements minus number of unknowns found */
-    const double *follows; /* s, for each run: the last row up to which the motion follows the data;
-                            * NaN = none */
+    const double *follows; /* s, per run: the time of the last row up to which the motion follows
+                            * the data; NaN = none */
     int away;              /* the unknown that diverged, -1 = none */
     double explained;      /* fraction explained: 1 - sum of squares over the sum of squares of the
                             * data about their mean */
@@ -46,8 +46,9 @@ struct pend_fit_result {
     double p_value;       /* p-value of chi-squared; NaN without sigmas or degrees of freedom */
     double watson;        /* Durbin-Watson statistic of the residuals; NaN without adjacent rows */
     double alike;         /* p-value of the residuals' autocorrelation; NaN with few rows */
-    double widened;       /* factor by which standard errors were increased; infinite: withheld */
-    double effective;     /* equivalent number of independent measurements */
+    double widened;       /* factor by which standard errors were increased; infinite if errors are
+                           * withheld */
+    double effective;     /* the number of independent measurements with the same information */
     const double *spread; /* for each column, the robust standard deviation of its residuals */
     double beyond;        /* a residual beyond this many spreads is an outlier; may be infinite */
     long outliers;        /* number of outliers */

@@ -6,7 +6,7 @@
 
 #include "core/fit/fit_constants.h"
 
-/* the columns of a quantity of an arm; -1 = not measured */
+/* the index of the column with a quantity of an arm; -1 = not measured */
 static int start_column(const struct pend_fit_problem *p, int arm, enum pend_fit_kind kind) {
     for (int c = 0; c < p->columns; c++)
         if (p->column[c].arm == arm && p->column[c].kind == kind) return c;
@@ -34,7 +34,8 @@ double pend_fit_start_zero(const struct pend_fit_problem *p, int zero) {
     return count > 0 ? sum / count : atan2(im, re);
 }
 
-/* an arm's tip in camera units at a row, or the pivot for arm -1; returns 0 if not seen */
+/* position of an arm's tip, or for arm -1 of the pivot, in camera units at a row; returns 0 if not
+ * measured */
 static int start_tip(const struct pend_fit_problem *p, int arm, long row, double *x, double *y) {
     *x = p->camera[PEND_FIT_ORIGIN_X], *y = p->camera[PEND_FIT_ORIGIN_Y];
     if (arm < 0) return 1;
@@ -58,8 +59,8 @@ double pend_fit_start_angle(const struct pend_fit_problem *p, int arm, long row)
     return atan2(to_y - y, to_x - x) - p->camera[PEND_FIT_ROTATION];
 }
 
-/* The same if tips in between are not measured: the arms between two measured tips are assumed to
- * lie in one line. */
+/* The angle of an arm if tips in between are not measured: the arms between two measured tips are
+ * assumed to lie in one line. */
 static double start_line(const struct pend_fit_problem *p, int arm, long row) {
     double x, y, to_x, to_y;
     int from = p->parent[arm], to = 0;
@@ -121,8 +122,7 @@ static int start_outlier(const struct pend_fit_problem *p, int arm, const long r
     return seen == FIT_FIRST && step[1] > fit_outlier * most;
 }
 
-/* Finds the first rows of a run in which an arm is seen; `since` is the instant of the first.
- * Returns their number. */
+/* Finds the first rows of a run in which an arm is measured; returns their number. */
 static int start_rows(const struct pend_fit_problem *p, int run, int arm, long row[FIT_FIRST],
                       double *since) {
     int seen = 0, rows = 0;
@@ -135,9 +135,9 @@ static int start_rows(const struct pend_fit_problem *p, int run, int arm, long r
     return seen;
 }
 
-/* Angle and rate at the start of a run from the rates of an arm. The angle is the integral of the
- * rate; the arm hangs midway between the first two turning points, where the rate changes its
- * sign. */
+/* Computes angle and rate at the start of a run from measured rates of an arm. The angle is the
+ * integral of the rate. The arm is assumed to hang midway between the first two turning points,
+ * where the rate changes its sign. */
 static int start_rates(const struct pend_fit_problem *p, int run, int arm, double *phi,
                        double *rate) {
     int c = start_column(p, arm, PEND_FIT_RATE), seen = 0, turns = 0;
@@ -172,7 +172,7 @@ int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, dou
         double angle = start_seen(p, arm, row[i]);
         way[i] = way[i - 1] + remainder(angle - last, 2 * M_PI), last = angle;
     }
-    // adds whole turns to the shorter way from the first row to the last
+    // adds the whole turns that the path from the first row to the last contains
     double whole = remainder(last - *phi, 2 * M_PI);
     whole += 2 * M_PI * rint((way[seen - 1] - whole) / (2 * M_PI));
     if (seen > 1) *rate = whole / (p->t[row[seen - 1]] - begin);
@@ -183,7 +183,8 @@ int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, dou
     return 1;
 }
 
-/* the same for a column in a run: the sum of squares, and the number of terms */
+/* adds up, over the rows of a column in one run, the squares of the turns in `seconds`; counts the
+ * terms */
 static double start_turns(const struct pend_fit_problem *p, int c, int run, double seconds,
                           long *count) {
     const double *data = p->column[c].data;
@@ -277,7 +278,7 @@ static int start_nearest(const struct pend_fit_problem *p, double *reach) {
     return nearest;
 }
 
-/* the sums of positions about their mean that determine a circle */
+/* sums over the positions, relative to their mean, that determine a circle */
 struct start_sums {
     long count;
     double mean[2], lowest, far, uu, uv, vv, uw, vw; /* w = half of the square of (u, v) */

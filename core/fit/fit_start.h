@@ -5,8 +5,9 @@
 
 #include "core/fit/fit_problem.h"
 
-/** Returns the angle of an arm (the caller's order) at a row, rad, from its own column or from the
- * measured tips at its ends, seen through the problem's camera; NaN if not measured. O(columns). */
+/** Returns the angle, rad, of an arm (in the caller's order) at a row. It comes from the arm's own
+ * column, or from the measured tips at its ends by the problem's camera; NaN if not measured.
+ * O(columns). */
 double pend_fit_start_angle(const struct pend_fit_problem *problem, int arm, long row);
 
 /** Computes angle and rate of an arm at a row: a parabola through the nearest measurements of its

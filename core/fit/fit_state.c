@@ -8,8 +8,8 @@
 #include "core/fit/fit_constants.h"
 
 /* The scale of an unknown: its value; if that is nearly 0, its start; if that is too, 1. A value
- * close to 0 would be too small a scale compared with unknowns that cannot be distinguished from
- * it. */
+ * close to 0 would be too small a scale next to other unknowns that the data cannot distinguish
+ * from it. */
 static double fit_measure(const struct pend_fit *fit, int j) {
     double value = fabs(fit->value[j]), start = fabs(fit->problem.unknown[j].start);
     return value > fmax(1e-6, 0.03 * start) ? value : start > 1e-6 ? start : 1;
@@ -109,8 +109,8 @@ enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told
     return PEND_OK;
 }
 
-/* the covariance if the `held` unknowns are fixed; returns the number of null directions without
- * those of fixed unknowns */
+/* the covariance with the `held` unknowns fixed; returns the number of null directions, not
+ * counting those of fixed unknowns */
 static enum pend_status state_covariance(struct pend_fit *fit, int *untold) {
     struct fit_told told;
     enum pend_status status = pend_fit_state_tell(fit, &told);
@@ -133,7 +133,9 @@ enum pend_status pend_fit_state_free(struct pend_fit *fit) {
     }
     if (!untold || !bounds) return PEND_OK;
     PEND_TRY(state_covariance(fit, &without));
-    if (without < untold) return PEND_OK; // a fixed unknown cannot be distinguished from others
+    if (without < untold)
+        return PEND_OK; // returns if the data cannot distinguish a fixed unknown
+                        // from others
     memset(fit->held, 0, q);
     PEND_TRY(state_covariance(fit, &untold));
     memcpy(fit->held, fit->bounded, q);

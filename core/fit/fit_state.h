@@ -9,39 +9,43 @@
 #include "core/fit/fit_result.h"
 #include "core/fit/fit_told.h"
 
-struct fit_search; /* the part of a search that uses the library */
+struct fit_search; /* the state of GSL's solver */
 
 struct pend_fit {
     struct pend_fit_problem problem;
     struct fit_model model;
     struct fit_search *search;
-    long window;             /* rows in the window */
+    long window;             /* number of rows in the window */
     long reached;            /* largest window so far */
-    int here;                /* iterations in this window */
-    int begun, ready;        /* the solver works on this window; the result is complete */
-    enum pend_status status; /* of the last evaluation at an iterate */
+    int here;                /* number of iterations in this window */
+    int begun, ready;        /* whether the solver works on this window; whether the result is
+                              * complete */
+    enum pend_status status; /* status of the last evaluation of the search's current point */
     int starved;             /* an allocation failed, so no result is valid */
     struct pend_error failure;
     double *inner, *value, *error, *correlation, *residual, *slope, *direction, *covariance, *size;
-    double *follows, *spread;  /* for each run; for each column */
+    double *follows, *spread;  /* one number per run; one number per column */
     double lag[2];             /* the residuals' autocorrelations */
     double swing;              /* s, approximate time of a swing */
     double *origin;            /* inner numbers at the start of the search */
     struct fit_pieces *pieces; /* multiple shooting while it runs */
-    int apt, cut;              /* multiple shooting is possible, or there are several runs; it was
-                                * used, or runs were fitted separately */
+    int apt, cut;              /* whether multiple shooting or separate fits of runs are possible;
+                                * whether one of them was used */
     struct fit_alone *alone;   /* the run that is fitted separately */
-    struct pend_fit *single;   /* its search */
-    double *found, told;       /* inner numbers of the separate runs; fraction explained by the
-                                * best */
-    double *best;              /* inner numbers of the lowest sum of squares of all rows */
-    double least;              /* that sum; infinite before there is one */
-    double variance;           /* of a residual at the last evaluation of all rows; 0 = unknown */
-    int inside;                /* unknowns at bounds were restarted inside */
-    int anew;                  /* the search was restarted because a decrease was predicted */
-    unsigned char *bounded, *held; /* at a bound; fixed in the last evaluation */
-    signed char *edge, *edged;     /* fixed at the low bound, -1, or the high bound, 1; the same at
-                                    * `best` */
+    struct pend_fit *single;   /* the search of that run */
+    double *found, told;       /* inner numbers found for the separate runs; fraction explained by
+                                * the best of them */
+    double *best;              /* inner numbers at the lowest sum of squares of all rows so far */
+    double least;              /* the lowest sum of squares; infinite before there is one */
+    double variance;           /* variance of a residual at the last evaluation of all rows; 0 =
+                                * unknown */
+    int inside;                /* whether unknowns at bounds were moved inside and the search
+                                * restarted */
+    int anew;                  /* whether the search was restarted because a decrease was
+                                * predicted */
+    unsigned char *bounded, *held; /* flags: at a bound; fixed in the last evaluation */
+    signed char *edge, *edged;     /* which bound an unknown is fixed at: -1 low, 1 high; the same
+                                    * at `best` */
     struct pend_fit_result result;
 };
 
@@ -53,7 +57,7 @@ double pend_fit_state_outer(const struct pend_fit *fit, int j, double inner);
 enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_status status,
                                      struct pend_error *error);
 
-/** Sets the error for slopes without a decomposition (memory, not finite). Returns the status. */
+/** Sets the error for slopes that cannot be decomposed (memory, not finite). Returns the status. */
 enum pend_status pend_fit_state_lost(enum pend_status status, struct pend_error *error);
 
 /** Computes slopes and residuals of the first rows at the fit's inner numbers; unknowns at bounds
@@ -85,9 +89,10 @@ PEND_MUST_CHECK enum pend_status pend_fit_state_tell(const struct pend_fit *fit,
  */
 PEND_MUST_CHECK enum pend_status pend_fit_state_free(struct pend_fit *fit);
 
-/** Returns whether a step's decrease of the sum of squares, `gain`, is negligible: below a
- * millionth of the sum of squares of all rows, or of the measurement itself in a column of one, or
- * a step below a hundredth of its standard error. O(measurements). */
+/** Returns whether a step's decrease of the sum of squares, `gain`, is negligible. It is if it is
+ * below a millionth of the sum of squares of all rows, or of the measurement itself in a column
+ * with one measurement, or if the step is below a hundredth of its standard error.
+ * O(measurements). */
 int pend_fit_state_flat(const struct pend_fit *fit, double gain, double squares);
 
 /** Returns the sum of the squared measurements of columns with one measurement, whose mean gives no

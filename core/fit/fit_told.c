@@ -85,8 +85,9 @@ double pend_fit_told_gain(const struct fit_told *told) {
     return gain;
 }
 
-/* The identity plus the contribution of second derivatives, k x k, in directions that change the
- * residuals by 1 each; `white` is the change of an unknown in such a direction. */
+/* Computes the identity plus the contribution of second derivatives, k x k, in coordinates in which
+ * each direction changes the residuals by 1; `white` converts such coordinates to changes of the
+ * unknowns. */
 static void told_bent(const struct fit_told *told, const double bend[], double noise, double loose,
                       double white[], double k[]) {
     int q = told->q;
@@ -149,7 +150,7 @@ enum pend_status pend_fit_told_newton(const struct fit_told *told, const double 
     return PEND_OK;
 }
 
-/* The component of unknown j in the null directions: 1 if the data do not depend on it. */
+/* the component of unknown j in the null directions: 1 if the data do not depend on it */
 static double told_unseen(const struct fit_told *told, int j) {
     double sum = 0;
     for (int d = 0; d < told->q; d++) {
@@ -159,8 +160,8 @@ static double told_unseen(const struct fit_told *told, int j) {
     return sum;
 }
 
-/* subtracts from a row its projection on earlier rows; returns the remaining fraction of its
- * length */
+/* subtracts from a row its projection on earlier rows; returns the fraction of its length that
+ * remains */
 static double told_part(int q, const double to[], int count, double row[]) {
     double square = 0;
     for (int i = 0; i < count; i++) {
@@ -173,8 +174,8 @@ static double told_part(int q, const double to[], int count, double row[]) {
     return sqrt(square);
 }
 
-/* Unknowns that the data do not depend on become separate directions, because any mixture of them
- * is a null direction too. Returns their number, up to `most`. */
+/* Lists unknowns on which the data do not depend as separate directions, because any mixture of
+ * them would be a null direction too. Returns their number, up to `most`. */
 static int told_singles(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]) {
     int q = told->q, count = 0;
@@ -197,7 +198,7 @@ int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[]
         if (told_part(q, to, count, row) < fit_left) continue;
         for (int j = 0; j < q; j++)
             if (fabs(row[j]) > fabs(largest)) largest = row[j];
-        if (fabs(largest) < 0.1) continue; // the direction of an unknown at its bound
+        if (fabs(largest) < 0.1) continue; // skip the direction of an unknown at its bound
         for (int j = 0; j < q; j++) row[j] /= largest;
         count++;
     }

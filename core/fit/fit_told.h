@@ -9,20 +9,20 @@
 #include "core/base/status.h"
 
 struct fit_told {
-    int q;              /* unknowns */
+    int q;              /* number of unknowns */
     double *direction;  /* q x q: column d is the direction of singular value d */
-    double *value;      /* q, descending */
-    double *gain;       /* q: the remaining component of the residuals in a direction */
-    double *change;     /* measurements x q: the change of the residuals in a direction, of length
-                         * 1 */
-    const double *size; /* scale of each of the q unknowns */
+    double *value;      /* q singular values, descending */
+    double *gain;       /* q: component of the remaining residuals in each direction */
+    double *change;     /* measurements x q: the change of the residuals along a direction,
+                         * normalized to length 1 */
+    const double *size; /* scales of the q unknowns */
     double least;       /* directions with a smaller singular value are not identifiable */
 };
 
 /**
  * Decomposes slopes.
  *
- * told      out; ends with pend_fit_told_clear, also after a failure.
+ * told      out; released by pend_fit_told_clear, also after a failure.
  * m, q      measurements and unknowns, m >= q.
  * slope     m x q.
  * residual  m.
@@ -43,8 +43,7 @@ void pend_fit_told_clear(struct fit_told *told);
 /**
  * Makes directions with a smaller singular value identifiable if their effect is well above
  * rounding and their standard error is below 1000 times the scale of the unknowns. In chaotic
- * motions the effect of one direction can be 1e9 times that of others, which are identifiable all
- * the same.
+ * motions one direction can have 1e9 times the effect of others that are identifiable too.
  *
  * variance  of a residual.
  *
@@ -70,7 +69,7 @@ double pend_fit_told_gain(const struct fit_told *told);
 
 /**
  * Computes a Newton step along the identifiable directions, each scaled by its effect on the
- * residuals, so that a narrow valley is as steep as others.
+ * residuals, so that narrow and wide valleys are treated alike.
  *
  * bend        q x q: change of the gradient (half the derivatives with respect to relative changes
  *             of the unknowns, rows) along the directions, columns.

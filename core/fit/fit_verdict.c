@@ -48,7 +48,7 @@ static enum pend_status verdict_spread(struct pend_fit *fit) {
     (void)pend_fit_state_squares(fit, p->rows, &count);
     for (int c = 0; c < p->columns; c++) fit->spread[c] = verdict_column(fit, c, room);
     free(room);
-    // with normal noise, one in a hundred data sets of this many measurements has a larger residual
+    // with normal noise, one data set in a hundred of this size has a larger residual
     fit->result.beyond = gsl_cdf_ugaussian_Qinv(0.005 / (double)count);
     for (long i = 0; i < p->rows; i++)
         for (int c = 0; c < p->columns; c++)
@@ -58,9 +58,9 @@ static enum pend_status verdict_spread(struct pend_fit *fit) {
     return PEND_OK;
 }
 
-/* ---- the run of the residuals */
+/* ---- autocorrelation of the residuals */
 
-/* the rows of a run in which a column was measured; returns their number */
+/* lists the rows of a run in which a column was measured; returns their number */
 static long verdict_rows(struct pend_fit *fit, int run, int c) {
     const struct pend_fit_problem *p = &fit->problem;
     long count = 0;
@@ -81,8 +81,8 @@ static double verdict_square(const struct pend_fit *fit, int c) {
     return sum > 0 ? sum / (double)count : 1;
 }
 
-/* Durbin-Watson statistic over all series, each relative to its own size, and the
- * autocorrelations */
+/* computes the Durbin-Watson statistic and the autocorrelations over all series, each relative to
+ * its own size */
 static void verdict_run(struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     double lag[3] = {0, 0, 0}, steps = 0;
@@ -136,8 +136,9 @@ static void verdict_test(struct pend_fit *fit) {
 
 /* ---- standard errors */
 
-/* Adds J'VJ of a column in a run. The autoregression that models the noise filters the slopes
- * backwards; they are extrapolated before the first row until the filter has decayed. */
+/* Adds J'VJ of a column in a run. The noise is an autoregression. Its filter is applied to the
+ * slopes backwards in time; before the first row they are extrapolated until the filter's response
+ * has decayed. */
 static void verdict_meat(const struct pend_fit *fit, int c, long count, const double by[2],
                          double weight, double *last, double meat[]) {
     size_t q = (size_t)fit->problem.unknowns, columns = (size_t)fit->problem.columns;
@@ -166,8 +167,8 @@ static void verdict_product(size_t q, const double a[], const double b[], double
     }
 }
 
-/* the covariance for noise with the residuals' correlation; returns the fraction of the
- * measurements that remains to estimate the noise */
+/* computes the covariance for noise with the autocorrelation of the residuals; returns the fraction
+ * of the measurements that remains to estimate the noise */
 static double verdict_noise(struct pend_fit *fit, double *last, double meat[], double half[],
                             double covariance[]) {
     const struct pend_fit_problem *p = &fit->problem;
@@ -195,7 +196,7 @@ static double verdict_noise(struct pend_fit *fit, double *last, double meat[], d
     return isfinite(all) ? left : 0;
 }
 
-/* the covariance for correlated residuals; no variance of an unknown decreases */
+/* replaces the covariance by that for correlated residuals; no variance of an unknown decreases */
 static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     size_t q = (size_t)fit->problem.unknowns;
     assert(q >= 1 && variance >= 0);
@@ -203,7 +204,8 @@ static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     if (!room) return PEND_NO_MEMORY;
     double *noise = room + 2 * q * q, *wider = noise + q * q, *last = wider + q;
     double left = verdict_noise(fit, last, room, room + q * q, noise);
-    // the fit has absorbed the slow components of the residuals, whose autocorrelations are near 1
+    // correct for the slow components of the residuals, with autocorrelations near 1, that the fit
+    // has absorbed
     for (int k = 0; k < 2 && left > fit_freedom; k++) fit->lag[k] = left * fit->lag[k] + 1 - left;
     left = verdict_noise(fit, last, room, room + q * q, noise);
     for (size_t j = 0; j < q; j++) {
@@ -237,10 +239,10 @@ static enum pend_status verdict_widen(struct pend_fit *fit, double variance) {
     return PEND_OK;
 }
 
-/* ---- all of it */
+/* ---- the whole verdict */
 
-/* Undoes the transformation of the residuals by a loss. Returns the variance of a residual for the
- * untransformed slopes, as for an M-estimate. */
+/* Undoes the transformation of the residuals by a loss. Returns the variance of a residual for
+ * which the untransformed slopes give the covariance of an M-estimate. */
 static double verdict_straight(struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     size_t q = (size_t)p->unknowns;
@@ -272,7 +274,7 @@ static enum pend_fit_model verdict_model(const struct pend_fit *fit, int minimum
     if (!minimum || (result->freedom < 1 && !poor)) return PEND_FIT_UNDECIDED;
     if (part > 1 - fit_exact) return PEND_FIT_ACCEPTED;
     if (p < fit_level || result->alike < fit_level) return PEND_FIT_REJECTED;
-    // the data may be only noise of the given size
+    // the data may be nothing but noise of the given size
     if (poor) return p >= fit_level ? PEND_FIT_UNDECIDED : PEND_FIT_REJECTED;
     int tested = p >= fit_level || isfinite(result->alike) ||
                  (part > fit_clear && verdict_moves(fit) && result->freedom >= FIT_FREEDOM);
