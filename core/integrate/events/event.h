@@ -14,9 +14,9 @@ enum pend_quantity {
     PEND_QUANTITY_X,         /* m, of a tip */
     PEND_QUANTITY_Y,         /* m, of a tip */
     PEND_QUANTITY_DISTANCE,  /* m, of two tips */
-    PEND_QUANTITY_KINETIC,   /* J, of the whole pendulum */
+    PEND_QUANTITY_KINETIC,   /* J, kinetic energy of the whole pendulum */
     PEND_QUANTITY_POTENTIAL, /* J, of gravity and springs */
-    PEND_QUANTITY_ENERGY,    /* J, kinetic and potential */
+    PEND_QUANTITY_ENERGY,    /* J, sum of the kinetic and the potential energy */
     PEND_QUANTITIES
 };
 
@@ -24,16 +24,17 @@ struct pend_event {
     enum pend_quantity quantity;
     int arm, other; /* stored numbers; other: for a distance */
     double level;   /* the value that the quantity crosses */
-    int bound;      /* non-zero: the condition concerns the magnitude, level >= 0; up means
-                     * outwards */
-    unsigned ways;  /* enum pend_way, or-ed; up: the value grows, in the order of integration */
-    long most;      /* most reported passages, >= 1; later passages are left out */
-    long stop;      /* the motion ends at the passage of this number; 0 = it does not end */
+    int bound;      /* non-zero: the condition concerns the magnitude, level >= 0; up means away
+                     * from 0 */
+    unsigned ways;  /* flags of enum pend_way; up: the value grows along the direction of
+                     * integration */
+    long most;      /* most passages that are reported, >= 1 */
+    long stop;      /* ordinal of the passage that ends the motion; 0 = none does */
 };
 
 /* A passage. */
 struct pend_hit {
     double time;       /* s, after the start */
-    int event;         /* number of its condition */
+    int event;         /* index of its condition */
     enum pend_way way; /* PEND_WAY_UP or PEND_WAY_DOWN */
 };

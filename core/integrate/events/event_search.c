@@ -7,8 +7,8 @@
 #include "core/dynamics/dynamics.h"
 #include "core/tree/turns.h"
 
-/* relative rounding error of a quantity at the start; and of a sum of the sizes of a series'
- * terms */
+/* relative rounding error of a quantity at the start; factor by which rounding can enlarge a sum of
+ * a series' terms */
 static const double start_slack = 1e-14, size_slack = 1 + 1e-12;
 
 enum pend_status pend_event_search_check(int count, const struct pend_event event[], int n,
@@ -36,7 +36,7 @@ static int search_pulls(int count, const struct pend_event event[]) {
     return 0;
 }
 
-/* bytes before the forces of states, which are aligned to 64 */
+/* bytes before the array of the states' forces, which is aligned to 64 */
 static size_t search_own(int count, const struct pend_event event[], int n) {
     return search_room(count, event, n) * sizeof(double) +
            (size_t)count * EVENT_HITS * sizeof(struct pend_hit);
@@ -91,8 +91,8 @@ static void search_series(const struct event_search *search, const struct event_
     }
 }
 
-/* whether the quantity is above the level after the start; negative if it stays at the level, up to
- * rounding */
+/* whether the quantity is above the level just after the start; negative if, up to rounding, it
+ * stays at the level */
 static int search_side(const struct roots_path *path, double size) {
     double slack = start_slack * size;
     if (fabs(path->base + path->low) > slack) return path->base + path->low > 0;
@@ -131,7 +131,7 @@ static void search_cross(struct event_search *search, int event, int lower, int 
         if (beyond != *above) {
             double s =
                 pend_roots_next(path, a, beyond ? -INFINITY : 0, beyond ? 0 : INFINITY, &way);
-            // by rounding, it may be at the start of the piece
+            // rounding may put it before the start of the piece
             if (!(s >= a && s <= b)) s = a;
             search_note(search, from + s * length, event, beyond, lower);
             *above = beyond;
@@ -140,20 +140,20 @@ static void search_cross(struct event_search *search, int event, int lower, int 
     }
 }
 
-/* rad, by which the angle of an arm in a lane is smaller than that of the motion */
+/* rad, the turns by which the angle in an arm's lane is smaller than that of the motion */
 static double search_turns(const struct event_step *step, const double turns[], int k) {
     return turns ? turns[k * step->lanes] : 0;
 }
 
-/* whether only rounding changes the quantity: the total energy without work and heat; in a long
- * motion its drift exceeds any tolerance */
+/* Returns whether only rounding changes the quantity. This is so for the total energy without work
+ * and heat, whose drift in a long motion would exceed any tolerance. */
 static int search_keeps(const struct event_step *step, const struct pend_event *event) {
     const struct pend_loads *loads = step->loads;
     return event->quantity == PEND_QUANTITY_ENERGY &&
            (!loads->terms || pend_terms_conserve(loads->terms, loads->value));
 }
 
-/* searches for a condition in the step */
+/* searches one step for the passages of a condition */
 static void search_look(struct event_search *search, const struct event_step *step, int event,
                         struct event_watch *watch, double from, int first) {
     const struct pend_event *asked = &search->event[event];

@@ -24,13 +24,13 @@ struct event_watch {
 struct event_search {
     int count;
     const struct pend_event *event;
-    int queued, next;         /* number of hits in the step; index of the next hit to report */
-    double *room;             /* memory for the energies' series, or NULL */
-    struct event_truth truth; /* memory for forces of states; phi is NULL if no force is
+    int queued, next;         /* number of hits of the step; index of the next hit to report */
+    double *room;             /* memory for the series of the energies, or NULL */
+    struct event_truth truth; /* memory for forces computed from states; phi is NULL if no force is
                                * requested */
     double kinetic[EVENT_TERMS], potential[EVENT_TERMS]; /* series of the step, if there is memory
                                                           * for them */
-    struct pend_hit *queue;                              /* count EVENT_HITS */
+    struct pend_hit *queue;                              /* EVENT_HITS entries per condition */
 };
 
 /**
@@ -60,7 +60,7 @@ void pend_event_search_init(struct event_search *search, int count, const struct
  * step   degree and room may be unset if no energy is requested; truth is unset.
  * watch  `count` watches of the motion; zeros before its first step.
  * from   s, start of the step, relative to the motion's start.
- * first  non-zero in the motion's first step: a start at the level is not a passage.
+ * first  non-zero in the motion's first step, where a start at the level is not a passage.
  *
  * No allocation. O(order) for each condition far from its level, otherwise O(order^2); for a
  * position times the number of arms up to the pivot, for energies once times n.

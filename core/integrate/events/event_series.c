@@ -15,9 +15,7 @@ static double event_get(const struct event_step *step, enum pend_term_row row, i
 }
 
 int pend_event_series_degree(int order) {
-    enum {
-        BEYOND = 6
-    }; // additional orders of the series of positions, compared with those of angles
+    enum { BEYOND = 6 }; // additional degree of the series of positions over those of angles
     return order + BEYOND < EVENT_TERMS ? order + BEYOND : EVENT_TERMS - 1;
 }
 
@@ -45,8 +43,8 @@ static size_t event_place(const struct event_step *step, int k, int j) {
     return ((size_t)j * (size_t)step->tree->n + (size_t)k) * (size_t)step->lanes;
 }
 
-/* the coefficients, in powers of s, of a series of the motion with `terms` orders; `first` is the
- * power of s of order 0 */
+/* copies a series of the motion with `terms` orders, as coefficients in powers of s; order 0
+ * becomes the coefficient of s^`first` */
 static void event_scale(const struct event_step *step, const double *from, int k, int terms,
                         int first, double factor, double out[]) {
     double x = step->length / step->unit, power = factor;
@@ -71,7 +69,7 @@ void pend_event_series_rate(const struct event_step *step, int k, double out[EVE
 
 /* ---- forces */
 
-/* bytes of the arrays of a truth, a multiple of 64 */
+/* number of doubles in the arrays of a truth */
 static size_t event_truth_numbers(const struct pend_tree *tree) {
     size_t numbers = (3 * EVENT_NODES + 1) * (size_t)tree->n * sizeof(double);
     return (numbers + 63) / 64 * 64;
@@ -92,7 +90,7 @@ void pend_event_truth_place(struct event_truth *truth, const struct pend_tree *t
 /* the position of node i in the step; both ends are nodes, so that adjacent steps agree there */
 static double event_node(int i) { return pend_roots_node(i, EVENT_NODES); }
 
-/* the sum of a series at s, without the first term */
+/* the value of a series at s without its first term */
 static double event_beyond(const double a[EVENT_TERMS], double s) {
     double sum = 0;
     for (int j = EVENT_TERMS - 1; j > 0; j--) sum = (sum + a[j]) * s;
@@ -117,7 +115,7 @@ void pend_event_series_truth(const struct event_step *step, const struct event_t
                          truth->force + i * n);
 }
 
-/* adds to the series of a force its error at the nodes, interpolated */
+/* adds to the series of a force its error, interpolated from the nodes */
 static void event_amend(const struct event_step *step, int k, double out[EVENT_TERMS]) {
     double gap[EVENT_NODES], sum[EVENT_NODES];
     for (int i = 0; i < EVENT_NODES; i++)
@@ -136,7 +134,7 @@ void pend_event_series_force(const struct event_step *step, int k, double out[EV
 
 /* ---- positions */
 
-/* adds p e^{i phi} of arm k, whose derivative is u' = i phi' u */
+/* adds p e^{i phi} of arm k, computed by u' = i phi' u */
 static void event_turn(const struct event_step *step, int k, double complex p,
                        double complex out[EVENT_TERMS]) {
     double phi[EVENT_TERMS];
@@ -146,7 +144,7 @@ static void event_turn(const struct event_step *step, int k, double complex p,
     for (int j = 1; j <= step->degree; j++) {
         u[j] = 0;
         for (int i = 1; i <= j; i++) u[j] += i * phi[i] * u[j - i];
-        u[j] *= I / (double)j; // the constant I is a float
+        u[j] *= I / (double)j; // in doubles, because the constant I is a float
     }
     for (int j = 0; j <= step->degree; j++) out[j] += u[j];
 }
@@ -167,7 +165,8 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
         const double *h = value + terms->harmonic[i].at;
         double complex way = terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X ? 1 : I;
         double angle = h[1] * step->time + h[2], size = h[0], x = cos(angle), y = sin(angle);
-        const double turned[] = {x, -y, -x, y}; // for rotations by quarter turns
+        const double turned[] = {x, -y, -x, y}; // coefficients of the derivatives, which are
+                                                // rotations by quarter turns
         for (int j = 0; j <= step->degree; j++) {
             out[j] += way * size * turned[j % 4];
             size *= h[1] * step->length / (j + 1);
@@ -175,7 +174,8 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
     }
 }
 
-/* adds the vector from the joint of arm k to a point on it; for a cart, its position on the rail */
+/* adds the vector from the joint of arm k to a point of the arm; for a cart, the vector along the
+ * rail */
 static void event_point(const struct event_step *step, int k, double complex p,
                         double complex out[EVENT_TERMS]) {
     if (k || !pend_terms_cart(step->loads->terms)) {
@@ -208,7 +208,7 @@ void pend_event_series_tip(const struct event_step *step, int k, double x[EVENT_
     }
 }
 
-/* adds factor times Re(conj(a) b), up to the degree */
+/* adds factor times Re(conj(a) b), coefficients up to the degree */
 static void event_product(const struct event_step *step, double factor, const double complex a[],
                           const double complex b[], double out[EVENT_TERMS]) {
     for (int j = 0; j <= step->degree; j++) {
@@ -234,7 +234,7 @@ void pend_event_series_square(const struct event_step *step, int k, int other,
 
 size_t pend_event_series_room(int n) { return 2 * (size_t)n * EVENT_TERMS; }
 
-/* the derivative with respect to time; s is the fraction of the step */
+/* derivative with respect to time of a series in s, the fraction of the step */
 static void event_slope(const struct event_step *step, const double complex from[],
                         double complex out[EVENT_TERMS]) {
     for (int j = 0; j + 1 < EVENT_TERMS; j++) out[j] = (j + 1) * from[j + 1] / step->length;
@@ -257,7 +257,7 @@ static void event_spring(const struct event_step *step, int k, double potential[
     event_product(step, stiffness / 2, bent, bent, potential);
 }
 
-/* adds the energies of a cart, and adds the start of the rail to its position */
+/* adds the energies of a cart, and the position of the pivot to that of the cart */
 static void event_cart(const struct event_step *step, const double complex pivot[],
                        double kinetic[EVENT_TERMS], double potential[EVENT_TERMS]) {
     double mass = step->tree->mass[0];
@@ -312,6 +312,6 @@ void pend_event_series_energy(const struct event_step *step, double kinetic[EVEN
         else
             event_arm(step, k, own, kinetic, potential);
     }
-    // the last terms of a derivative are unknown
+    // the last coefficient of a derivative is unknown
     kinetic[step->degree] = 0;
 }

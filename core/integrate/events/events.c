@@ -15,12 +15,13 @@ struct pend_events {
     const struct pend_method *method;
     void *stepper;
     double reached;               /* s, end of the last step */
-    double stopped;               /* s, at which a condition stopped the motion; NaN = not yet */
-    int begun, ended;             /* a step was taken; all passages are reported */
-    struct pend_horizon *horizon; /* NULL: no accuracy is given */
-    double *phi, *rate;           /* n each: state at the end of a step */
-    double *whole; /* with joints that may hold: angles of all arms at the start of a step, their
-                    * low parts, and the series of their rates; otherwise NULL */
+    double stopped;               /* s, the time at which a condition stopped the motion; NaN = not
+                                   * yet */
+    int begun, ended;             /* whether a step was taken; whether all passages are reported */
+    struct pend_horizon *horizon; /* NULL if no accuracy is given */
+    double *phi, *rate;           /* n values each: state at the end of a step */
+    double *whole; /* NULL unless joints may hold: angles of all arms at the start of a step, their
+                    * low parts, and the series of their rates */
     struct event_search search;
     struct event_watch *watch;
 };
@@ -63,7 +64,7 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
 
 /* ---- the search */
 
-/* the next hit of the step to report; 0 if there is none */
+/* copies the next hit of the step that is to be reported; returns 0 if none is left */
 static int events_give(struct pend_events *e, struct pend_hit *hit, double phi[], double rate[]) {
     int stops = 0;
     const struct pend_hit *next =

@@ -2,9 +2,8 @@
  * position, a distance, an energy.
  * Leaves to others: finding them in a step (event_search), the steps (method_taylor), samples
  * (run), the horizon of the accuracy (horizon).
- * Invariant: instants are roots of power series of each step, in order of time; each crossing of
- * the computed motion is found once, even close to another crossing or to the end of a step.
- */
+ * Invariant: instants are roots of the power series of the steps, in order of time; each crossing
+ * of the computed motion is found once, even close to another crossing or to the end of a step. */
 #pragma once
 
 #include "core/integrate/events/event_search.h"
@@ -12,13 +11,13 @@
 struct pend_events_problem {
     const struct pend_tree *tree; /* must outlive the search */
     struct pend_loads loads;
-    const double *phi, *rate;         /* start, n values each, stored order; copied */
-    const double *phi_low, *rate_low; /* low-order parts of the start; NULL = 0 */
-    double start;                     /* s, in the time of the drives */
+    const double *phi, *rate;         /* initial state, n values each, stored order; copied */
+    const double *phi_low, *rate_low; /* low-order parts of the initial state; NULL = 0 */
+    double start;                     /* s, time of the start in the time of the drives */
     double duration;                  /* s, not 0; < 0: backwards in time */
     double rtol, atol;                /* as for the taylor method; 0 = its default */
-    double accuracy;                  /* as in horizon.h; 0 = no horizon is requested */
-    int count;                        /* >= 1 */
+    double accuracy;                  /* requested accuracy, as in horizon.h; 0 = no horizon */
+    int count;                        /* number of conditions, >= 1 */
     const struct pend_event *event;   /* `count` conditions; must outlive the search */
 };
 
@@ -43,10 +42,10 @@ void pend_events_free(struct pend_events **events);
  * Searches for the next passage in time; of simultaneous passages, that of the first condition.
  *
  * steps      the largest number of integration steps of this call, >= 1.
- * found      out: nothing yet, a passage, or the end: of the duration, of the motion at a stopping
- *            condition, or of all passages to report.
- * hit        out, if one was found.
- * phi, rate  out, n values each: the state then.
+ * found      out: nothing yet; a passage; or the end of the search, because the duration is over, a
+ * condition stopped the motion, or all passages are reported.
+ * hit        out, if a passage was found.
+ * phi, rate  out, n values each: the state at the passage.
  *
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error contains the time.
  * No allocation. Cost per step: the step of the method, plus O(order^2) for each condition; for a
@@ -63,7 +62,8 @@ double pend_events_stopped(const struct pend_events *events);
 
 /**
  * Returns the time, s after the start, up to which the searched motion keeps the problem's
- * accuracy, at most the time at which a condition stopped it; NaN without an accuracy.
+ * accuracy. It is at most the time at which a condition stopped the motion; NaN if the problem has
+ * no accuracy.
  */
 double pend_events_held(const struct pend_events *events);
 

@@ -11,7 +11,7 @@
 
 enum { SECTION_LOOKS = 32, SECTION_QUEUE = 4 * SECTION_LOOKS, SECTION_HALVINGS = 200 };
 
-/* The searched arm at one instant of the step. */
+/* The section's arm at one instant of a step. */
 struct section_look {
     double time, phi, rate; /* for a small swing, phi is the angle from hanging */
 };
@@ -21,22 +21,23 @@ struct pend_section {
     int n;
     const struct pend_method *method;
     void *stepper;
-    struct pend_horizon *horizon; /* NULL: no accuracy is given */
+    struct pend_horizon *horizon; /* NULL if no accuracy is given */
     double reached;               /* s, end of the last step */
-    double flash;                 /* number of the next instant of a stroboscopic section */
-    double *theta;       /* angles from hanging, which for a small swing have more digits than
-                          * phi */
-    double level, start; /* the arm's angle in the section and at the start, in the form of
+    double flash;                 /* index of the next instant of a stroboscopic section */
+    double *theta;       /* angles from hanging, which have more digits than phi if the swing is
+                          * small */
+    double level, start; /* the arm's angle in the section, and at the start; both measured as in
                           * section_look */
     struct pend_passage queue[SECTION_QUEUE]; /* passages of the last step; entries next .. queued -
                                                * 1 were not returned yet */
     int next, queued;
-    double *phi, *rate;                          /* at SECTION_LOOKS + 1 instants */
-    double *rest, *rest_low, *turns, *turns_low; /* rad, initial angles and their whole turns, n
-                                                  * each */
+    double *phi, *rate;                          /* n values at each of SECTION_LOOKS + 1
+                                                  * instants */
+    double *rest, *rest_low, *turns, *turns_low; /* rad, n values each: initial angles without whole
+                                                  * turns, and these turns */
 };
 
-/* the search between two calls */
+/* checks the invariants between two calls */
 PEND_VALIDATOR section_valid(const struct pend_section *s) {
     return s->next >= 0 && s->next <= s->queued && s->queued <= SECTION_QUEUE && s->reached >= 0 &&
            s->n == s->problem.tree->n && s->problem.duration > 0;
@@ -53,13 +54,13 @@ static struct section_look section_at(const struct pend_section *section, double
                                  section->rate[section->problem.arm]};
 }
 
-/* whole turns between the angle and the section */
+/* whole turns between an angle and the section */
 static double section_turns(const struct pend_section *section, double phi) {
     return floor((phi - section->level) / (2 * M_PI));
 }
 
-/* The instant between two looks at which the angle is `target`; the angle is monotonic between
- * them. Newton's method inside a bracket, with bisection if a step leaves the bracket. */
+/* The instant between two looks at which the angle is `target`, for an angle that is monotonic
+ * between them. Newton's method inside a bracket, with bisection if a step leaves the bracket. */
 static double section_solve(const struct pend_section *section, struct section_look a,
                             struct section_look b, double target) {
     assert(a.time <= b.time);
@@ -83,7 +84,7 @@ static double section_solve(const struct pend_section *section, struct section_l
     return look.time;
 }
 
-/* the instant between two looks with rates of opposite signs at which the rate is 0 */
+/* the instant of rate 0 between two looks whose rates have opposite signs */
 static struct section_look section_extreme(const struct pend_section *section,
                                            struct section_look a, struct section_look b) {
     struct section_look look = a;
@@ -107,7 +108,7 @@ static void section_add(struct pend_section *section, double time, enum pend_way
     section->queue[section->queued++] = (struct pend_passage){time, way};
 }
 
-/* adds the passages between two looks; the angle is monotonic between them */
+/* adds the passages between two looks, between which the angle is monotonic */
 static void section_between(struct pend_section *section, struct section_look a,
                             struct section_look b) {
     double from = section_turns(section, a.phi), to = section_turns(section, b.phi);
@@ -119,7 +120,7 @@ static void section_between(struct pend_section *section, struct section_look a,
                     PEND_WAY_DOWN);
 }
 
-/* true if the angle can reach a section between two looks with the rates at these looks */
+/* true if the angle can reach the section between two looks, judging by the rates there */
 static int section_near(const struct pend_section *section, struct section_look a,
                         struct section_look b) {
     double far = (fabs(a.rate) + fabs(b.rate)) * (b.time - a.time);
@@ -176,7 +177,7 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
     return PEND_OK;
 }
 
-/* returns the state at a passage */
+/* copies the passage and the state at its instant */
 static void section_give(struct pend_section *section, const struct pend_passage *passage,
                          double phi[], double rate[]) {
     const struct pend_points points = {.phi = phi, .rate = rate};
@@ -224,8 +225,8 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
     return PEND_OK;
 }
 
-/* Subtracts whole turns from the start: sections do not depend on them, but springs do. memory: 4 n
- * values. */
+/* Subtracts whole turns from the initial angles. Sections do not depend on them, but springs do.
+ * `memory` has 4 n values. */
 static void section_turn(struct pend_section *section, double memory[]) {
     const struct pend_terms *terms = section->problem.loads.terms;
     size_t n = (size_t)section->n;
@@ -241,8 +242,8 @@ static void section_turn(struct pend_section *section, double memory[]) {
     }
 }
 
-/* Sets the level of the section and the arm's start. For a small swing with more digits than phi
- * holds, both are angles from hanging. `theta`: n values for each look at a step. */
+/* Sets the section's level and the arm's start. For a small swing whose start has more digits than
+ * phi, both are angles from hanging. `theta` has n values for each look at a step. */
 static void section_aim(struct pend_section *section, double theta[]) {
     const struct pend_section_problem *problem = &section->problem;
     double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level),
@@ -300,8 +301,8 @@ enum pend_status pend_section_new(struct pend_section **section,
     made->method = method;
     made->n = problem->tree->n;
     if (problem->period > 0) {
-        made->problem.arm = 0; // unused
-        // the first instant after the start
+        made->problem.arm = 0; // not used in a stroboscopic section
+        // index of the first instant after the start
         made->flash = floor(-problem->first / problem->period) + 1;
     }
     made->phi = (double *)(made + 1);

@@ -1,31 +1,32 @@
-/* A Poincare section: the instants at which an arm of a motion passes a given direction, or
- * instants at intervals of the period of a drive, and the states at these instants.
+/* A Poincare section: the instants at which an arm passes a given direction, or instants one drive
+ * period apart, and the states at these instants.
  * Leaves to others: the steps (method_taylor), tables of the passages (api).
- * Invariant: an instant is computed from the step's own series, to rounding; a pair of passages at
- * a near tangent is found too, unless both lie within a thirty-second of a step and the angle
- * passes the direction by less than its rounding error. */
+ * Invariant: an instant is computed from the step's own series, to rounding. A pair of passages
+ * where the angle barely crosses the direction is found too, unless both lie within a thirty-second
+ * of a step and the angle passes the direction by less than its rounding error. */
 #pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Passages with increasing and with decreasing angle; may be or-ed. */
+/* Passages with increasing and with decreasing angle; flags. */
 enum pend_way { PEND_WAY_UP = 1, PEND_WAY_DOWN = 2 };
 
 struct pend_section_problem {
     const struct pend_tree *tree; /* must outlive the search */
     struct pend_loads loads;      /* gravity and other loads */
-    const double *phi, *rate;     /* start, n values each, stored order; copied */
+    const double *phi, *rate;     /* initial state, n values each, stored order; copied */
     double duration;              /* s, > 0 */
-    int arm;                      /* stored number */
-    double angle;                 /* rad, value of phi; whole turns are ignored */
+    int arm;                      /* stored number of the arm */
+    double angle;                 /* rad, the section's value of phi; whole turns are ignored */
     unsigned ways;
     double rtol, atol; /* as for the taylor method; 0 = its default */
-    double accuracy;   /* the accuracy for pend_section_held, > 0; 0 = no estimate */
-    /* low-order parts of the start, n values each, NULL = 0; and of the angle, rad */
+    double accuracy;   /* requested accuracy, for pend_section_held, > 0; 0 = no estimate */
+    /* low-order parts of the initial state, n values each, NULL = 0; and of the angle, rad */
     const double *phi_low, *rate_low;
     double angle_low;
-    double start; /* s, start of the motion in the time of its drives; passages count from it */
+    double start; /* s, start of the motion in the time of its drives; times of passages count from
+                   * the start */
     /* s, > 0: the section is stroboscopic, with passages at first + k period, k any integer; arm,
      * angle and ways are ignored. 0: the section is that of the arm. */
     double period, first;
@@ -44,9 +45,9 @@ struct pend_section;
  *
  * section  out; NULL on failure; released by pend_section_free.
  *
- * PEND_INVALID    the duration is not > 0, there is no such arm, the angle is not finite, ways is
- *                 not of enum pend_way, or the period is not >= 0; more than 2^53 periods.
- *                 PEND_NO_MEMORY, and the failures of the method's `open`.
+ * PEND_INVALID    the duration is not > 0, there is no such arm, the angle is not finite, `ways`
+ *                 has other flags than enum pend_way, the period is not >= 0, or there are more
+ *                 than 2^53 periods. PEND_NO_MEMORY, and the failures of the method's `open`.
  */
 PEND_MUST_CHECK enum pend_status pend_section_new(struct pend_section **section,
                                                   const struct pend_section_problem *problem,

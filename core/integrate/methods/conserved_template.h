@@ -3,16 +3,15 @@
  * Leaves to others: the stages (kernel_symplectic), the factorization (bodies_template).
  * Invariant: O(n); friction and drives are not supported.
  *
- * Derivation. In the frame of an arm its joint has the velocity v, its body the mass M, the first
- * moment h and the inertia J about the joint, and child c hangs at p_c, and the sub-tree of child c
+ * Derivation. In the frame of an arm, v is the velocity of its joint; its body has the mass M, the
+ * first moment h and the inertia J about the joint. Child c is attached at p_c, and its sub-tree
  * has the momentum P_c:
  *     P = M v + i h phi' + sum P_c,    L = conj(h) v + i J phi' + sum conj(p_c) P_c.
  * The momentum of the angle is p = Im L, and the kinetic energy has the derivative -phi' Re L with
- * respect to the angle at fixed rates. (Re M)^-1 p are the accelerations that torques p give to a
- * pendulum at rest without gravity: the general kernel's order 0. A cart is an arm whose u is 1
- * (bodies_factor_template): the momentum of its position is Im L, and the kinetic energy does not
- * depend on the position.
- */
+ * respect to the angle at fixed rates. (Re M)^-1 p are the accelerations that torques p cause in a
+ * pendulum at rest without gravity; order 0 of the general kernel computes them. A cart is an arm
+ * whose u is 1 (bodies_factor_template): the momentum of its position is Im L, and the kinetic
+ * energy does not depend on the position. */
 #pragma once
 
 #include "core/bodies/bodies_template.h"
@@ -21,14 +20,13 @@
 /*
  * For every arm, in addition to the system of bodies:
  *
- * length, load              as the tree has them, m and kg
- * weight_x, weight_y        h + sum p_c m_c, m_c the mass of the sub-tree of child c; times g: its
- *                           torque by gravity
+ * length, load              those of the tree, m and kg
+ * weight_x, weight_y        h + sum p_c m_c, where m_c is the mass of the sub-tree of child c; g
+ *                           times this is the torque of gravity
  * swing                     J + sum m_c |p_c|^2
  * mass                      M + sum m_c
  * couple_x, couple_y        L
- * pull                      the force on the angle
- */
+ * pull                      the generalized force on the angle */
 #define CONSERVED_ARRAYS(X)                                                                        \
     X(length) X(load) X(weight_x) X(weight_y) X(swing) X(mass) X(couple_x) X(couple_y) X(pull)
 
@@ -47,14 +45,14 @@ enum {
         CONSERVED_COUNT
 };
 
-/* the number of values that a pendulum needs: its arrays, the list of its terms, and the pivot's
+/* number of values that a pendulum needs: its arrays, the list of its terms, and the pivot's
  * acceleration */
 static size_t conserved_numbers(const struct pend_terms *terms, int n) {
     if (!terms) return 0;
     return (size_t)(BODIES_ARRAY_COUNT + CONSERVED_COUNT) * (size_t)n + (size_t)terms->count + 2;
 }
 
-/* places a pendulum in memory of conserved_numbers values */
+/* lays out a pendulum in memory of conserved_numbers values */
 static struct conserved conserved_view(const struct pend_terms *terms, int n, const int parent[],
                                        num *at) {
     size_t row = (size_t)n;
@@ -79,7 +77,7 @@ static struct conserved conserved_view(const struct pend_terms *terms, int n, co
     return c;
 }
 
-/* copies the values of a pendulum, and sums up the sub-tree of each arm */
+/* copies the values of a pendulum, and adds up the masses and moments of each arm's sub-tree */
 static void conserved_load(const struct conserved *c, const double len[], const double mass[],
                            const double value[]) {
     const struct bodies_system *b = &c->body;
@@ -160,8 +158,8 @@ static void conserved_flow(const struct conserved *c, const num rate[]) {
     }
 }
 
-/* computes the forces on the angles from motion, gravity and springs, after conserved_flow; up_re,
- * up_im: e^{i phi} */
+/* computes the generalized forces on the angles, after conserved_flow, from motion, gravity and
+ * springs; up_re, up_im: e^{i phi} */
 static void conserved_pull(const struct conserved *c, double gravity, const num rate[],
                            const num up_re[], const num up_im[]) {
     const struct bodies_system *b = &c->body;

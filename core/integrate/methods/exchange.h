@@ -1,7 +1,8 @@
 /* The work of drives and the heat of friction in a motion by power series: integrals of a power,
- * step by step. Leaves to others: the series of the power (jets, extended), which motions have a
- * power (terms). Invariant: the sum is compensated, so that a million steps add no more than their
- * own rounding. */
+ * step by step.
+ * Leaves to others: the series of the power (jets, extended), which motions have a power (terms).
+ * Invariant: the sum is compensated, so that a million steps add no more than their own
+ * rounding. */
 #pragma once
 
 #include <assert.h>
@@ -10,11 +11,11 @@
 
 enum { PEND_EXCHANGE_ORDERS = 80 };
 
-/* J: the sum up to the start of the last step, as a sum of two doubles; then a series for that
- * step, divided by the square of the unit: first the power, later its integral over x. */
+/* The sum up to the start of the last step, J, as a sum of two doubles, and a series for that step,
+ * times unit^2: first of the power, later of its integral over x. */
 struct pend_given {
     double sum, low;
-    int count;  /* number of coefficients up to the last one that is not 0 */
+    int count;  /* number of coefficients up to the last nonzero one */
     double end; /* J, integral over the whole step */
     double series[PEND_EXCHANGE_ORDERS];
 };
@@ -31,7 +32,7 @@ struct pend_exchange {
  * O(order). */
 static inline double pend_given_inside(const struct pend_exchange *exchange,
                                        const struct pend_given *given, double x) {
-    // sums every fourth power separately, because the four sums do not wait for each other
+    // four separate sums, each of every fourth term, do not wait for one another
     double sum[4] = {0}, square = x * x, fourth = square * square, inverse = 1 / exchange->unit;
     if (!given->count) return 0;
     for (int j = (given->count - 1) / 4 * 4; j >= 0; j -= 4)
@@ -40,7 +41,7 @@ static inline double pend_given_inside(const struct pend_exchange *exchange,
     return (even + x * odd) * x * (inverse * inverse);
 }
 
-/** Returns the total, J, if the integral inside the last step is `inside`. */
+/** Returns the total, J, given the integral inside the last step. */
 static inline double pend_given_plus(const struct pend_given *given, double inside) {
     return given->sum + (given->low + inside);
 }
@@ -53,12 +54,12 @@ static inline double pend_given_at(const struct pend_exchange *exchange,
 }
 
 /**
- * Returns the work of the pivot x units after the start of the step from the orders beyond `from`
- * of its power. The power is the product of force and velocity, of which `order` coefficients are
- * known. With a fast drive, the later half of the product does not decrease. Unit: J times unit^2 /
- * unit.
+ * Returns the part of the pivot's work, x units after the start of the step, that comes from orders
+ * of its power beyond `from`. The power is the product of force and velocity, of which `order`
+ * coefficients are known. With a fast drive, the later half of the product does not decrease. Unit:
+ * J times unit^2 / unit.
  *
- * force, speed  along the same two axes.
+ * force, speed  components along the same two axes.
  * from          order .. 2 order - 1.
  *
  * O(order^2).

@@ -27,14 +27,14 @@ static inline struct at_nodes nodes_of(double x) {
     return at;
 }
 
-/* coefficient j of a series whose terms are `stride` apart, minus that of `from` unless it is
- * NULL */
+/* coefficient j of a series whose terms are `stride` apart, minus coefficient j of `from`, if that
+ * is not NULL */
 static inline wide nodes_term(const double *a, const double *from, int stride, int j) {
     return wide_of(a[j * stride] - (from ? from[j * stride] : 0));
 }
 
-/* sums the series of `order` terms; even and odd terms are summed separately, because the two sums
- * do not wait for each other */
+/* sums a series of `order` terms; even and odd terms have separate sums, which do not wait for each
+ * other */
 static inline struct at_nodes nodes_sum(const struct at_nodes *x, const double *a,
                                         const double *from, int stride, int order) {
     struct at_nodes even, odd, square;
@@ -54,7 +54,7 @@ static inline struct at_nodes nodes_sum(const struct at_nodes *x, const double *
     return even;
 }
 
-/* adds to the power: a factor times a product */
+/* adds to the power a factor times the product of a and b */
 static inline void nodes_add(struct at_nodes *power, double factor, const struct at_nodes *a,
                              const struct at_nodes *b) {
     for (int p = 0; p < PARTS; p++)
@@ -74,7 +74,7 @@ static inline double nodes_integral(const struct at_nodes *power) {
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* the friction of up to eight arms, from the rates of the joints; returns its integral */
+/* fills in the friction of up to eight arms from the rates of their joints; returns its integral */
 static double nodes_loss(const struct jets_system *s, double x, const double damping[], double unit,
                          int order) {
     struct at_nodes at = nodes_of(x), power = nodes_of(0);
@@ -87,8 +87,8 @@ static double nodes_loss(const struct jets_system *s, double x, const double dam
     return nodes_integral(&power);
 }
 
-/* The friction of eight arms of a larger tree: the arms in lanes, the nodes one after the other.
- * Adds its integral to that of each arm. */
+/* Computes the friction of eight arms of a larger tree, arms in lanes, node by node, and adds its
+ * integral to that of each arm. */
 static void nodes_tile(const struct jets_system *s, const double x[NODES], int tile, int order,
                        double sum[PEND_JETS_PAD]) {
     const struct jets_loads *loads = s->loads;
@@ -115,7 +115,7 @@ static double nodes_losses(const struct jets_system *s, double x, int order) {
     return all;
 }
 
-/* torques, stored as forces across the arms */
+/* computes the torques, stored as forces across the arms */
 static void nodes_effort(const struct jets_system *s, const struct at_nodes *x, int order,
                          struct at_nodes *power) {
     const double *force = s->loads->given + (s->n > 4 ? 8 : s->n > 2 ? 4 : 2);
@@ -151,7 +151,7 @@ static int nodes_sideways(const struct pend_terms *terms) {
     return found;
 }
 
-/* the power of the pivot's force along its velocity, in fixed axes */
+/* adds the power of the pivot's force, in fixed axes */
 static void nodes_haul(const struct jets_system *s, const struct at_nodes *x, int order,
                        struct at_nodes *power) {
     const struct jets_loads *loads = s->loads;
@@ -174,7 +174,7 @@ static struct exchange_given exchange_given(const struct pend_jets *jets,
     const struct pend_terms *terms = loads->terms;
     struct at_nodes at = nodes_of(x), power = nodes_of(0);
     struct exchange_given given = {0, 0};
-    // forces are times unit^2, rates times unit
+    // forces are multiplied by unit^2, rates by unit
     double all = x / (unit * unit);
     int damping = terms->row[PEND_TERM_DAMPING], slide = terms->row[PEND_TERM_SLIDE],
         torques = jets_loads_torques(s->loads, order);

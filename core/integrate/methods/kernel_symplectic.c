@@ -16,11 +16,10 @@ enum { WIDTH = 8 };
 /*
  * For every stage, in addition to the tree system:
  *
- * turn, boost        contribution to phi and p in the step: h b_j phi', h b_j p'
- * phi, phi_low       angles, as sums of two
+ * turn, boost        contributions of the stage to phi and p: h b_j phi', h b_j p'
+ * phi, phi_low       angles, as sums of two doubles
  * up_re, up_im       e^{i phi}
- * go_re, go_im       z', then the momentum of the arm and its sub-tree
- */
+ * go_re, go_im       first z' of the tip, later the momentum of the arm with its sub-tree */
 #define SYMPLECTIC_ARRAYS(X)                                                                       \
     X(turn) X(boost) X(phi) X(phi_low) X(rate) X(up_re) X(up_im) X(go_re) X(go_im)
 
@@ -33,7 +32,7 @@ enum {
 
 struct symplectic_lanes {
     struct jets_system tree;
-    int real; /* the pendulum has terms: `body` is used, and only drag_im of `tree` */
+    int real; /* whether the pendulum has terms: then `body` is used and, of `tree`, only drag_im */
     struct conserved body;
 #define X(name) num *name;
     SYMPLECTIC_ARRAYS(X)
@@ -97,7 +96,7 @@ static void symplectic_place(const struct symplectic_lanes *s) {
         jets_factor(tree);
 }
 
-/* Computes phi' = (Re M)^-1 p. A momentum acts as a couple on its arm, which is a force p / l
+/* Computes phi' = (Re M)^-1 p. A momentum acts like a couple on its arm, which equals a force p / l
  * across it; p is in drag_im. */
 static void symplectic_solve(const struct symplectic_lanes *s) {
     const struct jets_system *tree = &s->tree;
@@ -139,7 +138,7 @@ static void symplectic_flow(const struct symplectic_lanes *s) {
     }
 }
 
-/* the start plus the contributions of the stages, by the tableau */
+/* at every stage, the sum of the contributions of all stages, by the tableau */
 VEC_INLINE num symplectic_through(num gain) {
     num sum = num_of(0);
     for (int j = 0; j < GAUSS_STAGES; j++)
@@ -147,8 +146,8 @@ VEC_INLINE num symplectic_through(num gain) {
     return sum;
 }
 
-/* the force on the angle of arm k: p' = - l (phi' Re(conj(u) P) + g m cos phi), with P and m of the
- * arm and its sub-tree */
+/* the generalized force on the angle of arm k: p' = - l (phi' Re(conj(u) P) + g m cos phi), where P
+ * and m belong to the arm with its sub-tree */
 VEC_INLINE num symplectic_force(const struct symplectic_system *system,
                                 const struct symplectic_lanes *s, int k) {
     if (s->real) return s->body.pull[k];
@@ -157,7 +156,7 @@ VEC_INLINE num symplectic_force(const struct symplectic_system *system,
                                      system->loads.gravity * system->subtree_mass[k] * s->up_re[k]);
 }
 
-/* the inertia that turns with the angle of arm k, kg m^2 */
+/* the inertia of everything that rotates with the angle of arm k, kg m^2 */
 VEC_INLINE num symplectic_inertia(const struct symplectic_system *system,
                                   const struct symplectic_lanes *s, int k) {
     if (s->real) return s->body.swing[k];
@@ -185,7 +184,7 @@ static double symplectic_iterate(const struct symplectic_system *system,
     for (int k = 0; k < tree->n; k++) {
         num turn = weight * s->rate[k], boost = weight * symplectic_force(system, s, k);
         change = lanes8_max(change, lanes8_abs(turn - s->turn[k]));
-        // for a momentum: the change of the angle in a step
+        // converts a change of momentum to the change of the angle in a step
         num inertia = symplectic_inertia(system, s, k);
         change = lanes8_max(change, system->length * lanes8_abs(boost - s->boost[k]) / inertia);
         s->turn[k] = turn;
@@ -200,8 +199,8 @@ static double symplectic_iterate(const struct symplectic_system *system,
     return most;
 }
 
-/* Iterates until rounding stops the convergence of the stages, and once more. Otherwise the end
- * would always deviate to the same side, and the energy would drift (Hairer, McLachlan,
+/* Iterates until rounding stops the convergence of the stages, and then once more: otherwise the
+ * end would always deviate to the same side, and the energy would drift (Hairer, McLachlan,
  * Razakarivony 2008). */
 static int symplectic_converge(struct symplectic_system *system, const struct symplectic_lanes *s,
                                const struct symplectic_state *from, num weight) {
@@ -235,7 +234,7 @@ static int symplectic_converge(struct symplectic_system *system, const struct sy
     return 0;
 }
 
-/* high + low + the sum over the stages, exact to the digits of two doubles */
+/* high + low + the sum over the stages, to the digits of two doubles */
 static void symplectic_sum(double high, double low, num gain, double *to, double *to_low) {
     for (int j = 0; j < GAUSS_STAGES; j++) {
         double sum = high + gain[j], part = sum - high;

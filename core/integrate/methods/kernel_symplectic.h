@@ -18,9 +18,10 @@ struct symplectic_state {
 struct symplectic_system {
     int n;
     const int *parent, *end;
-    struct pend_loads loads;    /* gravity and other loads; the terms conserve the energy */
+    struct pend_loads loads;    /* gravity and other loads, whose terms conserve the energy */
     const double *subtree_mass; /* n values, kg */
-    double length;              /* s, > 0: length of the step, in either direction of time */
+    double length;              /* s, > 0: length of a step, which may go in either direction of
+                                 * time */
     double weight[8];           /* s: the step times b_j */
     double *lanes;   /* symplectic_count doubles, aligned to 64: the tree system, eight lanes per
                       * value */
@@ -30,8 +31,8 @@ struct symplectic_system {
 struct symplectic_kernel {
     /** Returns the number of doubles in `lanes` for n arms; terms: NULL for ideal pendulums. */
     size_t (*count)(const struct pend_terms *terms, int n);
-    /** Copies a tree and the values of its terms into the lanes; the first guess for the next step
-     * is a constant state. */
+    /** Copies a tree and the values of its terms into the lanes. The first guess for the next step
+     * is then that the state does not change. */
     void (*load)(struct symplectic_system *system, const double len[], const double mass[]);
     /** Computes the momenta p = Re M(phi) phi'. O(n). */
     void (*momenta)(const struct symplectic_system *system, const double phi[], const double rate[],
@@ -40,7 +41,7 @@ struct symplectic_kernel {
     void (*rates)(const struct symplectic_system *system, const struct symplectic_state *state,
                   double rate[]);
     /**
-     * Takes one step; the equations of the stages are iterated until only rounding errors remain.
+     * Takes one step: iterates the equations of the stages until only rounding errors remain.
      *
      * Returns 1; 0 if the iteration does not converge; -1 if a number is not finite. `to` is
      * undefined unless the step returns 1.

@@ -6,7 +6,7 @@
 double pend_times_at(const struct pend_times *times, long i) {
     assert(i >= 0 && i < times->count);
     if (times->list) return times->list[i];
-    /* the last instant of a grid is exactly its end if the step divides the span */
+    /* if the step divides the span, the last instant of a grid is exactly its end */
     if ((double)i == times->divisor) return times->start + times->span;
     return times->start + (double)i * times->span / times->divisor;
 }

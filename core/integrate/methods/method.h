@@ -11,10 +11,10 @@
 /* The requested instants, strictly increasing or strictly decreasing. */
 struct pend_times {
     long count;         /* >= 1 */
-    double start, span; /* without a list instant i is start + i * span / divisor, so that decimal
-                           grids stay decimal */
+    double start, span; /* s; without a list, instant i is start + i * span / divisor, so that
+                         * decimal grids stay decimal */
     double divisor;     /* > 0 */
-    const double *list; /* count instants, or NULL; not owned */
+    const double *list; /* `count` instants, s, or NULL; not owned */
 };
 
 /**
@@ -28,7 +28,7 @@ double pend_times_at(const struct pend_times *times, long i);
 void pend_times_list(const struct pend_times *times, long first, int count, double t[]);
 
 struct pend_problem {
-    const struct pend_tree *tree; /* must outlive every run of it */
+    const struct pend_tree *tree; /* must outlive every run of the problem */
     struct pend_loads loads;      /* gravity and other loads */
     const double *phi,
         *rate; /* state at the first instant, n values each, stored order; copied by the run */
@@ -38,12 +38,12 @@ struct pend_problem {
     struct pend_times times;
     double rtol, atol; /* tolerances of the local error; 0 = the method's default */
     int atol_given;    /* non-zero: atol = 0 means 0, not the default */
-    double step;       /* s, only for fixed-step methods; 0 = the method's choice */
+    double step;       /* s, for fixed-step methods only; 0 = the method's choice */
     long step_cap;     /* most steps of a run, 0 = no limit */
-    int no_turns;      /* non-zero: whole turns of a huge start are removed from the angles of
-                        * samples (turns.h) */
-    double accuracy;   /* required accuracy of the samples, > 0: the run estimates how long it holds
-                        * (horizon.h); 0 = no estimate */
+    int no_turns;      /* non-zero: samples have angles without the whole turns of a huge start
+                        * (turns.h) */
+    double accuracy;   /* required accuracy of the samples, > 0: the run estimates up to when it
+                        * holds (horizon.h); 0 = no estimate */
     int no_drift;      /* non-zero: the drift of the energy is not computed, and is reported as 0 */
 };
 
@@ -52,20 +52,20 @@ struct pend_problem {
 #define PEND_METHOD_ATOL_LEAST 1e-6
 
 enum {
-    PEND_METHOD_LANDS =
-        1, /* no dense output: a step ends at the next requested instant or earlier */
+    PEND_METHOD_LANDS = 1,      /* no dense output: steps end exactly at requested instants */
     PEND_METHOD_TOLERANCES = 2, /* uses rtol and atol */
     PEND_METHOD_FIXED_STEP = 4, /* uses step */
     PEND_METHOD_LINEAR =
         8, /* solves (lin), not (aaa): `at` also fills acc, from which forces are computed */
     PEND_METHOD_TERMS = 64,      /* supports the terms of real pendulums (loads) */
     PEND_METHOD_CONSERVES = 128, /* supports only terms for which pend_terms_conserve is true */
-    PEND_METHOD_FORWARD = 256,   /* integrates backwards only without dissipation: what then grows
-                                  * fast, an implicit method would damp */
+    PEND_METHOD_FORWARD = 256,   /* integrates backwards only without dissipation: backwards,
+                                  * dissipation becomes growth, which an implicit method would
+                                  * damp */
     PEND_METHOD_THETA = 32,      /* `at` also fills theta, with as many digits as the initial state
-                                  * had */
+                                  * has */
     PEND_METHOD_SERIES =
-        16 /* `at` also fills acc and force, faster than the equations of motion would */
+        16 /* `at` also fills acc and force, faster than from the equations of motion */
 };
 
 /* States at several instants of one step, time-major in stored order: phi[i * n + arm]. The
@@ -92,13 +92,14 @@ struct pend_series {
     const struct pend_jets *jets;
     const struct jets_state *begin;
     int order, beyond; /* order of the step; number of known higher coefficients */
-    int stands; /* number of steps, up to this one, whose truncation error is assumed to equal that
-                 * of this step; 0: a later step represents it */
-    double unit, time, reached; /* s; start and end of the step, relative to the first instant */
+    int stands; /* number of steps, up to this one, that count with the truncation error of this
+                 * step; 0: a later step counts for this one */
+    double unit, time, reached; /* s; unit of the series; start and end of the step, relative to the
+                                 * first instant */
 };
 
-/* A state from which the next step starts, n values each in stored order; low parts NULL = 0.
- */
+/* A state from which the next step starts, n values each in stored order; low parts may be NULL,
+ * which is 0. */
 struct pend_start {
     double time; /* s, relative to the first instant */
     const double *phi, *phi_low, *rate, *rate_low;
@@ -118,7 +119,7 @@ struct pend_method {
     /* the default of atol is rtol / atol_divisor, or 0 if atol_divisor is 0 */
     double atol_divisor, atol_min, atol_max;
     double step_min, step_max;          /* s; 0 without PEND_METHOD_FIXED_STEP */
-    const struct pend_method *extended; /* the same method with about 32 digits and rounded results;
+    const struct pend_method *extended; /* the same method in about 32 digits, with rounded results;
                                          * NULL = none */
 
     /** Creates a stepper at the problem's first instant; NULL on failure. The caller has checked
@@ -127,8 +128,8 @@ struct pend_method {
                              struct pend_error *error);
     /**
      * Takes one accepted step towards `limit` (s, relative to the first instant; its sign is the
-     * direction). With PEND_METHOD_LANDS `limit` is the next requested instant, which steps reach
-     * exactly and never pass; otherwise it is the last requested instant, which a step may pass.
+     * direction). With PEND_METHOD_LANDS, `limit` is the next requested instant, which steps reach
+     * exactly and never pass. Otherwise it is the last requested instant, which a step may pass.
      * *reached becomes the time after the step, relative to the first instant. On failure
      * error->time is relative too, and the text contains no time; the run adds it.
      */
@@ -144,9 +145,9 @@ struct pend_method {
     /** Returns the number of evaluations since `open`. O(1). */
     struct pend_stepper_counts (*counts)(const void *stepper);
     /**
-     * Fills in the work of drives and the heat of friction since `open`, J, at `count` instants
-     * inside the last step or at its end, as `at`; for real pendulums whose energy is not
-     * conserved. NULL if a method does not support these.
+     * Fills in the work of drives and the heat of friction since `open`, J, at the same instants as
+     * `at` accepts, for real pendulums whose energy is not conserved. NULL if a method does not
+     * support these.
      */
     void (*exchange)(const void *stepper, const double t[], int count, double work[],
                      double heat[]);
@@ -156,25 +157,27 @@ struct pend_method {
     /**
      * Propagates a small error of the state from the start of the last step to its end, to first
      * order, and adds the estimated error of the step itself; n values each, rad and rad/s. NULL if
-     * the horizon has to compute separate power series of the motion.
+     * the method cannot; then the horizon computes power series of the motion itself.
      */
     void (*spread)(void *stepper, double phi[], double rate[]);
     /**
      * Saves everything that steps have changed since `open` to a checkpoint, or restores it. A
-     * stepper newly opened for the same problem and restored continues with the same bits,
-     * including `at` inside the last step. If the bytes were altered, the stepper refuses the
+     * stepper that is newly opened for the same problem and then restored continues with the same
+     * bits, including `at` inside the last step. If the bytes were altered, the stepper refuses the
      * checkpoint or computes wrong values, but does no other harm. NULL if the method's state
      * cannot be saved.
      */
     void (*carry)(void *stepper, struct pend_checkpoint *checkpoint);
     /**
-     * Ends the last step at t, relative to the first instant and inside the step; its work and heat
-     * then end at t. NULL if a method does not support motions in pieces.
+     * Shortens the last step so that it ends at t, s, relative to the first instant and inside the
+     * step. Its work and heat then end at t. NULL if a method does not support motions in pieces.
      */
     void (*cut)(void *stepper, double t);
-    /** Returns the state at the end of the last step; valid until the next step. NULL as `cut`. */
+    /** Returns the state at the end of the last step, valid until the next step. NULL if a method
+     * does not support motions in pieces. */
     struct pend_start (*end)(const void *stepper);
-    /** Replaces the state from which the next step starts; see pend_start. NULL as `cut`. */
+    /** Replaces the state from which the next step starts; see pend_start. NULL if a method does
+     * not support motions in pieces. */
     void (*put)(void *stepper, const struct pend_start *start);
     /** Frees a stepper and clears the pointer; NULL is accepted. */
     void (*close)(void **stepper);
@@ -184,7 +187,7 @@ struct pend_method {
 void pend_stepper_counts_carry(struct pend_stepper_counts *counts,
                                struct pend_checkpoint *checkpoint);
 
-/* Each method has a file method_X.c; the three of GSL share method_gsl.c. */
+/* Each method has a file method_X.c; the three methods of GSL share method_gsl.c. */
 extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_method_rkf45,
     pend_method_rk8pd, pend_method_msadams, pend_method_linear, pend_method_symplectic,
     pend_method_radau;

@@ -20,26 +20,26 @@ struct gsl_stepper {
     const struct pend_tree *tree;
     struct pend_loads loads;
     gsl_odeiv2_system system;
-    gsl_odeiv2_driver driver; /* allocated part by part, because gsl_odeiv2_driver_alloc does not
+    gsl_odeiv2_driver driver; /* built member by member, because gsl_odeiv2_driver_alloc does not
                                * check its allocations */
     gsl_odeiv2_control control;
     double atol, rtol;
     double t, size; /* s: end of the last step, relative to the first instant; signed length of the
                      * next step */
     struct pend_stepper_counts counts;
-    long rejected; /* steps rejected before GSL's last restart */
+    long rejected; /* number of steps rejected before GSL was last restarted */
     double start;  /* s, the first instant in the time of the request */
     int n;
-    int gives; /* drives or friction change the energy */
-    /* phi, then phi', 2 n values; if the energy changes also work and heat so far, J, which do not
-     * affect the steps; then three times as much scratch memory */
+    int gives; /* whether drives or friction change the energy */
+    /* phi, then phi', 2 n values. If the energy changes, work and heat so far follow, J; they do
+     * not affect the steps. Then scratch memory of three times this size. */
     double *y;
     void *work;
 };
 
-/* GSL's default error handler aborts the process, even if memory is short, and is global. It is
- * switched off once, before main, while no other thread runs. A handler that a host sets later is
- * kept. */
+/* Switches off GSL's default error handler, which is global and aborts the process, even if only
+ * memory is short. This runs once, before main, while there is no other thread. A handler that a
+ * host sets later is kept. */
 __attribute__((constructor)) static void gsl_stepper_quieten(void) { gsl_set_error_handler_off(); }
 
 /* the right-hand side; if it overflows, GSL_EBADFUNC ends the step */
@@ -114,7 +114,9 @@ static int gsl_control_errlevel(void *state, const double y, const double slope,
                                 const size_t index, double *level) {
     const struct gsl_stepper *g = state;
     *level = gsl_control_level(state, y, slope, size);
-    if (index >= 2 * (size_t)g->n) *level = DBL_MAX; // work and heat may have any error
+    if (index >= 2 * (size_t)g->n)
+        *level = DBL_MAX; // the errors of work and heat do not limit
+                          // steps
     return *level <= 0 ? GSL_ESANITY : GSL_SUCCESS;
 }
 
@@ -127,8 +129,8 @@ static const gsl_odeiv2_control_type gsl_control = {"tolerances", .hadjust = gsl
                                                     .errlevel = gsl_control_errlevel,
                                                     .set_driver = gsl_control_set_driver};
 
-/* fills the driver as gsl_odeiv2_driver_alloc_y_new does, but checks every allocation; 0 = out of
- * memory */
+/* fills in the driver as gsl_odeiv2_driver_alloc_y_new does, but checks every allocation; returns 0
+ * if memory runs out */
 static int gsl_stepper_drive(struct gsl_stepper *g, const gsl_odeiv2_step_type *type) {
     gsl_odeiv2_driver *d = &g->driver;
     *d = (gsl_odeiv2_driver){.sys = &g->system, .h = g->size, .hmax = DBL_MAX};
@@ -146,8 +148,8 @@ static void gsl_stepper_free(struct gsl_stepper *g) {
 }
 
 /* The fraction of both tolerances that is requested of each step, calibrated by make
- * bench-precision: `loose` for rtol >= 1e-6, `tight` for rtol <= 1e-9, and a power of rtol between
- * them. The errors of Prince and Dormand's steps decrease faster than the tolerance. */
+ * bench-precision: It is `loose` for rtol >= 1e-6, `tight` for rtol <= 1e-9, and a power of rtol
+ * between. The errors of Prince and Dormand's steps decrease faster than the tolerance. */
 struct gsl_share {
     double loose, tight;
 };
@@ -158,9 +160,9 @@ static double gsl_share_at(struct gsl_share share, double rtol) {
     return share.loose * pow(share.tight / share.loose, part);
 }
 
-/* The tolerances requested of GSL, which bounds the error of one step. With these fractions, the
- * total error of a run stays within 30 times the tolerances unless the motion amplifies it
- * (core/theory.md has the figures). */
+/* Sets the tolerances requested of GSL, which bounds the error of one step. With these fractions,
+ * the total error of a run stays within 30 times the tolerances unless the motion amplifies it
+ * (figures: core/theory.md). */
 static struct pend_problem gsl_stepper_tighten(const struct pend_problem *problem,
                                                struct gsl_share shares) {
     struct pend_problem tight = *problem;
@@ -218,9 +220,8 @@ static void gsl_stepper_close(void **stepper) {
 }
 
 /* One accepted step of GSL. A step that would end within a hundredth of its length before the limit
- * is stretched to the limit; otherwise GSL may miss it by a rounding error and take a step of that
- * size. A cut or stretched step does not change the step size.
- */
+ * is stretched to the limit; otherwise GSL may miss the limit by a rounding error and take another
+ * step of that size. A cut or stretched step does not change the step size. */
 static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     gsl_odeiv2_driver *d = &g->driver;
     double left = limit - g->t, size = g->size;
@@ -231,8 +232,8 @@ static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     return status;
 }
 
-/* The same; if a value is not finite, once more without history, because GSL's multistep method
- * divides by the difference of two states, which may vanish. */
+/* The same. If a value is not finite, tries once more without history, because GSL's multistep
+ * method divides by the difference of two states, which may vanish. */
 static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
     double t = g->t, size = g->size, *kept = g->y + g->system.dimension;
     size_t bytes = g->system.dimension * sizeof(double);
@@ -283,8 +284,8 @@ static void gsl_stepper_exchange(const void *stepper, const double t[], int coun
     }
 }
 
-/* one-step methods keep no state beyond that of their driver: the last derivative, and whether it
- * exists */
+/* saves the state of the driver: the last derivative, and whether it exists; one-step methods keep
+ * nothing else */
 static void gsl_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct gsl_stepper *g = stepper;
     gsl_odeiv2_evolve *e = g->driver.e;
@@ -318,7 +319,7 @@ static enum pend_status gsl_stepper_open_rk8pd(void **stepper, const struct pend
                             (struct gsl_share){0.2, 0.7});
 }
 
-/* its order varies and starts at 1 */
+/* the order varies and starts at 1 */
 static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pend_problem *problem,
                                                  struct pend_error *error) {
     return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1,

@@ -1,8 +1,8 @@
-/* linear: the motion linearised about hanging, theta'' = -A theta, in closed form: a sum of
- * modes at any instant.
+/* linear: the motion linearised about hanging, theta'' = -A theta, in closed form: at any instant a
+ * sum of modes.
  * Leaves to others: finding the modes (modes), the forces of that motion (kinematics).
- * Invariant: mode k of `modes` is scaled by its amplitude, theta(t) = sum_k vector_k cos(omega_k
- * t + phase_k). */
+ * Invariant: mode k of `modes` is scaled by its amplitude, theta(t) = sum_k vector_k cos(omega_k t
+ * + phase_k). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +16,7 @@ struct linear {
     int n;
     double *phase;      /* rad, one phase per mode */
     double *rest;       /* rad, the hanging position nearest to the start: phi = rest + theta */
-    double *swing;      /* rad, the start's angle from that position */
+    double *swing;      /* rad, the start's angle from the hanging position */
     double *phi, *rate; /* the initial state */
 };
 
@@ -79,7 +79,7 @@ static enum pend_status linear_step(void *stepper, double limit, double *reached
     return PEND_OK;
 }
 
-/* the distance of the hanging position nearest to the start from theta = 0, rad */
+/* rad, whole turns from theta = 0 to the hanging position nearest to the start */
 static double linear_turns(const struct linear *linear, int k) {
     return rint(linear->rest[k] / (2 * M_PI) + 0.25) * (2 * M_PI);
 }
@@ -125,7 +125,7 @@ static struct pend_stepper_counts linear_counts(const void *stepper) {
     return ((const struct linear *)stepper)->counts;
 }
 
-/* the modes are computed again, with the same result */
+/* nothing to save: the modes are computed again, with the same result */
 static void linear_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct linear *linear = stepper;
     pend_stepper_counts_carry(&linear->counts, checkpoint);

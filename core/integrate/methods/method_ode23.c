@@ -1,8 +1,8 @@
 /* ode23: the pair of Bogacki and Shampine, 3(2), with the step control, the defaults and the
  * interpolant of MATLAB's function of that name.
  * Leaves to others: the time loop (run).
- * Invariant: y, f[0] belong to the start of the last step; y_end, f[3] to its end. For rtol >=
- * 1e-3, MATLAB's default, every operation is the same as in MATLAB; for smaller values the
+ * Invariant: y and f[0] belong to the start of the last step, y_end and f[3] to its end. For rtol
+ * >= 1e-3, MATLAB's default, every operation is the same as in MATLAB. For smaller values the
  * tolerances are calibrated and the state is a compensated sum. */
 #include <math.h>
 #include <stdlib.h>
@@ -15,18 +15,20 @@
 struct ode23 {
     const struct pend_tree *tree;
     struct pend_loads loads;
-    double asked, rtol, threshold; /* the caller's rtol; the tolerances requested of one step */
+    double asked, rtol, threshold; /* rtol as the caller requested it; the tolerances requested of
+                                    * one step */
     double begin, end,
         length; /* s: start and end of the last step, and its length; all 0 before the first step */
     double first, last;    /* s: the first instant in the time of the request; the last instant,
                             * relative */
-    double size, size_max; /* s, length of the next step, and of the longest allowed step, >= 0 */
+    double size, size_max; /* s: length of the next step, and of the longest allowed step, both >=
+                            * 0 */
     struct pend_stepper_counts counts;
     int n;
-    int gives;  /* drives or friction change the energy */
-    int count;  /* 2 n, plus 2 if the energy changes */
-    int matlab; /* every operation is the same as in MATLAB */
-    /* phi, then phi', 2 n values, then work and heat so far, J, which do not affect the steps; and
+    int gives;  /* whether drives or friction change the energy */
+    int count;  /* number of components: 2 n, plus 2 if the energy changes */
+    int matlab; /* whether every operation is the same as in MATLAB */
+    /* phi, then phi', 2 n values, then work and heat so far, J, which do not affect the steps; f:
      * their derivatives */
     double *y, *y_end, *f[4];
     double *low, *low_end; /* rounding errors of y and y_end; 0 if every operation is the same as in
@@ -34,16 +36,16 @@ struct ode23 {
     void *work;
 };
 
-/* MATLAB's default, above which nothing differs from MATLAB */
+/* MATLAB's default; for this rtol and larger, results equal MATLAB's */
 static const double ODE23_MATLAB_RTOL = 1e-3;
 
-/* the fraction of both tolerances that is requested of a step below that: calibrated by make
+/* fraction of both tolerances that is requested of a step for a smaller rtol: calibrated by make
  * bench-precision, so that the error of a run stays within 30 times its tolerance */
 static const double ODE23_SHARE = 0.1;
 
 enum { ODE23_ROWS = 8 };
 
-/* weights of the last step's derivatives for the second and third stage, for the result, and for
+/* weights of the derivatives at the stages: for the second and third stage, for the result, and for
  * the error estimate */
 static const double ode23_stage2 = 1.0 / 2, ode23_stage3 = 3.0 / 4;
 static const double ode23_result[3] = {2.0 / 9, 1.0 / 3, 4.0 / 9};
@@ -65,8 +67,8 @@ static void ode23_derivative(struct ode23 *o, double time, const double y[], dou
     o->counts.evaluations++;
 }
 
-/* MATLAB's initial step, from |y'| alone. MATLAB also bounds it by the first requested interval;
- * then the motion would depend on the requested instants. */
+/* MATLAB's initial step, from |y'| alone. MATLAB also bounds it by the first requested interval,
+ * but then the motion would depend on the requested instants. */
 static double ode23_first_size(const struct ode23 *o) {
     double rate = 0;
     for (int i = 0; i < 2 * o->n; i++)
@@ -126,7 +128,7 @@ static void ode23_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* the end of the last step becomes the start of the next, and its last derivative the first one */
+/* makes the end of the last step the start of the next, and its last derivative the first */
 static void ode23_advance(struct ode23 *o) {
     double *y = o->y, *f = o->f[0], *low = o->low;
     o->y = o->y_end;
@@ -138,16 +140,16 @@ static void ode23_advance(struct ode23 *o) {
     o->begin = o->end;
 }
 
-/* y_end = y + change as a sum of two doubles; needed for a million steps, not for a thousand */
+/* y_end = y + change as a sum of two doubles, which matters in runs of a million steps */
 static void ode23_sum(struct ode23 *o, int i, double change) {
     double y = o->y[i], part = change + o->low[i], end = y + part, moved = end - y;
     o->y_end[i] = end;
     o->low_end[i] = (y - (end - moved)) + (part - moved);
 }
 
-/* One try from begin to end. The stages use `h`, as in MATLAB, and the result end - begin. If the
- * tolerance is tighter than MATLAB's default, the stages also use end - begin, which differs from
- * `h` by a rounding error of the time. */
+/* Tries a step from begin to end. As in MATLAB, the stages use the length `h` and the result uses
+ * end - begin, which differs from `h` by a rounding error of the time. If the tolerance is tighter
+ * than MATLAB's default, the stages use end - begin too. */
 static void ode23_try(struct ode23 *o, double h) {
     int m = o->count;
     double *y = o->y, *y_end = o->y_end, *f0 = o->f[0], *f1 = o->f[1], *f2 = o->f[2];
@@ -184,7 +186,7 @@ static double ode23_estimate(const struct ode23 *o) {
 static enum pend_status ode23_step(void *stepper, double limit, double *reached,
                                    struct pend_error *error) {
     struct ode23 *o = stepper;
-    (void)limit; /* it is always the last instant */
+    (void)limit; /* `limit` is always the last instant, o->last */
     ode23_advance(o);
     double size_min = 16 * (nextafter(fabs(o->begin), INFINITY) - fabs(o->begin));
     o->size = fmin(o->size_max, fmax(size_min, o->size));
@@ -231,7 +233,7 @@ static void ode23_weigh(const struct ode23 *o, double t, double weight[4]) {
     }
 }
 
-/* component i inside the step */
+/* component i of the state inside the step */
 static double ode23_inside(const struct ode23 *o, const double weight[4], int i) {
     return o->y[i] + (weight[0] * o->f[0][i] + weight[1] * o->f[1][i] + weight[2] * o->f[2][i] +
                       weight[3] * o->f[3][i]);

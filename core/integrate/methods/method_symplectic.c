@@ -15,7 +15,7 @@
 
 enum { SYMPLECTIC_ORDER = 22 };
 
-/* the state at one end of a step, and the power series about it, if it was needed */
+/* the state at one end of a step, and the power series about it if it was needed */
 struct symplectic_end {
     struct symplectic_state state;
     double *rate, *zero;
@@ -27,19 +27,19 @@ struct symplectic {
     const struct pend_tree *tree;
     const struct symplectic_kernel *kernel;
     struct symplectic_system system;
-    double length, unit; /* s, signed */
+    double length, unit; /* s, signed: length of the step, and unit of the series */
     double time;         /* s, start of the last step */
     struct symplectic_end end[2];
     struct symplectic_state spare; /* state between the parts of a divided step */
-    int own;                       /* the method itself chooses the step */
-    int now; /* index of the end state of the last step; the other one is its start */
+    int own;                       /* whether the method itself chooses the step */
+    int now; /* which of the two ends is the end of the last step; the other is its start */
     struct pend_stepper_counts counts;
 };
 
 /* ---- the length of the step */
 
-/* Upper bound on the arms' rates, 1/s, from the energy of the start above hanging at rest. The
- * rates alone would miss a start at an unstable equilibrium. scratch: 4 n values. */
+/* Upper bound on the arms' rates, 1/s, from the energy of the start above that of hanging at rest.
+ * The initial rates alone would miss a start at an unstable equilibrium. scratch: 4 n values. */
 static double symplectic_speed(const struct pend_problem *problem, double scratch[]) {
     const struct pend_tree *tree = problem->tree;
     const struct pend_loads *loads = &problem->loads;
@@ -56,8 +56,8 @@ static double symplectic_speed(const struct pend_problem *problem, double scratc
 }
 
 /* The shortest of the first steps of method taylor with rtol 1e-12: about a quarter of the distance
- * to the nearest singularity of the motion in complex time, which bounds the step of every method.
- * state: 4 n values of scratch memory. */
+ * to the nearest singularity of the motion in complex time, which limits the step of every method.
+ * `state` is scratch of 4 n values. */
 static enum pend_status symplectic_scout(const struct pend_problem *problem, double span,
                                          double state[], double *shortest,
                                          struct pend_error *error) {
@@ -89,7 +89,7 @@ static enum pend_status symplectic_scout(const struct pend_problem *problem, dou
     return PEND_OK;
 }
 
-/* cut to 24 bits, so that half a billion multiples of it are exact */
+/* rounds a step down to 24 bits, so that half a billion multiples of it are exact */
 static double symplectic_round(double step) {
     int exponent;
     double part = frexp(step, &exponent);
@@ -126,7 +126,7 @@ static enum pend_status symplectic_choose(struct symplectic *s, const struct pen
 
 /* ---- creation and release */
 
-/* places the arrays in a block of zeros; with base NULL only counts its bytes */
+/* lays out the arrays in a zeroed block; if base is NULL, only counts its bytes */
 static size_t symplectic_place(struct symplectic *s, char *base) {
     int n = s->tree->n;
     size_t used = (sizeof *s + 63) / 64 * 64, row = pend_jets_stride(n),
@@ -157,9 +157,8 @@ static void symplectic_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* halves a step chosen by the method until the stages of the first step converge; in long chains
- * they may not converge at once
- */
+/* Halves a step chosen by the method until the stages of the first step converge. In long chains
+ * they may not converge at first. */
 static void symplectic_halve(struct symplectic *s) {
     enum { HALVINGS = 40 };
     const struct symplectic_end *begin = &s->end[s->now], *end = &s->end[!s->now];
@@ -169,7 +168,7 @@ static void symplectic_halve(struct symplectic *s) {
         // clears the guess for the next step
         memset(s->system.lanes, 0, lanes);
         s->kernel->load(&s->system, s->tree->len, s->tree->mass);
-        if (good) break; // also on values that are not finite; the first step reports those
+        if (good) break; // true also for values that are not finite, which the first step reports
         symplectic_take(s, s->length / 2);
     }
     s->system.iterations = 0;
@@ -212,12 +211,12 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
 /* ---- steps */
 
 /* Largest number of parts into which a step chosen by the method is divided. Of a step chosen by
- * the caller, only the first part is tried, down to this size. */
+ * the caller, only the first part is tried, down to the second fraction. */
 enum { PARTS_OWN = 256, PARTS_TOLD = 1 << 30 };
 
-/* If the stages of a step do not converge, divides it into equal parts whose stages do. Each part
- * is symplectic, and so is the whole step. Returns the kernel's result for the last part; `used`
- * becomes the number of parts. The lanes hold no guess afterwards. */
+/* If the stages of a step do not converge, divides it into equal parts whose stages do converge.
+ * Each part is symplectic, and so is the whole step. Returns the kernel's result for the last part;
+ * `used` becomes the number of parts. Afterwards the lanes hold no guess. */
 static int symplectic_divide(struct symplectic *s, const struct symplectic_state *begin,
                              const struct symplectic_state *end, int *used) {
     double whole = s->length;
@@ -244,7 +243,7 @@ static int symplectic_divide(struct symplectic *s, const struct symplectic_state
 static enum pend_status symplectic_step(void *stepper, double limit, double *reached,
                                         struct pend_error *error) {
     struct symplectic *s = stepper;
-    (void)limit; /* the step is fixed, and may pass the last instant */
+    (void)limit; /* the step has a fixed length and may pass the last instant */
     struct symplectic_end *begin = &s->end[s->now], *end = &s->end[!s->now];
     s->now = !s->now;
     end->known = 0;
@@ -277,7 +276,7 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
 }
 
 /* Angles from hanging x units after an end of the step. For a small swing, the sum of the series is
- * added to the angles from hanging at that end, of which all digits are known. */
+ * added to the angles from hanging at that end, which are known to all digits. */
 static void symplectic_theta(const struct symplectic *s, const struct symplectic_end *end, double x,
                              const double phi[], double theta[], double rate[]) {
     int n = s->tree->n;
@@ -340,7 +339,7 @@ static struct pend_stepper_counts symplectic_counts(const void *stepper) {
     return ((const struct symplectic *)stepper)->counts;
 }
 
-/* the lanes hold the first guess for the stages of the next step */
+/* saves the lanes too: they hold the first guess for the stages of the next step */
 static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct symplectic *s = stepper;
     size_t row = pend_jets_stride(s->tree->n);

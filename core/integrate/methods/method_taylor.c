@@ -27,20 +27,20 @@ struct taylor {
     struct pend_loads loads;
     double start;              /* s, the first instant in the time of the request */
     double log_rtol, log_atol; /* binary logarithms */
-    double kinetic;    /* J, kinetic energy of the start, which is constant for several arms without
-                        * gravity; 0 = it may change */
-    int order, beyond; /* order of the step; number of further known coefficients */
-    int beyond_most;   /* > 0 if a horizon is requested */
-    int stands;        /* as in pend_series */
-    double unit;       /* s, unit of the series */
-    double next_unit;  /* s, > 0 */
-    double time,
-        reached; /* s: start and end of the last step, exact: the step is their difference */
+    double kinetic;       /* J, kinetic energy of the start if it is conserved (several arms without
+                           * gravity); 0 = it may change */
+    int order, beyond;    /* order of the step; number of known coefficients beyond it */
+    int beyond_most;      /* > 0 if a horizon is requested */
+    int stands;           /* as `stands` in pend_series */
+    double unit;          /* s, unit of the series */
+    double next_unit;     /* s, > 0: unit for the next step */
+    double time, reached; /* s: start and end of the last step; both are exact, and the step's
+                           * length is their difference */
     struct jets_state begin, end;
-    int gives; /* work of drives and heat of friction are summed */
-    int nodes; /* ... from their power at nodes in a step */
+    int gives; /* whether work of drives and heat of friction are added up */
+    int nodes; /* whether they are computed from the power at nodes in a step */
     struct pend_exchange exchange;
-    double *hanging; /* angles from hanging at the start of a step, and zeros */
+    double *hanging; /* angles from hanging at the start of a step, then zeros */
     struct pend_jets jets;
     struct pend_stepper_counts counts;
 };
@@ -82,7 +82,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){
         .tree = problem->tree, .loads = problem->loads, .order = order, .beyond_most = beyond};
-    // a stepper may be opened without instants
+    // a stepper can be opened without instants
     taylor->start = problem->times.count ? pend_times_at(&problem->times, 0) : problem->times.start;
     taylor->gives =
         problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
@@ -145,7 +145,7 @@ static double taylor_expand(struct taylor *taylor, double limit) {
         taylor_series_of(taylor, taylor->counts.steps);
         taylor->counts.evaluations += taylor->order;
         x = pend_jets_reach(&taylor->jets, taylor->order, taylor->log_rtol, taylor->log_atol);
-        // a step may pass the last instant by at most its own length
+        // a step may pass the last instant, but at most by its own length
         if (x > 2 * left / fabs(taylor->unit)) x = 2 * left / fabs(taylor->unit);
         if (x >= exp2(-RANGE) && x <= exp2(RANGE)) break;
         taylor->unit *= exp2(x > 1 ? RANGE : -RANGE);
@@ -153,7 +153,7 @@ static double taylor_expand(struct taylor *taylor, double limit) {
     return x;
 }
 
-/* the largest power of two below a step's length; far too large if the step is almost 0 */
+/* the largest power of two below a step's length; a huge one if the length is almost 0 */
 static double taylor_power_of_two(double step) {
     uint64_t bits;
     memcpy(&bits, &step, sizeof bits);
@@ -168,7 +168,7 @@ static struct exchange_given taylor_given(const struct taylor *taylor, double x)
     return kernel->given(&taylor->jets, &taylor->loads, taylor->unit, taylor->order, x);
 }
 
-/* the work of the pivot, J, from orders beyond those of its power, if that is a series */
+/* the work of the pivot, J, from orders beyond those of its power, if the power is a series */
 static double taylor_beyond(const struct taylor *taylor, double x) {
     const struct bodies_system *s = &taylor->jets.bodies;
     const struct jets_loads *loads = &taylor->jets.loads;
@@ -181,7 +181,7 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
                square;
     }
     if (!loads->moves) return 0;
-    // along and across the first arm
+    // of the first arm's direction: components along and across it
     double C = taylor->jets.system.cosine[0], Z = taylor->jets.system.sine[0];
     for (int j = 0; j < taylor->order; j++) {
         turned[0][j] = C * loads->pivot_force_x[j] - Z * loads->pivot_force_y[j];
@@ -191,10 +191,11 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
     return pend_exchange_beyond(force, speed, taylor->order, taylor->exchange.order, x) / square;
 }
 
-/* the power of the last expansion, as series, or its integral up to the end of the step */
+/* computes the power of the last expansion as series, or its integral up to the end of the step */
 static void taylor_power(struct taylor *taylor) {
-    /* Orders of a general pendulum's power beyond those of its factors. Each order makes the
-     * neglected remainder about three times smaller, and a run with every load 3 % slower. */
+    /* Orders of the power of a pendulum in the general kernel beyond those of its factors. Each
+     * makes the neglected remainder about three times smaller, and a run with every load 3 %
+     * slower. */
     enum { TAYLOR_BEYOND = 4 };
     struct pend_exchange *exchange = &taylor->exchange;
     exchange->order = taylor->order + (taylor->jets.general ? TAYLOR_BEYOND : 0);
@@ -215,8 +216,7 @@ static void taylor_power(struct taylor *taylor) {
  * the same rounding error in every step, so that their rates would drift by a relative 1e-15 per
  * step: 2e-4 rad in 1e6 steps. Scaling all rates only changes the speed along the same path. */
 static void taylor_hold(const struct taylor *taylor) {
-    const double most =
-        1e-6; /* with a looser tolerance, the errors of a step are larger than rounding */
+    const double most = 1e-6; /* with a larger rtol, the errors of a step exceed rounding */
     const struct jets_state *end = &taylor->end;
     double kinetic =
         pend_kinematics_energy(taylor->tree, &(const struct pend_loads){0}, end->phi, end->rate)
@@ -279,7 +279,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
                          "the motion of an arm ceased to be finite");
     }
     taylor->reached = taylor->time + x * taylor->unit;
-    // such a run would never end, although the clock, near zero, still advances
+    // stop here, although the clock, near zero, still advances: such a run would never end
     if (taylor->reached == taylor->time ||
         x * fabs(taylor->unit) < TAYLOR_LEAST * fabs(limit - taylor->time)) {
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s",
@@ -292,7 +292,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     return PEND_OK;
 }
 
-/* an instant at the end of the step: the compensated sums themselves, from which the next step
+/* for an instant at the end of the step: the compensated sums themselves, from which the next step
  * starts */
 static void taylor_at_end(const struct taylor *taylor, double phi[], double rate[]) {
     size_t bytes = (size_t)taylor->tree->n * sizeof(double);
@@ -304,13 +304,13 @@ static double *taylor_offset(double *array, size_t base) { return array ? array 
 
 static void taylor_group(const struct taylor *taylor, const double t[], int count,
                          const struct jets_values *values) {
-    double x[TAYLOR_GROUP], inverse = 1 / taylor->unit; // exact, because it is a power of two
+    double x[TAYLOR_GROUP], inverse = 1 / taylor->unit; // exact, because the unit is a power of two
     for (int i = 0; i < count; i++) x[i] = (t[i] - taylor->time) * inverse;
     pend_jets_values(&taylor->jets, taylor->order, x, count, taylor->unit, &taylor->begin, values);
 }
 
 /* The angles from hanging. For a small swing, the sum of the series is added to the angles from
- * hanging at the start, of which all digits are known; otherwise this gains nothing. */
+ * hanging at the start, which are known to all digits; otherwise this gains nothing. */
 static void taylor_theta(const struct taylor *taylor, const double t[], int count,
                          const struct pend_points *points) {
     size_t n = (size_t)taylor->tree->n;

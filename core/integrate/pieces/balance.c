@@ -7,8 +7,8 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/simd/kernel_sincos.h"
 
-/* an arm: its direction, acceleration and velocity of its joint, the force that it exerts on the
- * joint, and the force at its tip except for the mass there */
+/* of an arm: its direction, the acceleration and velocity of its joint, the force that it exerts on
+ * the joint, and the force at its tip except that on the mass there */
 struct balance_arm {
     double complex turn, acc, speed, force, tip;
     double torque;
@@ -61,7 +61,7 @@ static double complex balance_whirl(const struct pend_loads *loads, const struct
     return I * (s->acc[k] + twice * w) - w * w;
 }
 
-/* root to leaves: directions, accelerations with gravity, velocities */
+/* root to leaves: directions, accelerations including gravity, and velocities */
 static void balance_move(const struct pend_tree *tree, const struct pend_loads *loads,
                          const struct pend_moving *s, struct balance_arm arm[]) {
     double twice = 2 * balance_one(loads, PEND_TERM_DRAG_PER_MASS), t = s->time;
@@ -100,8 +100,8 @@ static double complex balance_air(const struct pend_tree *tree, const struct pen
            v;
 }
 
-/* the force that arm k exerts on its joint, and its moment about the joint, both without its
- * children's */
+/* computes the force that arm k exerts on its joint, and its moment about the joint, both without
+ * its children's contributions */
 static void balance_own(const struct pend_tree *tree, const struct pend_loads *loads,
                         const struct pend_moving *s, struct balance_arm arm[], int k) {
     struct balance_arm *own = &arm[k];
@@ -120,7 +120,8 @@ static void balance_own(const struct pend_tree *tree, const struct pend_loads *l
     own->tip = tree->mass[k] * (own->acc + l * u * whirl) - air;
 }
 
-/* what springs, viscous and regular dry friction, drives and inputs exert in joint k */
+/* the torque that springs, viscous and regularized dry friction, drives and inputs exert in joint
+ * k */
 static double balance_given(const struct pend_tree *tree, const struct pend_loads *loads,
                             const struct pend_moving *s, int k) {
     int p = pend_terms_holder(loads->terms, tree->parent, k);
@@ -140,7 +141,7 @@ static double balance_given(const struct pend_tree *tree, const struct pend_load
                         : sum;
 }
 
-/* the forces in the frame of arm k */
+/* writes the forces in the frame of arm k */
 static void balance_put(const struct balance_arm *own, int cart, int k,
                         const struct bodies_forces *forces) {
     double complex joint = conj(own->turn) * own->force,

@@ -1,6 +1,7 @@
 /* Inverse dynamics of a real pendulum: the forces and torques of a known motion, from leaves to
- * root. Leaves to others: accelerations (core/bodies). Invariant: no matrix and no division, so
- * joints that hold need no special case. */
+ * root.
+ * Leaves to others: accelerations (core/bodies).
+ * Invariant: no matrix and no division, so joints that hold need no special case. */
 #ifndef PEND_BALANCE_H
 #define PEND_BALANCE_H
 
@@ -9,15 +10,15 @@
 #include "core/bodies/bodies.h"
 #include "core/tree/loads.h"
 
-/** Returns e^(i phi), phi up to 1e12 rad; the same bits on every machine. O(1). */
+/** Returns e^(i phi), for phi up to 1e12 rad, with the same bits on every machine. O(1). */
 double complex pend_balance_turn(double phi);
 
 /** Returns the position of arm k's joint in its parent's frame, m; k is not on a cart. O(1). */
 double complex pend_balance_hangs(const struct pend_tree *tree, const struct pend_loads *loads,
                                   int k);
 
-/** Returns the mass of arm k, kg, its first moment, kg m, in its frame, and the inertia about its
- * joint, kg m^2. O(1). */
+/** Returns the mass of arm k, kg, and in its frame the first moment, kg m, and the inertia about
+ * its joint, kg m^2. O(1). */
 double pend_balance_masses(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                            double complex *moment, double *inertia);
 

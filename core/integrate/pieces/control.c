@@ -7,9 +7,10 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/integrate/pieces/rule.h"
 
-/* State of a controller: number of samples, and of samples at a limit; index of the current law;
- * integral of a pid; the acting and the newest output; delayed outputs, newest first; whole turns
- * added to the reference, rad. After all controllers, scratch memory for one computation. */
+/* Index into the state of a controller: number of samples; number of samples at a limit; index of
+ * the current law; integral of a pid; the acting and the newest output; delayed outputs, newest
+ * first; whole turns added to the reference, rad. After all controllers follows scratch memory for
+ * one computation. */
 enum { SAMPLES, LIMITED, LAW, INTEGRAL, OUTPUT, FRESH, WAITS };
 
 static size_t control_width(const struct pend_controller *controller, int n) {
@@ -23,7 +24,7 @@ size_t pend_control_numbers(const struct pend_rules *rules, int n) {
     return count;
 }
 
-/* index of the state of controller i */
+/* index at which the state of controller i begins */
 static size_t control_place(const struct pend_rules *rules, int n, int i) {
     size_t at = 0;
     for (int j = 0; j < i; j++) at += control_width(&rules->controller[j], n);
@@ -66,10 +67,10 @@ struct control_view {
     const struct pend_rules *rules;
     double now;
     const double *phi, *rate;
-    double *first, *scratch; /* state of the first controller; 6 n numbers */
+    double *first, *scratch; /* state of the first controller; scratch of 6 n numbers */
 };
 
-/* value i of a schedule */
+/* number i of a schedule at the present time */
 static double schedule_at(const struct pend_rules *rules, const struct pend_schedule *s, double now,
                           int i) {
     const double *t = rules->number + s->t, *value = rules->number + s->value + i;
@@ -129,7 +130,7 @@ static double law_pid(const struct control_view *v, const struct pend_law *law,
     return gains[0] * error + gains[1] * own[INTEGRAL] - gains[2] * view_joint(v, c->drives, 1);
 }
 
-/* the energy if the cart had the given speed */
+/* the energy the pendulum would have if the cart had the given speed */
 static double view_energy(const struct control_view *v, double speed) {
     int n = v->tree->n;
     double *rate = v->scratch;
@@ -140,7 +141,7 @@ static double view_energy(const struct control_view *v, double speed) {
     return energy.kinetic + energy.potential;
 }
 
-/* the target energy of a swing-up: by default that of rest at the reference of the next law */
+/* the target energy of a swing-up law: by default that of rest at the next law's reference */
 static double law_energy(const struct control_view *v, const struct pend_law *law) {
     int n = v->tree->n;
     double *phi = v->scratch, *scratch = phi + 2 * n;
@@ -157,7 +158,8 @@ static double law_swing_up(const struct control_view *v, const struct pend_law *
     const double *gains = v->rules->number + law->gains.value;
     double missing = law_energy(v, law) - view_energy(v, 0);
     if (!view_cart(v) || drives) return gains[0] * missing * view_joint(v, drives, 1);
-    // the kinetic energy is m s^2 / 2 + s P + the energy of the arms alone
+    // with cart speed s, mass m and momentum P, the kinetic energy is m s^2 / 2 + s P + that of the
+    // arms alone
     double momentum = (view_energy(v, 1) - view_energy(v, -1)) / 2;
     return -gains[0] * missing * momentum - gains[1] * v->phi[0] - gains[2] * v->rate[0];
 }

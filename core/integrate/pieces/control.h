@@ -11,7 +11,7 @@
 #include "core/tree/tree.h"
 
 /** Returns the number of doubles in the state of all controllers of a pendulum of n coordinates; 0
- * without controllers; rules may be NULL. O(controllers). */
+ * without controllers. rules may be NULL. O(controllers). */
 size_t pend_control_numbers(const struct pend_rules *rules, int n);
 
 /** Returns the time of the next sample of any controller, s. O(controllers). */
@@ -32,17 +32,17 @@ void pend_control_sample(const struct pend_tree *tree, const struct pend_loads *
 /** Returns the present output of controller i, N m or N. */
 double pend_control_output(const struct pend_rules *rules, int n, int i, const double own[]);
 
-/** Returns the largest fraction of samples at a limit among all controllers, and its controller; 0
- * before the first sample. */
+/** Returns, of all controllers, the largest fraction of samples at a limit, and the index of that
+ * controller; 0 before the first sample. */
 double pend_control_saturated(const struct pend_rules *rules, int n, const double own[],
                               int *controller);
 
-/** Returns true if all angles of arms, without whole turns, are within a bound, rad, of the
- * reference of the first controller's last law, which must be a feedback. O(n). */
+/** Returns true if the angles of all arms, without whole turns, are within a bound, rad, of the
+ * reference of the first controller's last law, which must be a feedback law. O(n). */
 int pend_control_near(const struct pend_tree *tree, const struct pend_loads *loads, double now,
                       const double phi[], double bound);
 
-/** Returns the final law, to which all swing-ups lead. O(laws). */
+/** Returns the final law of controller i, which follows all swing-ups. O(laws). */
 static inline const struct pend_law *pend_control_last(const struct pend_rules *rules, int i) {
     const struct pend_law *law = rules->law + rules->controller[i].law;
     while (law->kind == PEND_LAW_SWING_UP) law = rules->law + law->next;

@@ -10,18 +10,18 @@
 
 enum { EVENT_NODES = PEND_JOINT_NODES, EVENT_POLISH = 6 };
 
-/* a first coefficient below this fraction of the following ones is rounding */
+/* a first coefficient smaller than this fraction of the following ones counts as rounding */
 static const double event_rounded = 1e-9;
 /* relative rounding error of a torque */
 static const double event_slack = 1e-13;
 
-/* a step during the search */
+/* a step, while it is searched */
 struct event_look {
     struct pend_joints *joints;
     const struct pend_joint_step *step;
     struct pend_series series;
     double length; /* s, from the start of the step to the end of the search */
-    double first;  /* fraction of that length: the first event so far */
+    double first;  /* fraction of that length at which the first event found so far lies */
 };
 
 enum event_kind { EVENT_STOPPED, EVENT_UPPER, EVENT_LOWER, EVENT_FORCED };
@@ -55,7 +55,8 @@ static void event_path(const struct event_look *look, int k, int way, int angle,
         path->a[i + angle] = angle ? a[i] * look->length / (i + 1) : a[i];
 }
 
-/* removes roots at the start; removes one more if the slope at the start is within rounding */
+/* divides by the known roots at the start; by one more if `forced`, or if the slope at the start is
+ * within rounding */
 static void event_divide(struct roots_path *path, int roots, int forced) {
     for (; roots > 0 && path->degree > 1; roots--) {
         path->base = path->a[1];
@@ -77,7 +78,7 @@ static double event_root(struct roots_path *path) {
     return pend_roots_next(path, 0, 0, INFINITY, &way);
 }
 
-/* records an event of joint k */
+/* records an event of joint k, unless an earlier one was found */
 static void event_note(struct event_look *look, double s, enum event_kind kind, int k, int way) {
     struct pend_joints *j = look->joints;
     if (!(s <= 1) || s > look->first) return;
@@ -93,7 +94,7 @@ static void event_note(struct event_look *look, double s, enum event_kind kind, 
     if (kind == EVENT_FORCED) j->forced[k] = (signed char)way;
 }
 
-/* the mark of a joint when the piece began */
+/* the marks of a joint when the piece began */
 struct event_marks {
     int forced, struck;
 };
@@ -150,7 +151,7 @@ static const double *event_torques(const struct event_look *look, double s) {
     return own;
 }
 
-/* the root of a torque near the root of its polynomial */
+/* refines the root of a torque, starting from the root of its polynomial */
 static double event_polish(const struct event_look *look, int k, int way, double bound,
                            const struct roots_path *path, double s) {
     for (int i = 0; i < EVENT_POLISH && s > 0 && s < 1; i++) {
@@ -173,7 +174,7 @@ static void event_slips(struct event_look *look, int k) {
     for (int way = -1; way <= 1; way += 2) {
         struct roots_path path;
         double gap[EVENT_NODES], more = 0, most = bound;
-        if (j->touch[k] == -way) continue; // the stop holds the joint
+        if (j->touch[k] == -way) continue; // here the stop holds the joint
         for (int i = 0; i < EVENT_NODES; i++) {
             double h = at[(size_t)i * (size_t)j->n + (size_t)k];
             gap[i] = bound - way * h;

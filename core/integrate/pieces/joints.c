@@ -10,9 +10,9 @@
 
 /* relative rounding error of a torque or an acceleration */
 static const double joints_slack = 1e-13;
-/* s: a shorter flight between two impacts is the last */
+/* s: after an impact whose flight would be shorter, the joint stays at the stop */
 static const double joints_flight = 1e-6;
-/* rad: a joint closer to a stop is at the stop */
+/* rad: a joint closer to a stop than this is at the stop */
 static const double joints_near = 1e-14;
 
 enum { JOINTS_IMPACTS = 1000 };
@@ -37,7 +37,7 @@ static double joints_holding(const struct pend_joints *j, int k) {
 
 static size_t joints_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-/* places the arrays; returns their bytes */
+/* lays out the arrays; returns their bytes */
 static size_t joints_lay(struct pend_joints *j, const struct pend_tree *tree,
                          const struct pend_terms *terms, char *base) {
     size_t n = (size_t)tree->n, used = 0;
@@ -77,7 +77,7 @@ double pend_joints_angle(const struct pend_joints *j, const double phi[], int k)
     return p < 0 ? phi[k] + (cart ? 0 : M_PI_2) : phi[k] - phi[p];
 }
 
-/* whether a joint that can hold has an arm with drag at its tip, whose torque would be lost */
+/* whether a joint that can hold carries an arm with drag at its tip, whose torque would be lost */
 static int joints_blown(const struct pend_joints *j, int k) {
     const struct pend_loads *loads = joints_loads(j);
     const struct pend_rules *rules = j->piece->rules;
@@ -132,7 +132,7 @@ enum pend_status pend_joints_start(struct pend_joints *j, struct pend_error *err
 
 /* ---- accelerations of the candidate modes */
 
-/* the torques of sliding joints in the candidate modes */
+/* computes the torques of sliding joints in the candidate modes */
 static void joints_slide(const struct pend_joints *j) {
     int row = joints_loads(j)->terms->row[PEND_TERM_SLIDE];
     assert(row >= 0);
@@ -159,7 +159,7 @@ void pend_joints_accelerations(struct pend_joints *j, const struct pend_stuck *s
     pend_stuck_spread(stuck, speed, acc);
 }
 
-/* accelerations, and torques of the holding joints */
+/* computes accelerations, and torques of the holding joints */
 static enum pend_status joints_look(struct pend_joints *j) {
     const struct pend_piece *piece = j->piece;
     struct pend_stuck *stuck = NULL;
@@ -176,7 +176,7 @@ static enum pend_status joints_look(struct pend_joints *j) {
 
 /* ---- impacts */
 
-/* changes of the rates due to a unit impulse at joint k; returns s^T M^-1 s */
+/* computes the changes of the rates due to a unit impulse at joint k; returns s^T M^-1 s */
 static double joints_blow(struct pend_joints *j, int k) {
     const struct pend_loads *loads = joints_loads(j);
     const struct pend_terms *terms = loads->terms;
@@ -195,7 +195,7 @@ static double joints_blow(struct pend_joints *j, int k) {
     return pend_joints_rate(j, j->blow, k);
 }
 
-/* the modes of joints that move and no longer touch a stop */
+/* sets the modes of joints that move and no longer touch a stop */
 static void joints_moving(struct pend_joints *j) {
     for (int k = 0; k < j->n; k++) {
         double r = pend_joints_rate(j, j->piece->rate, k);
@@ -205,7 +205,7 @@ static void joints_moving(struct pend_joints *j) {
     }
 }
 
-/* whether the bounce after an impact is too short to resolve */
+/* determines whether the bounce after an impact is too short to resolve */
 static enum pend_status joints_last(struct pend_joints *j, int k, int side, int *last) {
     joints_moving(j);
     memcpy(j->try, j->mode, (size_t)j->n);
@@ -225,7 +225,8 @@ static enum pend_status joints_hit(struct pend_joints *j, int k) {
     if (!last) {
         PEND_TRY(joints_last(j, k, side, &last));
         double now = last ? pend_joints_rate(j, rate, k)
-                          : 0; // otherwise the joint continues without restitution
+                          : 0; // if it is not the last impact, the joint continues at rate 0 for
+                               // now, as without restitution
         for (int i = 0; i < j->n; i++) rate[i] -= now / d * j->blow[i];
     }
     if (last)
@@ -255,9 +256,10 @@ enum pend_status pend_joints_impacts(struct pend_joints *j, struct pend_error *e
     return PEND_OK;
 }
 
-/* ---- the sort */
+/* ---- modes of the joints at rest */
 
-/* the excess of a holding joint's torque over its limit, N m; way: out, its direction */
+/* by how much a holding joint's torque exceeds its limit, N m; way: out, the direction of the
+ * torque */
 static double joints_over(const struct pend_joints *j, int k, double bound, int *way) {
     double h = j->torque[k], high = j->touch[k] < 0 ? INFINITY : bound,
            low = j->touch[k] > 0 ? -INFINITY : -bound;
@@ -266,7 +268,7 @@ static double joints_over(const struct pend_joints *j, int k, double bound, int 
     return over > joints_slack * size ? over : 0;
 }
 
-/* the acceleration of a released joint against its direction, rad/s^2 */
+/* the acceleration of a released joint against its direction of motion, rad/s^2 */
 static double joints_against(const struct pend_joints *j, int k) {
     int p = joints_holder(j, k);
     double a = pend_joints_rate(j, j->acc, k),
@@ -280,7 +282,7 @@ static int joints_rests(const struct pend_joints *j, int k) {
            (joints_sliding(j, k) > 0 || joints_holding(j, k) > 0 || j->touch[k]);
 }
 
-/* makes one change of the candidate modes; returns 0 if all are consistent */
+/* changes one candidate mode; returns 0 if all are consistent */
 static int joints_change(struct pend_joints *j, const double bound[]) {
     double over = 0, against = 0;
     int out = -1, in = -1, way = 0;
@@ -298,7 +300,8 @@ static int joints_change(struct pend_joints *j, const double bound[]) {
     return in >= 0 || out >= 0;
 }
 
-/* sorts the joints at rest by the limits; *sorted: whether this ended */
+/* determines the modes of the joints at rest for the given limits; *sorted: whether a consistent
+ * answer was found */
 static enum pend_status joints_try(struct pend_joints *j, const double bound[], int *sorted) {
     int most = 40;
     for (int k = 0; k < j->n; k++) {

@@ -1,13 +1,18 @@
 /* Joints with dry friction and stops: during a piece each slides, holds or rests on a stop; it may
- * change its mode between two pieces. Leaves to others: the instants of change (joint_events), the
- * motion in a piece (pieces). Invariant: a joint that holds has exactly its parent's rate. */
+ * change its mode between two pieces.
+ * Leaves to others: the instants of change (joint_events), the motion in a piece (pieces).
+ * Invariant: a joint that holds has exactly its parent's rate. */
 #ifndef PEND_JOINTS_H
 #define PEND_JOINTS_H
 
 #include "core/integrate/pieces/rule.h"
 #include "core/integrate/pieces/stuck.h"
 
-enum { PEND_JOINT_FREE = 2, PEND_JOINT_HOLDS = 0 }; /* +1, -1: it slides in that direction */
+enum {
+    PEND_JOINT_FREE = 2,
+    PEND_JOINT_HOLDS = 0
+}; /* the other modes are +1 and -1: the joint
+    * slides in that direction */
 
 struct pend_joints {
     struct pend_piece *piece;
@@ -15,23 +20,24 @@ struct pend_joints {
     int n;
     signed char *mode;   /* n: the mode of each joint */
     signed char *touch;  /* n: +1, -1: it rests on its upper or lower stop */
-    signed char *forced; /* n: its holding torque reached its bound: the direction of motion */
+    signed char *forced; /* n: +1, -1: the direction in which its holding torque reached its limit;
+                          * 0 = it did not */
     signed char *struck; /* n: +1, -1: it reached its upper or lower stop */
     signed char *was_forced, *was_struck; /* n: the same at the start of the piece */
-    unsigned char *stopped;               /* n: its rate reached that of its parent */
-    unsigned char *holds;                 /* n flags of the modes */
-    signed char *try;                     /* n: candidate modes of the sort */
-    double *acc, *torque;                 /* n each, for the last candidate modes */
-    double *zero, *blow, *list; /* n zeros and 2 n numbers; n: changes of rates; the work array of
-                                 * an impact */
-    void *work, *room;          /* of pend_bodies_at, pend_balance */
-    double heat;                /* J, heat of impacts */
+    unsigned char *stopped;               /* n: whether its rate reached that of its parent */
+    unsigned char *holds;                 /* n flags: whether the mode is to hold */
+    signed char *try;                     /* n candidate modes */
+    double *acc, *torque;                 /* n each, for the candidate modes computed last */
+    double *zero, *blow, *list; /* scratch: n zeros, then 2 n numbers; n changes of rates; the list
+                                 * of an impact */
+    void *work, *room;          /* scratch of pend_bodies_at and of pend_balance */
+    double heat;                /* J, heat of impacts so far */
 };
 
 /** Returns the bytes of memory for the joints of a pendulum, a multiple of 64. */
 size_t pend_joints_bytes(const struct pend_tree *tree, const struct pend_terms *terms);
 
-/** Places joints in zeroed memory of pend_joints_bytes, aligned to 64. */
+/** Lays out joints in zeroed memory of pend_joints_bytes, aligned to 64. */
 void pend_joints_init(struct pend_joints *joints, struct pend_piece *piece, void *memory);
 
 /**
@@ -58,16 +64,16 @@ PEND_MUST_CHECK enum pend_status pend_joints_impacts(struct pend_joints *joints,
 /**
  * Determines the mode of every joint at rest for the next piece. Writes PEND_TERM_SLIDE.
  *
- * All joints at rest are assumed to hold. While a mode is inconsistent: if released joints
- * accelerate against their direction, the worst holds again; otherwise the holding joint that
- * exceeds its limit most is released. If static exceeds sliding friction, several answers may be
- * consistent; the answer for the sliding bounds is one of them, and the fallback.
+ * All joints at rest are assumed to hold. While a mode is inconsistent, one is changed: if released
+ * joints accelerate against their direction, the worst holds again; otherwise the holding joint
+ * that exceeds its limit most is released. If static friction exceeds sliding friction, several
+ * answers may be consistent. The answer for the sliding limits is one of them, and the fallback.
  */
 PEND_MUST_CHECK enum pend_status pend_joints_sort(struct pend_joints *joints,
                                                   struct pend_error *error);
 
-/** Computes accelerations with the joints' modes of the piece. stuck: the contracted pendulum, or
- * NULL. O(n). */
+/** Computes accelerations in the modes that the joints have during the piece. stuck: the contracted
+ * pendulum, or NULL. O(n). */
 void pend_joints_accelerations(struct pend_joints *joints, const struct pend_stuck *stuck,
                                double time, const double phi[], const double rate[], double acc[]);
 
@@ -87,11 +93,11 @@ static inline double pend_joints_rate(const struct pend_joints *joints, const do
  * O(1). */
 double pend_joints_angle(const struct pend_joints *joints, const double phi[], int k);
 
-/* the nodes of a step at which torques are computed */
+/* number of nodes in a step at which torques are computed */
 enum { PEND_JOINT_NODES = 13 };
 
-/* largest phase of a drive per step, rad: then the polynomial through the nodes is accurate to
- * 1e-10 */
+/* rad, the largest phase of a drive in a step: up to it the polynomial through the nodes is
+ * accurate to 1e-10 */
 #define PEND_JOINT_TURN 4.0
 
 /* A step of a piece. */
@@ -100,18 +106,19 @@ struct pend_joint_step {
     void *stepper;
     const struct pend_stuck
         *stuck;   /* the contracted pendulum of the step; NULL = the whole pendulum */
-    int fresh;    /* the first step of the piece */
-    double to;    /* end of the search, s after the first instant */
-    double start; /* the first instant, s */
-    double *room; /* (5 + PEND_JOINT_NODES) n numbers */
+    int fresh;    /* whether it is the first step of the piece */
+    double to;    /* s after the first instant: end of the search */
+    double start; /* s: the first instant */
+    double *room; /* scratch of (5 + PEND_JOINT_NODES) n numbers */
 };
 
 /**
  * Returns the first instant of a step at which a joint ends the piece, s after the motion's first
  * instant; infinity if none does. Marks the joints in `forced`, `struck` and `stopped`.
  *
- * Rates and angles: roots of their power series. Torques: roots of a polynomial through nodes,
- * refined with the torques themselves. O(n order), plus O(n order) for each holding joint.
+ * Events of rates and angles are roots of their power series. Events of torques are roots of a
+ * polynomial through nodes, refined with the torques themselves. O(n order), plus O(n order) for
+ * each holding joint.
  */
 double pend_joint_events(struct pend_joints *joints, const struct pend_joint_step *step);
 

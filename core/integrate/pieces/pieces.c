@@ -7,7 +7,8 @@
 
 #include "core/integrate/pieces/pieces_work.h"
 
-/* inputs given at instants: a piece ends at each; every list of inputs starts with their values */
+/* the rule for tables of inputs: a piece ends at each of their instants, and its list of inputs
+ * starts with their values */
 static int tables_has(const struct pend_rules *given) { return given->tables > 0; }
 static double tables_next(const struct pend_piece *piece, const void *own) {
     (void)own;
@@ -15,7 +16,7 @@ static double tables_next(const struct pend_piece *piece, const void *own) {
 }
 static const struct pend_rule rule_tables = {.has = tables_has, .next = tables_next};
 
-/* in the order in which they change a state and add to its inputs */
+/* in this order they change the state and add to its inputs */
 static const struct pend_rule *const rules[PIECES_RULES] = {&pend_rule_control, &rule_tables};
 
 PEND_VALIDATOR pieces_valid(const struct pieces *p) {
@@ -25,7 +26,7 @@ PEND_VALIDATOR pieces_valid(const struct pieces *p) {
 
 /* ---- the change between two pieces */
 
-/* the end of the new piece if no event ends it before */
+/* determines when the new piece ends if no event ends it before */
 static void pieces_look(struct pieces *p) {
     p->next = copysign(INFINITY, p->piece.way);
     for (int i = 0; i < PIECES_RULES; i++) {
@@ -59,7 +60,7 @@ static void pieces_add(struct pend_sum *sum, double x) {
     sum->high = high;
 }
 
-/* closes the stepper, and keeps its steps, work and heat */
+/* closes the stepper; its steps, work and heat are kept */
 static void pieces_leave(struct pieces *p) {
     double work = 0, heat = 0;
     struct pend_stepper_counts counts = p->inner->counts(p->stepper);
@@ -112,7 +113,7 @@ static int pieces_same(const struct pieces *p) {
     return 1;
 }
 
-/* the state at the end of the last step; joints that came to rest are exactly at rest */
+/* copies the state at the end of the last step; joints that came to rest are exactly at rest */
 static void pieces_arrive(struct pieces *p) {
     size_t bytes = (size_t)p->problem.tree->n * sizeof(double);
     struct pend_start end = p->inner->end(p->stepper);
@@ -140,7 +141,7 @@ static void pieces_arrive(struct pieces *p) {
 static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error) {
     double now = p->piece.start + p->reached;
     pieces_arrive(p);
-    // if rounding puts an event at an instant known in advance, the event comes first
+    // if rounding puts an event at an instant known in advance, or after it, the event counts
     if (p->ended == PIECES_EVENT && p->piece.way * (p->next - now) <= 0)
         now = nextafter(p->next, -INFINITY);
     p->piece.now = p->ended == PIECES_KNOWN ? p->next : now;
@@ -167,7 +168,7 @@ static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error)
 
 static size_t pieces_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-/* places the states of the rules after `base`; returns the bytes */
+/* lays out the states of the rules after `base`; returns the bytes */
 static size_t pieces_own(const struct pend_problem *problem, char *base, void *own[]) {
     size_t used = 0;
     for (int i = 0; i < PIECES_RULES; i++) {
@@ -179,7 +180,7 @@ static size_t pieces_own(const struct pend_problem *problem, char *base, void *o
     return used;
 }
 
-/* places all arrays; returns their bytes */
+/* lays out all arrays; returns their bytes */
 static size_t pieces_lay(struct pieces *p, const struct pend_problem *problem, char *base) {
     const struct pend_terms *terms = problem->loads.terms;
     size_t n = (size_t)problem->tree->n, used = pieces_padded(sizeof *p);
@@ -275,7 +276,8 @@ static enum pend_status pieces_step(void *stepper, double limit, double *reached
     assert(pieces_valid(p));
     if (p->ended) PEND_TRY(pieces_begin(p, error));
     double end = p->next - p->piece.start;
-    // if the start's rounding puts a knot at the start of the piece, it has no length
+    // rounding of the start may put the end of the piece at its start; then it gets the least
+    // length
     if (p->piece.way * (end - p->reached) <= 0) end = nextafter(p->reached, p->next);
     int within = p->piece.way * (limit - end) <= 0;
     double most = p->reached + p->way_most;
@@ -322,7 +324,7 @@ static void pieces_series(const void *stepper, struct pend_series *series) {
     p->inner->series(p->stepper, series);
 }
 
-/* the action of the joints, and the stepper of the contracted pendulum */
+/* saves or restores what joints need, and the stepper of the contracted pendulum */
 static void pieces_carry_joints(struct pieces *p, struct pend_checkpoint *checkpoint) {
     struct pend_joints *joints = p->joints;
     size_t n = (size_t)joints->n;
@@ -361,7 +363,7 @@ static void pieces_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     if (p->stepper) p->inner->carry(p->stepper, checkpoint);
 }
 
-/* ---- the method of all */
+/* ---- methods in pieces */
 
 static const struct pend_method pieces_taylor = {
     .name = "taylor",

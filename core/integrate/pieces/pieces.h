@@ -1,6 +1,6 @@
 /* The loop over the pieces of a motion, as a method that uses another method.
  * Leaves to others: the steps inside a piece (core/integrate/methods), the rules (rule_*).
- * Invariant: no step crosses the end of a piece; it is never used for a pendulum without rules. */
+ * Invariant: no step crosses the end of a piece; the loop is used only for pendulums with rules. */
 #ifndef PEND_PIECES_H
 #define PEND_PIECES_H
 
@@ -12,7 +12,7 @@
  * Returns the method that computes a pendulum's motion in pieces by steps of `method`; `method`
  * itself for a pendulum without rules; NULL if `method` does not support pieces. O(1).
  *
- * Its `at` fills in the state before a change for an instant at which a piece ends.
+ * At an instant at which a piece ends, its `at` fills in the state before the change.
  */
 const struct pend_method *pend_pieces_method(const struct pend_method *method,
                                              const struct pend_terms *terms);
@@ -24,19 +24,22 @@ static inline int pend_pieces_smooth(const struct pend_terms *terms) {
 }
 
 /** Returns non-zero if errors grow as in the linearized equations: for a pendulum that is
- * pend_pieces_smooth and has no controllers, whose outputs depend on the errors. O(1). */
+ * pend_pieces_smooth and has no controllers, because outputs of controllers depend on the errors.
+ * O(1). */
 static inline int pend_pieces_estimated(const struct pend_terms *terms) {
     return pend_pieces_smooth(terms) && !(terms && terms->rules && terms->rules->controllers);
 }
 
-/** PEND_INVALID if `what` does not support the pendulum, which is not pend_pieces_smooth or has
- * controllers; error contains the sentence. O(1). */
+/** Returns PEND_INVALID if `what` does not support the pendulum, because joints may hold, stick or
+ * hit a stop or because it has controllers; the error names `what`. O(1). */
 PEND_MUST_CHECK enum pend_status pend_pieces_check_smooth(const struct pend_terms *terms,
                                                           const char *what,
                                                           struct pend_error *error);
 
-/** Returns the loads of the current piece, whose values change from piece to piece; for another
- * stepper those of the problem. They are valid as long as the stepper. O(1). */
+/**
+ * Returns the loads of the current piece, whose values change from piece to piece; for a stepper of
+ * another method those of the problem. They are valid as long as the stepper. O(1).
+ */
 struct pend_loads pend_pieces_loads(const struct pend_method *method, const void *stepper,
                                     const struct pend_loads *loads);
 

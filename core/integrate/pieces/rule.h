@@ -9,13 +9,13 @@
 
 /* A motion in pieces as its rules see it. */
 struct pend_piece {
-    const struct pend_problem *problem; /* its list of numbers is `value` */
+    const struct pend_problem *problem; /* the problem, whose list of numbers is `value` */
     const struct pend_rules *rules;
     double *value; /* the numbers of the current piece */
     int way;       /* +1 or -1: the direction of time */
     double start;  /* start of the run, s, in the time of the drives */
-    double now;    /* start of the piece, s, in the same time; exact, not a sum, at an instant known
-                      in advance */
+    double now;    /* s, in the time of the drives: start of the piece; at an instant known in
+                    * advance it is exact, not a sum */
     double *phi,
         *rate; /* the state at `now`, n values each, stored order; `change` may change rates */
 };
@@ -23,7 +23,8 @@ struct pend_piece {
 struct pend_rule {
     /** Non-zero if a pendulum has such rules. */
     int (*has)(const struct pend_rules *rules);
-    /** Returns the bytes of the rule's state, a multiple of 8; initially zero. NULL = no state. */
+    /** Returns the bytes of the rule's state, a multiple of 8; the state is initially zero. NULL =
+     * no state. */
     size_t (*bytes)(const struct pend_problem *problem);
     /** Returns the first instant after piece->now at which a piece must end, s, in the time of the
      * drives; infinity if there is none. NULL = never. */

@@ -42,8 +42,8 @@ static double stuck_get(const struct pend_loads *loads, enum pend_term_row row, 
     return pend_terms_get(loads->terms, loads->value, row, k);
 }
 
-/* Finds which arms turn together, and the differences of their angles. Returns the number of
- * remaining arms. `place` is the index of a remaining arm; -1 = it does not remain. */
+/* Finds which arms turn together, and the differences of their angles. Sets `place` to the index of
+ * each remaining arm, -1 if it does not remain. Returns the number of remaining arms. */
 static int stuck_group(struct pend_stuck *s, const struct pend_tree *tree,
                        const struct pend_terms *terms, const unsigned char holds[],
                        const double phi[], const double low[], int place[], int top[]) {
@@ -62,7 +62,8 @@ static int stuck_group(struct pend_stuck *s, const struct pend_tree *tree,
     return count;
 }
 
-/* positions of arms on those with which they turn, in their frames: `at` of arm k */
+/* the vector from the joint of the arm with which arm k turns to the joint of arm k, in the frame
+ * of the former */
 static double complex stuck_hang(const struct pend_tree *tree, const struct pend_loads *loads,
                                  const struct pend_stuck *s, const double complex base[], int k) {
     int p = tree->parent[k];
@@ -72,21 +73,23 @@ static double complex stuck_hang(const struct pend_tree *tree, const struct pend
     return base[p] + pend_balance_turn(s->offset[p]) * own;
 }
 
-/* the harmonics of the contracted pendulum: the target of each, and the index of its values;
+/* lists the harmonics of the contracted pendulum: the target of each, and the index of its values;
  * returns their number */
 static int stuck_waves(const struct pend_stuck *s, const struct pend_terms *terms,
                        const int place[], int drives[], int from[]) {
     int count = 0;
     for (int i = 0; i < terms->harmonics; i++) {
         int arm = terms->harmonic[i].drives, to = arm < 0 ? arm : place[arm];
-        if (arm >= 0 && (to < 0 || s->still[arm])) continue; // the joint that it drives holds
+        if (arm >= 0 && (to < 0 || s->still[arm]))
+            continue; // skip the harmonic: the joint that it
+                      // drives holds
         drives[count] = arm < 0 ? arm : s->tree->place[to];
         from[count++] = terms->harmonic[i].at;
     }
     return count;
 }
 
-/* the layout of the contracted pendulum */
+/* lays out the list of terms of the contracted pendulum */
 static enum pend_status stuck_lay(struct pend_stuck *s, const struct pend_terms *terms, int left,
                                   const int place[]) {
     unsigned char rows[PEND_TERM_ROWS], ones[PEND_TERM_ONES];
@@ -109,8 +112,8 @@ static enum pend_status stuck_lay(struct pend_stuck *s, const struct pend_terms 
     return status;
 }
 
-/* the bodies of arm k, which starts at `base` in the frame of the arm with which it turns; the rod
- * and the tip mass of that arm itself stay in place */
+/* adds the bodies of arm k, whose joint is at `base` in the frame of the arm with which it turns;
+ * that arm's own rod and tip mass are not added */
 static void stuck_bodies(const struct pend_tree *tree, const struct pend_loads *loads, int k,
                          int own, double complex base, double complex turn,
                          struct stuck_heap *heap) {
@@ -124,13 +127,13 @@ static void stuck_bodies(const struct pend_tree *tree, const struct pend_loads *
     stuck_add(heap, rod, base + turn * (l / 2), rod * l * l / 12);
 }
 
-/* loads in the joint of an arm that does not turn have no effect */
+/* whether a term has no effect because it acts in the joint of an arm that does not turn */
 static int stuck_idle(const struct pend_stuck *s, int row, int k) {
     return s->still[k] && row >= PEND_TERM_DAMPING && row != PEND_TERM_FRICTION_SPEED &&
            (row < PEND_TERM_DRAG || row > PEND_TERM_DRAG_SPEED);
 }
 
-/* the values of arm k, which remains as arm c of the contracted pendulum */
+/* computes the values of arm k, which remains as arm c of the contracted pendulum */
 static void stuck_arm(struct pend_stuck *s, const struct pend_tree *tree,
                       const struct pend_loads *loads, const double complex base[],
                       const struct stuck_heap *heap, int k, int c) {
@@ -143,7 +146,7 @@ static void stuck_arm(struct pend_stuck *s, const struct pend_tree *tree,
     s->value[row[PEND_TERM_CENTER_X] + c] = creal(heap->center);
     s->value[row[PEND_TERM_CENTER_Y] + c] = cimag(heap->center);
     s->value[row[PEND_TERM_INERTIA] + c] = heap->spread + (s->still[k] ? stuck_inertia : 0);
-    // springs and stops depend on the angle to the parent itself
+    // springs depend on the angle to the parent itself
     if (row[PEND_TERM_REST] >= 0 && holder >= 0)
         s->value[row[PEND_TERM_REST] + c] += s->offset[holder];
     if (p < 0 || (!p && pend_terms_cart(loads->terms))) return;
@@ -157,7 +160,7 @@ static void stuck_arm(struct pend_stuck *s, const struct pend_tree *tree,
     s->terms->hung[c] = 1;
 }
 
-/* the values of the contracted pendulum */
+/* computes the values of the contracted pendulum */
 static void stuck_fill(struct pend_stuck *s, const struct pend_tree *tree,
                        const struct pend_loads *loads, double complex base[],
                        struct stuck_heap heap[]) {

@@ -1,8 +1,8 @@
 /* The contracted pendulum: a child whose joint holds forms one rigid body with its parent, so that
- * a pendulum with holding joints is another pendulum with fewer arms. Leaves to others: which
- * joints hold (joints), the motion (core/bodies). Invariant: a contracted pendulum has its own
- * tree, terms and values; the angles of contracted arms follow from those of the arms of its
- * tree. */
+ * a pendulum with holding joints becomes another pendulum with fewer arms.
+ * Leaves to others: which joints hold (joints), the motion (core/bodies).
+ * Invariant: a contracted pendulum has its own tree, terms and values; the angles of contracted
+ * arms follow from those of the arms of its tree. */
 #ifndef PEND_STUCK_H
 #define PEND_STUCK_H
 
@@ -14,12 +14,13 @@ struct pend_stuck {
     struct pend_terms *terms;
     double *value;
     struct pend_loads loads;
-    void *work;           /* of pend_bodies_at */
-    int n;                /* arms of the whole pendulum; arrays in its stored order */
-    int *rep;             /* for each arm the arm of `tree` that it turns with */
-    int *of;              /* for each arm of `tree` its arm in the whole pendulum */
-    unsigned char *still; /* non-zero: the arm does not turn */
-    double *offset, *low; /* rad, its angle minus that of `rep`, as a sum of two doubles */
+    void *work;           /* scratch of pend_bodies_at */
+    int n;                /* number of arms of the whole pendulum; the following arrays are in its
+                           * stored order */
+    int *rep;             /* for each arm, the arm of `tree` with which it turns */
+    int *of;              /* for each arm of `tree`, its index in the whole pendulum */
+    unsigned char *still; /* flags: the arm does not turn */
+    double *offset, *low; /* rad, the arm's angle minus that of `rep`, as a sum of two doubles */
 };
 
 /**
@@ -50,7 +51,7 @@ void pend_stuck_inputs(struct pend_stuck *stuck, const struct pend_terms *terms,
 /** Copies rates or accelerations of the contracted pendulum to all arms; returns `to`. O(n). */
 double *pend_stuck_spread(const struct pend_stuck *stuck, const double from[], double to[]);
 
-/** Does the same for angles, as sums of two doubles; low parts may be NULL. */
+/** Copies angles in the same way, as sums of two doubles; low parts may be NULL. */
 void pend_stuck_turn(const struct pend_stuck *stuck, const double from[], const double from_low[],
                      double to[], double to_low[]);
 

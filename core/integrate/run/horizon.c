@@ -20,37 +20,42 @@ enum {
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
 
-/* these are for pend_horizon_least */
+/* constants of horizon_least */
 static const double HORIZON_SPREAD = 0.1, HORIZON_REGULAR = 150, HORIZON_LONG = 0.1;
-static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* rounding of a step over its increments */
+static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* rounding error of a step, relative to the
+                                                     * step's increments */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation error of the second solution */
-static const double HORIZON_LEFT = 2;               /* allowed truncation over the predicted one */
+static const double HORIZON_LEFT = 2;               /* factor by which the truncation error may
+                                                     * exceed the predicted one */
 
 struct pend_horizon {
-    struct pend_problem problem; /* phi .. rate_low are not kept */
+    struct pend_problem problem; /* the members phi .. rate_low are not valid after creation */
     const struct pend_method *method;
     enum horizon_way way;
     double grade;  /* factor from an error to its ratio to the allowed error */
-    double target; /* first neglected term of a step, relative to its motion */
-    double cart;   /* m, divides the position of a cart to compare it with angles: length of the
+    double target; /* limit of the first neglected term of a step, relative to the motion of the
+                    * step */
+    double cart;   /* m, divisor that makes a cart's position comparable with angles: length of the
                     * shortest arm; 0 without a cart */
     int lost;
     double end_time;    /* s, relative, time of the last instant */
-    double held;        /* s, relative: time up to which the accuracy holds, once it is lost */
-    double time, ratio; /* s, relative: start of the step; error over the allowed error there */
-    double end_ratio;   /* the same at the end of the previous step; negative if unknown */
-    double fastest, strongest; /* rad/s and N, largest values so far */
-    double settled; /* s, relative: the last instant up to which steps were solved a second time */
-    double reach, unit; /* s, > 0, for the last series of a second solution: how far it would have
-                         * been accurate; its unit */
-    double *phi, *rate; /* the error, rad and rad/s */
+    double held;        /* s, relative: once the accuracy is lost, the time up to which it held */
+    double time, ratio; /* s, relative: start of the step; ratio of the error there to the allowed
+                         * error */
+    double end_ratio;   /* this ratio at the end of the previous step; negative if unknown */
+    double fastest, strongest; /* rad/s and N, the largest rate and force so far */
+    double settled;     /* s, relative: the time up to which steps were solved a second time */
+    double reach, unit; /* s, > 0, for the last series of a second solution: the time over which it
+                         * is accurate; its unit */
+    double *phi, *rate; /* the estimated errors, rad and rad/s */
     double *left_rate, *left_phi; /* truncation error of a step */
-    struct jets_state begin, end; /* of the second solution of a step */
+    struct jets_state begin, end; /* states of the second solution at the start and the end of a
+                                   * step */
     struct pend_jets anew;
     struct pend_neighbour near;
 };
 
-/* state of the estimate between two calls */
+/* checks the estimate between two calls */
 PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
     return (horizon->lost == 0 || horizon->lost == 1) && horizon->grade > 0;
 }
@@ -71,7 +76,7 @@ static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride
     for (size_t i = 0; i < HORIZON_ROWS; i++) *row[i] = at + i * stride;
 }
 
-/* length of the shortest arm on a cart, m; 0 without a cart */
+/* m, length of the shortest arm; 0 without a cart */
 static double horizon_cart(const struct pend_problem *problem) {
     double shortest = INFINITY;
     if (!pend_terms_cart(problem->loads.terms)) return 0;
@@ -79,7 +84,8 @@ static double horizon_cart(const struct pend_problem *problem) {
     return shortest;
 }
 
-/* rounding errors of the initial state, for methods that use only doubles */
+/* sets the errors of the start: the rounding of the initial state, for methods that use only
+ * doubles */
 static void horizon_start(struct pend_horizon *horizon, const struct pend_problem *problem) {
     size_t n = (size_t)problem->tree->n;
     memcpy(horizon->begin.phi, problem->phi, n * sizeof(double));
@@ -172,12 +178,12 @@ static void horizon_note(struct pend_horizon *horizon, double time, double ratio
  * short run needs less accuracy. */
 static double horizon_least(const struct pend_horizon *horizon, double length) {
     double step = fabs(length / horizon->end_time), part = HORIZON_REGULAR * step;
-    // a method without a series starts with larger errors, and costs more anyway
+    // a method without a series has larger errors from the start, and costs more anyway
     double least = horizon->way == HORIZON_SERIES ? 1 : 0.01;
     return least * fmax(fmin(HORIZON_SPREAD, part * part * part), HORIZON_LONG * step);
 }
 
-/* the contribution of the motion itself to that */
+/* updates the largest force, with those of the motion itself */
 static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *series,
                          double unit) {
     double inverse = 1 / unit;
@@ -196,7 +202,7 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_seri
     horizon_look(horizon, step->jets, step->unit);
     if (!pend_jets_spreads(step->jets))
         return pend_neighbour_spread(&horizon->near, step, x, least, horizon->phi, horizon->rate);
-    // the error of an ideal tree does not contract; in a short run the lowest order is enough
+    // errors of an ideal tree do not decay, so in a short run the lowest order is enough
     struct jets_spread how = {.order = least < HORIZON_SPREAD ? step->order : JETS_SPREAD,
                               .x = x,
                               .unit = step->unit,
@@ -205,7 +211,7 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_seri
 }
 
 /* Propagates the error from the start of a step to its end. Checks the error at the start as soon
- * as the forces there are known. Returns their fraction of the error ratio. */
+ * as the forces there are known. Returns what the forces contribute to the error ratio. */
 static double horizon_pass(struct pend_horizon *horizon, const struct pend_series *step, double x,
                            double time) {
     double ratio = horizon->end_ratio, part = 0;
@@ -240,8 +246,8 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
         double faster = left * horizon->left_rate[k] * inverse,
                turned = left * horizon->left_phi[k] * x, push = most * jets->system.inv_len[k],
                shift = push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn;
-        // the sign of a rounding error is unknown; a smaller contribution with a sign could cancel
-        // with it only here
+        // a rounding error has no known sign; here a smaller contribution with a sign could cancel
+        // it, so its magnitude is added
         if (push < fabs(faster)) {
             horizon->rate[k] -= faster;
             horizon->phi[k] -= turned;
@@ -282,7 +288,7 @@ static double horizon_expand(struct pend_horizon *horizon, double *unit, double 
     return x;
 }
 
-/* the truncation error of numbers of 32 digits in a step, relative to its increments */
+/* adds the truncation error of numbers of 32 digits in a step, relative to the step's increments */
 static void horizon_extended_error(struct pend_horizon *horizon, double length) {
     const struct pend_tree *tree = horizon->problem.tree;
     const struct jets_state *begin = &horizon->begin, *end = &horizon->end;
@@ -297,8 +303,8 @@ static void horizon_extended_error(struct pend_horizon *horizon, double length) 
     }
 }
 
-/* Solves from the last checked instant to this one with a separate series. The error of the method
- * is the difference of the states. */
+/* Solves from the last checked instant to this one a second time, by power series. The difference
+ * of the two states is the error of the method. */
 static void horizon_anew(struct pend_horizon *horizon, double reached, const double phi[],
                          const double rate[]) {
     struct jets_state *begin = &horizon->begin, *end = &horizon->end;
@@ -338,7 +344,8 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
 
 void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]) {
-    static const double often = 0.7; // a separate series is accurate this far, and a little further
+    static const double often = 0.7; // a second solution is started when a series has been used
+                                     // over this fraction of its range
     struct pend_series step;
     assert(horizon_valid(horizon));
     if (horizon->lost) return;
@@ -370,7 +377,7 @@ double pend_horizon_until(const struct pend_horizon *horizon) {
     double start = pend_times_at(times, 0);
     long first = 0, last = times->count - 1;
     if (!horizon->lost) return pend_times_at(times, last);
-    // instant `first` is within the accuracy; instant `last` may not be
+    // invariant: at instant `first` the accuracy holds; at instant `last` it may not
     while (first < last) {
         long middle = first + (last - first + 1) / 2;
         if (fabs(pend_times_at(times, middle) - start) <= fabs(horizon->held))
@@ -394,7 +401,7 @@ enum pend_status pend_horizon_carry(struct pend_horizon *horizon,
         pend_checkpoint_row(checkpoint, number[i], 1);
     for (size_t i = 0; i < sizeof row / sizeof *row; i++)
         pend_checkpoint_row(checkpoint, row[i], stride);
-    // the second solution covers the time up to the end of the steps; it costs no more than the run
+    // checks that the second solution stays near the steps' range, and costs no more than the run
     // itself
     int good = fabs(horizon->settled) <= 4 * fabs(horizon->end_time) && horizon->unit > 0 &&
                isfinite(horizon->unit) && (near->order >= JETS_SPREAD || !near->jets.order_cap);

@@ -3,13 +3,13 @@
  * and the error of every step is added.
  * Leaves to others: the steps (method_*), the neighbour (neighbour), the requested instants (run),
  * the exact comparison with 32 digits (trust).
- * Invariant: the motion's bits do not depend on the estimate; the same problem gives the same
+ * Invariant: the estimate does not change the motion's bits; the same problem gives the same
  * estimate. */
 #pragma once
 
 #include "core/integrate/methods/method.h"
 
-/* The factor by which errors are assumed to be larger than their estimate. */
+/* Errors are assumed to be larger than their estimate by this factor. */
 #define PEND_HORIZON_MARGIN 2.0
 
 struct pend_horizon;
@@ -35,12 +35,12 @@ PEND_MUST_CHECK enum pend_status pend_horizon_new(struct pend_horizon **horizon,
 void pend_horizon_free(struct pend_horizon **horizon);
 
 /**
- * Adds an accepted step to the estimate; the caller calls it after each step, in their order. It
- * does nothing once the accuracy is lost.
+ * Adds an accepted step to the estimate. To be called after each step, in order. It does nothing
+ * once the accuracy is lost.
  *
  * stepper    stepper of the method, after the step.
  * reached    the end of the step, s, relative to the first instant.
- * phi, rate  the state there, n values each, stored order.
+ * phi, rate  the state at that end, n values each, stored order.
  *
  * Cost, with the two orders that the Taylor method computes for the estimate in some steps: at
  * most three tenths of a step of a small tree, a little more in runs of thousands of periods, and
@@ -50,11 +50,12 @@ void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reach
                        const double phi[], const double rate[]);
 
 /**
- * Returns the last requested instant, s, of those already passed, up to which the accuracy holds;
- * the first instant if no later one qualifies. The accuracy bounds the errors of all angles, rad;
- * of all angular velocities, relative to the largest angular velocity so far; and of all forces,
- * relative to the largest force so far. This is an estimate: for 504 random motions of every kind,
- * it was between half of the true instant and a tenth beyond it. O(log of the number of instants).
+ * Returns the last requested instant, s, among those already passed, up to which the accuracy
+ * holds; the first instant if it holds up to no later one. The accuracy bounds the errors of all
+ * angles, rad; of all angular velocities, relative to the largest angular velocity so far; and of
+ * all forces, relative to the largest force so far. This is an estimate: for 504 random motions of
+ * every kind, it was between half of the true instant and a tenth beyond it. O(log of the number of
+ * instants).
  */
 double pend_horizon_until(const struct pend_horizon *horizon);
 

@@ -7,13 +7,15 @@
 
 enum { NEIGHBOUR_STATES = 4 };
 
-static const double NEIGHBOUR_NEAR = 1e-7;    /* rad, largest distance */
-static const double NEIGHBOUR_LINEAR = 1e-5;  /* relative to the speed of dry friction */
-static const double NEIGHBOUR_ROUNDED = 1e-8; /* rounding error of the distance, relative to it */
+static const double NEIGHBOUR_NEAR = 1e-7;    /* rad, largest distance of the neighbour */
+static const double NEIGHBOUR_LINEAR = 1e-5;  /* largest distance of a rate, relative to the
+                                               * friction speed of dry friction */
+static const double NEIGHBOUR_ROUNDED = 1e-8; /* rounding error relative to the distance */
 static const double NEIGHBOUR_NEARLY = 2;     /* factor by which a step may exceed `least` */
 static const double NEIGHBOUR_FALLS = 0.1;    /* if the last terms are below this fraction of the
                                                * largest, the series converges */
-static const double NEIGHBOUR_LIMIT = 0.03;   /* largest difference of two limits of a series */
+static const double NEIGHBOUR_LIMIT = 0.03;   /* largest difference of two successive limits of a
+                                               * series */
 
 static size_t neighbour_rows(const struct pend_problem *problem, int cap) {
     size_t n = (size_t)problem->tree->n, states = NEIGHBOUR_STATES * pend_jets_stride((int)n);
@@ -24,7 +26,7 @@ size_t pend_neighbour_bytes(const struct pend_problem *problem, int cap) {
     return neighbour_rows(problem, cap) + pend_jets_bytes(problem->tree, problem->loads.terms, cap);
 }
 
-/* the largest distance of a rate within which dry friction is linear */
+/* the largest deviation of a rate within which dry friction is linear */
 static double neighbour_speed(const struct pend_problem *problem) {
     const struct pend_terms *terms = problem->loads.terms;
     const double *value = problem->loads.value;
@@ -58,7 +60,7 @@ static void neighbour_add(double x, double low, double d, double *sum, double *r
     *rest = (x - (s - part)) + (d - part) + low;
 }
 
-/* size of an error: of angles, and of rates times a time, s */
+/* the size of an error, as the largest of angles and of rates times a time in s */
 static double neighbour_size(const struct pend_neighbour *neighbour, const double phi[],
                              const double rate[], double time) {
     double most = 0;
@@ -69,8 +71,8 @@ static double neighbour_size(const struct pend_neighbour *neighbour, const doubl
     return most;
 }
 
-/* Computes the neighbour of a state in the direction of the error. Returns the ratio of
- * displacement to error; 0 without an error. */
+/* Computes the state displaced in the direction of the error. Returns the ratio of displacement to
+ * error; 0 if there is no error. */
 static double neighbour_displace(struct pend_neighbour *neighbour, const struct jets_state *from,
                                  double length, const double phi[], const double rate[]) {
     struct jets_state *near = &neighbour->state;
@@ -88,8 +90,8 @@ static double neighbour_displace(struct pend_neighbour *neighbour, const struct 
     return scale;
 }
 
-/* Computes partial sums of the distance's series, in rows of angles and of rates times the step, j
- * = 0 .. order; term: the sizes of the terms. */
+/* Computes partial sums of the displacement's series: row j = 0 .. order has angles, then rates
+ * times the step. `term` receives the sizes of the terms. */
 static void neighbour_sums(const struct pend_neighbour *neighbour, const struct pend_series *step,
                            double x, double scale, const double phi[], const double rate[],
                            double term[]) {
@@ -121,9 +123,9 @@ static double neighbour_inverse(const double row[], int size) {
     return square > DBL_MIN ? 1 / square : 0;
 }
 
-/* The limit of the partial sums, which are overwritten. Each sweep computes a column of Wynn's
- * table from the two previous columns; every second column contains limits. `differs` becomes the
- * largest difference between the last two. */
+/* Returns the limit of the partial sums, which are overwritten. Each sweep computes a column of
+ * Wynn's table from the two previous columns; every second column contains limits. `differs`
+ * becomes the largest difference between the last two. */
 static const double *neighbour_limit(struct pend_neighbour *neighbour, double *differs) {
     int size = 2 * neighbour->problem->tree->n, last = neighbour->order / 2 * 2;
     double *sum = neighbour->sum, *before = neighbour->before;
@@ -141,14 +143,14 @@ static const double *neighbour_limit(struct pend_neighbour *neighbour, double *d
         }
         memcpy(before + left * size, sum + left * size, (size_t)size * sizeof(double));
     }
-    // row 2 of the column before the last two is still in its memory
+    // the limit before the last is row 2 of `before`, where that column still is
     *differs = 0;
     for (int i = 0; i < size; i++) *differs = fmax(*differs, fabs(sum[i] - before[2 * size + i]));
     return sum;
 }
 
 /* Expands the neighbour to as many orders as needed. Returns its displacement from the motion x
- * units later: angles, then rates times the step, as in a row of the partial sums. */
+ * units later: angles, then rates times the step, laid out as the partial sums. */
 static const double *neighbour_later(struct pend_neighbour *neighbour,
                                      const struct pend_series *step, double x, double scale,
                                      double least, const double phi[], const double rate[]) {

@@ -13,9 +13,10 @@ struct pend_neighbour {
     struct pend_jets jets;
     struct jets_state state;
     int order;    /* order of the last expansion; kept from step to step */
-    double cart;  /* m, divides the position of a cart into an angle; 0 without a cart */
-    double speed; /* rad/s, up to which dry friction is linear in the distance; 0 = no friction */
-    double *sum, *before; /* rows for the limit */
+    double cart;  /* m, divisor that converts a cart's position to an angle; 0 without a cart */
+    double speed; /* rad/s, rates up to which dry friction is linear in the distance; 0 = no
+                   * friction */
+    double *sum, *before; /* rows of partial sums, and of the previous column */
 };
 
 /** Returns the factor that makes the error of coordinate k comparable with errors of angles. */
@@ -44,10 +45,9 @@ void pend_neighbour_init(struct pend_neighbour *neighbour, const struct pend_pro
 /**
  * Replaces the errors at the start of a step by those x units later, to first order.
  *
- * The orders are as many as the series needs for its last two terms to be below `least`. A series
- * whose terms do not decrease, for example in a contracting motion, is summed by Wynn's vector
- * epsilon algorithm (P. Wynn, Math. Comp. 16 (1962) 301): a rational function that decays where
- * e^-x does.
+ * Uses as many orders as it takes for the last two terms to be below `least`. A series whose terms
+ * do not decrease, for example in a contracting motion, is summed by Wynn's vector epsilon
+ * algorithm (P. Wynn, Math. Comp. 16 (1962) 301): a rational function that decays where e^-x does.
  *
  * step       jets, begin, unit and order are used; order <= cap.
  * least      allowed truncation relative to the error, > 0.

@@ -15,13 +15,14 @@
 #include "core/integrate/run/run_samples.h"
 #include "core/tree/turns.h"
 
-/* samples are computed in groups of at most this many instants, about this many numbers an array */
+/* samples are computed in groups: at most this many instants, and about this many numbers per
+ * array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
-/* energies are computed for several ends of steps at once: at most this many, and about this many
- * numbers per array */
+/* energies at the ends of several steps are computed together: at most this many, and about this
+ * many numbers per array */
 enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
-/* after this many evaluations times arms, the rows of a block are checked although it is not full:
- * values that overflow can make steps so short that the block never fills */
+/* after this many evaluations times arms, the rows of a block are checked although it is not full,
+ * because values that overflow can make steps so short that it never fills */
 static const double RUN_LOOK = 1e6;
 
 int pend_run_valid(const struct pend_run *run) {
@@ -32,14 +33,14 @@ int pend_run_valid(const struct pend_run *run) {
 
 /* ---- creation and release */
 
-/* reserves `bytes` in a block, aligned to 64; with base NULL only counts them */
+/* reserves `bytes` in a block, aligned to 64; if base is NULL, only counts them */
 static void *run_take(char *base, size_t *used, size_t bytes) {
     void *part = base ? base + *used : NULL;
     *used += (bytes + 63) / 64 * 64;
     return part;
 }
 
-/* places the arrays of a run in its block; returns their bytes */
+/* lays out the arrays of a run in its block; returns their bytes */
 static size_t run_place(struct pend_run *run, char *base, int group, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n;
@@ -83,7 +84,7 @@ static int run_ends(int n) {
     return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
 }
 
-/* subtracts whole turns from a copied start if an angle is huge; returns whether one is */
+/* if an angle is huge, subtracts whole turns from the copied start; returns whether it did */
 static int run_turn(const struct pend_run *run, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n, turned = 0;
@@ -114,7 +115,7 @@ static struct pend_run *run_allocate(const struct pend_method *method,
     char *block = aligned_alloc(64, bytes);
     if (!block) return NULL;
 #ifndef NDEBUG
-    memset(block, 0xff, bytes); /* fills the block with NaNs, so that uninitialized values show */
+    memset(block, 0xff, bytes); /* all bits set are NaNs, so that uninitialized values show */
 #endif
     run_place(&sketch, block, group, start);
     for (int i = 0; i < 4; i++)
@@ -137,7 +138,7 @@ static void run_start(struct pend_run *run) {
     run->end = pend_times_at(&problem->times, problem->times.count - 1) - run->start;
     run->ordered = 1;
     for (int k = 0; k < tree->n; k++) run->ordered &= tree->order[k] == k;
-    /* the cost of a sum of n modes: a multiply-add is about an eighth of an arm evaluation */
+    /* a sum of n modes costs about n^2 multiply-adds, each an eighth of an arm evaluation */
     run->sample_cost =
         run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
     struct pend_energy energy = pend_kinematics_energy_at(tree, &problem->loads, run->start,
@@ -206,8 +207,8 @@ static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
 
 /* ---- steps */
 
-/* the drift of a real pendulum: its energy minus the work plus the heat, relative to a scale that
- * grows with all three */
+/* computes the drift of a real pendulum's energy: the energy minus the work plus the heat, relative
+ * to a scale that grows with all three */
 static void run_balance(struct pend_run *run, const struct pend_energy energy[]) {
     const struct run_ends *ends = &run->ends;
     for (int i = 0; i < ends->count; i++) {
@@ -219,7 +220,7 @@ static void run_balance(struct pend_run *run, const struct pend_energy energy[])
     }
 }
 
-/* updates the energy drift with the steps whose energies were not computed yet */
+/* updates the energy drift with the steps whose energies are not computed yet */
 static void run_weigh(struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
     struct run_ends *ends = &run->ends;
@@ -282,7 +283,8 @@ static enum pend_status run_step(struct pend_run *run, double *spent, struct pen
         limit = pend_times_at(&problem->times, run->next) - run->start;
     struct pend_error fault;
     fault.arm = -1;
-    fault.text[0] = 0; // the rest of it is only read after a failure, and is large for a step
+    fault.text[0] = 0; // clearing the whole structure would cost time in every step; the rest is
+                       // read only after a failure
     enum pend_status status = method->step(run->stepper, limit, &run->reached, &fault);
     if (status != PEND_OK)
         return run_fail(run, error, status, fault.arm, run->start + run->reached, "%s", fault.text);
@@ -314,7 +316,7 @@ static int run_due(struct pend_run *run, long most) {
     return due;
 }
 
-/* removes the rows from the first one with a value that is not finite; this ends the run */
+/* removes the rows from the first non-finite value on; such a value ends the run */
 static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples,
                                      enum pend_status status, struct pend_error *error) {
     struct run_flaw flaw = pend_run_find_flaw(run, samples);

@@ -14,9 +14,9 @@ struct pend_run_stats {
                           * NaN if an energy overflows */
     double horizon;      /* s, pend_horizon_until for the instants returned so far; NaN without an
                           * accuracy, and for linear methods */
-    double held;         /* s, the same, not rounded to an instant */
-    double progress;     /* 0 .. 1 */
-    double saturated;    /* pend_control_saturated, and its controller */
+    double held;         /* s, the same horizon, not rounded to a requested instant */
+    double progress;     /* fraction of the run that is complete, 0 .. 1 */
+    double saturated;    /* pend_control_saturated, and the index of its controller */
     int controller;
 };
 
@@ -67,11 +67,11 @@ int pend_run_valid(const struct pend_run *run);
 int pend_run_carries(const struct pend_method *method);
 
 /**
- * Shows a checkpoint the state of a run between two calls of pend_run_next. A run that was just
- * made of the same problem and into which a checkpoint restored this state returns the same samples
- * as this run would, bit for bit. The run must not have failed, and pend_run_carries its method.
+ * Saves the state of a run to a checkpoint between two calls of pend_run_next, or restores it. A
+ * run that is newly created for the same problem and then restored returns the same samples, bit
+ * for bit. The run must not have failed, and pend_run_carries its method.
  *
- * PEND_INVALID  the restored state is not that of such a run, which can only be freed then.
+ * PEND_INVALID  the restored state does not belong to such a run, which can then only be freed.
  */
 PEND_MUST_CHECK enum pend_status pend_run_carry(struct pend_run *run,
                                                 struct pend_checkpoint *checkpoint);

@@ -6,8 +6,8 @@
 
 #include "core/integrate/pieces/pieces.h"
 
-/* A grid's instants are monotonic; neighbours can be equal only if its step is of the size of the
- * rounding errors at its ends. */
+/* The instants of a grid are monotonic, but neighbours can be equal if its step is of the size of
+ * the rounding errors at its ends; returns whether the step is larger. */
 static int run_grid_is_wide(const struct pend_times *times) {
     double largest = fmax(fabs(times->start), fabs(times->start + times->span));
     return fabs(times->span) / times->divisor > 8 * DBL_EPSILON * largest;
@@ -80,7 +80,7 @@ enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_e
     return PEND_OK;
 }
 
-/* the terms of a real pendulum must be supported by the method */
+/* checks that the method supports the terms of a real pendulum */
 static enum pend_status run_check_terms(const struct pend_method *method,
                                         const struct pend_loads *loads, struct pend_error *error) {
     if (!loads->terms) return PEND_OK;
@@ -104,7 +104,7 @@ static enum pend_status run_check_terms(const struct pend_method *method,
     return PEND_OK;
 }
 
-/* a method that integrates only forwards with dissipation must not integrate backwards */
+/* checks that a method which integrates dissipation only forwards is not used backwards */
 static enum pend_status run_check_direction(const struct pend_method *method,
                                             const struct pend_problem *problem,
                                             struct pend_error *error) {

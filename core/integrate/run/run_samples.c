@@ -12,12 +12,13 @@
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 
-/* number of columns in the caller's arrays: the arms without a cart */
+/* number of columns in the caller's arrays: the arms, not a cart */
 static int run_arms(const struct pend_run *run) {
     return run->problem.tree->n - (pend_terms_cart(run->problem.loads.terms) ? 1 : 0);
 }
 
-/* the arrays for a group's states: the caller's if in stored order, otherwise those of the run */
+/* the arrays for the states of a group: the caller's if they are in stored order, otherwise those
+ * of the run */
 static struct pend_points run_room(const struct pend_run *run, const struct pend_samples *samples) {
     struct pend_points room = run->points;
     size_t at = (size_t)samples->count * (size_t)run->problem.tree->n;
@@ -39,7 +40,7 @@ static int run_swings(const struct pend_run *run) {
     return largest <= PEND_TURNS_SMALL;
 }
 
-/* the initial states, and theta if requested */
+/* fills in the initial states, and theta if requested */
 static void run_start_states(const struct pend_problem *problem, const struct pend_points *points) {
     size_t n = (size_t)problem->tree->n;
     memcpy(points->phi, problem->phi, n * sizeof(double));
@@ -48,7 +49,8 @@ static void run_start_states(const struct pend_problem *problem, const struct pe
         points->theta[k] = pend_turns_theta(problem->phi[k], problem->phi_low[k]);
 }
 
-/* accelerations and forces of `due` states from the equations of motion, or of the linear method */
+/* computes accelerations and forces of `due` states by the equations of motion, or by those of the
+ * linear method */
 static void run_forces(struct pend_run *run, int due, int swings, const struct pend_points *points,
                        const struct pend_points *room) {
     const struct pend_problem *problem = &run->problem;
@@ -75,8 +77,8 @@ static void run_forces(struct pend_run *run, int due, int swings, const struct p
                                   points->rate + row, points->acc + row, points->force + row);
 }
 
-/* Forces of `due` states from the equations of motion if the series loses their digits. The
- * accelerations of the series are accurate. */
+/* Computes the forces of `due` states by the equations of motion if the series loses their digits.
+ * The accelerations of the series are accurate. */
 static void run_true_forces(struct pend_run *run, int due, const struct pend_points *points,
                             const struct pend_points *room) {
     struct pend_points own = *room;
@@ -85,7 +87,7 @@ static void run_true_forces(struct pend_run *run, int due, const struct pend_poi
     run_forces(run, due, 0, points, &own);
 }
 
-/* the arrays of a group that the method fills in */
+/* the arrays of a group that the method is to fill in */
 static struct pend_points run_wanted(const struct pend_run *run, const struct pend_samples *samples,
                                      int fine, const struct pend_points *room) {
     struct pend_points points = *room;
@@ -107,7 +109,7 @@ static void run_pull(struct pend_run *run, const struct pend_samples *samples, i
         run_forces(run, due, swings, points, room);
 }
 
-/* the states at the instants due, and their accelerations and forces if requested */
+/* computes the states at the due instants, and their accelerations and forces if requested */
 static void run_states(struct pend_run *run, const struct pend_samples *samples, int due,
                        const struct pend_points *room) {
     const struct pend_problem *problem = &run->problem;
@@ -144,7 +146,7 @@ static void run_put(const struct pend_run *run, const double rows[], int count, 
         for (size_t k = n - arms; k < n; k++) out[order[k] - (order[k] > cart)] = rows[k];
 }
 
-/* positions, velocities and energies of one row, if requested */
+/* computes positions, velocities and energies of one row, if requested */
 static void run_derive(struct pend_run *run, double time, const double phi[], const double rate[],
                        struct pend_samples *samples, long at) {
     const struct pend_problem *problem = &run->problem;
@@ -167,8 +169,8 @@ static void run_derive(struct pend_run *run, double time, const double phi[], co
     }
 }
 
-/* the forces of real pendulums besides lambda; for ideal pendulums: lambda at the joint too, and no
- * force across */
+/* fills in the forces besides lambda; for ideal pendulums the force at the joint is lambda, and no
+ * force acts across */
 static void run_joints(struct pend_run *run, const struct pend_points *points, int due,
                        struct pend_samples *samples) {
     const struct pend_problem *problem = &run->problem;
@@ -195,7 +197,7 @@ static void run_joints(struct pend_run *run, const struct pend_points *points, i
     }
 }
 
-/* work and heat at the instants due */
+/* fills in work and heat at the due instants */
 static void run_exchange(const struct pend_run *run, int due, struct pend_samples *samples) {
     const double *t = run->relative + (run->next - run->listed_from);
     for (int i = 0; i < due; i++) {
@@ -207,7 +209,7 @@ static void run_exchange(const struct pend_run *run, int due, struct pend_sample
     }
 }
 
-/* outputs of the controllers at the instants due */
+/* fills in the outputs of the controllers at the due instants */
 static void run_control(const struct pend_run *run, int due, struct pend_samples *samples) {
     const struct pend_problem *problem = &run->problem;
     const double *own = pend_pieces_control(run->method, run->stepper);
@@ -252,7 +254,7 @@ struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend
     return flaw;
 }
 
-/* adds the start's whole turns to rows of angles in the caller's order */
+/* adds the whole turns of the start to rows of angles in the caller's order */
 static void run_return(const struct pend_run *run, double phi[], int count) {
     const struct pend_tree *tree = run->problem.tree;
     if (!run->turned || run->problem.no_turns || !phi) return;
@@ -262,7 +264,7 @@ static void run_return(const struct pend_run *run, double phi[], int count) {
                 pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
 }
 
-/* computes all requested quantities from the states at the instants due */
+/* computes all requested quantities from the states at the due instants */
 static void run_all_derive(struct pend_run *run, const struct pend_points *points, int due,
                            struct pend_samples *samples) {
     size_t n = (size_t)run->problem.tree->n;
