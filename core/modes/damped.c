@@ -13,7 +13,7 @@
 #include "core/modes/rest.h"
 #include "core/modes/still.h"
 
-/* adds sum of w Re(conj(z_j) z_k) over the weights: the form of M, and of drag in C */
+/* adds sum of w Re(conj(z_j) z_k), with weights w: the form of M, and of drag in C */
 static void damped_form(const struct linear_arms *arms, int drag, double out[]) {
     size_t n = (size_t)arms->n;
     for (size_t k = 0; k < n; k++) {
@@ -29,7 +29,7 @@ static void damped_form(const struct linear_arms *arms, int drag, double out[]) 
     }
 }
 
-/* adds a torque of the joints: `strength` per radian of the angle relative to the holding arm */
+/* adds a torque in the joints: `strength` per radian of the angle relative to the holding arm */
 static void damped_joint(const struct linear_arms *arms, size_t k, double strength, double out[]) {
     size_t n = (size_t)arms->n;
     out[k * n + k] += strength;
@@ -62,7 +62,7 @@ enum pend_status pend_damped_matrices(const struct pend_tree *tree, const struct
     return status;
 }
 
-/* the matrix B or S; arms on a cart turn relative to the ground */
+/* writes the matrix B or S; arms on a cart turn relative to the ground */
 static void damped_paths(const struct pend_tree *tree, const struct pend_loads *loads,
                          enum pend_matrix which, double out[]) {
     size_t n = (size_t)tree->n, cart = (size_t)tree->order[0];
@@ -123,7 +123,7 @@ static struct pend_damped *damped_alloc(int n) {
     return made;
 }
 
-/* the first arm whose angle scales a shape; a cart's position, m, counts only if no arm swings */
+/* the first arm whose angle can normalize a shape; a cart's position only if no arm swings */
 static size_t damped_first(const struct pend_damped *damped, const double complex shape[]) {
     if (!damped->loads || !pend_terms_cart(damped->loads->terms)) return 0;
     for (int k = 1; k < damped->n; k++)
@@ -131,7 +131,7 @@ static size_t damped_first(const struct pend_damped *damped, const double comple
     return 0;
 }
 
-/* adds a mode, with its shape scaled to a largest entry of 1 */
+/* adds a mode and normalizes its shape to a largest entry of 1 */
 static void damped_add(struct pend_damped *damped, double complex value,
                        const double complex shape[]) {
     size_t n = (size_t)damped->n, row = (size_t)damped->count * n;
@@ -172,7 +172,7 @@ static enum pend_status damped_symmetric(struct pend_damped *damped, double mass
         least = fmax(least, (double)n * 0x1p-52 * fabs(value[j]));
     for (size_t j = 0; j < n && !status; j++) {
         double square = value[j];
-        if (fabs(square) <= least) square = 0; // the mode of a freely rolling cart
+        if (fabs(square) <= least) square = 0; // a cart that rolls freely has a mode of frequency 0
         for (size_t i = 0; i < n; i++) shape[i] = block[i * n + j];
         if (square >= 0) {
             damped_add(damped, I * sqrt(square), shape);
@@ -207,7 +207,7 @@ static enum pend_status damped_companion(size_t n, double mass[], const double d
     return status;
 }
 
-/* takes the eigenvalues of the companion matrix, one of each complex pair */
+/* stores the eigenvalues of the companion matrix, one of each complex pair */
 static enum pend_status damped_take(struct pend_damped *damped, const gsl_vector_complex *value,
                                     const gsl_matrix_complex *vector) {
     size_t n = (size_t)damped->n;
@@ -233,7 +233,7 @@ static enum pend_status damped_general(struct pend_damped *damped, double mass[]
     double *block = malloc((3 * rows * rows + 2 * rows) * sizeof *block);
     enum pend_status status = work && block ? PEND_OK : PEND_NO_MEMORY;
     if (!status) {
-        // the same for any units of time and of a cart's position
+        // balance the matrix, so that units of time and of a cart's position do not matter
         gsl_eigen_nonsymmv_params(1, work);
         gsl_matrix_view matrix = gsl_matrix_view_array(block, rows, rows);
         gsl_matrix_complex_view vector =
@@ -280,7 +280,7 @@ static void damped_sort(struct pend_damped *d) {
     }
 }
 
-/* the modes about the equilibrium that `damped` already contains */
+/* finds the modes about the equilibrium in `damped` */
 static enum pend_status damped_solve(struct pend_damped *damped, const struct pend_tree *tree,
                                      const struct pend_loads *loads) {
     size_t square = (size_t)tree->n * (size_t)tree->n;
@@ -299,7 +299,7 @@ static enum pend_status damped_solve(struct pend_damped *damped, const struct pe
     return status;
 }
 
-/* copies the modes found without a matrix; round-off around 0 becomes 0 */
+/* copies the modes that were found without a matrix; values within round-off of 0 become 0 */
 static enum pend_status damped_take_still(struct pend_damped *damped, const double square[],
                                           const double vector[]) {
     size_t n = (size_t)damped->n;

@@ -21,7 +21,7 @@ struct pend_lossy;
 /* Modes of n arms. Mode k moves as e^{(decay + i omega) t}: a pair of complex eigenvalues is one
  * mode, a real eigenvalue is one with omega = 0. */
 struct pend_damped {
-    int n, count;    /* arms; modes, n .. 2 n */
+    int n, count;    /* number of arms; number of modes, n .. 2 n */
     double *phi;     /* n: the equilibrium, rad, stored order */
     double *omega;   /* rad/s, >= 0 */
     double *decay;   /* 1/s: the real part of the eigenvalue, negative for a decaying mode */
@@ -31,7 +31,7 @@ struct pend_damped {
     const struct pend_tree *tree;
     const struct pend_loads *loads;
     struct pend_still *still;
-    double *square; /* n + n^2 numbers for it */
+    double *square; /* n + n^2 numbers, results of that search */
     struct pend_lossy *lossy;
 };
 
@@ -42,7 +42,8 @@ struct pend_damped {
  *    moment of an arm with its sub-tree; M_kk = J_k + sum |p_c|^2 m_c.
  * C  N m s/rad: friction of the joints (friction of speed s counts as f / s), drag of the tips, 2
  *    gamma M.
- * K  N m/rad: springs, and Re(conj(G) H_k u_k) on the diagonal, G = i g + a, with its sign.
+ * K  N m/rad: springs, and Re(conj(G) H_k u_k) on the diagonal, which may be negative; G = i g + a,
+ *    a the constant acceleration of the pivot.
  *
  * PEND_NO_MEMORY
  * O(n^2).
@@ -86,13 +87,12 @@ PEND_MUST_CHECK enum pend_status pend_damped_new(struct pend_damped **damped,
                                                  struct pend_error *error);
 
 /**
- * Finds the equilibrium as pend_damped_new; pend_damped_step finds the modes.
+ * Finds the equilibrium as pend_damped_new does; pend_damped_step then finds the modes.
  *
  * tree, loads  must outlive the search.
  *
  * PEND_NO_MEMORY
- * PEND_NOT_FINITE the equilibrium was not found.
- * O(n) per step of Newton's method.
+ * PEND_NOT_FINITE the equilibrium was not found. O(n) per step of Newton's method.
  */
 PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
                                                    const struct pend_tree *tree,
@@ -100,8 +100,9 @@ PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
                                                    const double phi[], struct pend_error *error);
 
 /**
- * Continues the search for modes: some hundred sweeps over an undamped tree of PEND_DAMPED_TREE
- * arms or more, or a damped one of more than PEND_DAMPED_DENSE; otherwise all modes at once.
+ * Continues the search for modes: by some hundred sweeps over an undamped tree of PEND_DAMPED_TREE
+ * arms or more, or over a damped tree of more than PEND_DAMPED_DENSE; otherwise it finds all modes
+ * at once.
  *
  * damped  not finished; NULL on failure.
  * done    out, non-zero once all modes are found.

@@ -7,8 +7,8 @@
 
 /**
  * Allocates a block aligned to 64 bytes; blocks of 4 MiB or more use huge pages if the system has
- * them. A matrix of eigenvectors is written once; page faults of small pages would take a quarter
- * of that time.
+ * them. A matrix of eigenvectors is written once, and page faults of small pages would take a
+ * quarter of the time of writing it.
  *
  * Returns NULL if memory is short. The contents are not initialized.
  */

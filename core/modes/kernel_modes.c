@@ -23,8 +23,8 @@ typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(d
 #define KERNEL_TINY 0x1p-57
 
 /* Replaces each normal x by 1 / x. A division occupies the widest unit for 16 cycles, half the time
- * of a node. With AVX-512 an estimate of 14 bits is refined twice instead, to 42 bits and to the
- * last digit. */
+ * that a node takes. With AVX-512, an estimate of 14 bits is refined twice instead: to 42 bits,
+ * then to the last digit. */
 INLINE void kernel_inverses(lanes x[], int count) {
 #if defined(__AVX512F__)
     __m512d one = (__m512d)kernel_all(1), estimate[DD_TYPE], rest[DD_TYPE];
@@ -93,7 +93,7 @@ INLINE void pulls_add(struct pulls *sum, const struct pulls *more, int pairs) {
     }
 }
 
-/* `pairs` vectors of shifts in one sweep */
+/* probes `pairs` vectors of shifts in one sweep */
 INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *result, int pairs) {
     const double *spring = laplacian->spring, *mass = laplacian->mass;
     const unsigned char *turn = laplacian->turn;
@@ -104,17 +104,18 @@ INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *re
         case 0: /* inside a chain, or the first sibling with children */
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
-        case PEND_TURN_LEAF: /* a new branch begins; the sums of its earlier sibling go onto the
+        case PEND_TURN_LEAF: /* a new branch begins; the sums over its earlier siblings go onto the
                               * stack */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
-        case PEND_TURN_NEXT: /* a branch ends; the sums of its earlier siblings are on the stack */
+        case PEND_TURN_NEXT: /* a branch ends; the sums over its earlier siblings are on the
+                              * stack */
             probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             pulls_add(&pulls, &stack[--top], pairs);
             break;
-        default: { /* a single arm with siblings */
+        default: { /* a leaf with siblings */
             struct pulls leaf = {0};
             probe_node(&tally, &leaf, spring[k], mass[k], pairs);
             pulls_add(&pulls, &leaf, pairs);
@@ -158,7 +159,7 @@ static void kernel_probe(const struct pend_laplacian *laplacian, int count,
 /* Arrays of the twisted factorization, WIDTH entries per node. Values that a division can restore
  * are not stored, because large trees are limited by memory bandwidth. */
 struct twist {
-    lanes *t;     /* pivot from below, without the node's own spring */
+    lanes *t;     /* pivot of the sweep from below, without the node's own spring */
     lanes *above; /* pull from above, c u / (u + c); before that, the sums over earlier siblings */
     lanes *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
@@ -184,7 +185,7 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
     }
 }
 
-/* the sweep from the root outwards; returns the node with the smallest |gamma| / m of every lane */
+/* the sweep from the root outwards; returns in each lane the node with the smallest |gamma| / m */
 static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
     const int *parent = laplacian->parent, *end = laplacian->end;
     lanes least = kernel_all(INFINITY), least_mass = kernel_all(1);
@@ -193,7 +194,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k], mass = laplacian->mass[k];
         if (k) {
-            /* the pull of everything at the parent except this branch */
+            /* the pull of everything on the parent except this branch */
             int p = parent[k];
             lanes u = kernel_fma(-shift, kernel_all(laplacian->mass[p]), w.above[p]), earlier = {0};
             if (k > p + 1) u += earlier = w.above[k];
@@ -216,7 +217,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
     return at;
 }
 
-/* from the twist of one lane to the pivot: x into tip, y = x - x_parent into above */
+/* from the twist of one lane to the pivot: writes x to tip, and y = x - x_parent to above */
 static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, int k, int lane) {
     double x = 1;
     for (;; k = laplacian->parent[k]) {
@@ -228,8 +229,8 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
     }
 }
 
-/* One step of a transposition in blocks of 1, 2, 4: a pair of vectors, `size` entries apart, swaps
- * its off-diagonal blocks. */
+/* One step of a transposition in blocks of 1, 2 or 4: two vectors, `size` entries apart, exchange
+ * their off-diagonal blocks. */
 #define KERNEL_SWAP(node, size, LOW, HIGH)                                                         \
     for (int i = 0; i < WIDTH; i++)                                                                \
         if (!(i & (size))) {                                                                       \
@@ -239,7 +240,7 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
         }
 #define KERNEL_INDICES(...) __VA_ARGS__
 
-/* writes WIDTH nodes of every lane to the lanes' rows */
+/* writes the angles of WIDTH nodes, a vector per node, to one row per lane */
 INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
     lanes node[WIDTH];
     for (int i = 0; i < WIDTH; i++) node[i] = given[i];
@@ -259,8 +260,8 @@ INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
     for (int i = 0; i < WIDTH; i++) memcpy(row[i] + k, &node[i], sizeof node[i]);
 }
 
-/* propagates x from the paths to the pivot into all other branches and stores the angles in their
- * rows; returns sum m x^2 */
+/* Continues x from the path to the pivot into all other branches, and writes the angles to the
+ * lanes' rows. Returns sum m x^2. */
 static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at,
                           double *row[]) {
     const int *end = laplacian->end;
@@ -318,7 +319,7 @@ static void kernel_vectors(const struct pend_laplacian *laplacian, const double 
     if (tip) twist_tips(laplacian->n, w, scale, tip);
 }
 
-/* kernel_fine */
+/* the function `fine` of the kernel */
 void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
                                          const double value[], int lead, double work[],
                                          double *vector[], double *tip[]);

@@ -11,14 +11,14 @@
 #define wide_pick WIDE_(pick)
 #define num_pick NUM_(pick)
 
-/* a relative correction of the eigenvalue of at most this size ends the iteration */
+/* the iteration ends if the relative correction of the eigenvalue is at most this */
 #define FINE_ENOUGH 1e-27
 
 enum { FINE_ROUNDS = 5 };
 
 /* The arrays of the twisted factorization, as in kernel_modes. */
 struct fine {
-    num *t;     /* pivot from below, without the node's own spring */
+    num *t;     /* pivot of the sweep from below, without the node's own spring */
     num *above; /* pull from above; before that, the sums over earlier siblings; afterwards, in
                  * .high, x - x_parent */
     num *tip;   /* sums over later siblings; then 1 / (u + c); then x */
@@ -54,7 +54,7 @@ static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, str
     }
 }
 
-/* the sweep from the root outwards; returns the node with the smallest |gamma| / m of every lane,
+/* the sweep from the root outwards; returns in each lane the node with the smallest |gamma| / m,
  * and gamma there */
 static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shift, struct fine w,
                            wide *gamma) {
@@ -64,7 +64,7 @@ static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shi
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k], mass = laplacian->mass[k];
         if (k) {
-            /* the pull of everything at the parent except this branch */
+            /* the pull of everything on the parent except this branch */
             int p = laplacian->parent[k];
             num u = num_fma(minus_shift, num_of(laplacian->mass[p]), w.above[p]),
                 earlier = num_of(0);
@@ -90,7 +90,7 @@ static wide_mask fine_down(const struct pend_laplacian *laplacian, num minus_shi
     return at;
 }
 
-/* computes the shape from the twists to the pivot */
+/* computes the shape along the paths from the twists to the pivot */
 static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wide_mask at) {
     num x = num_of(1);
     for (int k = laplacian->n - 1; k >= 0; k--) {
@@ -103,8 +103,8 @@ static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, wi
     }
 }
 
-/* propagates x from the paths to the pivot into all other branches and stores the angles in their
- * rows; returns sum m x^2 */
+/* Continues x from the paths into all other branches, and writes the angles to the lanes' rows.
+ * Returns sum m x^2. */
 static wide fine_spread(const struct pend_laplacian *laplacian, struct fine w, wide_mask at,
                         double *row[]) {
     wide total = {0};

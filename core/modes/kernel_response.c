@@ -1,9 +1,10 @@
-/* Leaf to root, with b the displacement of an arm's joint, x its angle and x_p its parent's:
+/* The sweep from the leaves to the root; b is the displacement of an arm's joint, x its angle and
+ * x_p that of its parent:
  *
  *     s = -w^2 + 2 i w drag_per_mass,  d = i w drag,  kappa = spring + i w damper
  *     form = s mass + d,  cross = s moment + d lever,  own = s inertia + d span + fall
- *     each child, with base b + place x, adds its form, cross and own in terms of that base
- *     D = own + kappa,  x = (couple - <cross, b> + kappa x_p) / D
+ *     each child, whose base is displaced by b + place x, adds its form, cross and own D = own +
+ *     kappa,  x = (couple - <cross, b> + kappa x_p) / D
  *
  * (without x_p if the joint turns against the ground: at the pivot, or on a cart). Substituting x
  * leaves a symmetric form in b and x_p for the parent. Complex pivots can vanish: a pivot near 0 is
@@ -63,13 +64,13 @@ INLINE wave wave_inverse(wave a) {
     return (wave){a.re * part, -a.im * part};
 }
 
-/* factors of masses and of drag at a frequency */
+/* factors by which masses and drag enter at a frequency */
 struct kernel_shift {
     wave mass;
     lanes8 omega;
 };
 
-/* mass m plus the drag d: m + i w drag d */
+/* mass and drag at the frequency: mass m + i w drag d */
 INLINE wave kernel_weigh(const struct kernel_shift *shift, double mass, double drag) {
     return (wave){shift->mass.re * mass,
                   lanes8_fma(shift->omega, lanes8_of(drag), shift->mass.im * mass)};
@@ -141,8 +142,8 @@ static void kernel_factor(const struct linear_arms *arms, const struct kernel_sh
     }
 }
 
-/* adds the solution for a right-hand side, the torques `couple` of the nodes and the displacement
- * of the pivot, in the lanes of a mask */
+/* adds the solution for a right-hand side (the torques `couple` of the nodes and the displacement
+ * of the pivot) in the lanes of a mask */
 static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bits8 where,
                          struct response_node node[]) {
     wave none = {lanes8_of(0), lanes8_of(0)};
@@ -165,7 +166,7 @@ static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bi
         const struct linear_arm *arm = arms->arm + k;
         const struct response_node *parent = arm->parent < 0 ? NULL : node + arm->parent;
         wave sum = wave_get(&node[k].couple);
-        // `rest` holds the parent's new angle, `push` the new displacement of the joint
+        // `rest` has the parent's new angle, `push` the new displacement of the joint
         wave carrier = parent ? wave_get(&parent->rest) : none;
         wave held = arm->holder < 0 ? none : carrier;
         for (int i = 0; i < 2; i++) {
@@ -197,7 +198,7 @@ static void kernel_place(const struct linear_arms *arms, const wave pivot[2],
     }
 }
 
-/* the force at the joint, and the residual of the arm's own equation, both without its children */
+/* computes the joint force and the residual of the arm's own equation, both without its children */
 static void kernel_balance(const struct linear_arms *arms, const struct kernel_shift *shift, int k,
                            struct response_node node[]) {
     const struct linear_arm *arm = arms->arm + k;
@@ -225,12 +226,12 @@ static void kernel_balance(const struct linear_arms *arms, const struct kernel_s
     scale += wave_size(bent);
     wave_put(&node[k].rest, miss);
     lanes8_put(node[k].scale.im, scale);
-    // the torque of the joint acts on the parent too; couple is free until the next solution
+    // the torque of the joint acts on the parent too; `couple` is unused until the next solution
     wave_put(&node[k].couple, arm->holder < 0 ? none : bent);
 }
 
-/* Computes the forces at the joints and the residuals of the equations. Returns the lanes whose
- * residuals are too large. */
+/* Computes the forces at the joints and the residuals of the equations. Returns the lanes with too
+ * large residuals. */
 static bits8 kernel_check(const struct linear_arms *arms, const struct kernel_shift *shift,
                           struct response_node node[]) {
     bits8 missed = (bits8)(lanes8_of(0) != 0);

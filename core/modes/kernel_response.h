@@ -15,17 +15,18 @@ struct response_lanes {
     double im[RESPONSE_LANES];
 };
 
-/* The values of an arm in the sweeps. With the displacement b of the base and the arm's angle x,
- * the sub-tree exerts the force form b + cross x at its base. */
+/* The values of an arm in the sweeps. If its base moves by b and the arm turns by x, the sub-tree
+ * exerts the force form b + cross x at its base. */
 struct response_node {
     struct response_lanes form[3], cross[2], own; /* coefficients of b^2 (xx, xy, yy), of b x, and
                                                    * of x^2 */
     struct response_lanes joint, inverse;         /* spring and damper of the joint; inverse of the
                                                    * elimination pivot */
     struct response_lanes drive, couple, push[2]; /* given torque, N m; torque, N m, and force, N,
-                                                   * of an elimination */
-    struct response_lanes angle, base[2];         /* rad, m */
-    struct response_lanes force[2], rest;         /* joint's force, N; equation's residual, N m */
+                                                   * on the right-hand side of an elimination */
+    struct response_lanes angle, base[2];         /* angle, rad; displacement of the joint, m */
+    struct response_lanes force[2], rest;         /* joint force, N; residual of the equation, N
+                                                   * m */
     struct response_lanes scale;                  /* sizes of `own`, and of the terms of `rest` */
 };
 
@@ -39,8 +40,8 @@ struct response_sweep {
 };
 
 /**
- * Solves the equations of motion for eight frequencies, with angles, displacements of joints and
- * forces at joints in the nodes.
+ * Solves the equations of motion for eight frequencies; the nodes receive angles, displacements of
+ * joints and forces at joints.
  *
  * node  n, aligned to 64; in: drive; out: all other members.
  *

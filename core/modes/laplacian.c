@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 struct laplacian_block {
-    struct pend_laplacian laplacian; /* first, so that its address is the block's */
+    struct pend_laplacian laplacian; /* the first member, so that its address is the block's */
     double data[];                   /* three arrays of n doubles, two of n ints, one of n bytes */
 };
 

@@ -1,5 +1,5 @@
 /* The linearization in tip displacements, diag(m) x'' + L x = 0: a weighted tree whose root is
- * tied to the pivot.
+ * connected to the pivot.
  * Leaves to others: eigenvalues and vectors (modes_values, modes_vectors), merged branches
  * (modes_symmetry).
  * Invariant: L is never assembled; parent[k] < k, and the sibling with the largest sub-tree comes

@@ -25,7 +25,7 @@ static void linear_alone(const struct pend_tree *tree, const struct pend_loads *
     struct rest_body body = pend_rest_arm(tree, loads, k);
     double complex turn = linear_turn(loads, phi, k);
     double tip[2] = {tree->len[k], 0}, point[2] = {0, 0};
-    // the tip of a cart represents the point whose displacement per unit of position is the
+    // for a cart, the vector to the tip is the displacement of its point per unit of position: the
     // direction of the rail
     if (!k && pend_terms_cart(terms))
         tip[0] = body.moment[0] / body.mass, tip[1] = body.moment[1] / body.mass;

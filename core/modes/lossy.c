@@ -16,10 +16,10 @@ enum {
     LOSSY_SEED = 2
 };
 
-/* Tolerances. Relative: the change of a root that has converged; the imaginary part of a real root;
- * the residual of a shape, over the largest torque; the distance of a root from its converged
- * value, large because of clusters. Last: the difference between sum 1 / (z - p) and the sweep's
- * value at z. */
+/* Tolerances. Relative: the change of a root that has converged; the imaginary part of a root that
+ * counts as real; the residual of a shape, compared with the largest torque; the distance by which
+ * refinement may move a root, large because of clusters. Absolute: the difference between sum 1 /
+ * (z - p) and the value of a sweep at z. */
 static const double settled = 1e-11, real_part = 1e-8, missed_most = 1e-9, moved_most = 0.3,
                     sum_missed = 1e-6;
 
@@ -28,7 +28,7 @@ struct dual {
     double complex v, d;
 };
 
-/* factors of masses, of damping and of stiffness at p */
+/* factors by which masses, damping and stiffness enter at p */
 struct lossy_factors {
     struct dual mass, loss;
     double back;
@@ -38,22 +38,22 @@ struct lossy_factors {
 struct lossy_node {
     struct dual form[3], cross[2], own, joint;
     double complex inverse;                /* inverse of the elimination pivot */
-    double complex couple, push[2];        /* of a solution */
-    double complex base[2], force[2], row; /* of a product */
+    double complex couple, push[2];        /* right-hand side of a solution: torque and force */
+    double complex base[2], force[2], row; /* of a product: displacement, force, row */
     double size;                           /* size of the terms of `row` */
 };
 
 struct pend_lossy {
     struct linear_arms arms;
     struct pend_still *still;  /* NULL once the undamped modes are found */
-    int n, round, at;          /* round of Aberth's method; next root to move or return */
-    int moving;                /* number of roots that have not converged in the round */
+    int n, round, at;          /* round of Aberth's method; next root to move, later to return */
+    int moving;                /* number of roots that have not converged in this round */
     int fewest, patience;      /* the smallest value of `moving` so far, and the remaining rounds in
                                 * which it must decrease */
-    int zeros;                 /* number of roots that are 0 */
+    int zeros;                 /* number of roots that count as 0 */
     double least;              /* 1/s: a smaller root counts as 0 */
-    double *square, *vector;   /* n, n x n: the undamped modes */
-    double complex *root;      /* 2 n */
+    double *square, *vector;   /* n values, n x n angles: the undamped modes */
+    double complex *root;      /* 2 n roots */
     double complex *x, *y;     /* n each */
     unsigned char *still_root; /* 2 n flags: the root has converged */
     struct lossy_node *node;   /* n */
@@ -86,7 +86,7 @@ static struct lossy_factors lossy_at(const struct pend_lossy *s, double complex 
         {p * (p + 2 * drag_per_mass), 2 * (p + drag_per_mass)}, {p, 1}, 1};
 }
 
-/* mass m plus loss b */
+/* mass and loss at p: mass m + loss b */
 static struct dual lossy_weigh(const struct lossy_factors *f, double mass, double drag) {
     return dual_add(dual_scale(mass, f->mass), dual_scale(drag, f->loss));
 }
@@ -191,8 +191,8 @@ static void lossy_solve(const struct pend_lossy *s, const double complex b[], do
     }
 }
 
-/* the rows of a form, or of its derivative if `derived`, times x, and the sizes of their terms,
- * stored in the nodes */
+/* multiplies a form, or its derivative if `derived`, by x; the rows of the product and the sizes of
+ * their terms are stored in the nodes */
 static void lossy_apply(const struct pend_lossy *s, double complex p, int derived,
                         const double complex x[]) {
     struct lossy_factors f = lossy_at(s, p);
@@ -250,8 +250,8 @@ static double lossy_loss(const struct pend_lossy *s, const double x[]) {
     return sum;
 }
 
-/* initial roots: those of each undamped mode alone, slightly moved away from each other and from
- * the real axis */
+/* initial roots: those of each undamped mode by itself, moved slightly apart and away from the real
+ * axis */
 static void lossy_guess(struct pend_lossy *s) {
     assert(s->n >= 1 && s->square && s->vector && s->root);
     double most = fmax(fabs(s->square[0]), fabs(s->square[s->n - 1])), null = s->n * 0x1p-52 * most;
@@ -316,7 +316,7 @@ static enum pend_status lossy_sort_out(struct pend_lossy *s) {
     return above ? PEND_NOT_FINITE : PEND_OK;
 }
 
-/* continues the rounds by some sweeps; `ready` once all roots have converged */
+/* continues the rounds by some sweeps; sets `ready` once all roots have converged */
 static enum pend_status lossy_go(struct pend_lossy *s, int *ready) {
     for (int sweep = 0; sweep < LOSSY_SWEEPS && !*ready; s->at++) {
         if (s->at == 2 * s->n) {
@@ -345,7 +345,7 @@ static double complex lossy_product(const struct pend_lossy *s, const double com
     return sum;
 }
 
-/* the largest row relative to its largest term */
+/* the largest row of a product, relative to the row's largest term */
 static double lossy_missed(const struct pend_lossy *s) {
     double most = 0, size = 0;
     for (int k = 0; k < s->n; k++) {
@@ -362,7 +362,7 @@ static int lossy_unit(const struct pend_lossy *s, double complex y[]) {
     return most > 0 && isfinite(most);
 }
 
-/* the initial shape of a root: the undamped mode with a small change in every angle */
+/* the initial shape of a root: that of the undamped mode, with a small change in every angle */
 static void lossy_shape(struct pend_lossy *s, int i) {
     const double *mode = s->vector + (size_t)(i / 2) * (size_t)s->n;
     double most = 0;
@@ -416,7 +416,7 @@ static enum pend_status lossy_check(struct pend_lossy *s) {
         if (size > 0) smallest = fmin(smallest, size);
     }
     for (int part = 0; part < 4 && largest > 0; part++) {
-        // only the few roots of growing modes are near this point
+        // a point far from all roots but the few of growing modes
         double complex z = (2 + I) * smallest * pow(largest / smallest, part / 3.0);
         double complex sum = -lossy_factor(s, z);
         double size = cabs(sum);
@@ -481,7 +481,7 @@ enum pend_status pend_lossy_new(struct pend_lossy **lossy, const struct pend_tre
     }
     s->vector = s->square + n;
     s->x = s->root + 2 * n;
-    s->y = s->root + 3 * n; // n more numbers, for the best shape
+    s->y = s->root + 3 * n; // n more numbers hold the best shape
     return PEND_OK;
 }
 

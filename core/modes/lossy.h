@@ -1,13 +1,14 @@
 /* Small motions of a damped real pendulum without a matrix: all roots and shapes of M x'' + C x' +
  * K x = 0 about an equilibrium, O(n^2) in total.
  * Leaves to others: the equilibrium (rest), the undamped modes as initial values (still), few arms,
- * for which dense matrices are as fast (damped). Invariant: 2 n distinct roots are iterated; a
- * returned root and its shape solve the equations.
+ * for which dense matrices are as fast (damped).
+ * Invariant: 2 n distinct roots are iterated; a returned root and its shape solve the equations.
  *
  * Derivation. For a complex p, a sweep from the leaves eliminates the form p^2 M + p C + K of a
- * tree, as `response` does for p = i omega. Its determinant is the product of the pivots D. So sum
- * D'/D, which the same sweep computes, is the logarithmic derivative of the characteristic
- * polynomial. Ehrlich's and Aberth's method (Math. Comp. 27, 1973) moves all roots at once,
+ * tree, as `response` does for p = i omega. The determinant of the form is the product of the
+ * pivots D. So sum D'/D, which the same sweep computes, is the logarithmic derivative of the
+ * characteristic polynomial. Ehrlich's and Aberth's method (Math. Comp. 27, 1973) moves all roots
+ * at once,
  *     p_i <- p_i - N / (1 - N sum_j 1 / (p_i - p_j)),   N = 1 / sum D'/D,
  * starting from the roots of p^2 + p x^T C x + omega^2 for the undamped modes x. The root and its
  * shape are then refined to rounding by solving with the form at p: y = (form)^-1 (form)' x and p

@@ -9,8 +9,8 @@ const char *const pend_matrix_names[PEND_MATRIX_COUNT + 1] = {
 
 static double matrix_sign(const unsigned char up[], int k) { return up && up[k] ? -1 : 1; }
 
-/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k, which is non-zero only for the arm itself, its parent, its
- * children and its siblings */
+/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k, which differs from zero only for the arm itself, its
+ * parent, its children and its siblings */
 static void matrix_row_a(const struct pend_tree *tree, const struct pend_loads *loads, double sign,
                          int j, double row[]) {
     int p = tree->parent[j];

@@ -20,14 +20,14 @@
 /* the number of vectors that one step expands or scales */
 enum { MODES_PIECE = 32 };
 
-/* eigenvalue number `index` of the computed eigenvalues of a part, with all its occurrences */
+/* eigenvalue number `index` among the computed ones of a part, with all its occurrences */
 struct mode {
     double value;
     int part, index;
     int row; /* row of the first occurrence in the result; negative if not selected */
 };
 
-/* the next step; the phases follow each other in this order */
+/* what the next step does; the phases follow each other in this order */
 enum phase {
     PHASE_VALUES,
     PHASE_ROWS,
@@ -45,19 +45,19 @@ struct pend_modes_search {
     struct pend_spectrum *spectrum;
     enum phase phase;
     int part;      /* the current part, in PHASE_VALUES */
-    int *first;    /* for each part, its first index in value[]; one more entry ends the last */
-    int *number;   /* for each part, the number of its first computed eigenvalue */
-    double *value; /* the computed eigenvalues, signed, ascending in each part */
+    int *first;    /* for each part, where its eigenvalues begin in value[]; one more entry */
+    int *number;   /* number of each part's first computed eigenvalue */
+    double *value; /* the computed eigenvalues, signed, ascending within each part */
     struct mode *mode;
     int mode_count;
     int below;      /* number of modes below the computed ones */
-    int drop, keep; /* the requested rows are drop .. keep - 1; the other rows only complete
-                     * repeated frequencies */
+    int drop, keep; /* the requested rows are drop .. keep - 1; the others only complete repeated
+                     * frequencies */
     struct pend_modes *modes;
     int *lead;   /* for each row, the first moving arm, in the caller's numbering; -1: unknown */
-    int at, end; /* the modes of the current part, in PHASE_VECTORS and PHASE_SPREAD */
+    int at, end; /* in PHASE_VECTORS and PHASE_SPREAD, the modes of the current part */
     int low;     /* index of the first of these vectors */
-    int row;     /* number of occurrences done in PHASE_SPREAD; from PHASE_STAND on, the next row */
+    int row;     /* occurrences done in PHASE_SPREAD; from PHASE_STAND on the next row */
     struct pend_vectors *vectors;
     double **vector, *room;
 };
@@ -106,7 +106,7 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
                         int *first, int *end) {
     const struct pend_laplacian *l = s->spectrum->part[part];
     const struct pend_modes_request *r = &s->request;
-    /* with one part, or with all or no modes, nothing has to be counted */
+    /* with one part, or with all modes or none, no eigenvalue has to be counted */
     *first = r->count && r->count < s->tree->n ? r->first : 0;
     *end = r->count < s->tree->n ? *first + r->count : l->n;
     if (s->spectrum->symmetry->part_count == 1 || !r->count || r->count == s->tree->n) return;
@@ -121,7 +121,7 @@ static enum pend_status modes_plan(struct pend_modes_search *s) {
     int parts = s->spectrum->symmetry->part_count, values = 0;
     double cut[2] = {0, 0};
     if (parts > 1 && s->request.count && s->request.count < s->tree->n) {
-        /* shifts that enclose all selected modes and few others */
+        /* shifts between which all selected modes lie, and few others */
         cut[0] = pend_spectrum_cut(s->spectrum, s->request.first, 0);
         cut[1] = pend_spectrum_cut(s->spectrum, s->request.first + s->request.count, 1);
     }
@@ -141,7 +141,7 @@ static enum pend_status modes_plan(struct pend_modes_search *s) {
     return s->value && s->mode ? PEND_OK : PEND_NO_MEMORY;
 }
 
-/* starts with the eigenvalues of a part; after the last part, the next phase */
+/* starts the search for a part's eigenvalues; after the last part, starts the next phase */
 static void modes_part_begin(struct pend_modes_search *s) {
     if (s->part == s->spectrum->symmetry->part_count) {
         s->phase = PHASE_ROWS;
@@ -191,7 +191,7 @@ static void modes_count_rows(struct pend_modes_search *s) {
     }
 }
 
-/* the first (by = -1) or the last (by = 1) mode with the repeated frequency of mode i */
+/* the first (by = -1) or last (by = 1) mode whose frequency equals that of mode i */
 static int modes_extend(const struct pend_modes_search *s, int i, int by) {
     while (s->request.vectors && i + by >= 0 && i + by < s->mode_count) {
         double omega = modes_omega(s->mode[i].value), next = modes_omega(s->mode[i + by].value);
@@ -214,8 +214,9 @@ static void modes_fill_rows(struct pend_modes_search *s, int low, int high, int 
     }
 }
 
-/* Allocates the rows of the result: the requested rows, begin .. end - 1 of the computed ones, and
- * all other rows of repeated frequencies that the selection cuts. pend_modes_trim removes those. */
+/* Allocates the rows of the result: the requested ones, begin .. end - 1 of those computed, and the
+ * other rows of repeated frequencies that the selection cuts. pend_modes_trim removes the
+ * latter. */
 static enum pend_status modes_rows(struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
     int begin = (r->count ? r->first : s->below) - s->below, end = begin + r->count, low = 0,
@@ -240,7 +241,7 @@ static enum pend_status modes_rows(struct pend_modes_search *s) {
     s->drop = begin - from;
     s->keep = end - from;
     modes_fill_rows(s, low, high, from);
-    /* later phases use only these modes */
+    /* later phases use only the modes `low` .. `high` - 1 */
     s->at = s->end = low;
     s->mode_count = high;
     if (r->vectors && s->spectrum->symmetry->part_count > 1)
@@ -248,7 +249,7 @@ static enum pend_status modes_rows(struct pend_modes_search *s) {
     return PEND_OK;
 }
 
-/* starts with the vectors of the next part; after the last part, the next phase */
+/* starts the vectors of the next part; after the last part, starts the next phase */
 static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     struct pend_spectrum *spectrum = s->spectrum;
     int whole = spectrum->symmetry->part_count == 1;
@@ -268,7 +269,7 @@ static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     s->low = s->mode[s->at].index;
     size_t count = (size_t)(s->mode[s->end - 1].index - s->low + 1);
     s->vector = malloc(count * sizeof *s->vector);
-    /* in a tree without like branches, vectors are computed in their final memory */
+    /* in a tree without like branches, vectors are computed directly in the rows of the result */
     if (!whole) s->room = malloc(count * (size_t)n * sizeof *s->room);
     if (!s->vector || (!whole && !s->room)) return PEND_NO_MEMORY;
     for (size_t i = 0; i < count; i++)
@@ -308,7 +309,7 @@ static enum pend_status modes_spread(struct pend_modes_search *s) {
     return ++s->at == s->end ? modes_run_begin(s) : PEND_OK;
 }
 
-/* Changes signs: up to here an angle is a displacement to the right over a length, and an upright
+/* Changes signs. Until here an angle is a displacement to the right divided by a length; an upright
  * arm turns the other way. */
 static void modes_stand(struct pend_modes_search *s) {
     for (int piece = 0; piece < MODES_PIECE && s->row < s->modes->count; piece++, s->row++) {
@@ -329,7 +330,7 @@ static double modes_bound(const struct pend_modes_search *s) {
     return 1 / sqrt(least);
 }
 
-/* the basis of the next repeated frequency, or of the next few simple ones */
+/* sets the basis of the next repeated frequency, or of the next few simple ones */
 static void modes_bases(struct pend_modes_search *s) {
     struct pend_modes *modes = s->modes;
     for (int piece = 0; piece < MODES_PIECE && s->row < modes->count;) {
@@ -463,8 +464,8 @@ void pend_modes_search_free(struct pend_modes_search **search) {
 
 double pend_modes_cost(int n, int count, int vectors) {
     assert(n >= 1 && count >= 0);
-    /* 4.4 sweeps per eigenvalue at 1 ns per arm; a vector takes about 8, more if the vectors do not
-     * fit in the cache */
+    /* time: 4.4 sweeps per eigenvalue at 1 ns per arm; a vector takes about as long as 8 sweeps,
+     * more if vectors do not fit into the cache */
     return 1e-9 * n * (count + 20.0) * (vectors ? 20 : 5.5);
 }
 

@@ -22,13 +22,12 @@ struct pend_modes_request {
     struct pend_loads loads; /* gravity and other loads; gravity > 0 */
     int vectors;             /* non-zero to compute the eigenvectors too */
     enum pend_normalize normalize;
-    enum pend_select
-        select; /* in ascending order of signed omega^2, so that growing modes come first */
-    int count;  /* SLOWEST, FASTEST: number of modes; NUMBERS: number of modes from number `first`
-                 * on */
-    int first;  /* NUMBERS: from 0 */
-    double from, to; /* BETWEEN, rad/s: from <= omega <= to, up to round-off; an empty range is not
-                      * an error */
+    enum pend_select select; /* in ascending order of signed omega^2, with growing modes first */
+    int count; /* for SLOWEST and FASTEST the number of modes; for NUMBERS the number of modes from
+                * `first` on */
+    int first; /* for NUMBERS: number of the first mode, from 0 */
+    double from, to; /* for BETWEEN: rad/s, from <= omega <= to, up to round-off; an empty range is
+                      * not an error */
     const unsigned char *up; /* n flags in stored order, non-zero for upright arms; NULL: all hang.
                               * theta is the small deviation from that equilibrium. */
 };
@@ -37,18 +36,17 @@ struct pend_modes_request {
 struct pend_modes_search;
 
 /**
- * Begins to search for modes of a tree.
+ * Starts the search for modes of a tree.
  *
  * No matrix is formed: in tip displacements the linearization is a weighted tree. Sweeps over this
  * tree count the eigenvalues below a shift, to full relative precision, and give the vectors
- * (core/theory.md). Like branches (equal sub-trees on one joint) are solved once. No eigenvalue is
- * 0, and the number of negative ones is the number of upright arms.
+ * (core/theory.md). Like branches (equal sub-trees on one joint) are computed only once. No
+ * eigenvalue is 0, and the number of negative ones is the number of upright arms.
  *
  * Signs and bases are fixed, so that the same tree gives the same vectors: the first entry in the
  * caller's order that is not zero (PEND_MODES_ZERO) is positive, and the vectors of a repeated
- * frequency form the only orthogonal basis in which that entry has a later position from vector to
- * vector. A selection that cuts a repeated frequency of like branches contains some vectors of that
- * basis.
+ * frequency form the one orthogonal basis in which this entry is at a later arm in each further
+ * vector. A selection that cuts a repeated frequency contains some vectors of that basis.
  *
  * search   out; NULL on failure; released by pend_modes_search_free.
  * tree     must outlive the search, as request->up must; the rest of the request is copied.
@@ -63,7 +61,7 @@ PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search 
                                                        const struct pend_modes_request *request,
                                                        struct pend_error *error);
 
-/** Returns the number of modes that the search will find; it is known from the start. */
+/** Returns the number of modes that the search will find, which is known from the start. */
 int pend_modes_search_count(const struct pend_modes_search *search);
 
 /**
@@ -78,10 +76,8 @@ int pend_modes_search_count(const struct pend_modes_search *search);
 PEND_MUST_CHECK enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done,
                                                         struct pend_error *error);
 
-/**
- * Returns the modes of a finished search; the caller releases them by pend_modes_free. NULL after
- * the first call.
- */
+/** Returns the modes of a finished search; the caller releases them by pend_modes_free. NULL after
+ * the first call. */
 struct pend_modes *pend_modes_search_take(struct pend_modes_search *search);
 
 /** Frees a search and clears the pointer; NULL is accepted. */

@@ -12,9 +12,9 @@
 struct pend_modes_probe {
     double shift;    /* in, 1/s^2 */
     int below;       /* number of eigenvalues below the shift */
-    double log_rate; /* p'/p = sum 1 / (shift - lambda_i), s^2 */
-    double log_bend; /* (p'/p)^2 - p''/p = sum 1 / (shift - lambda_i)^2, s^4; not finite if a
-                        pivot is zero */
+    double log_rate; /* sum 1 / (shift - lambda_i), which is p'/p, s^2 */
+    double log_bend; /* sum 1 / (shift - lambda_i)^2, which is (p'/p)^2 - p''/p, s^4; not finite if
+                      * a pivot is zero */
 };
 
 struct pend_modes_kernel {
@@ -37,8 +37,8 @@ struct pend_modes_kernel {
                     double work[], double *vector[], double *tip[]);
 
     /**
-     * Computes the same in double-double, about ten times slower, for close eigenvalues. It refines
-     * the eigenvalues too, so that vectors with eigenvalues that agree to 1e-11 are still
+     * Computes the same in double-double, in about ten times the time, for close eigenvalues. It
+     * refines the eigenvalues too, so that vectors whose eigenvalues agree to 1e-11 are still
      * orthogonal to round-off.
      *
      * work    6 * lanes * n doubles, aligned to 64.

@@ -7,16 +7,16 @@
 
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
-/* (rad/s)^2, the allowed range of squared frequencies: outside it, sums and quotients of the sweeps
- * would overflow or lose digits */
+/* (rad/s)^2, limit of squared frequencies, like its inverse: beyond them, sums and quotients of the
+ * sweeps would overflow or lose digits */
 #define SPECTRUM_LEAST 1e-300
 #define SPECTRUM_MOST 1e300
 
-/* N/m, the least spring: an elimination pivot of a sweep may be smaller by 2^110, and its inverse
- * must be finite */
+/* N/m, the weakest spring: an elimination pivot may be smaller by 2^110, and its inverse must be
+ * finite */
 #define SPECTRUM_WEAKEST 1e-270
 
-/* the spectrum between two calls */
+/* checks the spectrum between two calls */
 PEND_VALIDATOR spectrum_valid(const struct pend_spectrum *spectrum) {
     const struct pend_search *s = &spectrum->search;
     return spectrum->negative >= 0 && spectrum->negative <= spectrum->n && s->done >= 0 &&
@@ -92,7 +92,7 @@ void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const 
     for (int p = 0; p < spectrum->symmetry->part_count; p++) {
         const struct pend_laplacian *l = spectrum->part[p];
         int times = spectrum->symmetry->part[p].times;
-        /* most parts are small, and their eigenvalues are far from the shifts */
+        /* most parts are small, and all their eigenvalues are above the shifts */
         if (!spectrum->negative && shift[count - 1] < l->least) continue;
         if (shift[0] > l->most) {
             for (int i = 0; i < count; i++) below[i] += times * l->n;
@@ -137,7 +137,7 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
         int below[SPECTRUM_SHIFTS], i = 0;
         spectrum_shifts(lo, hi, negative, at, shift);
         pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
-        /* the first shift above the eigenvalue with a given number */
+        /* the first shift above the eigenvalue of a given number */
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
         if (i == 0 || below[i] == number) return shift[i];
         int slack = number / 8 + 8, more = below[i] - number, less = number - below[i - 1];

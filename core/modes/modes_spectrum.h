@@ -15,7 +15,7 @@ struct pend_search {
     struct pend_values *values; /* NULL between the two searches */
     double *value;
     int first, count, split; /* split: number of eigenvalues below 0 */
-    int done;                /* 0; 1 once the negative ones are found; 2 at the end */
+    int done;                /* how many of both searches are complete, 0 .. 2 */
 };
 
 struct pend_spectrum {
@@ -30,7 +30,7 @@ struct pend_spectrum {
 };
 
 /**
- * Prepares the spectrum of a tree about an equilibrium.
+ * Creates the spectrum of a tree about an equilibrium.
  *
  * up  n flags in stored order, non-zero for upright arms; NULL if all hang.
  *
@@ -49,7 +49,7 @@ void pend_spectrum_free(struct pend_spectrum **spectrum);
  * computed, 1e-300 to 1e300 (rad/s)^2, and that the stiffness of gravity at every arm is at least
  * 1e-270 N/m.
  *
- * PEND_INVALID  error contains them. O(n).
+ * PEND_INVALID  the error states the frequencies or the stiffness. O(n).
  */
 PEND_MUST_CHECK enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
                                                      struct pend_error *error);
@@ -74,10 +74,8 @@ void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const 
 void pend_spectrum_between(const struct pend_spectrum *spectrum, double from, double to, int *first,
                            int *count);
 
-/**
- * Returns a shift, 1/s^2, with `number` or a few more eigenvalues below it (above = 1), or with a
- * few less (above = 0). O(n).
- */
+/** Returns a shift, 1/s^2, below which lie `number` eigenvalues or a few more (above = 1), or a few
+ * less (above = 0). O(n). */
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above);
 
 /**

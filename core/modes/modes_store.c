@@ -9,7 +9,7 @@
 #include "core/tree/turns.h"
 
 struct store_block {
-    struct pend_modes modes; /* the first member, so that its address is that of the block */
+    struct pend_modes modes; /* the first member, so that its address is the block's */
     double data[];
 };
 
@@ -65,15 +65,15 @@ static double store_length(const struct pend_tree *tree, const unsigned char up[
     return up && up[k] ? -tree->len[k] : tree->len[k];
 }
 
-/* Computes Re x without a matrix: masses times tip displacements, summed over the sub-trees.
- * product and x are different arrays. */
+/* Computes Re x without a matrix: masses times tip displacements, added up over the sub-trees.
+ * `product` and `x` must be different arrays. */
 static void modes_mass_apply(const struct pend_tree *tree, const unsigned char up[],
                              const double x[], double product[]) {
-    /* tip displacements, pivot outwards */
+    /* tip displacements, from the pivot outwards */
     for (int k = 0; k < tree->n; k++)
         product[k] = (k ? product[tree->parent[k]] : 0) + store_length(tree, up, k) * x[k];
     for (int k = 0; k < tree->n; k++) product[k] *= tree->mass[k];
-    /* sums over the sub-trees, leaves inwards */
+    /* sums over the sub-trees, from the leaves inwards */
     for (int k = tree->n - 1; k > 0; k--) product[tree->parent[k]] += product[k];
     for (int k = 0; k < tree->n; k++) product[k] *= store_length(tree, up, k);
 }
@@ -89,13 +89,13 @@ static double store_largest(int n, const double x[]) {
     return largest[0];
 }
 
-/* the first arm with a non-zero entry, in the caller's numbering from `from` on; n: none */
+/* the first arm with a non-zero entry, by the caller's numbers from `from` on; n: none */
 static int store_first(const struct pend_tree *tree, const double x[], double zero, int from) {
     while (from < tree->n && fabs(x[tree->place[from]]) <= zero) from++;
     return from;
 }
 
-/* rotates the vectors x and y into each other so that y becomes 0 at one entry */
+/* rotates the vectors x and y in their plane so that y becomes 0 at one entry */
 static void store_rotate(int n, double x[], double y[], int entry) {
     assert(y[entry] != 0);
     double h = hypot(x[entry], y[entry]), c = x[entry] / h, s = y[entry] / h;
@@ -107,7 +107,7 @@ static void store_rotate(int n, double x[], double y[], int entry) {
     y[entry] = 0;
 }
 
-/* transforms `group` orthogonal vectors to echelon form in the caller's order; they stay
+/* brings `group` orthogonal vectors into echelon form in the caller's order; they stay
  * orthogonal */
 static void store_echelon(const struct pend_tree *tree, int group, double vector[]) {
     int n = tree->n, lead = 0;

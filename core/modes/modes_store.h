@@ -6,8 +6,9 @@
 
 #include "core/tree/tree.h"
 
-/* An entry of a vector counts as zero if its size is at most this fraction of the largest entry:
- * the paper's mode (0, 1, -1) is computed with a first entry of the size of round-off. */
+/* The largest size, relative to the largest entry of a vector, of an entry that counts as zero.
+ * Example: the first entry of the paper's mode (0, 1, -1) is computed as a number of the size of
+ * round-off. */
 #define PEND_MODES_ZERO 1e-9
 
 /* The scale and the sign of a vector. */
@@ -15,8 +16,8 @@ enum pend_normalize {
     PEND_NORMALIZE_MASS,  /* vector^T Re(0) vector = 1, and the first non-zero entry (in the
                            * caller's order) is positive */
     PEND_NORMALIZE_FIRST, /* the first non-zero entry is 1 */
-    PEND_NORMALIZE_MAX    /* the entry of largest magnitude is 1; the first of them, if several
-                           * agree to PEND_MODES_ZERO */
+    PEND_NORMALIZE_MAX    /* the entry of largest magnitude is 1; if several agree to
+                           * PEND_MODES_ZERO, the first of them */
 };
 
 /* count modes of n arms; vector[k * n + arm] is mode-major, arm in stored order. */
@@ -26,9 +27,9 @@ struct pend_modes {
     int growing;    /* number of modes, at the start of the list, that grow as e^{-omega t} with
                      * omega < 0 instead of swinging; 0 about hanging */
     double *omega;  /* rad/s, ascending; 1/s if negative */
-    double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, with upright arms, in Re at the
-                     * equilibrium's angles; NULL if not requested */
-    double *norm;   /* sqrt(vector^T Re(0) vector) of each vector in its current scale; NULL without
+    double *vector; /* n angles theta per mode; mass-orthogonal in Re(0) or, with upright arms, in
+                     * Re at the equilibrium's angles; NULL if not requested */
+    double *norm;   /* per vector sqrt(vector^T Re(0) vector) in the current scale; NULL without
                      * vectors */
 };
 
@@ -77,11 +78,9 @@ int pend_modes_valid(const struct pend_modes *modes);
 /** Frees modes and clears the pointer; NULL is accepted. */
 void pend_modes_free(struct pend_modes **modes);
 
-/**
- * Returns the angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low
+/** Returns the angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low
  * measured from the positive real axis; whole turns are removed. low is the rounding error of phi;
- * if it is 0, the double nearest -pi/2 counts as hanging. O(1).
- */
+ * if it is 0, the double nearest -pi/2 counts as hanging. O(1). */
 double pend_modes_theta(double phi, double low);
 
 /**

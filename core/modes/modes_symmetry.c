@@ -6,13 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* data of the branch that starts at an arm */
+/* data of the branch that begins at an arm */
 struct branch {
     uint64_t hash;
-    int arm, n; /* n: number of arms after merging */
+    int arm, n; /* first arm of the branch; number of its arms after merging */
 };
 
-/* like branches found so far, by their parent */
+/* like branches found so far, and scratch of the search */
 struct found {
     struct branch kind;
     struct pend_likes likes;
@@ -22,7 +22,7 @@ struct finder {
     struct pend_symmetry *symmetry;
     const unsigned char *up;
     uint64_t *hash;         /* n: sums over the children, then the branch's own */
-    int *merged_n;          /* n: number of arms of the branch after merging */
+    int *merged_n;          /* n numbers: how many arms the branch has after merging */
     struct branch *sibling; /* scratch for the children of one joint */
     struct found *found;
     int found_count, branch_count;
@@ -67,7 +67,7 @@ static void symmetry_sort(struct branch sibling[], int count) {
     }
 }
 
-/* the lowest number, in the caller's numbering, in a branch */
+/* the smallest number, in the caller's numbering, of an arm in a branch */
 static int symmetry_caller_first(const struct pend_tree *tree, int arm) {
     int first = tree->order[arm];
     for (int k = arm + 1; k < tree->end[arm]; k++)
@@ -89,7 +89,7 @@ static void symmetry_file(struct finder *f, struct branch run[], int count) {
     for (int i = 0; i < count; i++) s->branch[f->branch_count++] = run[i].arm;
 }
 
-/* at one joint: sorts its branches, merges like branches, and assigns each branch its index */
+/* at one joint: sorts its branches, merges like ones, and assigns each branch its index */
 static void symmetry_joint(struct finder *f, int arm) {
     const struct pend_tree *tree = f->symmetry->tree;
     int count = 0, place = 1;
@@ -121,11 +121,11 @@ static void symmetry_find(struct finder *f) {
     }
 }
 
-/* true if two branches of the same hash are alike, arm by arm; place, at: n ints of scratch */
+/* true if two branches of the same hash are equal arm by arm; place, at: n ints of scratch */
 static int symmetry_alike(const struct finder *f, int a, int b, int place[], int at[]) {
     const struct pend_symmetry *s = f->symmetry;
     const struct pend_tree *tree = s->tree;
-    /* indexes the arms of a, then looks up those of b */
+    /* records the index of each arm of a, then looks up the arms of b */
     for (int k = a; k < tree->end[a]; k++) {
         place[k] = k == a ? 0 : place[tree->parent[k]] + s->offset[k];
         at[place[k]] = k;
@@ -182,7 +182,7 @@ static int symmetry_parts(struct finder *f, int place[], int at[]) {
     return 1;
 }
 
-/* the symmetry of a tree without like branches: one part, in which every arm keeps its index */
+/* the symmetry of a tree without like branches: one part, in which arms keep their index */
 static void symmetry_none(struct pend_symmetry *s) {
     s->part[0] = (struct pend_part){0, s->tree->n, 1, 0};
     s->part_count = 1;
@@ -194,7 +194,7 @@ static void symmetry_none(struct pend_symmetry *s) {
     }
 }
 
-/* upper bound of the number of like branches: all children with siblings */
+/* upper bound of the number of like branches: the number of children that have siblings */
 static int symmetry_bound(const struct pend_tree *tree) {
     int bound = 0;
     for (int k = 1; k < tree->n; k++)
@@ -202,7 +202,7 @@ static int symmetry_bound(const struct pend_tree *tree) {
     return bound;
 }
 
-/* a symmetry without like branches or parts; NULL if memory is short */
+/* allocates a symmetry without like branches or parts; NULL if memory is short */
 static struct pend_symmetry *symmetry_allocate(const struct pend_tree *tree, size_t bound) {
     size_t n = (size_t)tree->n;
     struct pend_symmetry *s = malloc(sizeof *s);
@@ -281,8 +281,8 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
     int root = symmetry->part[part].root;
     PEND_TRY(pend_laplacian_alloc(laplacian, symmetry->part[part].n));
     struct pend_laplacian *l = *laplacian;
-    /* sets the indices of the representing arms; until the next loop `end` holds the arm and `mass`
-     * the number of arms that it represents */
+    /* sets the indices of the representing arms; until the next loop `end` contains the arm, and
+     * `mass` the number of arms that it represents */
     for (int k = root; k < tree->end[root];) {
         if (k != root && symmetry->merged[k]) {
             k = tree->end[k];
@@ -325,13 +325,13 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
     for (int i = 0; part && i < p->times; i++) {
         const struct pend_contrast *contrast = &symmetry->contrast[p->first + i];
         const struct pend_likes *likes = &symmetry->likes[contrast->likes];
-        /* once for all contrasts of a joint */
+        /* the indices are the same for all contrasts of a joint */
         for (int j = 0; contrast->from == 0 && j < likes->count; j++)
             symmetry_branch_places(symmetry, symmetry->branch[likes->first + j], place);
     }
 }
 
-/* stores the angles of a part, times a factor, in the arms of one branch */
+/* writes the angles of a part, times a factor, to the arms of one branch */
 static void symmetry_spread_branch(const struct pend_symmetry *s, int root, const double angle[],
                                    double factor, const int place[], double vector[]) {
     for (int k = root, end = s->tree->end[root]; k < end; k++) vector[k] = factor * angle[place[k]];
@@ -350,7 +350,7 @@ int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int whi
         symmetry_spread_branch(symmetry, 0, angle, sign, place, vector);
         return lead;
     }
-    /* Helmert's contrast of norm 1: one branch against the mean of the `rest` later ones */
+    /* Helmert's contrast, normalized: one branch against the mean of the `rest` later ones */
     const struct pend_likes *likes = &symmetry->likes[contrast->likes];
     double rest = likes->count - 1 - contrast->from, head = sign * sqrt(rest / (rest + 1));
     memset(vector, 0, (size_t)tree->n * sizeof *vector);

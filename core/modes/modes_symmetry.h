@@ -8,14 +8,14 @@
 #include "core/modes/laplacian.h"
 #include "core/tree/loads.h"
 
-/* Like branches on one joint: branch[first .. first + count - 1], sorted by the caller's first
- * arm in each. */
+/* Like branches on one joint: branch[first .. first + count - 1], sorted by the smallest caller's
+ * number of an arm in each. */
 struct pend_likes {
     int first, count;
 };
 
-/* A pattern in which like branches move against each other: branch `from` of the group against all
- * later ones (Helmert's contrasts). */
+/* A pattern in which like branches move against each other: branch number `from` of the group
+ * against all later ones (Helmert's contrasts). */
 struct pend_contrast {
     int likes, from;
     int lead; /* first arm that moves, in the caller's numbering */
@@ -29,7 +29,7 @@ struct pend_part {
     int root;  /* stored number of the arm at which the part begins */
     int n;     /* number of arms after merging */
     int times; /* number of times that each of its modes occurs */
-    int first; /* its first of `times` contrasts, sorted by lead; part 0 has none */
+    int first; /* index of the first of its `times` contrasts, sorted by lead; part 0 has none */
 };
 
 struct pend_symmetry {
@@ -38,7 +38,7 @@ struct pend_symmetry {
     struct pend_likes *likes;
     struct pend_contrast *contrast;
     int *branch;  /* stored numbers of the branches' first arms */
-    int *offset;  /* n: index of an arm in its merged part, relative to its parent's index */
+    int *offset;  /* n: index of an arm in its merged part minus its parent's index */
     int *copies;  /* n: number of like siblings that an arm represents, itself included */
     char *merged; /* n: non-zero if an earlier like sibling represents the arm */
     const struct pend_tree *tree;

@@ -8,12 +8,12 @@
 
 enum {
     VALUES_BATCH = 64, /* number of shifts tried at once */
-    VALUES_LANES = 16, /* number of shifts that cost as much as one; fewer are wasteful */
+    VALUES_LANES = 16, /* number of shifts that are counted at once; fewer take as long */
     VALUES_TRIES = 6   /* number of Laguerre steps before they alternate with bisection */
 };
 
-/* in trees deeper than VALUES_DEEP, the VALUES_SLOW slowest are polished if their relative error is
- * below VALUES_POLISH */
+/* in trees deeper than VALUES_DEEP, the VALUES_SLOW smallest eigenvalues are polished if their
+ * relative error is below VALUES_POLISH */
 enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 #define VALUES_POLISH 1e-9
 
@@ -21,24 +21,23 @@ enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 struct span_end {
     double at;
     int below;   /* number of eigenvalues below `at` */
-    int near;    /* non-zero if one eigenvalue inside outweighs all others there, so that the hint
-                  * converges to it */
+    int near;    /* non-zero if one eigenvalue inside dominates, so that hints converge to it */
     double hint; /* Laguerre's bound of the nearest eigenvalue on the inside; `at` if unknown */
-    double step; /* distance to the hint, may be below the last digit of `at`; infinite: unknown */
+    double step; /* distance to the hint, maybe below the last digit of `at`; infinite if unknown */
 };
 
 /* An interval that contains hi.below - lo.below > 0 of the requested eigenvalues. */
 struct span {
     struct span_end lo, hi;
-    double rest; /* contribution of the other eigenvalues to sum 1 / (shift - lambda_i)^2, relative,
-                  * estimated from the errors of hints; 0 at first */
+    double rest; /* estimate, from the errors of hints, of what the other eigenvalues contribute to
+                  * sum 1 / (shift - lambda_i)^2, relative; 0 at first */
     int tries;
 };
 
 struct pend_values {
     const struct pend_laplacian *laplacian;
     const struct pend_modes_kernel *kernel;
-    int first, last; /* requested numbers: first <= number < last */
+    int first, last; /* the requested eigenvalues inside have the numbers first .. last - 1 */
     double *value;
     int todo_count, polished;
     struct span todo[];
@@ -56,7 +55,7 @@ int pend_values_below(const struct pend_laplacian *laplacian, double shift) {
     return probe.below;
 }
 
-/* the end of a span at a probe: of the span above (side 1) or below it (side -1) */
+/* the end of a span at a probe: of the span above the probe (side 1) or below it (side -1) */
 static struct span_end values_end(const struct pend_modes_probe *probe, int n, int side) {
     struct span_end end = {probe->shift, probe->below, 0, probe->shift, INFINITY};
     double rate = -side * probe->log_rate, bend = probe->log_bend;
@@ -68,7 +67,7 @@ static struct span_end values_end(const struct pend_modes_probe *probe, int n, i
     return end;
 }
 
-/* of a span of one eigenvalue, the end with the better hint */
+/* for a span of one eigenvalue: the end with the better hint */
 static const struct span_end *values_nearer(const struct span *span) {
     const struct span_end *lo = &span->lo, *hi = &span->hi;
     if (lo->near != hi->near) return lo->near ? lo : hi;
@@ -109,8 +108,8 @@ static int values_converged(const struct span *span, double *value) {
     return end->near && (end->step <= round_off || (span->rest > 0 && error <= 0.25 * round_off));
 }
 
-/* the next shift for a span of one eigenvalue: the better hint, or bisection if the hints do not
- * converge */
+/* for a span of one eigenvalue: the next shift, which is the better hint, or the middle if hints do
+ * not converge */
 static double values_next(struct span *span) {
     double lo, hi;
     values_bounds(span, &lo, &hi);
@@ -118,12 +117,12 @@ static double values_next(struct span *span) {
         return values_middle(span->lo.at, span->hi.at);
     const struct span_end *end = values_nearer(span);
     if (end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
-    /* both hints fall short of the eigenvalue by about the cubes of their steps */
+    /* both hints miss the eigenvalue by about the cubes of their steps */
     double share = span->lo.step / span->hi.step;
     share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share)
                                                                 : end == &span->lo;
     double shift = share * lo + (1 - share) * hi;
-    // hints that cross because of round-off lead to an end, and the search of the span is over
+    // if the hints cross because of round-off, the search of the span ends with one of them
     return shift > span->lo.at && shift < span->hi.at ? shift : end->hint;
 }
 
@@ -146,8 +145,7 @@ static int values_split(struct span *span, int room, double shift[]) {
     if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
     if (room > 2 * several) room = 2 * several;
     if (hi - lo <= 4 * DBL_EPSILON * hi) {
-        /* if the hints say that all eigenvalues are one number, counts on both sides of it must
-         * confirm that */
+        /* if all eigenvalues seem to be one number, count on both sides of it to confirm that */
         int count = 0;
         double below = lo * (1 - 6 * DBL_EPSILON), above = hi * (1 + 6 * DBL_EPSILON);
         if (below > span->lo.at) shift[count++] = below;
@@ -186,7 +184,7 @@ static void values_file(struct pend_values *v, const struct span *whole, struct 
         v->todo[v->todo_count++] = span;
 }
 
-/* splits a span at the counted shifts; creates ends only next to eigenvalues */
+/* splits a span at the counted shifts; keeps only the parts that contain requested eigenvalues */
 static void values_cut(struct pend_values *v, const struct span *span, int count,
                        struct pend_modes_probe probe[]) {
     const struct pend_modes_probe *from = NULL;
@@ -194,7 +192,7 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     for (int i = 0; i < count; i++) {
         if (!(probe[i].shift > (from ? from->shift : span->lo.at) && probe[i].shift < span->hi.at))
             continue;
-        /* counts rise with the shift; if round-off violates this, the earlier count is used */
+        /* counts rise with the shift; if round-off violates this, the previous count is used */
         if (probe[i].below < below) probe[i].below = below;
         if (probe[i].below > most) probe[i].below = most;
         if (probe[i].below > below) {
@@ -208,7 +206,7 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     if (from && below == most) return;
     struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest,
                         span->tries};
-    /* there is no double between the ends, so no shift can separate the eigenvalues */
+    /* no double lies between the ends, so no shift can separate the eigenvalues */
     if (!from && count) {
         values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
         return;
@@ -216,8 +214,8 @@ static void values_cut(struct pend_values *v, const struct span *span, int count
     values_file(v, span, part);
 }
 
-/* One round: takes spans from the end of the list, counts at their next shifts, and stores the
- * smaller spans. */
+/* One round: takes spans from the end of the list, counts at their next shifts, and puts the
+ * smaller spans into the list. */
 static void values_round(struct pend_values *v) {
     struct pend_modes_probe probe[VALUES_BATCH];
     struct span span[VALUES_BATCH];
@@ -267,7 +265,7 @@ enum pend_status pend_values_new(struct pend_values **values,
                                  double value[]) {
     assert(pend_laplacian_valid(laplacian));
     assert(first >= 0 && count >= 0 && count <= laplacian->n - first);
-    /* every span contains a requested value, and each round adds at most as many spans as shifts */
+    /* every span has a requested value, and a round adds at most as many spans as shifts */
     struct pend_values *v = *values =
         malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
     if (!v) return PEND_NO_MEMORY;

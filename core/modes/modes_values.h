@@ -10,12 +10,12 @@
 struct pend_values;
 
 /**
- * Begins to search for the eigenvalues number first .. first + count - 1 of L x = lambda M x,
+ * Starts the search for the eigenvalues number first .. first + count - 1 of L x = lambda M x,
  * counted from the smallest.
  *
- * Multisection isolates them. Laguerre's iteration, whose step follows from each count without
- * another sweep, converges to them, within the intervals that the counts guarantee. An eigenvalue
- * takes about 4 sweeps over the tree.
+ * Multisection isolates them. Laguerre's iteration then converges to them, within the intervals
+ * that the counts guarantee; its step follows from the sweep that counts. An eigenvalue takes about
+ * 4 sweeps over the tree.
  *
  * values            out; NULL on failure; released by pend_values_free.
  * laplacian, value  must outlive the search; the laplacian must not change meanwhile.

@@ -11,8 +11,8 @@
 /* vectors whose eigenvalues have a smaller relative difference are orthogonalized */
 #define VECTORS_NEAR 2e-3
 
-/* a vector with more neighbours is computed in double-double, after which only eigenvalues within
- * the second value count as close */
+/* a vector with more close neighbours is computed in double-double, where only eigenvalues within
+ * VECTORS_NEAR_FINE count as close */
 enum { VECTORS_CROWD = 16 };
 #define VECTORS_NEAR_FINE 1e-11
 
@@ -21,17 +21,17 @@ enum { VECTORS_TRIES = 8 };
 /* smaller components along other vectors are not removed */
 #define VECTORS_SLIGHT 2e-14
 
-/* the number of vectors onto which one call projects */
+/* number of vectors onto which one call projects */
 enum { VECTORS_PIECE = 64 };
 
-/* The state of the orthogonalization of vector `number`, of norm 1: it repeats projections until no
- * component along the others remains, and inverse iteration if the rest of the vector is too
- * small. */
+/* The state of the orthogonalization of vector `number`, of norm 1. Projections are repeated until
+ * no component along the others remains; inverse iteration is repeated if too little of the vector
+ * remains. */
 struct settling {
-    int first; /* the first vector among those to which this one is orthogonalized */
-    int next;  /* the first vector that this pass has not reached */
+    int first; /* the first vector to which this one is orthogonalized */
+    int next;  /* the next vector onto which this pass projects */
     int pass, try;
-    int due;        /* iterations always done, because a random start contains every mode */
+    int due;        /* number of iterations always done: a random start contains every mode */
     double squares; /* the sum of the squares of the components that this pass removed */
     double left;    /* the norm of the vector after projection; 1 if nothing was removed */
 };
@@ -43,15 +43,15 @@ struct pend_vectors {
     int twisted; /* number of vectors computed by the twisted factorization */
     int number;  /* the number of the current vector */
     struct settling settling;
-    int begin;           /* the first vector that is close by the wider tolerance */
-    int begin_fine;      /* the first vector that is close by the narrower tolerance */
+    int begin;           /* the first vector close to the current one by the wider tolerance */
+    int begin_fine;      /* the first vector close to the current one by the narrower tolerance */
     int coarse;          /* first vector from `begin` on not computed in double-double */
     unsigned char *fine; /* for each vector, non-zero if it is computed in double-double */
     double **vector;
-    double *tips; /* tip displacements of the last `rows` vectors, vector k in row k % rows */
-    int rows;     /* 0 when no vector has a near neighbour */
+    double *tips; /* tip displacements of the last `rows` vectors; vector k is in row k % rows */
+    int rows;     /* number of these rows; 0 when no vector has a close neighbour */
     double *load, *pivot; /* n doubles each */
-    double *work;         /* memory of the kernel, at the end of the block */
+    double *work;         /* scratch of the kernel, at the end of the block */
 };
 
 PEND_VALIDATOR vectors_valid(const struct pend_vectors *v) {
@@ -64,7 +64,7 @@ static int vectors_within(const struct pend_vectors *v, int a, int b, double par
     return v->value[b] - v->value[a] <= part * fmax(fabs(v->value[a]), fabs(v->value[b]));
 }
 
-/* true if two vectors, in ascending order, must be orthogonalized */
+/* true if two vectors, the second with the larger eigenvalue, must be orthogonalized */
 static int vectors_near(const struct pend_vectors *v, int a, int b) {
     return vectors_within(v, a, b, v->fine[a] && v->fine[b] ? VECTORS_NEAR_FINE : VECTORS_NEAR);
 }
@@ -97,7 +97,7 @@ static double vectors_dot(int n, const double a[], const double b[]) {
     return total;
 }
 
-/* subtracts the components along some of the other vectors from vector `number`, and adds up their
+/* subtracts from vector `number` its components along some of the other vectors, and adds up their
  * squares */
 static void vectors_project(struct pend_vectors *v) {
     struct settling *s = &v->settling;
@@ -119,7 +119,7 @@ static void vectors_project(struct pend_vectors *v) {
     }
 }
 
-/* scales vector `number` to mass norm 1; returns its norm before */
+/* scales vector `number` to mass norm 1; returns its previous norm */
 static double vectors_scale(struct pend_vectors *v, int number) {
     int n = v->laplacian->n;
     double *x = v->vector[number], *tip = vectors_tip(v, number);
@@ -130,7 +130,7 @@ static double vectors_scale(struct pend_vectors *v, int number) {
     return norm;
 }
 
-/* replaces a vanishing pivot by round-off */
+/* replaces a pivot that vanishes by round-off */
 static double vectors_pivot(double t, double spring) {
     return t + spring != 0 ? t + spring : DBL_EPSILON * spring;
 }
@@ -140,7 +140,7 @@ static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
     const struct pend_laplacian *l = v->laplacian;
     double *x = v->vector[number], *tip = vectors_tip(v, number), *load = v->load,
            *pivot = v->pivot;
-    /* elimination from the leaves; pivot: without the node's own spring */
+    /* elimination from the leaves; `pivot` does not contain the node's own spring */
     for (int k = 0; k < l->n; k++) {
         load[k] = l->mass[k] * tip[k];
         pivot[k] = -shift * l->mass[k];
@@ -150,13 +150,13 @@ static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
         pivot[l->parent[k]] += ratio * pivot[k];
         load[l->parent[k]] += ratio * load[k];
     }
-    /* from the root outwards; the difference to the parent's displacement gives the arm's angle */
+    /* from the root outwards; the difference from the parent gives the arm's angle */
     for (int k = 0; k < l->n; k++) {
         double from = k ? tip[l->parent[k]] : 0, d = vectors_pivot(pivot[k], l->spring[k]);
         x[k] = (load[k] - pivot[k] * from) / d / l->len[k];
         tip[k] = (load[k] + l->spring[k] * from) / d;
     }
-    /* the orthogonalization uses the tip displacements of the rounded angles */
+    /* the orthogonalization needs the tip displacements of the rounded angles */
     for (int k = 0; k < l->n; k++) tip[k] = (k ? tip[l->parent[k]] : 0) + l->len[k] * x[k];
     vectors_scale(v, number);
 }
@@ -172,15 +172,16 @@ static void vectors_start(int n, int number, double x[]) {
     }
 }
 
-/* starts another pass over all neighbours */
+/* starts another pass over all close vectors */
 static void settling_pass(struct settling *s, int pass) {
     s->pass = pass;
     s->next = s->first;
     s->squares = 0;
 }
 
-/* A step of the orthogonalization of vector `number`; true once its residual is round-off. A pass
- * that lost digits is repeated; if little of the vector remains, inverse iteration is repeated. */
+/* One step of the orthogonalization of vector `number`; returns true once its residual is
+ * round-off. A pass that lost digits is repeated; if little of the vector remains, so is inverse
+ * iteration. */
 static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
     struct settling *s = &v->settling;
     vectors_project(v);
@@ -209,8 +210,8 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
 }
 
 /* Vectors begin .. begin + lanes - 1 by twisted factorization. Tip displacements are stored only
- * for vectors with neighbours by the wider tolerance: two adjacent double-double vectors may be
- * close to a further vector although not to each other. */
+ * for vectors with close neighbours by the wider tolerance: two adjacent double-double vectors may
+ * be close to a third vector although not to each other. */
 static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best());
     int count = v->count;
@@ -247,7 +248,7 @@ static int vectors_crowds(struct pend_vectors *v, int lanes) {
     return any;
 }
 
-/* returns the largest number of vectors to which one is orthogonalized, with those in between */
+/* the largest number of vectors from the first of an orthogonalization to the vector itself */
 static int vectors_window(struct pend_vectors *v) {
     int window = 0;
     for (int number = 1; number < v->count; number++) {
@@ -283,7 +284,7 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors,
     return PEND_OK;
 }
 
-/* continues with the next vector */
+/* moves on to the next vector */
 static void vectors_next(struct pend_vectors *v) {
     if (++v->number == v->count) return;
     v->settling = (struct settling){.first = vectors_first(v, v->number), .left = 1};
@@ -299,7 +300,7 @@ enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
     } else if (v->number < v->count && vectors_settle(v, &status)) {
         vectors_next(v);
     }
-    /* vectors without neighbours are complete */
+    /* vectors without close neighbours are complete */
     while (v->number < v->count && v->number < v->twisted && v->settling.first == v->number)
         vectors_next(v);
     *done = v->number == v->count;

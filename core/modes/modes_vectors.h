@@ -13,18 +13,17 @@ struct pend_vectors;
 /**
  * Starts the computation of eigenvectors of mass norm 1.
  *
- * A twisted factorization computes each vector independently. Vectors whose eigenvalues are near
- * each other are then made orthogonal by Gram-Schmidt, after inverse iteration if they were almost
- * parallel.
+ * A twisted factorization computes each vector independently. Vectors with close eigenvalues are
+ * then made orthogonal by Gram-Schmidt; if they were almost parallel, inverse iteration precedes.
  *
  * vectors    out; NULL on failure; released by pend_vectors_free.
  * laplacian  must outlive the computation, as must the arrays.
  * count      number of vectors.
- * value      their eigenvalues, ascending, to full relative precision.
+ * value      `count` eigenvalues, ascending, to full relative precision.
  * lead       the node whose angle is to be positive.
  * vector     out, count pointers to n angles each, complete once the computation is done.
  *
- * PEND_NO_MEMORY  O(n), and O(g n) for g near neighbours.
+ * PEND_NO_MEMORY  O(n), and O(g n) for g close neighbours.
  */
 PEND_MUST_CHECK enum pend_status pend_vectors_new(struct pend_vectors **vectors,
                                                   const struct pend_laplacian *laplacian, int count,
@@ -32,7 +31,7 @@ PEND_MUST_CHECK enum pend_status pend_vectors_new(struct pend_vectors **vectors,
 
 /**
  * Continues the computation by a group of vectors, or by one step of the orthogonalization of a
- * vector. O(n) per step, O(count n) in total, and O(g n) more for a vector with g near neighbours.
+ * vector. O(n) per step, O(count n) in total, and O(g n) more for a vector with g close neighbours.
  *
  * done  out: non-zero once all vectors are complete.
  *

@@ -9,8 +9,8 @@
 #include "core/modes/kernel_response.h"
 #include "core/modes/rest.h"
 
-/* the largest ratio between the angles and those that each arm would have alone under its drive;
- * above it rounding errors determine the distance of the frequency from a mode */
+/* the largest ratio of the solution to what each arm would do by itself under its drive; beyond it,
+ * rounding errors determine how far the frequency is from a mode */
 static const double moved_most = 0x1p44;
 
 struct pend_response {
@@ -20,10 +20,10 @@ struct pend_response {
     struct response_node *node;
     int stable;
     double *phi;
-    double complex *turn;       /* n, the first of 5 n: e^{i phi} */
+    double complex *turn;       /* n, the start of 5 n numbers: e^{i phi} */
     double complex *joint_rest; /* n: the force at the joint at rest, N */
-    double complex *tip_rest;   /* n: the force at the tip at rest */
-    double complex (*tip)[2];   /* n: the force at the tip in one lane, N */
+    double complex *tip_rest;   /* n: the force at the tip at rest, N */
+    double complex (*tip)[2];   /* n: the amplitude of the force at the tip for one frequency, N */
 };
 
 static enum pend_status response_fill(struct pend_response *response, struct pend_error *error) {
@@ -107,7 +107,7 @@ static double complex response_of(const struct response_lanes *from, int lane) {
     return from->re[lane] + I * from->im[lane];
 }
 
-/* the component of a force along a direction of the arm, which has turned by `angle` */
+/* the component of a force along a direction fixed to the arm, which has turned by `angle` */
 static double complex response_along(double complex way, const double complex force[2],
                                      double complex angle, double complex rest) {
     double complex swing = I * way;
@@ -115,7 +115,7 @@ static double complex response_along(double complex way, const double complex fo
            angle * (creal(swing) * creal(rest) + cimag(swing) * cimag(rest));
 }
 
-/* the forces that the tips exert on masses and arms there, in the fixed frame */
+/* computes the forces that the tips exert on their masses and arms, in the fixed frame */
 static void response_tips(const struct pend_response *response, double omega, int lane) {
     assert(lane >= 0 && lane < RESPONSE_LANES);
     const unsigned char *hung = response->loads.terms ? response->loads.terms->hung : NULL;
@@ -134,7 +134,7 @@ static void response_tips(const struct pend_response *response, double omega, in
     }
 }
 
-/* all results of an arm */
+/* stores all results of an arm for one frequency */
 static void response_parts(const struct pend_response *response, int k, int lane,
                            double complex out[PEND_RESPONSE_PARTS]) {
     const struct linear_arm *arm = response->arms.arm + k;
@@ -152,7 +152,7 @@ static void response_parts(const struct pend_response *response, int k, int lane
     out[PEND_RESPONSE_TIP_ACROSS] = response_along(I * turn, response->tip[k], angle, tip);
 }
 
-/* stores the results of a lane; returns 0, and stores zeros, if they are not defined */
+/* stores the results of one frequency; returns 0, and stores zeros, if they are undefined */
 static int response_give(struct pend_response *response, const struct response_sweep *sweep,
                          int lane, double *const re[], double *const im[]) {
     size_t n = (size_t)response->tree->n, row = (size_t)lane * n;

@@ -11,15 +11,15 @@
 /* Number of frequencies that are computed at once. */
 enum { PEND_RESPONSE_LANES = 8 };
 
-/* The results for each arm. Forces are differences from the forces at rest, in the rotating frame
- * of the arm, as in bodies_forces. */
+/* The results for each arm. Forces are differences from those at rest, in the rotating frame of the
+ * arm, as in struct bodies_forces. */
 enum pend_response_part {
     PEND_RESPONSE_ANGLE,        /* rad */
     PEND_RESPONSE_X,            /* m, of the tip, including the pivot's motion */
     PEND_RESPONSE_Y,            /* m */
     PEND_RESPONSE_JOINT_ALONG,  /* N */
     PEND_RESPONSE_JOINT_ACROSS, /* N */
-    PEND_RESPONSE_TIP_ALONG,    /* N: the paper's lambda */
+    PEND_RESPONSE_TIP_ALONG,    /* N, the paper's lambda */
     PEND_RESPONSE_TIP_ACROSS,   /* N */
     PEND_RESPONSE_PARTS
 };
@@ -27,7 +27,7 @@ enum pend_response_part {
 /* Complex amplitudes f of the drives. */
 struct pend_response_drive {
     double pivot_re[2], pivot_im[2]; /* m, of the pivot's x and y */
-    const double *couple_re; /* n, N m, stored order: torque on the arm, and with the opposite sign
+    const double *couple_re; /* n torques, N m, stored order: on the arm, and with the opposite sign
                               * on its parent, unless the parent is a cart; NULL = none */
     const double *couple_im;
 };
@@ -71,7 +71,7 @@ int pend_response_stable(const struct pend_response *response);
  * re, im   out: for each part count x n numbers, stored order; NULL if not needed.
  * defined  out, count flags: 0 if the amplitude is infinite or too sensitive to the last digits of
  *          the frequency: at the frequency of an undamped mode, or at 0 without a restoring force.
- *          Its numbers are 0.
+ *          The results are then 0.
  *
  * The bits of a frequency do not depend on the others. Cannot fail; O(n).
  */

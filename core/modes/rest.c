@@ -6,12 +6,12 @@
 #include <stdlib.h>
 
 enum { STEPS_MOST = 200, FALLS_MOST = 1000, HALVINGS_MOST = 40 };
-static const double angle_most = 0.5;   /* rad, the largest change of an arm in a step */
-static const double least_pivot = 0.05; /* least elimination pivot when minimizing, relative to its
-                                         * largest possible value */
-static const double least_fall = 1e-4;  /* least decrease, relative to the predicted one */
+static const double angle_most = 0.5;   /* rad, the largest change of an angle in a step */
+static const double least_pivot = 0.05; /* smallest elimination pivot when minimizing, relative to
+                                         * its largest possible value */
+static const double least_fall = 1e-4;  /* least accepted decrease, relative to the predicted one */
 
-/* data of an arm during the search for an equilibrium */
+/* data of an arm during the search */
 struct rest_node {
     struct rest_body body;
     double spring, torque; /* N m/rad; constant torque, N m */
@@ -114,9 +114,9 @@ static double rest_bent(const struct pend_tree *tree, const struct pend_loads *l
 }
 
 /* The gradient of the potential energy, and the diagonal of its second derivative. Returns the
- * gradient's largest entry relative to its largest term. The term of a spring uses the angles
- * themselves, whose rounding errors it magnifies, because its deflection may be 0. Forces on a cart
- * and torques on arms are compared separately. */
+ * gradient's largest entry relative to the largest term, comparing forces on a cart and torques on
+ * arms separately. The term of a spring counts with its angles, not their difference, because it
+ * magnifies their rounding errors even if its deflection is 0. */
 static double rest_slopes(const struct pend_tree *tree, const struct pend_loads *loads,
                           const double phi[], struct rest_node node[]) {
     double most[2] = {0, 0}, size[2] = {0, 0}, pull[2];
@@ -149,8 +149,8 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
 }
 
 /* Eliminates the arms, from the leaves on, in the matrix of second derivatives, whose off-diagonal
- * entries are the springs. Returns true if all elimination pivots are positive. When minimizing,
- * makes them positive. */
+ * entries are the springs. Returns true if all elimination pivots are positive. If `down`
+ * (minimizing), replaces smaller ones by positive numbers. */
 static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                           struct rest_node node[]) {
     int positive = 1;
@@ -176,8 +176,8 @@ static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads 
     return positive;
 }
 
-/* Computes Newton's step from the factors; 0 if it is not finite. `fall`: the decrease of the
- * potential energy per small fraction of the step. */
+/* Computes Newton's step from the factors; returns 0 if it is not finite. `fall`: the decrease of
+ * the potential energy along the step, to first order. */
 static int rest_step(const struct pend_tree *tree, const struct pend_loads *loads,
                      struct rest_node node[], double *fall) {
     double most = 0;
@@ -191,14 +191,14 @@ static int rest_step(const struct pend_tree *tree, const struct pend_loads *load
         *fall += right / node[k].pivot * right;
         if (!rest_cart(loads, k)) most = fmax(most, fabs(node[k].step));
     }
-    // the force on a cart does not depend on its position
+    // a cart's step is not shortened: the force on the cart does not depend on its position
     double part = most > angle_most ? angle_most / most : 1;
     for (int k = 0; k < tree->n; k++) node[k].step *= rest_cart(loads, k) ? 1 : part;
     *fall *= part;
     return 1;
 }
 
-/* the potential energy, and the sum of the sizes of its terms, which bounds its rounding error */
+/* the potential energy; also the sum of the sizes of its terms, which bounds its rounding error */
 static double rest_height(const struct pend_tree *tree, const struct pend_loads *loads,
                           const double phi[], const struct rest_node node[], double *size) {
     double height = 0, pull[2];
@@ -216,7 +216,7 @@ static double rest_height(const struct pend_tree *tree, const struct pend_loads 
     return height;
 }
 
-/* takes a step; minimizing shortens it until the potential energy decreases; 0 if it never does */
+/* takes a step, which `down` shortens until the potential energy decreases; 0 if it never does */
 static int rest_move(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                      struct rest_node node[], double phi[], double fall) {
     double size, part = 1, height = down ? rest_height(tree, loads, phi, node, &size) : 0;
@@ -231,7 +231,7 @@ static int rest_move(const struct pend_tree *tree, const struct pend_loads *load
     return 0;
 }
 
-/* searches for the equilibrium from phi; true if found */
+/* searches for the equilibrium from phi; returns true if it is found */
 static int rest_search(const struct pend_tree *tree, const struct pend_loads *loads, int down,
                        struct rest_node node[], double phi[], int *stable) {
     const int most = down ? FALLS_MOST : STEPS_MOST;

@@ -10,12 +10,12 @@
 /* Mass properties of an arm in its own frame: alone, or with the masses of its sub-tree as points
  * at the joints. */
 struct rest_body {
-    double mass;      /* kg */
+    double mass;      /* kg, mass */
     double moment[2]; /* kg m, sum of m p about the joint, along and across the arm */
     double inertia;   /* kg m^2 about the joint */
 };
 
-/** Returns the mass properties of stored arm k alone: its tip, its rod, its body. O(1). */
+/** Returns the mass properties of stored arm k without its sub-tree: tip, rod and body. O(1). */
 struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_loads *loads, int k);
 
 /** Returns the linear drag of the tip of stored arm k, N s/m, at small speeds, in the form of a
@@ -40,7 +40,7 @@ void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *load
  * Adds to each arm's mass, first moment and inertia those of its sub-tree, whose arms count as
  * points at the joints.
  *
- * body  n, in: arms alone. O(n).
+ * body  n, in: arms without their sub-trees. O(n).
  */
 void pend_rest_gather(const struct pend_tree *tree, const struct pend_loads *loads,
                       struct rest_body body[]);

@@ -11,15 +11,15 @@
 
 enum { WIDE = 8, SWEEPS = 16, SOLVES = 4, VECTORS = 32 };
 
-/* vectors whose eigenvalues differ by less than this fraction of the largest are orthogonalized */
+/* relative to the largest eigenvalue: vectors with closer eigenvalues are orthogonalized */
 static const double near = 1e-7;
 
-/* an arm of a factorization */
+/* an arm in a factorization */
 struct still_factor {
     double pivot, lean[2]; /* D, a */
 };
 
-/* forms for WIDE values of s, as functions of the joint's position and the arm's angle */
+/* the form x^T T x at WIDE values of s, as a function of a joint's position and the arm's angle */
 struct still_form {
     double xx[WIDE], xy[WIDE], yy[WIDE], leanx[WIDE], leany[WIDE], pivot[WIDE];
 };
@@ -28,15 +28,15 @@ struct pend_still {
     const int *parent;
     int n, found; /* number of eigenvalues, and of vectors found so far */
     int bracketed;
-    double *low, *high;   /* n: brackets of the eigenvalues */
-    double *load, *joint; /* n; 2 n: load and joint velocities of a solution */
-    double *back;         /* n: g, plus the springs of all joints that turn the arm */
+    double *low, *high;   /* n brackets of the eigenvalues */
+    double *load, *joint; /* load and joint velocities of a solution: n and 2 n numbers */
+    double *back;         /* n: g plus the springs of all joints in which the arm turns */
     struct linear_arms arms;
     struct still_factor *factor;
     struct still_form *form;
 };
 
-/* g of each arm plus the springs of all joints that turn it; a spring relative to the ground
+/* sets g plus the springs of all joints in which an arm turns; a spring relative to the ground
  * belongs to one arm only */
 static void still_fill(struct pend_still *s, const struct pend_loads *loads) {
     double pull[2];
@@ -86,7 +86,7 @@ void pend_still_free(struct pend_still **still) {
 
 /* ---- counting */
 
-/* the forms of the arms alone, for WIDE values of s */
+/* computes the forms of the arms without their sub-trees, at WIDE values of s */
 static void still_alone(const struct pend_still *still, const double s[]) {
     for (int k = 0; k < still->n; k++) {
         const struct linear_arm *arm = &still->arms.arm[k];
@@ -101,7 +101,7 @@ static void still_alone(const struct pend_still *still, const double s[]) {
     }
 }
 
-/* eliminates arm k, whose form is complete, and adds the remaining form to that of its parent */
+/* eliminates arm k, whose form is complete, and adds the rest of the form to that of its parent */
 static void still_join(const struct linear_arm *arm, struct still_form *restrict own,
                        struct still_form *restrict up) {
     double x = arm->place[0], y = arm->place[1], k = arm->spring;
@@ -157,10 +157,10 @@ static void still_bracket(struct pend_still *still) {
     still->bracketed = 1;
 }
 
-/* true if halving the bracket of eigenvalue k further is useless */
+/* true if the bracket of eigenvalue k is too narrow to be halved */
 static int still_narrow(const struct pend_still *still, int k) {
     double low = still->low[k], high = still->high[k], most = still->high[still->n - 1];
-    // without a restoring force all eigenvalues are 0, and the bracket has no relative width
+    // if no force restores the arms, all eigenvalues are 0, and the bracket has no relative width
     return high - low <= 0x1p-51 * fmax(fabs(low), fabs(high)) + 0x1p-70 * most + 0x1p-1000;
 }
 
@@ -187,7 +187,7 @@ static int still_halve(struct pend_still *still, int *from) {
                 still->high[j] = middle[i];
             else
                 still->low[j] = middle[i];
-            // the bracket has changed, so the next one is compared with its old value
+            // skips brackets equal to the previous one before it changed
         }
     }
     return 1;
@@ -195,7 +195,7 @@ static int still_halve(struct pend_still *still, int *from) {
 
 /* ---- vectors */
 
-/* T at one value of s, factorized; uses lane 0 of the forms */
+/* factorizes T at one value of s, in lane 0 of the forms */
 static void still_factorize(const struct pend_still *still, double s) {
     double all[WIDE];
     for (int i = 0; i < WIDE; i++) all[i] = s;
@@ -275,7 +275,7 @@ static double still_dot(int n, const double x[], const double y[]) {
     return sum;
 }
 
-/* makes x orthogonal to the modes near mode j, and scales it to unit size; `load` becomes M x */
+/* makes x orthogonal to the modes close to mode j, and scales it to unit size; load becomes M x */
 static void still_orthogonal(const struct pend_still *still, const double square[],
                              const double vector[], int j, double x[]) {
     int n = still->n;
@@ -293,7 +293,7 @@ static void still_orthogonal(const struct pend_still *still, const double square
     for (int k = 0; k < n; k++) x[k] /= size, still->load[k] /= size;
 }
 
-/* a start with a component along every mode, different for each mode */
+/* a start with a component along every mode, and different for each mode */
 static void still_start(const struct pend_still *still, int j, double x[]) {
     unsigned long long seed = 0x9e3779b97f4a7c15ull * (unsigned long long)(j + 1);
     for (int k = 0; k < still->n; k++) {
@@ -302,7 +302,7 @@ static void still_start(const struct pend_still *still, int j, double x[]) {
     }
 }
 
-/* mode j by inverse iteration about its eigenvalue */
+/* computes mode j by inverse iteration about its eigenvalue */
 static void still_vector(const struct pend_still *still, const double square[], double vector[],
                          int j) {
     double *x = vector + (size_t)j * (size_t)still->n;
@@ -312,7 +312,7 @@ static void still_vector(const struct pend_still *still, const double square[], 
     for (int i = 0; i < SOLVES; i++) {
         still_orthogonal(still, square, vector, j, x);
         still_solve(still, still->load, x);
-        // scales down first, if entries have overflowed
+        // if entries have overflowed, scale down first
         double most = 0;
         for (int k = 0; k < still->n; k++) most = fmax(most, fabs(x[k]));
         for (int k = 0; k < still->n; k++) x[k] /= most;

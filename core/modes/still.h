@@ -3,15 +3,16 @@
  * Leaves to others: the equilibrium (rest), friction and drag (damped), ideal pendulums, which have
  * faster forms (modes).
  * Invariant: modes are sorted by omega^2; there are as many as coordinates, because each eigenvalue
- * is enclosed according to its number.
+ * is enclosed by counting.
  *
  * Derivation. T = K - s M, s = omega^2, acts on the angles x of the arms. With the displacement w
  * of its joint and its angle x, an arm adds to the form x^T T x
  *     -s (m |w|^2 + 2 <w, i h> x + J x^2) + g x^2 + k (x - x_p)^2,
  * h its first moment in fixed axes, g the stiffness of gravity, k its spring. From the leaves on, x
- * is eliminated. With D the coefficient of x^2 and <a, w> that of x, the remaining form of w and
- * x_p is P - a a^T / D, k a / D, k - k^2 / D; substituting w = w_p + i p x_p gives a form for the
- * parent. By Sylvester's law as many D are negative as eigenvalues are below s. */
+ * is eliminated. With D the coefficient of x^2 and <a, w> that of x, what remains is a form in w
+ * and x_p with the coefficients P - a a^T / D, k a / D and k - k^2 / D; substituting w = w_p + i p
+ * x_p gives a form for the parent. By Sylvester's law as many D are negative as eigenvalues are
+ * below s. */
 #pragma once
 
 #include "core/tree/loads.h"

@@ -9,9 +9,9 @@
 
 struct orbit_algebra {
     int rows;
-    double *factor;      /* rows^2 */
-    double *tau, *right; /* rows */
-    double *value;       /* 2 rows */
+    double *factor;      /* rows x rows numbers */
+    double *tau, *right; /* rows numbers each */
+    double *value;       /* 2 rows numbers */
     double block[];
 };
 
@@ -20,7 +20,7 @@ static size_t algebra_numbers(size_t rows) { return rows * rows + 4 * rows; }
 double pend_orbit_algebra_bytes(int rows) {
     assert(rows >= 1);
     double squared = (double)rows * rows;
-    return 16 * squared + 1024 + 32.0 * rows + 200.0 * rows; // plus the memory of GSL itself
+    return 16 * squared + 1024 + 32.0 * rows + 200.0 * rows; // plus memory of GSL
 }
 
 enum pend_status pend_orbit_algebra_new(struct orbit_algebra **algebra, int rows) {

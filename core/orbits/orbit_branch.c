@@ -36,7 +36,7 @@ static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
         orbits_predict(o);
 }
 
-/* the fraction of the branch covered so far, 1 at its end; sets the arm with the largest swing */
+/* the fraction of the branch covered so far, 1 at its end; *arm: that with the largest swing */
 static double orbits_way(const struct pend_orbits *o, const double u[], int *arm) {
     int n = o->newton.form.n;
     *arm = 0;
@@ -49,7 +49,7 @@ static double orbits_way(const struct pend_orbits *o, const double u[], int *arm
                : fabs(swing[*arm]) / o->problem.until;
 }
 
-/* searches the orbit exactly at the end of the branch, after a step beyond it */
+/* searches for the orbit exactly at the end of the branch, after a step beyond it */
 static void orbits_land(struct pend_orbits *o, double way, int arm) {
     struct orbit_newton *newton = &o->newton;
     int q = newton->unknowns;
@@ -77,8 +77,8 @@ static int orbits_take(struct pend_orbits *o) {
     return o->aim == FIRST || turn >= branch_bend;
 }
 
-/* true if the accepted orbit is beyond an end of the branch; then the branch ends, or the orbit at
- * that end is searched */
+/* if the accepted orbit is beyond an end of the branch, ends the branch or searches for the orbit
+ * at that end, and returns true */
 static int orbits_beyond(struct pend_orbits *o) {
     int arm;
     double way = orbits_way(o, o->next.u, &arm);
@@ -94,7 +94,7 @@ static int orbits_beyond(struct pend_orbits *o) {
     return 1;
 }
 
-/* the orbit found becomes the last one of the branch */
+/* makes the orbit found the last one of the branch */
 static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_found *found,
                                       struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -135,7 +135,7 @@ static int orbits_closes(struct pend_orbits *o) {
     return missed <= branch_missed * chord;
 }
 
-/* continues from the orbit found, or ends */
+/* starts the next step from the orbit found, or ends */
 static void orbits_forward(struct pend_orbits *o) {
     int q = o->newton.unknowns, first = o->aim == FIRST, last = o->aim == LAST, arm;
     struct orbits_point keep = o->last;

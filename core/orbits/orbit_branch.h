@@ -1,7 +1,7 @@
 /* The steps of a search along a branch.
  * Leaves to others: bifurcations between two orbits (orbit_change), the first orbit (orbits).
- * Invariant: an orbit is accepted only if the motion from its start returns, and a step only if the
- * branch turns little in it. */
+ * Invariant: an orbit is accepted only if a motion from its start returns there; a step is accepted
+ * only if the branch turns little in it. */
 #pragma once
 
 #include "core/orbits/orbit_change.h"

@@ -9,8 +9,8 @@
 
 enum { LOCATE_LOST = 1000 };
 
-/* distances from a bifurcation, in the unit of unknowns, at which the first orbit of its new branch
- * is searched, in this order */
+/* distances from a bifurcation, in the unit of the unknowns, at which the first orbit of the new
+ * branch is searched for, in this order */
 static const double change_aside[] = {5e-3, 2e-3, 1e-3, 1e-2, 3e-2};
 enum { ASIDE = sizeof change_aside / sizeof *change_aside };
 
@@ -33,9 +33,9 @@ int pend_orbit_change_far(const struct pend_orbits *o) {
     return most > far;
 }
 
-/* The unknowns at a fraction of the path between the two orbits, on a cubic curve. If another
- * branch crosses, the equations hardly change along it, and linear interpolation is not accurate
- * enough. */
+/* Interpolates the unknowns at a fraction of the path between the two orbits by a cubic. Linear
+ * interpolation is not accurate enough if another branch crosses, because the equations hardly
+ * change along that branch. */
 static void change_between_two(const struct pend_orbits *o, double part, double u[]) {
     int q = o->newton.unknowns;
     const double *a = o->last.u, *b = o->next.u, *from = o->last.along, *to = o->next.along;
@@ -55,7 +55,7 @@ static void change_locate_at(struct pend_orbits *o) {
     pend_orbit_search_begin(o, LOCATE);
 }
 
-/* True if a boundary lies between two orbits. For the unit circle: if more multipliers cross it
+/* True if a boundary lies between two orbits. For the unit circle it does if more multipliers cross
  * than at +1 and -1. */
 static int change_passes(const struct orbits_mark *a, const struct orbits_mark *b, int border) {
     int passed = abs(a->side[border] - b->side[border]);
@@ -63,7 +63,7 @@ static int change_passes(const struct orbits_mark *a, const struct orbits_mark *
     return passed > change_passes(a, b, ORBIT_PLUS) + change_passes(a, b, ORBIT_MINUS);
 }
 
-/* the boundary between two orbits that is located first; ORBIT_BORDERS: none */
+/* the first boundary between two orbits that is to be located; ORBIT_BORDERS if there is none */
 static int change_border(const struct orbits_mark *a, const struct orbits_mark *b) {
     static const int order[] = {ORBIT_TURN, ORBIT_PLUS, ORBIT_MINUS, ORBIT_AROUND};
     for (int i = 0; i < ORBIT_BORDERS; i++)
@@ -93,8 +93,8 @@ static void change_locate(struct pend_orbits *o) {
 }
 
 /* At a crossing of branches the equations are singular, and rounding errors decide whether an orbit
- * is found. Then the closest orbit found nearby is used instead. Returns 0 if no orbit was found
- * nearby. */
+ * is found. This searches for the closest orbit nearby instead. Returns 0 if every attempt was
+ * used. */
 static int change_locate_beside(struct pend_orbits *o) {
     int lost = o->tries / LOCATE_LOST;
     double away = change_beside * pow(5, lost) * (lost % 2 ? -1 : 1);
@@ -110,7 +110,7 @@ static int change_surely(const struct orbits_mark *mark, int border) {
     return mark->beyond[border] == mark->surely[border];
 }
 
-/* determines on which side of each boundary an orbit lies */
+/* determines the side of each boundary on which an orbit lies */
 static void change_sides(const struct pend_orbits *o, struct orbits_mark *mark) {
     mark->side[ORBIT_AROUND] = mark->outside;
     mark->side[ORBIT_TURN] = mark->test[ORBIT_TURN] > 0;
@@ -190,7 +190,7 @@ static int change_turns(const struct pend_orbits *o) {
     return (o->last.mark.test[ORBIT_TURN] > 0) != (o->next.mark.test[ORBIT_TURN] > 0);
 }
 
-/* the slope at an orbit, relative to the slopes at the last and the next orbit */
+/* the slope at an orbit, relative to the slopes at the last orbit and the next */
 static double change_slope(const struct pend_orbits *o, const struct orbits_mark *mark) {
     return fabs(mark->test[ORBIT_TURN]) /
            fmax(fabs(o->last.mark.test[ORBIT_TURN]), fabs(o->next.mark.test[ORBIT_TURN]));
@@ -209,7 +209,7 @@ static void change_tie(struct pend_orbits *o, struct orbits_mark *mark) {
     mark->side[ORBIT_AROUND] += same->side[ORBIT_AROUND] < mark->side[ORBIT_AROUND] ? -1 : 1;
 }
 
-/* true if the branch turns back between `low` and the nearest waiting orbit although no multiplier
+/* true if the branch turns back between `low` and the nearest orbit ahead although no multiplier
  * crosses +1 */
 static int change_touches(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
@@ -236,8 +236,8 @@ static int change_mark(struct pend_orbits *o, struct orbits_mark *mark) {
     return pend_orbit_search_dot(along, last, q) >= change_bend * sqrt(sizes);
 }
 
-/* Inserts an orbit between `low` and the nearest waiting orbit. An end that remains twice in a row
- * gets less weight (Illinois method). */
+/* Inserts an orbit between `low` and the nearest orbit ahead. An end that stays the same twice in a
+ * row gets less weight (Illinois method). */
 static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
     int below = change_border(&o->low, mark) == ORBIT_BORDERS;
     if (below) {
@@ -252,7 +252,7 @@ static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
     o->side = below ? -1 : 1;
 }
 
-/* true if exactly one bifurcation lies between `low` and the nearest waiting orbit */
+/* true if exactly one bifurcation lies between `low` and the nearest orbit ahead */
 static int change_single(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int passes[ORBIT_BORDERS], count = 0;
@@ -260,7 +260,7 @@ static int change_single(struct pend_orbits *o) {
     return count == 1 || (count == 2 && passes[ORBIT_PLUS] && passes[ORBIT_TURN]);
 }
 
-/* the kind of the bifurcation at the orbit found, as far as its multipliers determine it */
+/* the kind of the bifurcation at the orbit found, as far as multipliers determine it */
 static enum pend_orbits_kind change_kind(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int plus = o->border == ORBIT_PLUS, around = o->border == ORBIT_AROUND;
@@ -315,7 +315,7 @@ enum pend_status pend_orbit_change_halved(struct pend_orbits *o, enum pend_orbit
     return PEND_OK;
 }
 
-/* the orbit found is the bifurcation */
+/* reports the orbit found as the bifurcation */
 static enum pend_status change_tell(struct pend_orbits *o, enum pend_orbits_found *found,
                                     struct pend_error *error) {
     PEND_TRY(pend_orbit_search_tell(o, o->newton.u, error));
@@ -330,12 +330,12 @@ static enum pend_status change_tell(struct pend_orbits *o, enum pend_orbits_foun
     return PEND_OK;
 }
 
-/* the next orbit to search at a fold */
+/* which orbit near a fold is searched next */
 enum { BEYOND = 1, BEFORE, AT };
 
 /* The branch turns back at the orbit found, although no multiplier seems to cross +1 there. If
- * another branch meets this one, a multiplier touches +1. Orbits on both sides decide whether it
- * touches or crosses. */
+ * another branch meets this one, a multiplier only touches +1. Orbits on both sides decide which is
+ * the case. */
 static void change_touch(struct pend_orbits *o) {
     if (!o->beside++) o->touch = o->at;
     if (o->beside == BEFORE && o->touch - o->low.at <= change_near_turn) o->beside = AT;
@@ -346,7 +346,7 @@ static void change_touch(struct pend_orbits *o) {
     change_locate_at(o);
 }
 
-/* reports the bifurcation at the next orbit, because no orbit was found in between */
+/* reports the bifurcation at the next orbit, because none was found between the two */
 static enum pend_status change_unplaced(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
     struct pend_problem motion;
@@ -369,7 +369,7 @@ enum pend_status pend_orbit_change_lost(struct pend_orbits *o, enum pend_orbits_
     return PEND_OK;
 }
 
-/* true if the bifurcation between `low` and the nearest waiting orbit is at the orbit found */
+/* true if the bifurcation between `low` and the nearest orbit ahead is at the orbit found */
 static int change_exact(struct pend_orbits *o, const struct orbits_mark *mark, int border) {
     int single = change_single(o), folds = change_passes(&o->low, change_top(o), ORBIT_PLUS);
     if (change_top(o)->at - o->low.at <= change_short || o->tries >= CHANGE_MOST) return 1;

@@ -6,12 +6,12 @@
 
 #include "core/orbits/orbit_search.h"
 
-/** Starts to locate the next boundary between the last orbit and the next, in their order along the
+/** Starts to locate the next boundary between the last orbit and the next one, in order along the
  * branch. If there is no boundary, the branch continues. O(n). */
 void pend_orbit_change_next(struct pend_orbits *o);
 
 /**
- * Continues from an orbit found between the two: on one side of the boundary, or at it.
+ * Continues with an orbit found between the two: on one side of the boundary, or at it.
  *
  * found  out: a bifurcation, once it is located accurately enough.
  *
@@ -22,7 +22,7 @@ PEND_MUST_CHECK enum pend_status pend_orbit_change_between(struct pend_orbits *o
                                                            struct pend_error *error);
 
 /**
- * Determines the kind of a bifurcation from the motion over half of its orbit.
+ * Determines the kind of a bifurcation from the motion over half of its period.
  *
  * found  out: the bifurcation.
  *
@@ -38,8 +38,8 @@ PEND_MUST_CHECK enum pend_status pend_orbit_change_lost(struct pend_orbits *o,
                                                         enum pend_orbits_found *found,
                                                         struct pend_error *error);
 
-/** Leaves the branch at the bifurcation at which the unknowns are set: evaluates the equations of
- * the other branch there. O(n). */
+/** Prepares to leave the branch at the current bifurcation: evaluates the equations of the other
+ * branch there. O(n). */
 void pend_orbit_change_leave(struct pend_orbits *o);
 
 /**

@@ -6,8 +6,8 @@
 
 #include "core/orbits/orbit_constants.h"
 
-/* number of instants of a period; for driven pendulums and free orbits, a multiple of every tested
- * divisor */
+/* number of instants in a period, a multiple of every tested divisor, for driven pendulums and free
+ * orbits */
 enum { ALL = 840, PARTS = 8 };
 
 static size_t check_rows(int all) { return all ? ALL + 1 : PARTS + 1; }

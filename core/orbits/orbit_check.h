@@ -10,12 +10,11 @@
 struct orbit_check {
     int n;
     double closure;    /* distance between end and start: rad, or rates in the form's unit */
-    int divisor;       /* if the orbit already returns after a fraction of its period, the number of
-                        * repetitions; otherwise 1 */
-    double *amplitude; /* n: half of the difference between the extreme angles, if computed */
+    int divisor;       /* how often the orbit repeats within its period; 1 if it does not */
+    double *amplitude; /* n: half the difference between the extreme angles, if computed */
     /* state of the running motion */
     struct pend_run *run;
-    long steps; /* steps of all earlier motions */
+    long steps; /* number of steps of all earlier motions */
     int rows, done;
     double *t, *seen, *phi, *rate; /* instants; rows in the caller's order */
     double *block;
@@ -40,7 +39,7 @@ double pend_orbit_check_bytes(int n, int all);
 /**
  * Starts to check an orbit.
  *
- * motion  of pend_orbit_form_set.
+ * motion  from pend_orbit_form_set.
  *
  * PEND_NO_MEMORY, PEND_INVALID
  */

@@ -75,7 +75,7 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     assert(map->count == 2 * f->n);
     PEND_TRY(pend_orbit_mirrored(newton->algebra, f->n, map->phi_by, map->rate_by, map->energy_by,
                                  newton->form.omega, f->work, f->part_re, f->part_im));
-    // the half period maps the orbit to its mirror image, so the neutral multiplier is -1
+    // the half period maps the orbit to its mirror image, so that the neutral multiplier is -1
     for (int i = 0; i < f->n - 1; i++) {
         if (quarter) f->part_re[i] = -f->part_re[i], f->part_im[i] = -f->part_im[i];
         double im = fabs(f->part_im[i]) > floquet_driven ? f->part_im[i] : 0;
@@ -87,7 +87,7 @@ static enum pend_status floquet_mirrored(struct orbit_floquet *f, struct orbit_n
     return PEND_OK;
 }
 
-/* derivative of a motion with respect to its start, times `side`; rates in units of omega */
+/* the derivative of a motion with respect to its start, times `side`; rates in units of omega */
 static void floquet_matrix(const struct orbit_floquet *f, const struct orbit_newton *newton,
                            double side, double matrix[]) {
     int n = f->n, q = newton->map.count;

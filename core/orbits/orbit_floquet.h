@@ -17,7 +17,7 @@ struct orbit_floquet {
      * complex pair counts as two. */
     int beyond[ORBIT_REAL], surely[ORBIT_REAL], outside;
     double test[ORBIT_REAL]; /* changes sign when a real multiplier crosses a boundary */
-    int stable;              /* no small disturbance grows exponentially */
+    int stable;              /* whether no small disturbance grows exponentially */
     double growth;           /* the largest size of a multiplier, at least 1 */
     double *part_re, *part_im, *work;
     double *block;
@@ -49,8 +49,8 @@ PEND_MUST_CHECK enum pend_status pend_orbit_floquet_at(struct orbit_floquet *flo
                                                        struct orbit_newton *newton);
 
 /**
- * Tests whether a neutral disturbance breaks the mirror symmetry of an orbit of a driven pendulum:
- * the half period then maps the disturbance to minus its mirror image.
+ * Tests whether a neutral disturbance breaks the mirror symmetry of a driven pendulum's orbit. It
+ * does if the half period maps the disturbance to minus its mirror image.
  *
  * newton  has evaluated half of the orbit; the multipliers of the whole orbit are not changed.
  * breaks  out.

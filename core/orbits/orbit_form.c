@@ -52,7 +52,7 @@ static int form_mirrors(const struct orbit_form *form) {
     return 1;
 }
 
-/* selects mode j of a real pendulum, among those that swing */
+/* selects the requested mode of a real pendulum, among those that swing */
 static enum pend_status form_damped(struct orbit_form *form, struct pend_error *error) {
     const struct pend_orbit_problem *p = form->problem;
     struct pend_damped *modes;
@@ -119,7 +119,7 @@ int pend_orbit_form_against(struct orbit_form *form) {
     return 1;
 }
 
-/* of three or more equal branches, finds the two with the largest opposite motion in the mode */
+/* of three or more equal branches, finds the two whose opposite motion in the mode is largest */
 static void form_twins(struct orbit_form *form) {
     static const double still = 1e-9;
     double most = still, other = 0;
@@ -134,7 +134,7 @@ static void form_twins(struct orbit_form *form) {
         if (likes < 3 || !b || apart <= most) continue;
         most = apart, form->twins = likes, form->twin[0] = a, form->twin[1] = b;
     }
-    // the mode may already have that shape
+    // the mode may have that shape already
     if (!pend_orbit_form_against(form)) return;
     for (int k = 0; k < form->n; k++) other = fmax(other, fabs(form->phi[k] - form->shape[k]));
     form->against = other <= still;
@@ -197,7 +197,7 @@ static size_t form_terms(const struct pend_orbit_problem *problem) {
     return problem->loads.terms ? (size_t)problem->loads.terms->count : 0;
 }
 
-/* for real pendulums all modes are computed, with dense matrices for few arms */
+/* for a real pendulum, memory to compute all modes, with dense matrices if it has few arms */
 double pend_orbit_form_bytes(const struct pend_orbit_problem *problem) {
     double n = problem->tree->n, terms = (double)form_terms(problem);
     return 8 * (double)form_numbers((size_t)n, (size_t)terms) +
@@ -262,14 +262,14 @@ double pend_orbit_form_value(const struct orbit_form *form, const double u[]) {
     return form->from + u[form->equations] * (form->problem->to - form->from);
 }
 
-/* number of periods in the span of a motion */
+/* number of periods in the time span of a motion */
 static double form_spans(const struct orbit_form *form) {
     static const double parts[] = {
         [ORBIT_QUARTER] = 4, [ORBIT_HALF] = 2, [ORBIT_FREE] = 1, [ORBIT_DRIVEN] = 1};
     return form->kind == ORBIT_FREE && form->mirrored ? 2 : parts[form->kind];
 }
 
-/* increase of the span, s, without a drive, if the period grows by 1 in its unit */
+/* by how much the span, s, grows without a drive if the period grows by 1 in its unit */
 static double form_later(const struct orbit_form *form) {
     assert(form->kind != ORBIT_DRIVEN);
     return 2 * M_PI / form->omega * form->times / form_spans(form);
@@ -327,7 +327,7 @@ static enum pend_status form_tree(struct orbit_form *form, double value, struct 
     return PEND_OK;
 }
 
-/* sets the varied number in the pendulum, and appends its parameters to those of the map */
+/* sets the varied number in the pendulum, and adds its parameters to those of the map */
 static enum pend_status form_vary(struct orbit_form *form, const double u[],
                                   struct pend_error *error) {
     const struct pend_orbit_problem *p = form->problem;

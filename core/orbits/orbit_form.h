@@ -22,26 +22,26 @@ enum orbit_kind { ORBIT_QUARTER, ORBIT_HALF, ORBIT_FREE, ORBIT_DRIVEN };
 struct orbit_form {
     enum orbit_kind kind;
     const struct pend_orbit_problem *problem;
-    int n, equations, turns; /* turns: non-zero if adding whole turns to an arm changes nothing */
-    int times;               /* number of periods of the drive, or of the first branch's orbit */
-    int mirrored;            /* the orbit is its own mirror image after half of its period */
-    int turning;             /* for ORBIT_FREE: the arm that turns back at the start */
+    int n, equations, turns; /* arms, equations; turns: arms whose whole turns change nothing */
+    int times;               /* number of periods of the drive, or of the first branch's orbits */
+    int mirrored;            /* whether it is its own mirror image after half of its period */
+    int turning;             /* for ORBIT_FREE, the arm whose rate is 0 at the start */
     int twins, twin[2];      /* number of equal branches on one joint, 0 if fewer than three; first
                               * arms of the two branches with the largest opposite motion */
-    int against;             /* these two swing against each other, and all other arms hang still */
+    int against;             /* whether these swing against each other and all others hang still */
     double omega;            /* rad/s, frequency of the mode or of the drive: the unit of rates */
     double from;             /* start value of the varied number */
-    double rest_potential;   /* J */
+    double rest_potential;   /* J, potential energy at the equilibrium */
     double *rest, *rest_low; /* n: the equilibrium, rad */
     double *shape;           /* n: the mode, scaled to a largest angle of 1 */
     /* the pendulum and the start for a given list of unknowns */
-    struct pend_tree *tree; /* NULL: the problem's */
+    struct pend_tree *tree; /* NULL: the problem's tree */
     struct pend_loads loads;
-    double *value; /* values of its terms */
+    double *value; /* values of the terms */
     double *phi, *phi_low, *rate;
-    int halved;       /* the map covers half of the span, to evaluate half of an orbit */
+    int halved;       /* whether the map covers only half of the span */
     double span;      /* s, time of the map */
-    int count, slope; /* parameters of the map; index of the first parameter of the varied number */
+    int count, slope; /* parameters of the map; index of the first one of the varied number */
     struct pend_parameter *parameter;
     double *weight; /* weights of the parameters from `slope` on */
     double *block;
@@ -94,7 +94,7 @@ PEND_MUST_CHECK enum pend_status pend_orbit_form_set(struct orbit_form *form, co
                                                      struct pend_error *error);
 
 /**
- * Computes the equations and their derivatives from a map of the unknowns set before.
+ * Computes the equations and their derivatives from a map of the unknowns that were set last.
  *
  * F  out, `equations` values, 0 at an orbit.
  * J  out, rows of equations + 1, as many as equations.
@@ -114,7 +114,8 @@ int pend_orbit_form_double(struct orbit_form *form);
  * their joint at rest. With three equal branches each frequency is double, and other shapes may
  * have no branch to larger swings.
  *
- * Returns false, and changes nothing, without three equal branches or if that is the shape already.
+ * Returns false, and changes nothing, if there are no three equal branches or the mode has that
+ * shape already.
  */
 int pend_orbit_form_against(struct orbit_form *form);
 
@@ -133,11 +134,11 @@ void pend_orbit_form_unmirror(struct orbit_form *form);
 void pend_orbit_form_free(struct orbit_form *form, int turning);
 
 /** Returns the distance from the start (side 1), or from the mirror image of the start about
- * hanging (side -1), to the end of a map; without a map, to the start itself. Unit: rad, and rates
- * in the form's unit. O(n). */
+ * hanging (side -1), to the end of a map, or without a map to the start itself. Unit: rad, and
+ * rates in the form's unit. O(n). */
 double pend_orbit_form_apart(const struct orbit_form *form, const struct orbit_map *map, int side);
 
-/** Returns the whole period of the list of unknowns set before, s. O(1). */
+/** Returns the whole period of the unknowns that were set last, s. O(1). */
 double pend_orbit_form_period(const struct orbit_form *form);
 
 /** Returns the varied number, in its unit, for a list of unknowns. O(1). */

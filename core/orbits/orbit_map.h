@@ -12,12 +12,12 @@ struct orbit_map {
     int n, most, count;       /* arms; capacity for parameters; parameters of the last map */
     double *phi, *rate, *acc; /* rad, rad/s, rad/s^2 at the end */
     double *phi_by, *rate_by; /* their derivatives, with respect to the parameters */
-    double energy;            /* J, at the start */
-    double *energy_by;        /* count, the derivatives of the energy */
+    double energy;            /* J, energy at the start */
+    double *energy_by;        /* count derivatives of the energy */
     /* state of a running map */
     const int *place;
     struct pend_derivatives *motion;
-    double *instant; /* 2, s */
+    double *instant; /* 2 instants, s */
     double *row;     /* values and derivatives, in the caller's order */
     long row_next;
     double *block;

@@ -69,7 +69,7 @@ double pend_orbit_newton_slope(const struct orbit_newton *newton, const double a
     return sum;
 }
 
-/* appends the period after the rates, which are 0 */
+/* appends the period after the rates, which are set to 0 */
 static void newton_widen(int n, double u[]) {
     assert(n >= 1);
     u[2 * n] = u[n];
@@ -90,7 +90,7 @@ static double newton_size(const double x[], int count) {
     return most;
 }
 
-/* sets the last row of J, and the residual of the closing equation */
+/* computes the last row of J and the residual of the closing equation */
 static double newton_close(struct orbit_newton *newton) {
     int q = newton->unknowns;
     double *row = newton->J + (size_t)(q - 1) * (size_t)q, sum = 0;
@@ -106,13 +106,13 @@ static double newton_close(struct orbit_newton *newton) {
     return sum - newton->value;
 }
 
-/* tries the current fraction of the step from the last accepted unknowns */
+/* tries the current fraction of the step, from the last accepted unknowns */
 static void newton_try(struct orbit_newton *newton) {
     for (int j = 0; j < newton->unknowns; j++)
         newton->u[j] = newton->good[j] + newton->part * newton->way[j];
 }
 
-/* a correction from far away: accepted only if the equations' error decreases */
+/* judges a correction far from the solution: accepted if the equations' error decreases */
 static enum orbit_newton_end newton_far(struct orbit_newton *newton, double correction) {
     int q = newton->unknowns;
     double size = newton_size(newton->F, q);
@@ -131,7 +131,7 @@ static enum orbit_newton_end newton_far(struct orbit_newton *newton, double corr
     return ORBIT_GOING;
 }
 
-/* a correction of the size of round-off: the solution is found, or still needs all derivatives */
+/* judges a correction of the size of round-off: the end, unless all derivatives are needed */
 static enum orbit_newton_end newton_last(struct orbit_newton *newton, double correction) {
     newton->last = correction;
     if (newton->whole && !newton->complete) return ORBIT_GOING;
@@ -164,7 +164,7 @@ static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     return ORBIT_GOING;
 }
 
-/* computes all derivatives if they cost nothing more or are likely to be needed */
+/* whether to compute all derivatives: if they cost nothing more, or are likely to be needed */
 static int newton_complete(const struct orbit_newton *newton) {
     enum { TOGETHER = 7 };
     int n = newton->form.n;

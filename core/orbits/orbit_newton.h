@@ -14,20 +14,20 @@ struct orbit_newton {
     struct orbit_map map;
     struct orbit_algebra *algebra;
     int unknowns;
-    double *u;      /* in: a guess; once found: the solution */
-    double *normal; /* closing equation: normal . u = value; */
+    double *u;      /* in: a guess; out: the solution */
+    double *normal; /* coefficients of the closing equation, normal . u = value */
     double value;
-    int energy;  /* non-zero: the closing equation is instead: energy above rest = value, J */
+    int energy;  /* non-zero: the closing equation is: energy above rest = value, J */
     int careful; /* non-zero: far from a solution; accepts only steps that reduce the error */
     int look;    /* non-zero: computes J at the guess instead of a solution; its last row is 0 */
     int whole;   /* non-zero: the map has all derivatives with respect to angles and rates */
     double *J;   /* of the solution: unknowns x unknowns, the last row is the closing equation */
     /* state of the search */
-    int iteration, under_way, complete; /* complete: the map has all derivatives */
+    int iteration, under_way, complete; /* whether the map has all derivatives */
     double *F, *delta, *good, *way;
     double last, part, size; /* last correction; tried fraction of `way`; size of F at `good` */
     struct pend_problem motion;
-    long steps, maps; /* total */
+    long steps, maps; /* totals */
     double *block;
 };
 
@@ -35,7 +35,7 @@ struct orbit_newton {
  * Prepares the method; finds the equilibrium and the mode.
  *
  * newton   out; released by pend_orbit_newton_clear, also after a failure.
- * problem  outlives it.
+ * problem  must outlive the method.
  *
  * PEND_NO_MEMORY, and the failures of pend_orbit_form_init.
  */
@@ -66,8 +66,8 @@ PEND_MUST_CHECK enum pend_status pend_orbit_newton_next(struct orbit_newton *new
 /**
  * Computes the direction of a branch at the solution found.
  *
- * along  unknowns: the direction has a positive product with it; out: the direction, its largest
- *        entry of size 1.
+ * along  in: the returned direction has a positive product with it; out: the direction, scaled to a
+ *        largest entry of size 1.
  *
  * Returns true if the direction could be computed.
  */
@@ -80,5 +80,5 @@ double pend_orbit_newton_energy(const struct orbit_newton *newton);
 double pend_orbit_newton_slope(const struct orbit_newton *newton, const double along[]);
 
 /** Switches to the equations and unknowns of free orbits. Also converts the solution and a
- * direction, which have space for the additional unknowns. */
+ * direction; both must have space for the additional unknowns. */
 void pend_orbit_newton_free(struct orbit_newton *newton, int turning, double direction[]);

@@ -8,7 +8,7 @@
 
 /* The end of a branch of orbits between two states of rest, which starts with small swings. */
 enum pend_orbit_target {
-    PEND_ORBIT_AMPLITUDE, /* rad: the largest angle of any arm from the equilibrium, at rest */
+    PEND_ORBIT_AMPLITUDE, /* rad: the largest angle of any arm at rest, from the equilibrium */
     PEND_ORBIT_ENERGY     /* J above the equilibrium */
 };
 
@@ -19,24 +19,24 @@ enum pend_orbit_vary {
     PEND_ORBIT_PARAMETER /* a length, a mass, gravity, or a number of the list of terms */
 };
 
-/* largest number of drive periods of an orbit, and of branch switches */
+/* largest number of drive periods in an orbit; largest number of branch switches */
 enum { PEND_ORBIT_PERIODS = 8, PEND_ORBIT_SWITCHES = 8 };
 
 struct pend_orbit_problem {
-    const struct pend_tree *tree; /* outlives the search, as do loads and starts */
+    const struct pend_tree *tree; /* must outlive the search, as must loads and starts */
     struct pend_loads loads;
-    int driven;  /* non-zero: orbits of a driven pendulum, else between two states of rest */
+    int driven;  /* non-zero: orbits of a driven pendulum; 0: orbits between two states of rest */
     int branch;  /* non-zero: report every orbit of the branch, otherwise only the last */
     int points;  /* largest number of steps along a branch, >= 1 */
-    double step; /* longest step, rad or as long in other unknowns; > 0 */
+    double step; /* longest step, rad, or of that length in other unknowns; > 0 */
     /* for orbits between two states of rest */
     int mode; /* index, from 0, among the modes that swing, slowest first */
     enum pend_orbit_target target;
-    double until; /* > 0 */
+    double until; /* > 0, the end of the branch */
     /* for orbits of driven pendulums */
     int periods; /* number of drive periods, 1 .. PEND_ORBIT_PERIODS */
     int settle;  /* periods of the drive that are integrated from the start before the search */
-    const double *phi, *rate; /* n: the state at the time 0, near an orbit */
+    const double *phi, *rate; /* n: the state at time 0, near an orbit */
     enum pend_orbit_vary vary;
     struct pend_parameter by; /* the varied parameter, for PEND_ORBIT_PARAMETER */
     double to;                /* end value of the varied number, in its unit */
@@ -46,7 +46,7 @@ struct pend_orbit_problem {
     int switches, leave[PEND_ORBIT_SWITCHES];
 };
 
-/** Returns the largest number of unknowns of an orbit of such a problem. O(1). */
+/** Returns the largest number of unknowns that an orbit of such a problem can have. O(1). */
 static inline int pend_orbit_unknowns(const struct pend_orbit_problem *problem) {
     return (problem->driven || problem->switches ? 2 : 1) * problem->tree->n + 1;
 }
@@ -63,8 +63,8 @@ enum pend_orbits_found {
 enum pend_orbits_end {
     PEND_ORBITS_REACHED, /* the requested end was reached */
     PEND_ORBITS_POINTS,  /* the largest allowed number of steps was used */
-    PEND_ORBITS_LOST,    /* no orbit was found beyond the last one, with any step */
-    PEND_ORBITS_MEETS,   /* beyond the last one, orbits have a fraction of the period */
+    PEND_ORBITS_LOST,    /* no orbit was found beyond the last one, even with the shortest step */
+    PEND_ORBITS_MEETS,   /* beyond the last one, the orbits have a fraction of the period */
     PEND_ORBITS_WILD,    /* beyond the last one, doubles cannot decide whether an orbit returns */
     PEND_ORBITS_BACK,    /* the branch of a driven pendulum returned to its start */
     PEND_ORBITS_CLOSED,  /* the branch is closed: it returned to its first orbit */
@@ -87,7 +87,7 @@ enum pend_orbits_kind {
 
 /* An orbit; arrays of n numbers in stored order, valid until the next call. */
 struct pend_orbit {
-    const double *phi, *phi_low, *rate; /* the start: at rest, or at the time 0 */
+    const double *phi, *phi_low, *rate; /* the start of the orbit: at rest, or at time 0 */
     const double *amplitude;            /* rad, from the equilibrium; for driven orbits, half of the
                                          * difference between the extremes at 841 instants */
     const double *re, *im;              /* 2 n multipliers */
@@ -96,7 +96,7 @@ struct pend_orbit {
     double value;                       /* value of the varied number; 0 if none */
     double closure;             /* distance of the motion's end from its start: rad, and rates
                                  * relative to the mode's or the drive's frequency */
-    int stable;                 /* no small disturbance grows exponentially */
+    int stable;                 /* whether no small disturbance grows exponentially */
     enum pend_orbits_kind kind; /* kind of a bifurcation */
-    int turns;                  /* for a bifurcation: the branch turns back there */
+    int turns;                  /* for a bifurcation: whether the branch turns back there */
 };

@@ -20,13 +20,13 @@ enum orbits_border {
     ORBIT_BORDERS
 };
 
-/* The side of each boundary on which an orbit lies. For +1 and -1: whether the number of real
- * multipliers beyond the boundary is odd. */
+/* The side of each boundary on which an orbit lies. For +1 and -1, `beyond` is odd or even by the
+ * number of real multipliers beyond the boundary. */
 struct orbits_mark {
     double at; /* fraction of the path from the last orbit to the next */
     int side[ORBIT_BORDERS];
     int beyond[ORBIT_REAL], surely[ORBIT_REAL], outside; /* as in orbit_floquet */
-    double test[ORBIT_TURN + 1]; /* changes sign at a boundary; for ORBIT_TURN the slope */
+    double test[ORBIT_TURN + 1]; /* changes sign at a boundary; for ORBIT_TURN it is the slope */
 };
 
 /* An orbit on its branch. */
@@ -45,34 +45,36 @@ struct pend_orbits {
     struct orbit_floquet floquet;
     struct orbit_check check;
     enum orbits_stage stage;
-    enum orbits_aim aim, came;      /* came: the aim of the search that found the next orbit */
+    enum orbits_aim aim, came;      /* aims of the current search, and of the one that found the
+                                     * next orbit */
     struct orbits_point last, next; /* the previous orbit, and the one being searched */
-    double begin, step, before;     /* lengths of the first step, the current one, the last one */
-    double swing;                   /* rad, first swing between two states of rest */
+    double begin, step, before;     /* lengths of the first step, of the current one, of the last */
+    double swing;                   /* rad, first swing of orbits between two states of rest */
     double *turned;                 /* direction at the orbit before the last one */
     double *home;                   /* 2 x unknowns: the first orbit of the branch, and its
                                      * direction there */
     double *leaving;                /* 2 x unknowns: direction of leaving the branch */
-    double way;                     /* progress at the last orbit, 1 = end of the branch */
-    int points;                     /* steps so far */
-    enum pend_orbits_end end, why;  /* why: the reason for which the last step failed */
+    double way;                     /* progress at the last orbit; 1 = end of the branch */
+    int points;                     /* number of steps so far */
+    enum pend_orbits_end end, why;  /* why: the reason why the last step failed */
     int part;
     /* Search for bifurcations between the two orbits. All bifurcations up to `low` are reported;
-     * the next one lies before the last of the `waiting` orbits. -1: no orbit was searched yet. */
+     * the next one lies before the last of the `waiting` orbits in `ahead`. waiting is -1 until an
+     * orbit was searched for. */
     struct orbits_mark low, ahead[ORBITS_AHEAD];
     int waiting, border, tries, side;
-    int known[ORBIT_REAL];           /* whether multipliers cross or remain at +1 or -1 */
-    int beside;                      /* orbits searched on either side of a fold */
+    int known[ORBIT_REAL];           /* how many multipliers cross or stay at +1 or -1 */
+    int beside;                      /* number of orbits searched for on either side of a fold */
     double at, touch, weight[2];     /* fractions of the path; weights of the tests at `low` and at
-                                      * the nearest waiting orbit */
-    enum pend_orbits_kind turned_at; /* as pend_orbits_turned */
-    int met;                         /* bifurcations of this branch so far */
+                                      * the nearest orbit ahead */
+    enum pend_orbits_kind turned_at; /* the kind that pend_orbits_turned returns */
+    int met;                         /* number of bifurcations of this branch so far */
     int left, attempts; /* branches left so far; attempts to find a new branch's first orbit */
     struct pend_orbit now;
     struct pend_run *settling;
-    long settled; /* steps of this integration */
+    long settled; /* number of steps taken while integrating drive periods before the search */
 
-    double *amplitude, *row, *block; /* row: the state of this integration */
+    double *amplitude, *row, *block; /* row: the state of that integration */
 };
 
 /** Returns true if the invariants of a search hold. For assertions. O(1). */
@@ -82,15 +84,15 @@ int pend_orbits_valid(const struct pend_orbits *orbits);
  * O(n). */
 void pend_orbit_search_small(struct pend_orbits *o);
 
-/** Sets the closing equation of the next search to the plane through newton.u with the given
- * normal. O(n). */
+/** Sets the closing equation of the next search to the plane through newton.u with the given normal
+ * vector. O(n). */
 void pend_orbit_search_plane(struct pend_orbits *o, const double normal[]);
 
-/** Starts Newton's method from newton.u, with that plane. O(n). */
+/** Starts Newton's method from newton.u with the closing equation that was set. O(n). */
 void pend_orbit_search_begin(struct pend_orbits *o, enum orbits_aim aim);
 
 /** Computes the tests of the multipliers of the orbit found, and the slope of its branch along a
- * direction. Does not change the sides and `at`. O(n). */
+ * direction. Leaves the sides and `at` of the mark unchanged. O(n). */
 void pend_orbit_search_mark(const struct pend_orbits *o, const double along[],
                             struct orbits_mark *mark);
 
@@ -102,7 +104,7 @@ double pend_orbit_search_dot(const double a[], const double b[], int count);
 void pend_orbit_search_over(struct pend_orbits *o, enum pend_orbits_end end);
 
 /**
- * Sets the reported orbit from a list of unknowns, for which the equations were set before.
+ * Sets the reported orbit from a list of unknowns that pend_orbit_form_set has set before.
  *
  * The failures of pend_orbit_form_set.
  */

@@ -53,7 +53,7 @@ static enum pend_status orbits_allocate(struct pend_orbits *o, struct pend_error
     return PEND_OK;
 }
 
-/* rad, a small swing in the mode, below the requested amplitude */
+/* sets *swing, rad, to a small swing in the mode, below the requested amplitude */
 static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
                                      struct pend_error *error) {
     enum { HALVES = 40 };
@@ -75,7 +75,7 @@ static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
     return PEND_OK;
 }
 
-/* starts with a small swing, or with the given start */
+/* starts from a small swing, or from the given start */
 static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], const double rate[],
                                      struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -93,7 +93,7 @@ static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], 
     return PEND_OK;
 }
 
-/* starts to integrate the start over whole periods of the drive */
+/* starts to integrate from the given start over whole periods of the drive */
 static enum pend_status orbits_settle(struct pend_orbits *o, struct pend_error *error) {
     const struct pend_orbit_problem *p = &o->problem;
     double span = p->settle * 2 * M_PI / o->newton.form.omega;
@@ -142,7 +142,7 @@ static long orbits_run_steps(const struct pend_run *run) {
     return run ? pend_run_stats(run).steps : 0;
 }
 
-/* the state after some periods of the drive becomes the start */
+/* makes the state after some periods of the drive the start */
 static enum pend_status orbits_settled(struct pend_orbits *o, struct pend_error *error) {
     size_t n = (size_t)o->newton.form.n;
     const int *place = o->problem.tree->place;
@@ -171,7 +171,7 @@ enum pend_status pend_orbits_next(struct pend_orbits *orbits, enum pend_orbits_f
     *found = PEND_ORBITS_NOTHING;
     if (orbits->stage == SETTLE) return orbits_settled(orbits, error);
     PEND_TRY(pend_orbit_branch_next(orbits, orbits_piece, found, error));
-    // on branches that the search leaves, only the end of the last branch is reported
+    // on branches that the search will leave, nothing but the end of the last branch is reported
     int before = orbits->left < orbits->problem.switches,
         last = orbits->stage == LEAVE && orbits->left == orbits->problem.switches - 1;
     if (before && !last && *found != PEND_ORBITS_END) *found = PEND_ORBITS_NOTHING;
@@ -257,7 +257,7 @@ static enum pend_status orbits_carry_form(struct pend_orbits *o,
     return PEND_OK;
 }
 
-/* the integer state of the search */
+/* saves or restores the integer state of the search */
 static void orbits_carry_place(struct pend_orbits *o, struct pend_checkpoint *checkpoint) {
     int over = o->stage == OVER, aim = (int)o->aim, end = (int)o->end, why = (int)o->why;
     int kind = (int)o->now.kind, turned = (int)o->turned_at;

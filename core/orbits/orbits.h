@@ -1,8 +1,8 @@
-/* Periodic orbits: nonlinear modes of conservative pendulums, orbits of driven ones, and their
- * branches, by shooting and pseudo-arclength continuation.
+/* Periodic orbits: nonlinear modes of conservative pendulums, orbits of driven pendulums, and
+ * branches of both, by shooting and pseudo-arclength continuation.
  * Leaves to others: the equations (orbit_form), multipliers (orbit_floquet), JSON (api).
  * Invariant: every reported orbit returned to its start in a motion computed independently of the
- * search; the remaining distance is reported. */
+ * search, and the remaining distance is reported. */
 #pragma once
 
 #include "core/base/checkpoint.h"
@@ -16,7 +16,7 @@ struct pend_orbits;
  * orbits   out; NULL on failure; released by pend_orbits_free.
  * problem  copied; the data that it points to must outlive the search.
  *
- * PEND_INVALID    the pendulum has no such mode, or no such drive; it is on a cart.
+ * PEND_INVALID    the pendulum has no such mode or drive, or is on a cart.
  * PEND_NO_MEMORY  O(n^2); the failures of modes.
  */
 PEND_MUST_CHECK enum pend_status pend_orbits_new(struct pend_orbits **orbits,
@@ -50,8 +50,8 @@ enum pend_orbits_end pend_orbits_end(const struct pend_orbits *orbits);
 /** Returns, for PEND_ORBITS_MEETS, the divisor m: orbits beyond the end have 1/m of the period. */
 int pend_orbits_part(const struct pend_orbits *orbits);
 
-/** Returns the kind of the last point at which the branch turned back without a fold because
- * another branch meets it; PEND_ORBITS_KINDS: no such point. O(1). */
+/** Returns the kind of the last point at which the branch turned back without a fold, because
+ * another branch meets it there; PEND_ORBITS_KINDS if there was no such point. O(1). */
 enum pend_orbits_kind pend_orbits_turned(const struct pend_orbits *orbits);
 
 /**
@@ -72,7 +72,7 @@ int pend_orbits_left(const struct pend_orbits *orbits);
 long pend_orbits_steps(const struct pend_orbits *orbits, long *maps);
 
 /** Returns true between two steps along a branch and at the end, when pend_orbits_carry may be
- * called; *steps: the number of steps. O(1). */
+ * called. *steps: the number of steps so far. O(1). */
 int pend_orbits_rests(const struct pend_orbits *orbits, long *steps);
 
 /**
