@@ -19,29 +19,23 @@ struct pend_checkpoint {
     size_t bytes; /* size of the memory at `at` */
 };
 
-/**
- * Passes a part: `bytes` bytes at `data`, which are saved, overwritten or only counted. A part that
- * exceeds the checkpoint's memory marks the checkpoint as unusable. O(bytes).
- */
+/** Passes a part: `bytes` bytes at `data`, which are saved, overwritten or only counted. A part
+ * that exceeds the checkpoint's memory marks the checkpoint as unusable. O(bytes). */
 void pend_checkpoint_part(struct pend_checkpoint *checkpoint, void *data, size_t bytes);
 
 /** Passes an array of `count` doubles, as pend_checkpoint_part. */
 void pend_checkpoint_row(struct pend_checkpoint *checkpoint, double row[], size_t count);
 
-/**
- * Passes an integer from 0 to `most`. A restored integer outside this range becomes 0 and marks the
- * checkpoint as unusable: restored bytes come from a disk, and must neither index beyond an array
- * nor overflow a later sum.
- */
+/** Passes an integer from 0 to `most`. A restored integer outside this range becomes 0 and marks
+ * the checkpoint as unusable: restored bytes come from a disk, and must neither index beyond an
+ * array nor overflow a later sum. */
 void pend_checkpoint_int(struct pend_checkpoint *checkpoint, int *number, int most);
 
 /** Passes `count` counters, each from 0 to PEND_CHECKPOINT_MOST, as pend_checkpoint_int. */
 void pend_checkpoint_counts(struct pend_checkpoint *checkpoint, long number[], size_t count);
 
-/**
- * Marks the checkpoint as unusable: from then on it only counts bytes, and pend_checkpoint_whole
- * returns false.
- */
+/** Marks the checkpoint as unusable: from then on it only counts bytes, and pend_checkpoint_whole
+ * returns false. */
 void pend_checkpoint_refuse(struct pend_checkpoint *checkpoint);
 
 /** Returns true while the checkpoint restores parts. */

@@ -8,10 +8,8 @@
  * has no fused multiply-add and rounds differently. */
 enum pend_isa { PEND_ISA_BASE, PEND_ISA_AVX2, PEND_ISA_AVX512, PEND_ISA_COUNT };
 
-/**
- * Returns the widest instruction set that the processor and its operating system support. O(1),
- * safe on any thread.
- */
+/** Returns the widest instruction set that the processor and its operating system support. O(1),
+ * safe on any thread. */
 enum pend_isa pend_isa_best(void);
 
 /* PEND_ISA_EACH declares one table per instruction set; PEND_ISA_PICK is the address of the table

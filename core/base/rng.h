@@ -16,15 +16,11 @@
  */
 void pend_rng_philox(uint32_t counter[4], const uint32_t key[2]);
 
-/**
- * Returns random number `place` of member `i` under a seed: uniform in [0, 1), a multiple of 2^-53.
- * O(1).
- */
+/** Returns random number `place` of member `i` under a seed: uniform in [0, 1), a multiple of
+ * 2^-53. O(1). */
 double pend_rng_uniform(uint64_t seed, uint64_t i, uint32_t place);
 
-/**
- * Returns random number `place` of member `i` under a seed, from the normal distribution with mean
+/** Returns random number `place` of member `i` under a seed, from the normal distribution with mean
  * 0 and standard deviation 1: the inverse of the distribution function (Wichura's algorithm AS
- * 241), to within 1e-15, from -8.3 to 8.3. O(1).
- */
+ * 241), to within 1e-15, from -8.3 to 8.3. O(1). */
 double pend_rng_normal(uint64_t seed, uint64_t i, uint32_t place);

@@ -52,10 +52,8 @@ struct pend_error {
  */
 const char *pend_status_text(enum pend_status code);
 
-/**
- * Returns the name of a code as written in the source ("PEND_OK"), a static string; "unknown" for
- * an unknown code.
- */
+/** Returns the name of a code as written in the source ("PEND_OK"), a static string; "unknown" for
+ * an unknown code. */
 const char *pend_status_name(enum pend_status code);
 
 /**

@@ -8,8 +8,7 @@
 
 enum {
     BODIES_TILE = 8,
-    BODIES_AHEAD = 3,  /* extra orders stored beyond those of a series, because rotations need two
-                        * more */
+    BODIES_AHEAD = 3,  /* orders stored beyond those of a series: rotations need two more */
     BODIES_SURELY = 16 /* a value that exceeds another by this factor counts as exact next to it */
 };
 

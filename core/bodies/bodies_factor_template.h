@@ -53,10 +53,8 @@ static inline void bodies_cart_point(const struct bodies_system *s) {
     s->point_x[0] = sine, s->point_y[0] = num_neg(cosine);
 }
 
-/**
- * The frame of the cart, which is that of the axes, and its position, stored where other arms have
- * the angle to the parent. The caller sets the rate.
- */
+/** The frame of the cart, which is that of the axes, and its position, stored where other arms have
+ * the angle to the parent. The caller sets the rate. */
 static inline void bodies_cart_start(const struct bodies_system *s, num place) {
     s->cosine[0] = num_of(1), s->sine[0] = num_of(0);
     s->bend[0] = place;

@@ -53,10 +53,8 @@ static inline num_plain num_product(num_plain x, num_plain y, num_plain *low) {
 #endif
 
 #ifdef NUMBER_VEC
-/**
- * Computes sine and cosine of omega (time + late) + phase, accurate to the last digit of a double
- * for omega time up to 1e12.
- */
+/** Computes sine and cosine of omega (time + late) + phase, accurate to the last digit of a double
+ * for omega time up to 1e12. */
 static inline void num_drive(num omega, num time, num late, num phase, num *sine, num *cosine) {
     num low, x = num_product(omega, time, &low), sum = x + phase, part = sum - x;
     num rest = (x - (sum - part)) + (phase - part);

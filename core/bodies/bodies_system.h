@@ -23,7 +23,7 @@ typedef double num; /* files that only lay out memory count it in doubles */
  * cosine, sine, bend       of the angle to the parent (of the first arm: to the axes), which the
  *                          caller fills in; the angle to the parent itself, of the first arm theta
  * point_x, point_y         attachment point of the arm, in its parent's frame
- * body, moment_x, moment_y M, h = sum of m p
+ * body, moment_x, moment_y  M, h = sum of m p
  * inertia                  J = sum of m |p|^2
  * center_x, center_y, spread  c = h / M; the inertia about the center
  * tail_x, tail_y           from the center to the tip
@@ -33,8 +33,8 @@ typedef double num; /* files that only lay out memory count it in doubles */
  * form_xx, form_xy, form_yy  Phi: the force on the base per unit of its acceleration
  * form_det                 its determinant
  * pull_x, pull_y           w = sum of P e of the children at the tip
- * hang_x, hang_y, hang_e, hang_p  the same of the children elsewhere, and the sums of <e, w> and
- * <p, w>
+ * hang_x, hang_y, hang_e, hang_p  the same of the children elsewhere, and the sums of <e, w>
+ *                          and <p, w>
  * early_x, early_y, early_e, early_p  the same sums over the siblings added before the arm
  * late_x, late_y           sums over the children at the tip that were added after the arm
  * other_x, other_y, other_e, other_p  the same of the children elsewhere
@@ -60,8 +60,9 @@ typedef double num; /* files that only lay out memory count it in doubles */
  * heave_x, heave_y         conj(p - c) times this force: its contribution to the parent's G
  * base_x, base_y           acceleration of the base
  * speed_x, speed_y         velocity of the base
- * damping ... slide        values of the joint's terms, in units of time air_slow ... air_share
- * values of drag, in units of time; half the inverse of order 0 of drag's square root */
+ * damping ... slide        values of the joint's terms, in units of time
+ * air_slow ... air_share   values of drag, in units of time; half the inverse of order 0 of drag's
+ *                          square root */
 #define BODIES_ARRAYS(X) \
     X(cosine) X(sine) X(bend) X(point_x) X(point_y) X(body) X(moment_x) X(moment_y) X(inertia) \
     X(center_x) X(center_y) X(spread) X(tail_x) X(tail_y) X(tip_share) X(tip_rest) \
@@ -154,7 +155,7 @@ struct bodies_system {
     const num *value;      /* values of the terms */
     num *rate, *force, *turn_re,
         *turn_im;           /* series; order j of arm k at bodies_row(k) + j stride */
-    num *lift_x, *lift_y;   /* series of the pivot: z'' + 2 gamma z' plus gravity; order + 1
+    num *lift_x, *lift_y;   /* of the pivot: z'' + 2 gamma z' plus gravity, order + 1
                              * coefficients */
     num *slide_x, *slide_y; /* series of the pivot's z'; order + 1 coefficients */
     num *share;             /* 1 / (j + 1), order + 1 numbers */

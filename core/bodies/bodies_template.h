@@ -35,8 +35,7 @@
 
 /* ---- an order */
 
-/* sums of one order: T, and the terms of Im (conj u G), those with Re u apart from those with Im
- * u */
+/* sums of an order: T, and the terms of Im (conj u G) with Re u and those with Im u */
 struct bodies_sums {
     arms Tr, Ti, known, less;
 };
@@ -183,8 +182,7 @@ VEC_INLINE void bodies_pull(const struct bodies_system *s, int a, num ax, num ay
     s->reach_y[a] = num_add(fy, gy);
 }
 
-/* computes the forces at the joints of the arms from a on, from the accelerations of their own
- * bases */
+/* computes the joint forces of the arms from a on, from the accelerations of their own bases */
 VEC_INLINE void bodies_feel(const struct bodies_system *s, int a) {
     arms x = arms_get(s->base_x + a), y = arms_get(s->base_y + a), xy = arms_get(s->form_xy + a);
     arms fx = arms_fma(arms_get(s->form_xx + a), x, arms_mul(xy, y));
@@ -323,10 +321,8 @@ static inline void bodies_begin(const struct bodies_system *s, const struct bodi
     if (pend_terms_cart(s->terms)) bodies_cart_still(s, 1);
 }
 
-/**
- * Computes all orders: rate_1 .. rate_order and force_0 from rate_0, cosine, sine and bend. The
- * turns include a row of order 0, which is 1. O(n order^2).
- */
+/** Computes all orders: rate_1 .. rate_order and force_0 from rate_0, cosine, sine and bend. The
+ * turns include a row of order 0, which is 1. O(n order^2). */
 static inline void bodies_orders(const struct bodies_system *s, const struct bodies_moment *now,
                                  int order) {
     num gamma = num_mul(bodies_one(s, PEND_TERM_DRAG_PER_MASS), now->unit);

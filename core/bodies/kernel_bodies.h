@@ -26,17 +26,13 @@ struct bodies_kernel {
     /** Computes the series of forces along the arms, orders 1 .. order - 1, after `orders`. O(n
      * order^2). */
     void (*forces)(const struct bodies_system *system, int order);
-    /**
-     * Computes the power of drives and of friction as series in the same variable, after `orders`:
+    /** Computes the power of drives and of friction as series in the same variable, after `orders`:
      * coefficients 0 .. count - 1, J times unit^2, where count is order .. 2 order - 1. O(n order
-     * count).
-     */
+     * count). */
     void (*power)(const struct bodies_system *system, double unit, int order, int count,
                   double work[], double heat[]);
-    /**
-     * Returns the longest step in units, at most `far`, that dry friction at the joints allows,
-     * after `orders` to at least order 4. O(n).
-     */
+    /** Returns the longest step in units, at most `far`, that dry friction at the joints allows,
+     * after `orders` to at least order 4. O(n). */
     double (*reach)(const struct bodies_system *system, double far);
 };
 

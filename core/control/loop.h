@@ -23,13 +23,12 @@ struct pend_loop {
     double *mass, *inverse;      /* n x n: M and M^-1 */
     double *joint;               /* n x inputs: E, +1 for the arm, -1 for the arm that holds it */
     double *a, *b;               /* rows x rows and rows x inputs, in units of scale */
-    double *scale, *input_scale; /* units of the state (rows numbers) and of the inputs (inputs
-                                  * numbers) */
+    double *scale, *input_scale; /* units of the state, rows numbers; of the inputs */
 };
 
 /* Margins of one actuator; all other loops are closed. */
 struct pend_margins {
-    double gain[2]; /* the factors of the gain between which the loop is stable; 0, INFINITY = no
+    double gain[2]; /* factors of the gain between which the loop is stable; 0, INFINITY = no
                      * bound */
     double phase;   /* rad, the least phase lag or lead that makes the loop unstable; pi = none */
     double delay;   /* s, the least delay that makes the loop unstable; INFINITY = none */

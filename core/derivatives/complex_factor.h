@@ -6,10 +6,8 @@
 
 #include <math.h>
 
-/**
- * Factors a matrix in place, with pivoting; `swap` receives the row exchanges. Returns 0 if the
- * matrix is singular or not finite. O(n^3).
- */
+/** Factors a matrix in place, with pivoting; `swap` receives the row exchanges. Returns 0 if the
+ * matrix is singular or not finite. O(n^3). */
 static inline int complex_factor(int n, double re[], double im[], int swap[]) {
     for (int k = 0; k < n; k++) {
         int best = k;

@@ -28,15 +28,12 @@ struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
     struct pend_terms *none; /* an empty list of terms, for an ideal pendulum */
-    int quick;               /* the derivatives are computed from the known motion, and `ideal` has
-                              * both */
+    int quick;               /* derivatives are computed from the known motion by `ideal` */
     int count, passes;       /* number of parameters; number of passes of eight parameters */
     int order;
     double log_rtol, log_atol;
-    double start, end;               /* s: the first instant; the last instant relative to the
-                                      * first */
-    double time, reached, next_unit; /* s, relative to `start`: the start and the end of the step;
-                                      * s: the unit of the next expansion */
+    double start, end;               /* s: first instant; last instant relative to it */
+    double time, reached, next_unit; /* s, relative: start and end of the step; next unit */
     double now, knot; /* s, in the time of the drives: start and end of the current piece */
     long steps, next; /* number of steps; index of the first instant that has no row yet */
     struct pend_error failure; /* the failure, if any; otherwise its code is PEND_OK */
@@ -45,8 +42,7 @@ struct pend_derivatives {
      * computed with respect to multiples of the unit. */
     double *seed, *per_seed;
     struct derivatives_pass *pass;
-    struct ideal *ideal;        /* steps and series if derivatives follow from the known motion;
-                                 * otherwise NULL */
+    struct ideal *ideal;        /* used if derivatives follow from a known motion; otherwise NULL */
     double *view[PEND_DERIVED]; /* the quantities of one pass at one instant, n numbers each */
 };
 
@@ -128,8 +124,7 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     for (int i = 0; i < PEND_TERM_ROWS; i++) none.row[i] = -1;
     for (int i = 0; i < PEND_TERM_ONES; i++) none.one[i] = -1;
     size_t most = 0;
-    // only the values of a real pendulum decide between the two kernels, so reserve memory for the
-    // larger one
+    // only a real pendulum's values decide between the two kernels: count the larger one
     for (sketch.quick = !pend_ideal_terms(terms); sketch.quick < 2; sketch.quick++) {
         size_t bytes = derivatives_lay(&sketch, terms ? terms : &none, NULL);
         if (bytes > most) most = bytes;
@@ -146,8 +141,7 @@ static double *derivatives_place(const struct derivatives_pass *pass, struct pen
     return array[by.kind] + (size_t)by.at * LANES;
 }
 
-/* sets the initial values of a pass: the pendulum, and the start, stored as the end of a preceding
- * step */
+/* sets the initial values of a pass: the pendulum, and the start as the end of a preceding step */
 static void derivatives_fill(const struct pend_derivatives *d, struct derivatives_pass *pass,
                              int first) {
     const struct pend_problem *problem = &d->problem;

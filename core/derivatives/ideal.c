@@ -113,8 +113,7 @@ static void ideal_seed(struct ideal *ideal, int i, struct pend_parameter by, dou
         pend_ideal_vary(&ideal->known, g, i % LANES, ideal->jets.tree, &ideal->loads, by, seed);
 }
 
-/* stores the start as the end of a preceding step; whole turns are kept, because springs
- * distinguish them */
+/* stores the start as the end of a preceding step, with whole turns, which springs distinguish */
 static void ideal_start(struct ideal *ideal, const struct pend_problem *problem) {
     int whole = pend_terms_whole_turns(ideal->loads.terms);
     for (int k = 0; k < ideal->known.n; k++) {

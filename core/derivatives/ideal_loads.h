@@ -12,14 +12,12 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/**
- * Returns non-zero if the derivatives of a pendulum with respect to these parameters can be
+/** Returns non-zero if the derivatives of a pendulum with respect to these parameters can be
  * computed from its motion. This is always true without terms. With terms, these are supported:
  * rods, bodies with centers on their arms, viscous friction, springs and torques in the joints, and
  * a moving pivot. Not supported: parameters of a drive, and bodies that are negligible compared
  * with their load, for which the system would lose digits. O(count), and with bodies O(n times the
- * number of arms on one arm) more; no allocation.
- */
+ * number of arms on one arm) more; no allocation. */
 int pend_ideal_suits(const struct pend_tree *tree, const struct pend_loads *loads, int count,
                      const struct pend_parameter parameter[]);
 

@@ -21,8 +21,7 @@ struct ideal_known {
     size_t tile;                     /* numbers in a tile of eight arms */
     double *rate;                    /* series of the rates per unit of time, orders 0 .. order; set
                                       * by the caller, as is `force` */
-    double *force;                   /* series of the forces, from order -1, which is 0, to order -
-                                      * 1 */
+    double *force;                   /* series of the forces, orders -1, which is 0, .. order - 1 */
     const double *kept_re, *kept_im; /* rotation factors stored by the motion of a small tree;
                                       * otherwise NULL */
     /* series of e^{i (phi - phi_0)}, to order + 1 */
@@ -35,16 +34,15 @@ struct ideal_known {
                                 * loads */
     double gravity;            /* gravity in units of time */
     double unit, square;       /* s, the unit of time; its square */
-    struct jets_system system; /* the system of order 0, of which only the arrays of the
-                                * factorization are used */
+    struct jets_system system; /* the system of order 0; only arrays of the factorization are
+                                * used */
     /* For real pendulums (ideal_loads.h); masses at the tips are those of the equivalent points. */
     int loaded, joints, bodies; /* whether it is a real pendulum; whether it has friction, springs
                                  * or torques; whether it has bodies */
     int lengths;                /* some parameter is a length */
     double *inertia;            /* n inertias of bodies beyond those of the equivalent points, kg
                                  * m^2 */
-    double *hold, *stiff;       /* n torques at the joint: per unit of rate, and per unit of
-                                 * angle */
+    double *hold, *stiff;       /* n torques at the joint per unit of rate, of angle */
     double *bend;               /* n deflections of springs */
     /* For bodies, n each: compliance of the tip to a force across; compliance of the joint to
      * accelerations along and across; resistance of the joint to an acceleration along; J' / l^2
@@ -67,12 +65,12 @@ static inline size_t ideal_place(const struct ideal_known *known, int k, int j) 
  * aligned to 64 bytes; a series has `rows` rows per arm. */
 struct ideal_group {
     size_t rows;
-    int lanes;                                   /* number of lanes with a parameter; the others
-                                                  * hold zeros */
+    int lanes;                                   /* number of lanes with a parameter; others hold
+                                                  * zeros */
     int lengths, masses;                         /* a parameter of the group is of this kind */
     double *phi, *phi_low, *rate, *rate_low;     /* state at the start of a step */
-    double *end_phi, *end_low, *end_rate, *slow; /* state at the end of the step; `slow` is the
-                                                  * low-order part of the rates */
+    double *end_phi, *end_low, *end_rate, *slow; /* state at its end; `slow`: low-order part of the
+                                                  * rates */
     double *length, *mass;                       /* derivatives of lengths, relative to the lengths,
                                                   * and of masses */
     double *gravity;                             /* derivative of gravity; one row */
@@ -80,8 +78,7 @@ struct ideal_group {
     double *inertia, *hold, *stiff, *torque; /* their derivatives, and that of constant torques,
                                               * which include springs with a varied rest angle */
     double *angle;                           /* series of phi, order 0 .. order + 1 */
-    double *along, *across; /* series of the force at the tip, in the frame of the arm at the
-                             * start */
+    double *along, *across; /* series of the force at the tip, in the arm's frame at the start */
     double *work;           /* IDEAL_WORK rows per arm */
     double *out[4];         /* phi, rate, acc, force at an instant */
 };

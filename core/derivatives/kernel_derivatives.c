@@ -25,8 +25,8 @@ enum {
     DERIVATIVES_PARTS = TANGENT_PARTS + 1,
     DERIVATIVES_TRAILING = 4,
     DERIVATIVES_LEADING = 4,
-    DERIVATIVES_AHEAD = 4 /* extra orders stored beyond those of a series, because rotation factors
-                           * need two more */
+    DERIVATIVES_AHEAD = 4 /* orders stored beyond those of a series: rotation factors need two
+                           * more */
 };
 
 /* log2 of the size, relative to the motion, below which a derivative does not limit the step,

@@ -65,11 +65,9 @@ struct derivatives_kernel {
      * requires `press`. O(n order). */
     void (*values)(const struct derivatives_pass *pass, double x,
                    const struct derivatives_view *view);
-    /**
-     * Computes all other quantities of the view from its phi and rate; with `dynamics` also acc and
-     * force. time: s, in the request's time. Accelerations of tips and forces at joints require
-     * `dynamics`. O(n).
-     */
+    /** Computes all other quantities of the view from its phi and rate; with `dynamics` also acc
+     * and force. time: s, in the request's time. Accelerations of tips and forces at joints require
+     * `dynamics`. O(n). */
     void (*observe)(const struct derivatives_pass *pass, double time, int dynamics,
                     const struct derivatives_view *view);
 };

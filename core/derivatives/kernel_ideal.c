@@ -190,8 +190,7 @@ static void ideal_orders_swept(const struct ideal_known *s, const struct ideal_g
     ideal_orders_in(s, g, s->n, s->loaded, p, now, next, answer);
 }
 
-/* the orders of up to `room` arms; a separate copy for each number of arms makes n a compile-time
- * constant */
+/* the orders of up to `room` arms, once for each n, which is then a compile-time constant */
 #define IDEAL_ORDERS(name, room, arms, real)                                                       \
     static void ideal_orders_##name(const struct ideal_known *s, const struct ideal_group *g,      \
                                     int p) {                                                       \
@@ -267,8 +266,8 @@ static double ideal_motion_norm(const struct ideal_known *s, int j) {
     return most[0] > 0 ? WIDE_(log2)(most)[0] + ideal_floor : -1e4;
 }
 
-/* applies the rule of step_template to each lane; a derivative counts as at least 2^ideal_floor of
- * the motion */
+/* the rule of step_template in each lane; derivatives count as at least 2^ideal_floor of the
+ * motion */
 static double ideal_reach(const struct ideal_known *s, const struct ideal_group *g, double log_rtol,
                           double log_atol) {
     const double *last = s->system.share + s->order, *share = s->system.share;

@@ -11,11 +11,9 @@ struct ideal_kernel {
     /** Computes everything else that the derivatives need of the motion, from its rates and forces:
      * cosines and sines of `known->system.angle`, and the factorization. O(n order^2). */
     void (*know)(const struct ideal_known *known);
-    /**
-     * Computes the series of a group. Returns the longest step in units for which each of its
+    /** Computes the series of a group. Returns the longest step in units for which each of its
      * derivatives keeps the tolerance, as in the general kernel (kernel_derivatives.h); NaN if a
-     * coefficient is not finite. O(n order^2).
-     */
+     * coefficient is not finite. O(n order^2). */
     double (*expand)(const struct ideal_known *known, const struct ideal_group *group, double unit,
                      double log_rtol, double log_atol);
     /** Computes the state at the end of a step of x units. O(n order). */

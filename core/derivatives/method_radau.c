@@ -56,8 +56,7 @@ static enum pend_status radau_step(void *stepper, double limit, double *reached,
                          "the accelerations ceased to be finite");
     for (int tried = 0;; tried++) {
         double left = limit - kept->time, h = copysign(fmin(kept->size, fabs(left)), left), longer;
-        h = (kept->time + h) - kept->time; // rounds the length so that both ends of the step are
-                                           // doubles
+        h = (kept->time + h) - kept->time; // rounds the length: both ends of the step are doubles
         if (!(fabs(h) > 0))
             return pend_fail(error, PEND_STEP_TOO_SMALL, -1, kept->time,
                              "the tolerances cannot be met with a step above %.3g s", kept->size);

@@ -9,9 +9,7 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/**
- * Returns the bytes of scratch that pend_dynamics needs for a tree of n arms.
- */
+/** Returns the bytes of scratch that pend_dynamics needs for a tree of n arms. */
 size_t pend_dynamics_work_bytes(int n);
 
 /**
@@ -106,20 +104,16 @@ void pend_dynamics_fine(const struct pend_tree *tree, const struct pend_loads *l
                         const double phi[], const double phi_low[], const double rate[], void *work,
                         double scratch[], double acc[], double force[]);
 
-/**
- * Returns non-zero if forces computed from a power series lose digits that forces computed from a
+/** Returns non-zero if forces computed from a power series lose digits that forces computed from a
  * state keep. This is true if the masses of two arms, with rods and bodies, differ by more than a
  * factor of 64. A series computes a force as mass times acceleration, with the rounding error of
  * the largest such product. Errors relative to the largest force: 1e-13 up to that factor, 4e-13
  * with masses of 10^±2, 2e-11 of 10^±4 and 2e-9 of 10^±6 kg (trees of up to 13 arms,
- * tests/laws/test_row_forces). O(n).
- */
+ * tests/laws/test_row_forces). O(n). */
 int pend_dynamics_unlike(const struct pend_tree *tree, const struct pend_loads *loads);
 
-/**
- * Returns pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor
- * has. For tests only.
- */
+/** Returns pend_dynamics and pend_dynamics_vec, compiled for an instruction set that this processor
+ * has. For tests only. */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree,
                        const struct pend_loads *loads, const double phi[], const double rate[],
                        void *work, double acc[], double force[]);

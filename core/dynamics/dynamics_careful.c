@@ -47,8 +47,7 @@ struct dynamics_joint {
     double area, lift;      /* D, H: sums over pairs of S_c S_d sin^2 and of S_c Z_c f_d sin, of the
                                angle between the two */
     double heaviest, angle; /* the largest S of the siblings, and the angle of that arm */
-    double uu, uv, vv;      /* sums of S c^2, S c s, S s^2; c and s are cosine and sine of the angle
-                             * to the heaviest */
+    double uu, uv, vv;      /* sums of S c^2, S c s, S s^2; c, s: of the angle to the heaviest */
     double fu, fv;          /* sums of f c and f s */
     double zu, zv;          /* sums of S Z c and S Z s */
 };
@@ -181,8 +180,7 @@ static void dynamics_balance(const struct pend_tree *tree, const struct dynamics
         w->tension[c] += w->eff[c] * (w->cosine[c] * dr + w->sine[c] * dt);
 }
 
-/* computes tensions and accelerations of the arms at tip k, from the tension and acceleration of
- * arm k */
+/* computes tensions and accelerations of the arms at tip k from those of arm k */
 static void dynamics_children(const struct pend_tree *tree, const struct dynamics_work *w, double m,
                               int k, double acc[]) {
     double ar = w->radial[k], at = w->tangential[k], inv = w->inv[k];
@@ -204,8 +202,7 @@ void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads
     assert((size_t)work % 64 == 0 && isfinite(loads->gravity));
     assert(phi != acc && phi != force && acc != force);
     struct dynamics_work w = dynamics_view(work, tree->n);
-    // the unit of mass is a power of 2 near the total mass, so that products of masses stay in
-    // range
+    // the unit of mass is a power of 2 near the total, so that products of masses stay in range
     int exponent;
     frexp(tree->subtree_mass[0], &exponent);
     if (exponent < -1000) exponent = -1000;

@@ -35,8 +35,7 @@ static struct kinematics_vector kinematics_base(const struct pend_tree *tree, in
     return base;
 }
 
-/* root to leaves, after arm k: returns the value of its tip, and stores it if the arm has
- * children */
+/* root to leaves, after arm k: returns the value of its tip, and stores it for children */
 static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int k,
                                                struct kinematics_vector base,
                                                struct kinematics_vector arm,

@@ -31,23 +31,17 @@ void pend_kinematics_units(int n, const double phi[], double re[], double im[]);
 void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[],
                               double im[]);
 
-/**
- * Tip velocities z' = S [i phi' l e^{i phi}], m/s. O(n).
- */
+/** Tip velocities z' = S [i phi' l e^{i phi}], m/s. O(n). */
 void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[],
                               double re[], double im[]);
 
-/**
- * Tip accelerations z'' = S [(i phi'' - phi'^2) l e^{i phi}], m/s^2. O(n).
- */
+/** Tip accelerations z'' = S [(i phi'' - phi'^2) l e^{i phi}], m/s^2. O(n). */
 void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[],
                                   const double rate[], const double acc[], double re[],
                                   double im[]);
 
-/**
- * Kinetic energy sum m_k |z'_k|^2 / 2 and potential energy g sum m_k Im z_k. O(n), compensated
- * sums.
- */
+/** Kinetic energy sum m_k |z'_k|^2 / 2 and potential energy g sum m_k Im z_k. O(n), compensated
+ * sums. */
 struct pend_energy pend_kinematics_energy(const struct pend_tree *tree,
                                           const struct pend_loads *loads, const double phi[],
                                           const double rate[]);
@@ -62,10 +56,8 @@ void pend_kinematics_energies(const struct pend_tree *tree, const struct pend_lo
                               int count, const double phi[], const double rate[],
                               struct pend_energy energy[]);
 
-/**
- * Scale to which an energy drift is compared, J: the sum over arms of |g| l_k (S^T m)_k, plus the
- * given kinetic energy.
- */
+/** Scale to which an energy drift is compared, J: the sum over arms of |g| l_k (S^T m)_k, plus the
+ * given kinetic energy. */
 double pend_kinematics_energy_scale(const struct pend_tree *tree, const struct pend_loads *loads,
                                     double kinetic);
 

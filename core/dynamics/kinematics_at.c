@@ -33,14 +33,14 @@ struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double ti
     return sum;
 }
 
-/* position and velocity of the pivot, each with the same bits as computed alone */
+/* position and velocity of the pivot; each has the same bits as if computed alone */
 static struct at_vector at_pivot_moves(const struct pend_loads *loads, double time,
                                        struct at_vector *speed) {
     *speed = pend_kinematics_pivot(loads, time, 1);
     return pend_kinematics_pivot(loads, time, 0);
 }
 
-/* position and velocity of the pivot; each has the same bits as if computed alone */
+/* the displacement x along the rail of a cart, as a vector */
 static struct at_vector at_rail(const struct pend_loads *loads, double x) {
     assert(pend_terms_cart(loads->terms));
     return at_turn(x, 0, loads->value[loads->terms->one[PEND_TERM_RAIL]]);

@@ -62,9 +62,7 @@ void pend_kinematics_energies_at(const struct pend_tree *tree, const struct pend
                                  const double rate[], double scratch[],
                                  struct pend_energy energy[]);
 
-/**
- * Returns the scale to which an energy drift is compared, J: pend_kinematics_energy_scale, with the
- * masses of rods and bodies, plus the energy of springs deflected by one radian.
- */
+/** Returns the scale to which an energy drift is compared, J: pend_kinematics_energy_scale, with
+ * the masses of rods and bodies, plus the energy of springs deflected by one radian. */
 double pend_kinematics_energy_scale_at(const struct pend_tree *tree, const struct pend_loads *loads,
                                        double kinetic);

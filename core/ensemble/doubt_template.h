@@ -62,8 +62,7 @@ VEC_INLINE num doubt_change(const struct ensemble_lanes *lanes, const struct jet
     return force;
 }
 
-/* the limit of the partial sums, written to row 0, by Wynn's vector epsilon algorithm as in
- * neighbour.c */
+/* the limit of the partial sums, in row 0, by Wynn's vector epsilon algorithm as in neighbour.c */
 static __attribute__((noinline)) void doubt_limit(num *sum, num *before, int last, int size) {
     for (int i = 0; i < (last + 1) * size; i++) before[i] = num_of(0);
     for (int left = last; left > 0; left--) {

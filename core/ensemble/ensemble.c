@@ -126,8 +126,7 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
     lanes->series = (double *)(void *)at;
 }
 
-/* members queued and members in seats are counted consistently; a seat holds a member of the queue
- * or is idle */
+/* members are counted once; a seat holds a member of the queue or is idle */
 PEND_VALIDATOR ensemble_valid(const struct pend_ensemble *e) {
     const struct ensemble_queue *queue = &e->queue;
     if (!e->kernel || e->lanes.width != e->kernel->width) return 0;
@@ -316,8 +315,7 @@ static double ensemble_gain(const struct ensemble_lanes *lanes, int i, double pa
     return part == 1 ? lanes->to.gain[i] : lanes->from.gain[i] + sum * x;
 }
 
-/* the energy at a fraction of the step, minus the initial and the exchanged energy, divided by the
- * scale */
+/* the energy at a fraction of the step, minus the initial and the exchanged, over the scale */
 static double ensemble_seat_drift(struct pend_ensemble *e, int i, double part) {
     const struct ensemble_lanes *lanes = &e->lanes;
     int width = lanes->width, terms = (int)ensemble_terms(lanes->terms);

@@ -27,11 +27,9 @@ PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemb
 /** Frees a workspace and clears the pointer; NULL is accepted. */
 void pend_ensemble_free(struct pend_ensemble **ensemble);
 
-/**
- * Starts a run of the members first .. first + count - 1, which pend_ensemble_go continues; an
+/** Starts a run of the members first .. first + count - 1, which pend_ensemble_go continues; an
  * unfinished earlier run is cancelled. A lane whose member has ended takes the next member; a
- * member that fails is delivered as failed, and the other members are not affected.
- */
+ * member that fails is delivered as failed, and the other members are not affected. */
 void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count);
 
 /**

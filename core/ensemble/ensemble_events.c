@@ -33,8 +33,7 @@ void pend_ensemble_events_start(struct pend_ensemble *e, int i) {
     if (count) memset(e->watch + (size_t)i * count, 0, count * sizeof *e->watch);
 }
 
-/* reports a passage with the state at its instant; returns the fraction of the step at which it
- * lies */
+/* reports a passage with its state; returns the fraction of the step at which it lies */
 static double events_give(struct pend_ensemble *e, int i, const struct pend_hit *hit) {
     const struct ensemble_lanes *lanes = &e->lanes;
     double from = lanes->from.time[i], length = lanes->to.time[i] - from;

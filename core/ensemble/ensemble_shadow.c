@@ -15,8 +15,7 @@ static void shadow_put(double high[], double low[], int at, double gap) {
     low[at + 1] = (high[at] - (total - part)) + (add - part);
 }
 
-/* the divisor that makes the gap of coordinate k comparable with angles: for a cart's position it
- * is a length, m */
+/* the divisor of the gap of coordinate k; for a cart a length, m, for comparison with angles */
 static double shadow_unit(const struct pend_ensemble *e, int i, int k) {
     return k || !pend_terms_cart(e->lanes.terms) ? 1 : e->seat[i].shortest;
 }

@@ -10,10 +10,8 @@
 /** Puts the neighbour of the member that starts in lane i into lane i + 1. O(n). */
 void pend_ensemble_shadow_start(struct pend_ensemble *e, int i);
 
-/**
- * After a step of lane i: if the distance has changed much, moves the neighbour back to the initial
- * distance, along the line through both states. O(n).
- */
+/** After a step of lane i: if the distance has changed much, moves the neighbour back to the
+ * initial distance, along the line through both states. O(n). */
 void pend_ensemble_shadow_step(struct pend_ensemble *e, int i);
 
 /** Returns the logarithm of the growth of the neighbour's distance up to the end of the step,

@@ -63,8 +63,7 @@ struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                .degree = pend_event_series_degree(lanes->order)};
 }
 
-/* true if the current member's forces must be computed from states, because series lose their
- * digits */
+/* true if the member's forces must be computed from states, because series lose digits */
 static int watch_unlike(const struct pend_ensemble *e) {
     struct pend_tree tree = *e->problem.tree;
     tree.mass = e->member.mass;

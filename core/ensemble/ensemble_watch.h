@@ -16,7 +16,7 @@ void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory);
  * Returns the step that lane i just took, so that events can be searched in it.
  *
  * tree, loads  out: the pendulum of the lane's member, with the values that positions, energies and
- * forces need; valid until the next call; the returned step uses them.
+ *              forces need; valid until the next call; the returned step uses them.
  */
 struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                            struct pend_tree *tree, struct pend_loads *loads);
@@ -46,9 +46,8 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part);
 /** Returns the time at the fraction `part` of the step of lane i, s. */
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part);
 
-/** Starts the piece of lane i that begins at `now`, s, in the time of the drives: the controllers
- * sample `state`, and the inputs of the lane and the time at which it stops are set. O(n
- * controllers). */
+/** Starts the piece of lane i at `now`, s, in the time of the drives: the controllers sample
+ * `state`; sets the lane's inputs and the time at which it stops. O(n controllers). */
 void pend_ensemble_watch_begin(struct pend_ensemble *e, int i, double now,
                                const struct ensemble_state *state);
 

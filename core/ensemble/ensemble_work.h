@@ -70,8 +70,8 @@ struct pend_ensemble {
     /* angles, rates, forces and angles from hanging at some instants: sorted by rows, and in the
      * order of the kernel */
     double *rows[4], *instants[4];
-    struct event_truth truth;   /* memory for forces computed from states; phi is NULL if they are
-                                 * not needed */
+    struct event_truth truth;   /* memory for forces of states; phi is NULL if they are not
+                                 * needed */
     struct event_search search; /* search for the problem's conditions */
     struct event_watch *watch;  /* at [lane * conditions + condition] */
     double *control;            /* memory of the controllers, at [lane * controls + number] */

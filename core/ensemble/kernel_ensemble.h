@@ -11,7 +11,7 @@
 /* The value of arm k in lane i is array[k * width + i]; with one value per lane it is array[i]. All
  * arrays are aligned to 64. */
 struct ensemble_state {
-    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two
+    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s: sums of two
                                               * doubles */
     double *time;                            /* s, one value per lane */
     double *gain; /* J, one value per lane: work of drives minus heat of friction, if requested */
@@ -23,7 +23,7 @@ typedef unsigned char ensemble_set;
 /* Horizons of the members, computed as in horizon.h for all lanes at once. Each array has one value
  * per lane, or one value per arm and lane. */
 struct ensemble_doubt {
-    double grade;                /* factor from an error to its ratio to the allowed error; 0 = no
+    double grade;                /* ratio of an error to the allowed one, per error; 0 = no
                                   * horizons */
     double *phi, *rate;          /* the errors, rad and rad/s, of each arm */
     double *fastest, *strongest; /* largest rate, rad/s, and largest force, N, so far */
@@ -83,8 +83,8 @@ enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8, ENSEMBLE_ORDER_MAX = 32 };
 struct ensemble_attention {
     ensemble_set done;  /* stop is reached */
     ensemble_set bad;   /* a value is not finite, or the time does not advance */
-    ensemble_set near;  /* the force of an arm may have exceeded an extreme or crossed zero */
-    ensemble_set force; /* the force of an arm may have passed an extreme or zero */
+    ensemble_set near;  /* an arm may have left its cell */
+    ensemble_set force; /* the force of an arm may have exceeded an extreme or crossed zero */
 };
 
 /* Values inside a step: instant i of arm k at [k * ENSEMBLE_INSTANTS + i]; force may be NULL. */

@@ -34,8 +34,7 @@ struct pend_lyapunov {
     int n, count;
     double unit;                    /* m, divisor of a cart's position; 1 without a cart */
     struct pend_ensemble *ensemble; /* workspace for pieces of the current length */
-    long pieces, piece;             /* number of pieces in the current interval; number of finished
-                                     * pieces */
+    long pieces, piece;             /* number of pieces in an interval, and of finished pieces */
     int under_way;                  /* whether a piece has started */
     double neglected;               /* the largest neglected component in this interval, relative to
                                      * the remaining length of a direction */

@@ -76,8 +76,7 @@ void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double expone
 void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
 
 /** Copies the motion's state at the end of the last interval: rad, with whole turns removed, and
- * rad/s.
- */
+ * rad/s. */
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
 
 /** Returns the divisor of differences of rates, 1/s, that makes them comparable with differences of

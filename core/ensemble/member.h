@@ -16,8 +16,7 @@ struct pend_member {
     struct pend_loads loads; /* gravity and other loads; its terms are those of the problem */
     double *value;           /* values of the terms of this member, loads.terms->count; loads.value
                               * points to them; NULL without terms */
-    double start;            /* s, the start of the member in the time of its drives; 0 without
-                              * drives */
+    double start;            /* s, the start in the time of the drives; 0 without drives */
     double *phi_low;         /* rad, low-order part of phi; NULL if not needed */
 };
 
@@ -48,11 +47,9 @@ enum pend_observe {
     PEND_OBSERVE_LYAPUNOV = 8  /* the growth of the distance to a neighbour; twice the work */
 };
 
-/* Extremes of each arm's force over the whole motion, not only at samples: N, compression
- * positive. */
+/* Extremes of each arm's force, N, compression positive, over the motion, not only at samples. */
 struct pend_force_range {
-    const double *most, *most_time, *least, *least_time; /* forces, N, and the times at which they
-                                                          * occur, s */
+    const double *most, *most_time, *least, *least_time; /* forces, N; their times, s */
 };
 
 /* The outcome of a member; arrays of n values, valid only during the call. */
@@ -86,11 +83,9 @@ typedef int pend_fetch_fn(void *context, long i, struct pend_member *member);
 /** Receives the outcome of member number i, in the order in which members end; a non-zero return
  * value ends the run as cancelled. */
 typedef int pend_deliver_fn(void *context, long i, const struct pend_outcome *outcome);
-/**
- * Receives `count` rows of n values of member number i, at the instants from `first` on. theta is
+/** Receives `count` rows of n values of member number i, at the instants from `first` on. theta is
  * phi + pi/2, rad; for a small swing it has more correct digits than phi. It is undefined for a
- * cart, whose position is phi.
- */
+ * cart, whose position is phi. */
 typedef void pend_rows_fn(void *context, long i, long first, int count, const double phi[],
                           const double rate[], const double force[], const double theta[]);
 

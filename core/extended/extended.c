@@ -27,8 +27,7 @@ static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106);
 
 static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
 
-/*
- * The order above which one double per coefficient suffices: by then the terms of a step have
+/* The order above which one double per coefficient suffices: by then the terms of a step have
  * decreased by the ratio of a double's precision to the target. The terms of an exponential
  * decrease slowest, x^j / j!, with x such that the first neglected term is the target. */
 static int extended_precise(double target, int order) {

@@ -22,7 +22,7 @@ struct pend_extended;
  *
  * extended  out; NULL on failure; released by pend_extended_free.
  * tree      must outlive the workspace; lengths and masses are taken as exact doubles.
- * terms of real pendulums, the same as in the loads, or NULL; must outlive the workspace.
+ * terms     of real pendulums, the same as in the loads, or NULL; must outlive the workspace.
  * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not
  *           chaotic stays near it.
  * atol      0 .. 1.
@@ -70,11 +70,9 @@ int pend_extended_order(const struct pend_extended *extended);
 void pend_extended_end(const struct pend_extended *extended,
                        const struct pend_extended_state *state);
 
-/**
- * Saves the state to a checkpoint, or restores it. The checkpoint holds the start of the last step;
- * after a restore, which follows pend_extended_start of the same trajectory, that step is computed
- * again.
- */
+/** Saves the state to a checkpoint, or restores it. The checkpoint holds the start of the last
+ * step; after a restore, which follows pend_extended_start of the same trajectory, that step is
+ * computed again. */
 void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint *checkpoint);
 
 /**
@@ -89,9 +87,7 @@ void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint 
 void pend_extended_at(const struct pend_extended *extended, int count, const double t[],
                       const struct pend_extended_state *to, double acc[], double force[]);
 
-/**
- * Computes the power of drives, and of friction and drag, of a real pendulum in the last step:
+/** Computes the power of drives, and of friction and drag, of a real pendulum in the last step:
  * series about the step's start in x = (t - its start) / unit, pend_extended_order coefficients
- * each, J times unit^2, rounded to doubles. Returns the unit, s. O(n order^2).
- */
+ * each, J times unit^2, rounded to doubles. Returns the unit, s. O(n order^2). */
 double pend_extended_power(const struct pend_extended *extended, double work[], double heat[]);

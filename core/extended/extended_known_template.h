@@ -15,15 +15,14 @@
 
 enum {
 #ifdef __FMA__
-    FIXED = 8 /* the order from which terms are small enough for sums in which the last digit of the
-               * high part is fixed */
+    FIXED = 8 /* first order with terms small enough for sums with a fixed last digit of the high
+               * part */
 #else
     FIXED = 1 << 30 /* never: such sums need fused multiply-add */
 #endif
 };
 
-/*
- * The input of the sums T and c for vectors of four lanes, in the order of the series. The four
+/* The input of the sums T and c for vectors of four lanes, in the order of the series. The four
  * sums of an arm are computed side by side from u = (Re u, Im u, Re u, Im u) of order j and met =
  * (phi', phi', lambda, lambda), phi' of order j and lambda of order j - 1. Sizes are |Re u| + |Im
  * u| and |met|. */
@@ -88,8 +87,7 @@ VEC_INLINE wide extended_bias(wide size) {
     return (wide)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
 }
 
-/* adds x y: what the product has below the last digit of the sum's high part goes to its low
- * part */
+/* adds x y: digits below the last one of the sum's high part go to its low part */
 VEC_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
     wide high = wide_fma(x.high, y.high, sum->high), part = high - sum->high;
     wide rest = wide_fma(x.high, y.low, wide_fma(x.high, y.high, -part));

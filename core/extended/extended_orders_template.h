@@ -51,8 +51,7 @@ static void extended_invert(const struct jets_system *s, struct extended_table *
     }
 }
 
-/* computes the coefficients of order k from its known terms; lift and drop are the components of
- * gravity at the root */
+/* computes order k from its known terms; lift and drop are the components of gravity at the root */
 VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table,
                                int n, int k, num gravity, const struct extended_known known[]) {
     num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1),

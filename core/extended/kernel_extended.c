@@ -70,8 +70,8 @@ VEC_INLINE num extended_angle(const struct extended_motion *motion, int k) {
     return num_of2(motion->from.phi[k], motion->from.phi_low[k]);
 }
 
-/* lays out the arrays of a real pendulum after those of an ideal one; returns how many doubles they
- * take */
+/* lays out a real pendulum's arrays after those of an ideal one; returns how many doubles it
+ * takes */
 static struct bodies_system extended_real(const struct extended_motion *motion,
                                           const struct jets_system *s) {
     size_t n = (size_t)motion->n, count = (size_t)motion->terms->count;

@@ -10,23 +10,21 @@
 
 /* A state: n values in each array. */
 struct extended_state {
-    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two
+    double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s: sums of two
                                               * doubles */
     double time;                             /* s; taken as exact */
 };
 
 struct extended_motion {
     int n, order;
-    int precise; /* the order above which one double suffices for a coefficient, because
-                  * coefficients are small */
+    int precise; /* above this order one double suffices for a coefficient */
     const int *parent, *end;
     double log_rtol, log_atol;      /* binary logarithms */
     struct extended_state from, to; /* start and end of the step */
     const double *len, *mass;
-    double gravity, unit, stop;     /* unit: s, of the next series; stop: s, the end of the
-                                     * trajectory; unit and stop - time have the same sign */
-    double start;                   /* s: time 0 of the trajectory in the time of drives; taken as
-                                     * exact */
+    double gravity, unit, stop;     /* s: next unit, end of the trajectory; unit and stop - time
+                                     * have one sign */
+    double start;                   /* s, time 0 in the time of drives; taken as exact */
     const struct pend_terms *terms; /* terms of real pendulums; NULL = ideal pendulums */
     double *value;                  /* values of the terms */
     double *share;                  /* 1 / (j + 1) of order j, up to order + 1 */

@@ -112,8 +112,7 @@ double pend_fit_bytes(const struct pend_fit_problem *problem) {
     return own + pend_fit_pieces_bytes(problem, fit_swing(problem));
 }
 
-/* number of rows in the first window: one swing, and at least twice as many measurements as
- * unknowns */
+/* rows in the first window: one swing, and at least twice as many measurements as unknowns */
 static long fit_first(const struct pend_fit_problem *problem) {
     double until = pend_fit_since(problem, 0) + fit_swing(problem);
     long rows = 0, count = 0;
@@ -125,7 +124,7 @@ static long fit_first(const struct pend_fit_problem *problem) {
     return rows;
 }
 
-/* limits the steps of a motion: only extreme values of the unknowns, far from any minimum, need
+/* limits the steps of a motion: only extreme values of the unknowns, far from a minimum, need
  * more */
 static void fit_cap(struct pend_fit_problem *problem) {
     double swings = pend_fit_since(problem, problem->rows - 1) / fit_swing(problem);
@@ -303,8 +302,7 @@ static enum pend_status fit_again(struct pend_fit *fit, int used, int *again,
     if (free && fit->inside) return PEND_OK;
     *again = pend_fit_release_move(fit, free, variance) > 0;
     if (free) fit->inside = 1;
-    // in the curved valley of a chaotic motion, steps become short long before the minimum is
-    // reached
+    // in the curved valley of a chaotic motion, steps become short long before the minimum
     if (!free && !*again) *again = fit->anew = 1;
     fit->begun = !*again;
     return PEND_OK;
@@ -370,7 +368,7 @@ static enum pend_status fit_cut(struct pend_fit *fit, enum pend_status ended,
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
 }
 
-/* after the last iteration in a window: takes the next window, another round, or ends the fit */
+/* after the last iteration in a window: takes the next window or another round, or ends the fit */
 static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error) {
     int used = fit_used(fit), again = 0;
     if (fit->window < fit->problem.rows && !used) return fit_grow(fit, error);
@@ -380,8 +378,7 @@ static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error)
     return pend_fit_end(fit, error);
 }
 
-/* after the last iteration in a window: enlarges the window, starts another round, or ends the
- * fit */
+/* one iteration of multiple shooting; after the last one, the search uses all rows */
 static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *error) {
     int over = 0;
     if (pend_fit_pieces_step(fit->pieces, &over, &fit->result.evaluations) != PEND_OK)

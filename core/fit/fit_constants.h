@@ -40,8 +40,7 @@ static const double fit_common = 0.5;
 enum { FIT_PAIRS = 16 };
 /* An unknown that moved by more than this is reported as not identifiable. Unit: of its start. */
 static const double fit_away = 1e6;
-/* A decrease of the sum of squares after a restart that is below this is rounding. Unit: of the
- * variance. */
+/* A smaller decrease of the sum of squares after a restart is rounding. Unit: of the variance. */
 static const double fit_fall = 0.01;
 /* Most unknowns whose second derivatives are computed. Unit: unknowns. */
 enum { FIT_BENDS = 16 };
@@ -57,8 +56,7 @@ static const double fit_rounding = 1e-13;
 /* Directions are identifiable if their singular value, relative to the largest, is above this.
  * Unit: relative. [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_least = 1e-9;
-/* Largest standard error with which a direction below fit_least is still identifiable. Unit:
- * sizes. */
+/* Largest standard error of an identifiable direction below fit_least. Unit: sizes. */
 static const double fit_unsure = 1e3;
 /* Largest slope whose square can still be summed. */
 static const double fit_largest = 1e140;
@@ -82,8 +80,7 @@ static const double fit_little = 1e-3;
 static const double fit_level = 1e-3;
 /* Least noise assumed for measurements without a sigma. Unit: of a column. */
 static const double fit_known_best = 1e-6;
-/* Errors are withheld if a smaller fraction of effective data remains to estimate the noise. Unit:
- * of the data. */
+/* Errors are withheld if less of the data remains to estimate the noise. Unit: of the data. */
 static const double fit_freedom = 0.25;
 /* One outlier is allowed in this many measurements. Unit: measurements.
  * [fits_list_outliers_and_robust_losses_pass_them_by] */
@@ -94,16 +91,14 @@ enum { FIT_FREEDOM = 3 };
 static const double fit_circle_flat = 1e-9;
 /* Residuals above this belong to another motion. Unit: noise. */
 static const double fit_noisy = 10;
-/* Largest deviation of the first rows from a constant rate; beyond it the rate comes from a
- * parabola. Unit: rad. */
+/* If the first rows deviate more from a constant rate, it comes from a parabola. Unit: rad. */
 static const double fit_bent = 0.1;
 /* The first row is an outlier if the step after it exceeds the longest following step by this
  * factor. On a parabola the ratio is at most 5 / 3. */
 static const double fit_outlier = 5;
 /* Rows on each side through which a parabola is fitted. Unit: rows. */
 enum { FIT_BESIDE = 2 };
-/* Number of first rows from which the rate is estimated; number of positions that a circle needs.
- * Unit: rows. */
+/* Number of first rows that give the rate; of positions that a circle needs. Unit: rows. */
 enum { FIT_FIRST = 5 };
 /* Most arms for which an arm without a measured tip is assumed in line with others. Unit: arms. */
 enum { FIT_LINE_ARMS = 30 };
@@ -121,6 +116,5 @@ enum { FIT_ROUND_ITERATIONS = 15 };
 enum { FIT_PIECE_NUMBERS = 16384 };
 /* Initial standard deviation of a gap between pieces; each round divides it by ten. Unit: sigma. */
 static const double fit_gape = 10;
-/* Length of a piece. An arm that passes over the top makes half a turn in this time. Unit:
- * swing. */
+/* Length of a piece; passing over the top takes as long for half a turn. Unit: swing. */
 static const double fit_piece = 0.25;

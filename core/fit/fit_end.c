@@ -35,8 +35,7 @@ static void end_errors(struct pend_fit *fit, double variance) {
         }
 }
 
-/* the last row of a run up to which the mean square of adjacent residuals is at most six times the
- * variance */
+/* last row of a run up to which the mean square of adjacent residuals is at most six variances */
 static double end_follows(const struct pend_fit *fit, int run, double variance) {
     enum { TOGETHER = 8 };
     const struct pend_fit_problem *p = &fit->problem;

@@ -140,8 +140,7 @@ static long model_instants(struct fit_model *model, int run, long rows) {
     return count;
 }
 
-/* computes the modes of a pendulum with the given values; sets all frequencies to 0 if it has no
- * modes */
+/* computes the modes for the given values of the unknowns; sets all to 0 if there are none */
 static enum pend_status model_omega(struct fit_model *model, const double value[], double omega[]) {
     struct pend_tree *tree = NULL;
     struct pend_loads loads;

@@ -10,8 +10,7 @@ struct fit_model {
     const struct pend_fit_problem *problem;
     int parameters;                   /* number of unknowns of the pendulum and the start */
     struct pend_parameter *parameter; /* those unknowns as parameters */
-    int *place;                       /* for each unknown its index among the parameters; -1 =
-                                       * none */
+    int *place;                       /* index of each unknown among the parameters; -1 = none */
     long *row;                        /* for each instant of the run, its first row */
     double *length, *mass, *value, *phi, *rate;
     double *t;                  /* the instants of the start, if it precedes the first row, and of
@@ -20,8 +19,7 @@ struct fit_model {
     int before;                 /* 1 if the start precedes the first row */
     int shifts;                 /* whether the time shift is unknown */
     int modes;                  /* whether modes are measured */
-    double *omega, *near;       /* frequencies of the modes, rad/s; the same with one unknown
-                                 * changed */
+    double *omega, *near;       /* mode frequencies, rad/s; with one unknown changed */
     double *lean;               /* n x unknowns: derivatives of the frequencies */
     double *beside;             /* values of the unknowns for a finite difference */
     double *seen[4], *slope[4]; /* phi, x, y, rate of a block of rows, and their derivatives */
@@ -44,14 +42,8 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
  * residual  out, rows x columns of the problem; 0 without a measurement and beyond `rows`.
  * slope     out, [(row * columns + column) * unknowns + unknown]; NULL if not needed.
  *
- * PEND_NO_MEMORY, PEND_INVALID, PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the
- *                                                                                          motion
- *                                                                                          cannot
- *                                                                                          be
- *                                                                                          computed
- *                                                                                          for
- *                                                                                          these
- *                                                                                          values.
+ * PEND_NO_MEMORY, PEND_INVALID, PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS
+ * the motion cannot be computed for these values.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_model_at(struct fit_model *model, const double value[],
                                                    long rows, double residual[], double slope[],

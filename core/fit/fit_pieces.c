@@ -12,8 +12,8 @@
 #include "core/fit/fit_constants.h"
 
 struct piece {
-    struct pend_fit_problem problem; /* rows of the piece, and a last row with the continuity
-                                      * conditions at its end */
+    struct pend_fit_problem problem; /* rows of the piece; a last row has its continuity
+                                      * conditions */
     double start;                    /* s, the instant at which the piece starts */
     struct fit_model model;
     char *memory;
@@ -190,8 +190,7 @@ void pend_fit_pieces_free(struct fit_pieces **pieces) {
 
 /* ---- the functions that GSL calls */
 
-/* copies the values of the unknowns, the states at the joins and the weight of gaps into the
- * pieces */
+/* copies the unknowns, the states at the joins and the weight of gaps into the pieces */
 static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     const struct pend_fit_problem *p = all->problem;
     double gape = fit_gape * pow(0.1, all->round) * all->sigma;

@@ -24,9 +24,9 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *problem, double swing);
 /**
  * Divides the motion into pieces; initial states at the joins come from the data.
  *
- * pieces  out; NULL on failure; released by pend_fit_pieces_free.
- * problem must outlive the pieces; pend_fit_pieces_apt must be true.
- * inner   initial inner numbers of the unknowns.
+ * pieces   out; NULL on failure; released by pend_fit_pieces_free.
+ * problem  must outlive the pieces; pend_fit_pieces_apt must be true.
+ * inner    initial inner numbers of the unknowns.
  *
  * PEND_NO_MEMORY
  */

@@ -24,8 +24,7 @@ struct pend_fit_column {
     const double *each; /* one standard deviation > 0 per row, instead of sigma; NULL = none */
     const double *data; /* one number per row, rad or the camera's unit; NaN = not measured */
     int joint;          /* non-zero: an angle or a rate is relative to the parent arm */
-    int zero;           /* for an angle or a rate: 1 + index of the instrument offset that is added;
-                         * 0 = none */
+    int zero;           /* for an angle or a rate: 1 + index of its instrument offset; 0 = none */
 };
 
 /** Returns the arm to which a column's angle or rate is relative; -1 = a fixed direction. O(1). */
@@ -73,8 +72,8 @@ struct pend_fit_problem {
     struct pend_loads loads;
     int runs;                 /* number of motions, each with its own start; 0 = one */
     const double *phi, *rate; /* initial states, runs x n, stored order */
-    const double *start; /* s, instant of each start, not later than the run's first row, shifted;
-                          * NULL = 0 */
+    const double *start; /* s, instant of each start, at most the run's first row, shifted; NULL =
+                          * 0 */
     double camera[PEND_FIT_CAMERA];
     int zeros;          /* number of instrument offsets: of angles, rad, and rates, rad/s */
     const double *zero; /* the instrument offsets */
@@ -90,8 +89,7 @@ struct pend_fit_problem {
                          * = none; NULL = none for all columns */
     double rtol;        /* tolerance of the motion, as for the taylor method */
     int iterations;     /* most iterations, >= 1 */
-    long step_cap;      /* most steps of a motion, 0 = no limit; the fit lowers it for ordinary
-                         * motions */
+    long step_cap;      /* most steps of a motion, 0 = no limit; lowered for ordinary motions */
 };
 
 /** Returns the number of motions. O(1). */

@@ -185,8 +185,7 @@ enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain) {
     return status;
 }
 
-/* the inner number of a point at the distance `step` from a bound, but at most of the middle
- * between the bounds */
+/* the inner number of a point `step` inside the bound, at most of the middle between the bounds */
 static double release_inside(const struct pend_fit_unknown *u, int low, double step) {
     double bound = low ? u->low : u->high, least = 1e-6 * fmax(fabs(bound), 1e-6);
     if (!(step > least)) step = least;

@@ -46,8 +46,7 @@ struct pend_fit_result {
     double p_value;       /* p-value of chi-squared; NaN without sigmas or degrees of freedom */
     double watson;        /* Durbin-Watson statistic of the residuals; NaN without adjacent rows */
     double alike;         /* p-value of the residuals' autocorrelation; NaN with few rows */
-    double widened;       /* factor by which standard errors were increased; infinite if errors are
-                           * withheld */
+    double widened;       /* factor by which standard errors grew; infinite: withheld */
     double effective;     /* the number of independent measurements with the same information */
     const double *spread; /* for each column, the robust standard deviation of its residuals */
     double beyond;        /* a residual beyond this many spreads is an outlier; may be infinite */

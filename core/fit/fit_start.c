@@ -34,8 +34,7 @@ double pend_fit_start_zero(const struct pend_fit_problem *p, int zero) {
     return count > 0 ? sum / count : atan2(im, re);
 }
 
-/* position of an arm's tip, or for arm -1 of the pivot, in camera units at a row; returns 0 if not
- * measured */
+/* an arm's tip, or the pivot for arm -1, in camera units at a row; returns 0 if not measured */
 static int start_tip(const struct pend_fit_problem *p, int arm, long row, double *x, double *y) {
     *x = p->camera[PEND_FIT_ORIGIN_X], *y = p->camera[PEND_FIT_ORIGIN_Y];
     if (arm < 0) return 1;
@@ -183,8 +182,7 @@ int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, dou
     return 1;
 }
 
-/* adds up, over the rows of a column in one run, the squares of the turns in `seconds`; counts the
- * terms */
+/* adds up the squares of a column's turns in `seconds` over a run; counts the terms */
 static double start_turns(const struct pend_fit_problem *p, int c, int run, double seconds,
                           long *count) {
     const double *data = p->column[c].data;

@@ -133,9 +133,7 @@ enum pend_status pend_fit_state_free(struct pend_fit *fit) {
     }
     if (!untold || !bounds) return PEND_OK;
     PEND_TRY(state_covariance(fit, &without));
-    if (without < untold)
-        return PEND_OK; // returns if the data cannot distinguish a fixed unknown
-                        // from others
+    if (without < untold) return PEND_OK; // a fixed unknown is not distinguishable
     memset(fit->held, 0, q);
     PEND_TRY(state_covariance(fit, &untold));
     memcpy(fit->held, fit->bounded, q);

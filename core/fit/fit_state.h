@@ -18,8 +18,7 @@ struct pend_fit {
     long window;             /* number of rows in the window */
     long reached;            /* largest window so far */
     int here;                /* number of iterations in this window */
-    int begun, ready;        /* whether the solver works on this window; whether the result is
-                              * complete */
+    int begun, ready;        /* the solver works on this window; the result is complete */
     enum pend_status status; /* status of the last evaluation of the search's current point */
     int starved;             /* an allocation failed, so no result is valid */
     struct pend_error failure;
@@ -37,12 +36,9 @@ struct pend_fit {
                                 * the best of them */
     double *best;              /* inner numbers at the lowest sum of squares of all rows so far */
     double least;              /* the lowest sum of squares; infinite before there is one */
-    double variance;           /* variance of a residual at the last evaluation of all rows; 0 =
-                                * unknown */
-    int inside;                /* whether unknowns at bounds were moved inside and the search
-                                * restarted */
-    int anew;                  /* whether the search was restarted because a decrease was
-                                * predicted */
+    double variance;           /* of a residual at the last evaluation of all rows; 0 = unknown */
+    int inside;                /* unknowns at bounds were moved inside for a new search */
+    int anew;                  /* the search was restarted for a predicted decrease */
     unsigned char *bounded, *held; /* flags: at a bound; fixed in the last evaluation */
     signed char *edge, *edged;     /* which bound an unknown is fixed at: -1 low, 1 high; the same
                                     * at `best` */

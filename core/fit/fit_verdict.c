@@ -204,8 +204,7 @@ static enum pend_status verdict_alike(struct pend_fit *fit, double variance) {
     if (!room) return PEND_NO_MEMORY;
     double *noise = room + 2 * q * q, *wider = noise + q * q, *last = wider + q;
     double left = verdict_noise(fit, last, room, room + q * q, noise);
-    // correct for the slow components of the residuals, with autocorrelations near 1, that the fit
-    // has absorbed
+    // correct for slow components, with autocorrelations near 1, that the fit has absorbed
     for (int k = 0; k < 2 && left > fit_freedom; k++) fit->lag[k] = left * fit->lag[k] + 1 - left;
     left = verdict_noise(fit, last, room, room + q * q, noise);
     for (size_t j = 0; j < q; j++) {

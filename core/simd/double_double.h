@@ -140,10 +140,8 @@ VEC_INLINE DD_TYPE DD(less)(DD_TYPE x, VEC n, VEC many) {
     return r;
 }
 
-/**
- * Sine and cosine with error 2^-102, relative to x if that is small. x up to 1e12 is taken as
- * exact: beyond 1e6 the last digit of x is larger than the error.
- */
+/** Sine and cosine with error 2^-102, relative to x if that is small. x up to 1e12 is taken as
+ * exact: beyond 1e6 the last digit of x is larger than the error. */
 VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
     static const double sine_term[DD(SINE_TERMS)][2] = {
         {-0x1.5555555555555p-3, -0x1.5555555555555p-57},

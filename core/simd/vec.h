@@ -48,10 +48,8 @@ VEC_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 #endif
 }
 
-/**
- * Loads array elements one by one: the gather instruction is slow on processors with mitigations
- * against data sampling.
- */
+/** Loads array elements one by one: the gather instruction is slow on processors with mitigations
+ * against data sampling. */
 VEC_INLINE lanes2 lanes2_gather(const double *from, const int index[2]) {
     return (lanes2){from[index[0]], from[index[1]]};
 }

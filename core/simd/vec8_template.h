@@ -58,10 +58,8 @@ VEC_INLINE wide wide_end(wide x) {
 #endif
 }
 
-/**
- * WIDE of the eight lanes, those from `first` on: x in lane `lane` of the eight, zero in the
- * others.
- */
+/** WIDE of the eight lanes, those from `first` on: x in lane `lane` of the eight, zero in the
+ * others. */
 VEC_INLINE wide wide_only(double x, int lane, int first) {
     static const long long all[2 * VEC8 - 1] = {[VEC8 - 1] = -1};
     KERNEL_OF(bits, ) mask;

@@ -113,10 +113,8 @@ VEC_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *co
 #endif
 }
 
-/**
- * Sine and cosine of x + low, |low| below about an ulp of x. They are within 1 ulp of the larger
- * one up to |x| = 1e6, and as exact as x itself up to 1e12.
- */
+/** Sine and cosine of x + low, |low| below about an ulp of x. They are within 1 ulp of the larger
+ * one up to |x| = 1e6, and as exact as x itself up to 1e12. */
 VEC_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
     BITS turn;
     VEC tail, r = OF(reduce)(x, low, &tail, &turn), z = r * r;
@@ -162,12 +160,10 @@ VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
 #endif
 }
 
-/**
- * Sine and cosine of the exact x - base. The error is at most half an ulp of 1 larger than that of
+/** Sine and cosine of the exact x - base. The error is at most half an ulp of 1 larger than that of
  * sincos, and a sine near 0 is exact to its own last digits. It takes two thirds of the time of
  * sincos: after subtracting a multiple of a sixteenth of the circle, the angle is so small that
- * short polynomials suffice.
- */
+ * short polynomials suffice. */
 VEC_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
     // the difference is rounded; near a half turn only its rounding error distinguishes aligned
     // arms from arms that are almost aligned

@@ -103,11 +103,9 @@ struct loads_layout {
     int padded, rows;
 };
 
-/**
- * Returns non-zero if the fast kernels support all terms of a pendulum of point masses: masses at
+/** Returns non-zero if the fast kernels support all terms of a pendulum of point masses: masses at
  * the tips of massless arms, children at tips, springs, viscous friction and torques in the joints,
- * and a moving pivot, but nothing else. O(1).
- */
+ * and a moving pivot, but nothing else. O(1). */
 static inline int jets_loads_known(const struct pend_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++)
         if (terms->row[r] >= 0 && r != PEND_TERM_DAMPING && r != PEND_TERM_STIFFNESS &&
@@ -141,8 +139,7 @@ static inline int jets_loads_suit(const struct pend_tree *tree, const struct pen
     if (tree->n > 8) return jets_loads_known(terms);
     struct pend_terms points = *terms; // the same terms with masses at the tips and without drag
     points.one[PEND_TERM_DRAG_PER_MASS] = -1;
-    // an input of a piece is a torque too; its work and heat are computed only if the pivot is at
-    // rest
+    // an input of a piece is a torque too; its work and heat are known if the pivot is at rest
     if (terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&
         !(terms->harmonics && terms->harmonic[0].drives < 0)) {
         points.row[PEND_TERM_INPUT] = points.row[PEND_TERM_INPUT_RATE] = -1;
@@ -161,9 +158,7 @@ static inline int jets_loads_torques(const struct jets_loads *loads, int order) 
     return row[PEND_TERM_TORQUE] >= 0 || row[PEND_TERM_SLIDE] >= 0;
 }
 
-/**
- * Returns the bytes of memory for the loads of a pendulum, a multiple of 64. O(1).
- */
+/** Returns the bytes of memory for the loads of a pendulum, a multiple of 64. O(1). */
 size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                              int order_cap, const struct loads_layout *layout);
 

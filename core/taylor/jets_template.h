@@ -20,10 +20,8 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, num T
     s->early[a] = num_of(0);
 }
 
-/*
- * T and c of order k, and of order k + 1 without the terms that need order k, in one pass, so that
- * every coefficient is loaded once for both. Row -1 of the forces is zero.
- */
+/* T and c of order k, and of order k + 1 without the terms that need order k, in one pass, so that
+ * every coefficient is loaded once for both. Row -1 of the forces is zero. */
 static inline void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
     for (int a = 0; a < s->n; a++) {

@@ -91,8 +91,7 @@ static void loads_springs(const struct jets_system *s, double unit, double *forc
     }
 }
 
-/* sets what depends on the values of the terms for one expansion: flags, and the motion of the
- * pivot */
+/* sets what the values of the terms determine in one expansion, and the pivot's motion */
 static void loads_number(const struct jets_system *s, const double *value,
                          const struct bodies_moment *now, int order) {
     s->loads->value = value;

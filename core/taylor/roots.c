@@ -120,8 +120,7 @@ static void roots_turns(struct roots_path *path, struct roots_signs signs, int *
     if (signs.last) *before = signs.last;
 }
 
-/* true if the derivative's leading coefficient exceeds the sum of all others, so that it has no
- * zero */
+/* true if the derivative's leading coefficient exceeds the sum of all others: no zero */
 static int roots_plain(const struct roots_path *path) {
     double rest = 0;
     for (int j = 2; j <= path->degree; j++) rest += j * fabs(path->a[j]);

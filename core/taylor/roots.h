@@ -13,8 +13,7 @@ struct roots_path {
     int degree; /* 1 .. PEND_ROOTS_DEGREE */
     double base, low;
     double a[PEND_ROOTS_DEGREE + 1];
-    /* number of pieces on which the quantity is monotonic; `end` has their ends, ascending, the
-     * last 1 */
+    /* number of monotonic pieces; their ends, ascending, the last one 1 */
     int pieces;
     double end[PEND_ROOTS_DEGREE + 1];
 };

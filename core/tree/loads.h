@@ -32,25 +32,20 @@ PEND_MUST_CHECK enum pend_status pend_loads_check(const struct pend_loads *loads
 PEND_MUST_CHECK enum pend_status pend_loads_check_series(const struct pend_loads *loads,
                                                          struct pend_error *error);
 
-/**
- * Returns non-zero if the loads pull every arm downwards, so that hanging straight down is a stable
- * equilibrium: gravity is finite and greater than 0. The linear method requires this. O(1).
- */
+/** Returns non-zero if the loads pull every arm downwards, so that hanging straight down is a
+ * stable equilibrium: gravity is finite and greater than 0. The linear method requires this.
+ * O(1). */
 int pend_loads_pull_down(const struct pend_loads *loads);
 
 /** Returns non-zero if friction or drag dissipate energy. O(n). */
 int pend_loads_lose(const struct pend_loads *loads);
 
-/**
- * Returns an estimate of how fast terms make a pendulum move, rad/s: the sum of pend_terms_rate and
- * the fastest drive's frequency; 0 for an ideal pendulum. O(n + harmonics).
- */
+/** Returns an estimate of how fast terms make a pendulum move, rad/s: the sum of pend_terms_rate
+ * and the fastest drive's frequency; 0 for an ideal pendulum. O(n + harmonics). */
 double pend_loads_rate(const struct pend_loads *loads, const struct pend_tree *tree);
 
-/**
- * Returns the approximate decay rate of an arm due to friction and drag, 1/s. For stability, it
- * bounds the steps of explicit methods. O(n + harmonics).
- */
+/** Returns the approximate decay rate of an arm due to friction and drag, 1/s. For stability, it
+ * bounds the steps of explicit methods. O(n + harmonics). */
 double pend_loads_decay(const struct pend_loads *loads, const struct pend_tree *tree);
 
 /**

@@ -80,10 +80,8 @@ static inline int pend_rules_joints(const struct pend_rules *rules) {
     return rules->sliding || rules->least;
 }
 
-/**
- * Returns the first instant, s, at which an input changes after `now`, or before it if way < 0;
- * infinite if there is none. O(tables log(instants)).
- */
+/** Returns the first instant, s, at which an input changes after `now`, or before it if way < 0;
+ * infinite if there is none. O(tables log(instants)). */
 double pend_rules_next(const struct pend_rules *rules, double now, int way);
 
 /**

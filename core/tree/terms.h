@@ -123,18 +123,14 @@ static inline int pend_terms_cart(const struct pend_terms *terms) {
     return terms && terms->one[PEND_TERM_RAIL] >= 0;
 }
 
-/**
- * Returns the stored arm relative to which arm k turns: its parent, or -1 for the ground, at a
- * pivot or on a cart. O(1).
- */
+/** Returns the stored arm relative to which arm k turns: its parent, or -1 for the ground, at a
+ * pivot or on a cart. O(1). */
 static inline int pend_terms_holder(const struct pend_terms *terms, const int parent[], int k) {
     return parent[k] == 0 && pend_terms_cart(terms) ? -1 : parent[k];
 }
 
-/**
- * Returns non-zero if adding whole turns to the initial angles changes only the angles. Springs and
- * rules (such as stops) distinguish turns, and a cart's position is not an angle. O(1).
- */
+/** Returns non-zero if adding whole turns to the initial angles changes only the angles. Springs
+ * and rules (such as stops) distinguish turns, and a cart's position is not an angle. O(1). */
 static inline int pend_terms_whole_turns(const struct pend_terms *terms) {
     return !terms ||
            (terms->row[PEND_TERM_STIFFNESS] < 0 && !terms->rules && !pend_terms_cart(terms));
@@ -171,22 +167,16 @@ int pend_terms_check(const struct pend_terms *terms, const struct pend_tree *tre
                      void (*found)(void *context, const struct pend_terms_fault *fault),
                      void *context);
 
-/**
- * Returns true if x is a valid value at an index of the list: finite, and >= 0 or > 0 if the term
- * requires this. O(1).
- */
+/** Returns true if x is a valid value at an index of the list: finite, and >= 0 or > 0 if the term
+ * requires this. O(1). */
 int pend_terms_fits(const struct pend_terms *terms, int place, double x);
 
-/**
- * Returns non-zero if the energy (kinetic, of gravity and of springs) is conserved: no friction, no
- * drag, no torque, and a fixed pivot. O(n).
- */
+/** Returns non-zero if the energy (kinetic, of gravity and of springs) is conserved: no friction,
+ * no drag, no torque, and a fixed pivot. O(n). */
 int pend_terms_conserve(const struct pend_terms *terms, const double value[]);
 
-/**
- * Returns the inertia of stored arm k alone about its joint, kg m^2, from its tip mass, rod and
- * body. O(1).
- */
+/** Returns the inertia of stored arm k alone about its joint, kg m^2, from its tip mass, rod and
+ * body. O(1). */
 double pend_terms_inertia(const struct pend_terms *terms, double length, double mass,
                           const double value[], int k);
 

@@ -145,8 +145,7 @@ static void tree_place(int n, const int parent[], const int size[], const int li
         int p = parent[i];
         if (p >= 0 && (heavy[p] < 0 || size[i] >= size[heavy[p]])) heavy[p] = i;
     }
-    // first, the offset of each arm's index from its parent's; then, parents first, the index
-    // itself
+    // first the offset of an arm's index from its parent's; then, parents first, the index
     for (int i = 0; i < n; i++) {
         int p = parent[i];
         if (p < 0) {
@@ -277,8 +276,7 @@ struct path_reading {
     int *score;    /* arms on the path to tip k, minus arms in k's sub-tree */
     int *arm;      /* in the order in which arms join */
     int *parent;   /* the best candidate */
-    int *mismatch; /* per candidate parent j of the joining arm: the number of entries in which its
-                    * row would differ */
+    int *mismatch; /* per candidate parent j of the joining arm: differing entries */
 };
 
 /* row i; path_ones and path_read count every nonzero entry, and the diagonal, as 1 */

@@ -102,7 +102,5 @@ void pend_tree_path(const struct pend_tree *tree, double path[]);
  */
 void pend_tree_force_map(const struct pend_tree *tree, double force_map[]);
 
-/**
- * Returns true if every invariant of the structure holds. O(n). For assertions and tests.
- */
+/** Returns true if every invariant of the structure holds. O(n). For assertions and tests. */
 int pend_tree_valid(const struct pend_tree *tree);

@@ -26,8 +26,7 @@ struct pend_event {
     double level;   /* the value that the quantity crosses */
     int bound;      /* non-zero: the condition concerns the magnitude, level >= 0; up means away
                      * from 0 */
-    unsigned ways;  /* flags of enum pend_way; up: the value grows along the direction of
-                     * integration */
+    unsigned ways;  /* flags of enum pend_way; up: the value grows as the integration proceeds */
     long most;      /* most passages that are reported, >= 1 */
     long stop;      /* ordinal of the passage that ends the motion; 0 = none does */
 };

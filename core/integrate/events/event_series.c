@@ -165,8 +165,7 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
         const double *h = value + terms->harmonic[i].at;
         double complex way = terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X ? 1 : I;
         double angle = h[1] * step->time + h[2], size = h[0], x = cos(angle), y = sin(angle);
-        const double turned[] = {x, -y, -x, y}; // coefficients of the derivatives, which are
-                                                // rotations by quarter turns
+        const double turned[] = {x, -y, -x, y}; // rotations by quarter turns
         for (int j = 0; j <= step->degree; j++) {
             out[j] += way * size * turned[j % 4];
             size *= h[1] * step->length / (j + 1);
@@ -174,8 +173,7 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
     }
 }
 
-/* adds the vector from the joint of arm k to a point of the arm; for a cart, the vector along the
- * rail */
+/* adds the vector from the joint of arm k to a point of it; for a cart, the vector on the rail */
 static void event_point(const struct event_step *step, int k, double complex p,
                         double complex out[EVENT_TERMS]) {
     if (k || !pend_terms_cart(step->loads->terms)) {

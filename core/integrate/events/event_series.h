@@ -1,8 +1,7 @@
 /* Quantities of a motion as power series over one step of the Taylor method, of a run or of a
  * member of an ensemble. Leaves to others: the series of angles and forces (jets, kernel_ensemble),
  * the conditions on the quantities (event_search). Invariant: series are in powers of the fraction
- * s of the step, 0 .. 1, so that coefficients neither overflow nor vanish.
- */
+ * s of the step, 0 .. 1, so that coefficients neither overflow nor vanish. */
 #pragma once
 
 #include "core/integrate/methods/method.h"
@@ -42,10 +41,8 @@ struct event_step {
                                       * the series */
 };
 
-/**
- * Returns the degree of positions and energies over a step whose angles are known to `order`. It is
- * higher, because positions and energies are functions of the angles. O(1).
- */
+/** Returns the degree of positions and energies over a step whose angles are known to `order`. It
+ * is higher, because positions and energies are functions of the angles. O(1). */
 int pend_event_series_degree(int order);
 
 /** Returns the last step of a stepper of the Taylor method, without time, length and room. O(1). */

@@ -15,7 +15,7 @@ struct pend_events {
     const struct pend_method *method;
     void *stepper;
     double reached;               /* s, end of the last step */
-    double stopped;               /* s, the time at which a condition stopped the motion; NaN = not
+    double stopped;               /* s, time at which a condition stopped the motion; NaN = not
                                    * yet */
     int begun, ended;             /* whether a step was taken; whether all passages are reported */
     struct pend_horizon *horizon; /* NULL if no accuracy is given */

@@ -43,7 +43,7 @@ void pend_events_free(struct pend_events **events);
  *
  * steps      the largest number of integration steps of this call, >= 1.
  * found      out: nothing yet; a passage; or the end of the search, because the duration is over, a
- * condition stopped the motion, or all passages are reported.
+ *            condition stopped the motion, or all passages are reported.
  * hit        out, if a passage was found.
  * phi, rate  out, n values each: the state at the passage.
  *
@@ -60,11 +60,9 @@ PEND_MUST_CHECK enum pend_status pend_events_next(struct pend_events *events, lo
  */
 double pend_events_stopped(const struct pend_events *events);
 
-/**
- * Returns the time, s after the start, up to which the searched motion keeps the problem's
+/** Returns the time, s after the start, up to which the searched motion keeps the problem's
  * accuracy. It is at most the time at which a condition stopped the motion; NaN if the problem has
- * no accuracy.
- */
+ * no accuracy. */
 double pend_events_held(const struct pend_events *events);
 
 /** Returns the number of integration steps so far. */

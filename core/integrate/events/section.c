@@ -31,8 +31,7 @@ struct pend_section {
     struct pend_passage queue[SECTION_QUEUE]; /* passages of the last step; entries next .. queued -
                                                * 1 were not returned yet */
     int next, queued;
-    double *phi, *rate;                          /* n values at each of SECTION_LOOKS + 1
-                                                  * instants */
+    double *phi, *rate;                          /* n values at SECTION_LOOKS + 1 instants */
     double *rest, *rest_low, *turns, *turns_low; /* rad, n values each: initial angles without whole
                                                   * turns, and these turns */
 };

@@ -25,8 +25,7 @@ struct pend_section_problem {
     /* low-order parts of the initial state, n values each, NULL = 0; and of the angle, rad */
     const double *phi_low, *rate_low;
     double angle_low;
-    double start; /* s, start of the motion in the time of its drives; times of passages count from
-                   * the start */
+    double start; /* s, start in the time of the drives; passages count from it */
     /* s, > 0: the section is stroboscopic, with passages at first + k period, k any integer; arm,
      * angle and ways are ignored. 0: the section is that of the arm. */
     double period, first;
@@ -74,10 +73,8 @@ PEND_MUST_CHECK enum pend_status pend_section_next(struct pend_section *section,
                                                    struct pend_passage *passage, double phi[],
                                                    double rate[], struct pend_error *error);
 
-/**
- * Returns the time, s, up to which the integrated motion keeps the problem's accuracy (horizon.h);
- * later passages may be wrong. NaN if the problem has no accuracy.
- */
+/** Returns the time, s, up to which the integrated motion keeps the problem's accuracy (horizon.h);
+ * later passages may be wrong. NaN if the problem has no accuracy. */
 double pend_section_held(const struct pend_section *section);
 
 /** Returns the number of integration steps so far. */

@@ -20,8 +20,7 @@ struct symplectic_system {
     const int *parent, *end;
     struct pend_loads loads;    /* gravity and other loads, whose terms conserve the energy */
     const double *subtree_mass; /* n values, kg */
-    double length;              /* s, > 0: length of a step, which may go in either direction of
-                                 * time */
+    double length;              /* s, > 0: length of the step, in either direction of time */
     double weight[8];           /* s: the step times b_j */
     double *lanes;   /* symplectic_count doubles, aligned to 64: the tree system, eight lanes per
                       * value */

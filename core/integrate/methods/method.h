@@ -17,14 +17,10 @@ struct pend_times {
     const double *list; /* `count` instants, s, or NULL; not owned */
 };
 
-/**
- * Returns the requested instant i, s; 0 <= i < count. O(1).
- */
+/** Returns the requested instant i, s; 0 <= i < count. O(1). */
 double pend_times_at(const struct pend_times *times, long i);
 
-/**
- * Fills in instants first .. first + count - 1, s, with the bits of pend_times_at. O(count).
- */
+/** Fills in instants first .. first + count - 1, s, with the bits of pend_times_at. O(count). */
 void pend_times_list(const struct pend_times *times, long first, int count, double t[]);
 
 struct pend_problem {
@@ -59,9 +55,8 @@ enum {
         8, /* solves (lin), not (aaa): `at` also fills acc, from which forces are computed */
     PEND_METHOD_TERMS = 64,      /* supports the terms of real pendulums (loads) */
     PEND_METHOD_CONSERVES = 128, /* supports only terms for which pend_terms_conserve is true */
-    PEND_METHOD_FORWARD = 256,   /* integrates backwards only without dissipation: backwards,
-                                  * dissipation becomes growth, which an implicit method would
-                                  * damp */
+    PEND_METHOD_FORWARD = 256,   /* integrates backwards only without dissipation, whose growth an
+                                  * implicit method would damp */
     PEND_METHOD_THETA = 32,      /* `at` also fills theta, with as many digits as the initial state
                                   * has */
     PEND_METHOD_SERIES =
@@ -69,8 +64,7 @@ enum {
 };
 
 /* States at several instants of one step, time-major in stored order: phi[i * n + arm]. The
- * receiver owns the arrays.
- */
+ * receiver owns the arrays. */
 struct pend_points {
     double *phi, *rate; /* always required */
     double *acc;   /* rad/s^2, for methods with PEND_METHOD_LINEAR or PEND_METHOD_SERIES; NULL if
@@ -94,8 +88,8 @@ struct pend_series {
     int order, beyond; /* order of the step; number of known higher coefficients */
     int stands; /* number of steps, up to this one, that count with the truncation error of this
                  * step; 0: a later step counts for this one */
-    double unit, time, reached; /* s; unit of the series; start and end of the step, relative to the
-                                 * first instant */
+    double unit, time, reached; /* s; unit; start and end of the step, relative to the first
+                                 * instant */
 };
 
 /* A state from which the next step starts, n values each in stored order; low parts may be NULL,
@@ -126,58 +120,46 @@ struct pend_method {
      * the problem (run_check). */
     enum pend_status (*open)(void **stepper, const struct pend_problem *problem,
                              struct pend_error *error);
-    /**
-     * Takes one accepted step towards `limit` (s, relative to the first instant; its sign is the
+    /** Takes one accepted step towards `limit` (s, relative to the first instant; its sign is the
      * direction). With PEND_METHOD_LANDS, `limit` is the next requested instant, which steps reach
      * exactly and never pass. Otherwise it is the last requested instant, which a step may pass.
      * *reached becomes the time after the step, relative to the first instant. On failure
-     * error->time is relative too, and the text contains no time; the run adds it.
-     */
+     * error->time is relative too, and the text contains no time; the run adds it. */
     enum pend_status (*step)(void *stepper, double limit, double *reached,
                              struct pend_error *error);
-    /**
-     * Fills in the states at `count` instants t (s, relative to the first instant, monotonic)
+    /** Fills in the states at `count` instants t (s, relative to the first instant, monotonic)
      * inside the last step; with PEND_METHOD_LANDS only at its end. At the end of the step the
      * state is exactly the one that the next step starts from. An instant's bits do not depend on
-     * the other instants in the call. Before the first step it is called for linear methods only.
-     */
+     * the other instants in the call. Before the first step it is called for linear methods
+     * only. */
     void (*at)(void *stepper, const double t[], int count, const struct pend_points *points);
     /** Returns the number of evaluations since `open`. O(1). */
     struct pend_stepper_counts (*counts)(const void *stepper);
-    /**
-     * Fills in the work of drives and the heat of friction since `open`, J, at the same instants as
-     * `at` accepts, for real pendulums whose energy is not conserved. NULL if a method does not
-     * support these.
-     */
+    /** Fills in the work of drives and the heat of friction since `open`, J, at the same instants
+     * as `at` accepts, for real pendulums whose energy is not conserved. NULL if a method does not
+     * support these. */
     void (*exchange)(const void *stepper, const double t[], int count, double work[],
                      double heat[]);
     /** Returns the last step as a power series of doubles; NULL if the method has no such
      * series. */
     void (*series)(const void *stepper, struct pend_series *series);
-    /**
-     * Propagates a small error of the state from the start of the last step to its end, to first
+    /** Propagates a small error of the state from the start of the last step to its end, to first
      * order, and adds the estimated error of the step itself; n values each, rad and rad/s. NULL if
-     * the method cannot; then the horizon computes power series of the motion itself.
-     */
+     * the method cannot; then the horizon computes power series of the motion itself. */
     void (*spread)(void *stepper, double phi[], double rate[]);
-    /**
-     * Saves everything that steps have changed since `open` to a checkpoint, or restores it. A
+    /** Saves everything that steps have changed since `open` to a checkpoint, or restores it. A
      * stepper that is newly opened for the same problem and then restored continues with the same
      * bits, including `at` inside the last step. If the bytes were altered, the stepper refuses the
      * checkpoint or computes wrong values, but does no other harm. NULL if the method's state
-     * cannot be saved.
-     */
+     * cannot be saved. */
     void (*carry)(void *stepper, struct pend_checkpoint *checkpoint);
-    /**
-     * Shortens the last step so that it ends at t, s, relative to the first instant and inside the
-     * step. Its work and heat then end at t. NULL if a method does not support motions in pieces.
-     */
+    /** Shortens the last step so that it ends at t, s, relative to the first instant and inside the
+     * step. Its work and heat then end at t. NULL if a method does not support motions in
+     * pieces. */
     void (*cut)(void *stepper, double t);
-    /** Returns the state at the end of the last step, valid until the next step. NULL if a method
-     * does not support motions in pieces. */
+    /** Returns the state at the end of the last step, valid until the next step. NULL as `cut`. */
     struct pend_start (*end)(const void *stepper);
-    /** Replaces the state from which the next step starts; see pend_start. NULL if a method does
-     * not support motions in pieces. */
+    /** Replaces the state from which the next step starts; see pend_start. NULL as `cut`. */
     void (*put)(void *stepper, const struct pend_start *start);
     /** Frees a stepper and clears the pointer; NULL is accepted. */
     void (*close)(void **stepper);
@@ -195,20 +177,15 @@ extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_meth
 /* pend_method_taylor.extended points to this method */
 extern const struct pend_method pend_method_taylor_extended;
 
-/**
- * Returns a method's default absolute tolerance for a relative tolerance, rad and rad/s. O(1).
- */
+/** Returns a method's default absolute tolerance for a relative tolerance, rad and rad/s. O(1). */
 static inline double pend_method_atol(const struct pend_method *method, double rtol) {
     return method->atol_divisor > 0 ? rtol / method->atol_divisor : 0;
 }
 
-/**
- * Returns the method with a name, or NULL. The names are those of the API: taylor ode23 rkf45 rk8pd
- * msadams symplectic linear radau.
- */
+/** Returns the method with a name, or NULL. The names are those of the API: taylor ode23 rkf45
+ * rk8pd msadams symplectic linear radau. */
 const struct pend_method *pend_method_find(const char *name);
 
-/**
- * Returns method number i of the table, from 0, or NULL beyond its end; the first is the default.
- */
+/** Returns method number i of the table, from 0, or NULL beyond its end; the first is the
+ * default. */
 const struct pend_method *pend_method_at(int i);

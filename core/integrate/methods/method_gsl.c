@@ -114,9 +114,7 @@ static int gsl_control_errlevel(void *state, const double y, const double slope,
                                 const size_t index, double *level) {
     const struct gsl_stepper *g = state;
     *level = gsl_control_level(state, y, slope, size);
-    if (index >= 2 * (size_t)g->n)
-        *level = DBL_MAX; // the errors of work and heat do not limit
-                          // steps
+    if (index >= 2 * (size_t)g->n) *level = DBL_MAX; // work and heat do not limit steps
     return *level <= 0 ? GSL_ESANITY : GSL_SUCCESS;
 }
 

@@ -15,14 +15,12 @@
 struct ode23 {
     const struct pend_tree *tree;
     struct pend_loads loads;
-    double asked, rtol, threshold; /* rtol as the caller requested it; the tolerances requested of
-                                    * one step */
+    double asked, rtol, threshold; /* the caller's rtol; the tolerances requested of one step */
     double begin, end,
         length; /* s: start and end of the last step, and its length; all 0 before the first step */
     double first, last;    /* s: the first instant in the time of the request; the last instant,
                             * relative */
-    double size, size_max; /* s: length of the next step, and of the longest allowed step, both >=
-                            * 0 */
+    double size, size_max; /* s, >= 0: length of the next step, and of the longest */
     struct pend_stepper_counts counts;
     int n;
     int gives;  /* whether drives or friction change the energy */

@@ -34,8 +34,8 @@ struct taylor {
     int stands;           /* as `stands` in pend_series */
     double unit;          /* s, unit of the series */
     double next_unit;     /* s, > 0: unit for the next step */
-    double time, reached; /* s: start and end of the last step; both are exact, and the step's
-                           * length is their difference */
+    double time, reached; /* s: start and end of the last step, exact; its length is their
+                           * difference */
     struct jets_state begin, end;
     int gives; /* whether work of drives and heat of friction are added up */
     int nodes; /* whether they are computed from the power at nodes in a step */
@@ -136,8 +136,7 @@ static void taylor_series_of(struct taylor *taylor, long step) {
 }
 
 /* Expands about the start of the step with a unit of time near the step. Returns the step in units;
- * NaN on failure.
- */
+ * NaN on failure. */
 static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(limit - taylor->time);

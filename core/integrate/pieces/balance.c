@@ -120,8 +120,7 @@ static void balance_own(const struct pend_tree *tree, const struct pend_loads *l
     own->tip = tree->mass[k] * (own->acc + l * u * whirl) - air;
 }
 
-/* the torque that springs, viscous and regularized dry friction, drives and inputs exert in joint
- * k */
+/* the torque of springs, viscous and regularized dry friction, drives and inputs in joint k */
 static double balance_given(const struct pend_tree *tree, const struct pend_loads *loads,
                             const struct pend_moving *s, int k) {
     int p = pend_terms_holder(loads->terms, tree->parent, k);

@@ -37,9 +37,9 @@ size_t pend_balance_bytes(const struct pend_tree *tree);
  * loads   with terms.
  * memory  pend_balance_bytes bytes, aligned to 16.
  * torque  out, n values: the torque of the joint on its arm, N m (for a cart the force along the
- * rail, N), without springs, friction in terms, drives and inputs. This is the torque of a joint
- * that holds, or slides by Coulomb's law. NULL = not needed. forces  out, as for pend_bodies_at;
- * NULL = not needed.
+ *         rail, N), without springs, friction in terms, drives and inputs: the torque of a joint
+ *         that holds, or slides by Coulomb's law. NULL = not needed.
+ * forces  out, as for pend_bodies_at; NULL = not needed.
  *
  * Newton and Euler for each arm in its own joint: F = M a + h U + sum F_c - f, and the torque is
  * J (phi'' + 2 gamma phi') + Im(conj(u) [conj(h) a + sum conj(p_c) F_c - l f]) and those of its

@@ -158,8 +158,7 @@ static double law_swing_up(const struct control_view *v, const struct pend_law *
     const double *gains = v->rules->number + law->gains.value;
     double missing = law_energy(v, law) - view_energy(v, 0);
     if (!view_cart(v) || drives) return gains[0] * missing * view_joint(v, drives, 1);
-    // with cart speed s, mass m and momentum P, the kinetic energy is m s^2 / 2 + s P + that of the
-    // arms alone
+    // with speed s and momentum P the kinetic energy is m s^2 / 2 + s P + that of the arms alone
     double momentum = (view_energy(v, 1) - view_energy(v, -1)) / 2;
     return -gains[0] * missing * momentum - gains[1] * v->phi[0] - gains[2] * v->rate[0];
 }

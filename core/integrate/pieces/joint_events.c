@@ -55,8 +55,7 @@ static void event_path(const struct event_look *look, int k, int way, int angle,
         path->a[i + angle] = angle ? a[i] * look->length / (i + 1) : a[i];
 }
 
-/* divides by the known roots at the start; by one more if `forced`, or if the slope at the start is
- * within rounding */
+/* divides by the known roots at the start; by one more if the slope there is within rounding */
 static void event_divide(struct roots_path *path, int roots, int forced) {
     for (; roots > 0 && path->degree > 1; roots--) {
         path->base = path->a[1];

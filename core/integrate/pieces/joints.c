@@ -224,9 +224,8 @@ static enum pend_status joints_hit(struct pend_joints *j, int k) {
     for (int i = 0; i < j->n; i++) rate[i] -= (1 + e) * r / d * j->blow[i];
     if (!last) {
         PEND_TRY(joints_last(j, k, side, &last));
-        double now = last ? pend_joints_rate(j, rate, k)
-                          : 0; // if it is not the last impact, the joint continues at rate 0 for
-                               // now, as without restitution
+        double now =
+            last ? pend_joints_rate(j, rate, k) : 0; // otherwise it goes on without restitution
         for (int i = 0; i < j->n; i++) rate[i] -= now / d * j->blow[i];
     }
     if (last)

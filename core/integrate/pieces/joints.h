@@ -8,11 +8,7 @@
 #include "core/integrate/pieces/rule.h"
 #include "core/integrate/pieces/stuck.h"
 
-enum {
-    PEND_JOINT_FREE = 2,
-    PEND_JOINT_HOLDS = 0
-}; /* the other modes are +1 and -1: the joint
-    * slides in that direction */
+enum { PEND_JOINT_FREE = 2, PEND_JOINT_HOLDS = 0 }; /* +1, -1: it slides in that direction */
 
 struct pend_joints {
     struct pend_piece *piece;
@@ -20,8 +16,7 @@ struct pend_joints {
     int n;
     signed char *mode;   /* n: the mode of each joint */
     signed char *touch;  /* n: +1, -1: it rests on its upper or lower stop */
-    signed char *forced; /* n: +1, -1: the direction in which its holding torque reached its limit;
-                          * 0 = it did not */
+    signed char *forced; /* n: +1, -1: direction in which its holding torque reached the limit */
     signed char *struck; /* n: +1, -1: it reached its upper or lower stop */
     signed char *was_forced, *was_struck; /* n: the same at the start of the piece */
     unsigned char *stopped;               /* n: whether its rate reached that of its parent */

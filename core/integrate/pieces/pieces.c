@@ -7,8 +7,8 @@
 
 #include "core/integrate/pieces/pieces_work.h"
 
-/* the rule for tables of inputs: a piece ends at each of their instants, and its list of inputs
- * starts with their values */
+/* the rule for tables: a piece ends at each of their instants, and its inputs start with their
+ * values */
 static int tables_has(const struct pend_rules *given) { return given->tables > 0; }
 static double tables_next(const struct pend_piece *piece, const void *own) {
     (void)own;
@@ -276,8 +276,7 @@ static enum pend_status pieces_step(void *stepper, double limit, double *reached
     assert(pieces_valid(p));
     if (p->ended) PEND_TRY(pieces_begin(p, error));
     double end = p->next - p->piece.start;
-    // rounding of the start may put the end of the piece at its start; then it gets the least
-    // length
+    // rounding may put the end of the piece at its start; then it gets the least length
     if (p->piece.way * (end - p->reached) <= 0) end = nextafter(p->reached, p->next);
     int within = p->piece.way * (limit - end) <= 0;
     double most = p->reached + p->way_most;

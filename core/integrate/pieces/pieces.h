@@ -36,10 +36,8 @@ PEND_MUST_CHECK enum pend_status pend_pieces_check_smooth(const struct pend_term
                                                           const char *what,
                                                           struct pend_error *error);
 
-/**
- * Returns the loads of the current piece, whose values change from piece to piece; for a stepper of
- * another method those of the problem. They are valid as long as the stepper. O(1).
- */
+/** Returns the loads of the current piece, whose values change from piece to piece; for a stepper
+ * of another method those of the problem. They are valid as long as the stepper. O(1). */
 struct pend_loads pend_pieces_loads(const struct pend_method *method, const void *stepper,
                                     const struct pend_loads *loads);
 

@@ -7,8 +7,7 @@
 #include "core/integrate/pieces/pieces_work.h"
 #include "core/taylor/jets/jets.h"
 
-/* fills in up to PIECES_ROWS rows of the whole pendulum; forces come from the balance of the
- * accelerations */
+/* fills in up to PIECES_ROWS rows of the whole pendulum; forces by the balance of accelerations */
 static void pieces_rows(struct pieces *p, const double t[], int count,
                         const struct pend_points *to) {
     const struct pend_stuck *stuck = p->stuck;

@@ -30,8 +30,7 @@ struct pieces {
     int ended;       /* how the last step ended the piece; 0 = it did not */
     int fresh;       /* whether no step of the piece was taken yet */
     int stalled;     /* number of consecutive pieces of zero length, up to now */
-    double way_most; /* s, longest step while joints hold, because the series then lacks their
-                      * drives */
+    double way_most; /* s, longest step while joints hold: their drives are not in the series */
     void *own[PIECES_RULES];         /* states of the rules; NULL = the pendulum has no such rule */
     struct pend_joints *joints;      /* NULL = no joint has dry friction or stops */
     struct pend_stuck *stuck;        /* the contracted pendulum, while joints hold */

@@ -23,16 +23,13 @@ struct pend_piece {
 struct pend_rule {
     /** Non-zero if a pendulum has such rules. */
     int (*has)(const struct pend_rules *rules);
-    /** Returns the bytes of the rule's state, a multiple of 8; the state is initially zero. NULL =
-     * no state. */
+    /** Returns the bytes of the rule's state, initially zero, a multiple of 8. NULL = no state. */
     size_t (*bytes)(const struct pend_problem *problem);
     /** Returns the first instant after piece->now at which a piece must end, s, in the time of the
      * drives; infinity if there is none. NULL = never. */
     double (*next)(const struct pend_piece *piece, const void *own);
-    /**
-     * Changes the rule's state, or the rates, at the beginning of a piece: at the motion's start,
-     * at the instants `next` of all rules, and at events. NULL = nothing.
-     */
+    /** Changes the rule's state, or the rates, at the beginning of a piece: at the motion's start,
+     * at the instants `next` of all rules, and at events. NULL = nothing. */
     enum pend_status (*change)(struct pend_piece *piece, void *own, struct pend_error *error);
     /** Adds the rule's torques to PEND_TERM_INPUT and PEND_TERM_INPUT_RATE, which already contain
      * the tables; called after all changes. NULL = none. */

@@ -62,8 +62,7 @@ static int stuck_group(struct pend_stuck *s, const struct pend_tree *tree,
     return count;
 }
 
-/* the vector from the joint of the arm with which arm k turns to the joint of arm k, in the frame
- * of the former */
+/* from the joint of the arm with which arm k turns to that of arm k, in the frame of the former */
 static double complex stuck_hang(const struct pend_tree *tree, const struct pend_loads *loads,
                                  const struct pend_stuck *s, const double complex base[], int k) {
     int p = tree->parent[k];
@@ -80,9 +79,7 @@ static int stuck_waves(const struct pend_stuck *s, const struct pend_terms *term
     int count = 0;
     for (int i = 0; i < terms->harmonics; i++) {
         int arm = terms->harmonic[i].drives, to = arm < 0 ? arm : place[arm];
-        if (arm >= 0 && (to < 0 || s->still[arm]))
-            continue; // skip the harmonic: the joint that it
-                      // drives holds
+        if (arm >= 0 && (to < 0 || s->still[arm])) continue; // its joint holds
         drives[count] = arm < 0 ? arm : s->tree->place[to];
         from[count++] = terms->harmonic[i].at;
     }

@@ -15,8 +15,8 @@ struct pend_stuck {
     double *value;
     struct pend_loads loads;
     void *work;           /* scratch of pend_bodies_at */
-    int n;                /* number of arms of the whole pendulum; the following arrays are in its
-                           * stored order */
+    int n;                /* number of arms of the whole pendulum, whose stored order the arrays
+                           * have */
     int *rep;             /* for each arm, the arm of `tree` with which it turns */
     int *of;              /* for each arm of `tree`, its index in the whole pendulum */
     unsigned char *still; /* flags: the arm does not turn */

@@ -22,26 +22,24 @@ enum {
 
 /* constants of horizon_least */
 static const double HORIZON_SPREAD = 0.1, HORIZON_REGULAR = 150, HORIZON_LONG = 0.1;
-static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* rounding error of a step, relative to the
-                                                     * step's increments */
+static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* rounding error of a step, relative to its
+                                                     * increments */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation error of the second solution */
-static const double HORIZON_LEFT = 2;               /* factor by which the truncation error may
-                                                     * exceed the predicted one */
+static const double HORIZON_LEFT = 2;               /* factor by which truncation may exceed the
+                                                     * predicted one */
 
 struct pend_horizon {
     struct pend_problem problem; /* the members phi .. rate_low are not valid after creation */
     const struct pend_method *method;
     enum horizon_way way;
     double grade;  /* factor from an error to its ratio to the allowed error */
-    double target; /* limit of the first neglected term of a step, relative to the motion of the
-                    * step */
+    double target; /* limit of the first neglected term, relative to the step's motion */
     double cart;   /* m, divisor that makes a cart's position comparable with angles: length of the
                     * shortest arm; 0 without a cart */
     int lost;
     double end_time;    /* s, relative, time of the last instant */
     double held;        /* s, relative: once the accuracy is lost, the time up to which it held */
-    double time, ratio; /* s, relative: start of the step; ratio of the error there to the allowed
-                         * error */
+    double time, ratio; /* s, relative: start of the step; error there over the allowed error */
     double end_ratio;   /* this ratio at the end of the previous step; negative if unknown */
     double fastest, strongest; /* rad/s and N, the largest rate and force so far */
     double settled;     /* s, relative: the time up to which steps were solved a second time */
@@ -49,8 +47,7 @@ struct pend_horizon {
                          * is accurate; its unit */
     double *phi, *rate; /* the estimated errors, rad and rad/s */
     double *left_rate, *left_phi; /* truncation error of a step */
-    struct jets_state begin, end; /* states of the second solution at the start and the end of a
-                                   * step */
+    struct jets_state begin, end; /* second solution: start and end of a step */
     struct pend_jets anew;
     struct pend_neighbour near;
 };
@@ -84,8 +81,7 @@ static double horizon_cart(const struct pend_problem *problem) {
     return shortest;
 }
 
-/* sets the errors of the start: the rounding of the initial state, for methods that use only
- * doubles */
+/* sets the rounding errors of the initial state, for methods that use only doubles */
 static void horizon_start(struct pend_horizon *horizon, const struct pend_problem *problem) {
     size_t n = (size_t)problem->tree->n;
     memcpy(horizon->begin.phi, problem->phi, n * sizeof(double));
@@ -344,8 +340,8 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
 
 void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]) {
-    static const double often = 0.7; // a second solution is started when a series has been used
-                                     // over this fraction of its range
+    static const double often = 0.7; // used longer than this fraction of its range,
+                                     // a series gives way to a new one
     struct pend_series step;
     assert(horizon_valid(horizon));
     if (horizon->lost) return;

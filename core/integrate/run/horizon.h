@@ -49,20 +49,16 @@ void pend_horizon_free(struct pend_horizon **horizon);
 void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]);
 
-/**
- * Returns the last requested instant, s, among those already passed, up to which the accuracy
+/** Returns the last requested instant, s, among those already passed, up to which the accuracy
  * holds; the first instant if it holds up to no later one. The accuracy bounds the errors of all
  * angles, rad; of all angular velocities, relative to the largest angular velocity so far; and of
  * all forces, relative to the largest force so far. This is an estimate: for 504 random motions of
  * every kind, it was between half of the true instant and a tenth beyond it. O(log of the number of
- * instants).
- */
+ * instants). */
 double pend_horizon_until(const struct pend_horizon *horizon);
 
-/**
- * Returns the time up to which the accuracy holds, s, relative to the first instant and not rounded
- * to a requested instant; `reached` if the accuracy is not lost yet. O(1).
- */
+/** Returns the time up to which the accuracy holds, s, relative to the first instant and not
+ * rounded to a requested instant; `reached` if the accuracy is not lost yet. O(1). */
 double pend_horizon_held(const struct pend_horizon *horizon, double reached);
 
 /** Saves the state of an estimate to a checkpoint, or restores it; parameters and errors as

@@ -9,13 +9,12 @@ enum { NEIGHBOUR_STATES = 4 };
 
 static const double NEIGHBOUR_NEAR = 1e-7;    /* rad, largest distance of the neighbour */
 static const double NEIGHBOUR_LINEAR = 1e-5;  /* largest distance of a rate, relative to the
-                                               * friction speed of dry friction */
+                                               * friction speed */
 static const double NEIGHBOUR_ROUNDED = 1e-8; /* rounding error relative to the distance */
 static const double NEIGHBOUR_NEARLY = 2;     /* factor by which a step may exceed `least` */
 static const double NEIGHBOUR_FALLS = 0.1;    /* if the last terms are below this fraction of the
                                                * largest, the series converges */
-static const double NEIGHBOUR_LIMIT = 0.03;   /* largest difference of two successive limits of a
-                                               * series */
+static const double NEIGHBOUR_LIMIT = 0.03;   /* largest difference of two limits of a series */
 
 static size_t neighbour_rows(const struct pend_problem *problem, int cap) {
     size_t n = (size_t)problem->tree->n, states = NEIGHBOUR_STATES * pend_jets_stride((int)n);

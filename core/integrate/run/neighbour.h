@@ -14,8 +14,7 @@ struct pend_neighbour {
     struct jets_state state;
     int order;    /* order of the last expansion; kept from step to step */
     double cart;  /* m, divisor that converts a cart's position to an angle; 0 without a cart */
-    double speed; /* rad/s, rates up to which dry friction is linear in the distance; 0 = no
-                   * friction */
+    double speed; /* rad/s, range of linear dry friction; 0 = no friction */
     double *sum, *before; /* rows of partial sums, and of the previous column */
 };
 

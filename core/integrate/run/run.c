@@ -15,8 +15,7 @@
 #include "core/integrate/run/run_samples.h"
 #include "core/tree/turns.h"
 
-/* samples are computed in groups: at most this many instants, and about this many numbers per
- * array */
+/* samples are computed in groups of at most this many instants, and numbers per array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
 /* energies at the ends of several steps are computed together: at most this many, and about this
  * many numbers per array */
@@ -283,8 +282,8 @@ static enum pend_status run_step(struct pend_run *run, double *spent, struct pen
         limit = pend_times_at(&problem->times, run->next) - run->start;
     struct pend_error fault;
     fault.arm = -1;
-    fault.text[0] = 0; // clearing the whole structure would cost time in every step; the rest is
-                       // read only after a failure
+    fault.text[0] = 0; // only read after a failure, and too large to be
+                       // cleared in every step
     enum pend_status status = method->step(run->stepper, limit, &run->reached, &fault);
     if (status != PEND_OK)
         return run_fail(run, error, status, fault.arm, run->start + run->reached, "%s", fault.text);
@@ -366,8 +365,7 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
 /* ---- statistics */
 
 /* the fraction of the time up to the first instant without a sample, or up to the end of the last
- * step
- */
+ * step */
 static double run_progress(const struct pend_run *run) {
     const struct pend_times *times = &run->problem.times;
     if (run->next == times->count) return 1;

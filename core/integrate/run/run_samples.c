@@ -17,8 +17,7 @@ static int run_arms(const struct pend_run *run) {
     return run->problem.tree->n - (pend_terms_cart(run->problem.loads.terms) ? 1 : 0);
 }
 
-/* the arrays for the states of a group: the caller's if they are in stored order, otherwise those
- * of the run */
+/* arrays for the states of a group: the caller's if they are in stored order, else the run's */
 static struct pend_points run_room(const struct pend_run *run, const struct pend_samples *samples) {
     struct pend_points room = run->points;
     size_t at = (size_t)samples->count * (size_t)run->problem.tree->n;
@@ -49,8 +48,7 @@ static void run_start_states(const struct pend_problem *problem, const struct pe
         points->theta[k] = pend_turns_theta(problem->phi[k], problem->phi_low[k]);
 }
 
-/* computes accelerations and forces of `due` states by the equations of motion, or by those of the
- * linear method */
+/* accelerations and forces of `due` states by the equations of motion, or of the linear method */
 static void run_forces(struct pend_run *run, int due, int swings, const struct pend_points *points,
                        const struct pend_points *room) {
     const struct pend_problem *problem = &run->problem;

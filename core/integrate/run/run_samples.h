@@ -6,10 +6,8 @@
 #include "core/integrate/run/run_work.h"
 #include "core/integrate/run/samples.h"
 
-/**
- * Appends the next `due` listed instants, which lie inside the last step, to a block of samples.
- * O(due n), plus the cost of the method's `at`.
- */
+/** Appends the next `due` listed instants, which lie inside the last step, to a block of samples.
+ * O(due n), plus the cost of the method's `at`. */
 void pend_run_sample(struct pend_run *run, struct pend_samples *samples, int due);
 
 /* The first value of a block that is not finite; row is the number of rows if all are finite. */

@@ -37,8 +37,7 @@ struct pend_run {
     double *turns, *turns_low; /* rad, whole turns removed from the initial angles, stored order */
     int turned;                /* whether some of these turns are not 0 */
     int fine;                  /* whether the initial state has digits beyond those of doubles */
-    int unlike;    /* whether forces are computed from states, because the series loses their
-                    * digits */
+    int unlike;                /* forces are computed from states, because series lose digits */
     double *spare; /* accelerations of a group, if needed but not requested; else NULL */
     double *room;  /* scratch of four rows for energies */
     void *work;    /* scratch of pend_dynamics_many, or of pend_dynamics_at for a real pendulum */

@@ -18,8 +18,7 @@ struct pend_samples {
      * rail, and the force of the rail across it, N. The arrays of the arms have no column for the
      * cart. Without a cart these arrays are not changed. */
     double *cart_place, *cart_speed, *cart_reaction;
-    double *control; /* N m or N, one output per controller and sample: the one that acts up to this
-                      * instant */
+    double *control; /* N m or N: one output per controller and sample, up to this instant */
     double *kinetic, *potential; /* one value per sample, J */
     double *work, *heat;         /* J per sample: work of drives, heat of friction since the first
                                   * instant */

@@ -19,8 +19,7 @@
 
 enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
 
-/*
- * Coefficient j of arm k is array[pend_jets_place(jets, k, j)], in powers of x = t / unit: unit
+/* Coefficient j of arm k is array[pend_jets_place(jets, k, j)], in powers of x = t / unit: unit
  * phi' = sum_j rate_j x^j, j = 0 .. order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order -
  * 1. The other members are the series of e^{i (phi - phi_0)} and the tree system of order 0. */
 struct pend_jets {
@@ -87,11 +86,9 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
 void pend_jets_expand(struct pend_jets *jets, const struct pend_loads *loads, double unit,
                       const struct jets_state *state, int order);
 
-/**
- * Computes the forces of orders 1 .. order - 1 of a real pendulum, after pend_jets_expand to at
+/** Computes the forces of orders 1 .. order - 1 of a real pendulum, after pend_jets_expand to at
  * least `order`; no effect for an ideal pendulum. Call it before reading `force` beyond order 0.
- * pend_jets_values calls it if forces are requested. O(n order^2).
- */
+ * pend_jets_values calls it if forces are requested. O(n order^2). */
 void pend_jets_forces(const struct pend_jets *jets, int order);
 
 /**
@@ -107,25 +104,19 @@ void pend_jets_forces(const struct pend_jets *jets, int order);
 void pend_jets_power(const struct pend_jets *jets, double unit, int order, int count, double work[],
                      double heat[]);
 
-/**
- * Computes the state x units of time after the state of the expansion; both are sums of two
- * doubles, arrays padded to PEND_JETS_PAD. O(n order).
- */
+/** Computes the state x units of time after the state of the expansion; both are sums of two
+ * doubles, arrays padded to PEND_JETS_PAD. O(n order). */
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
                        const struct jets_state *from, const struct jets_state *to);
 
-/**
- * Computes the values x[i] units of time after the state of the expansion, i = 0 .. count - 1, in
+/** Computes the values x[i] units of time after the state of the expansion, i = 0 .. count - 1, in
  * rows of n. values->acc and values->force may be NULL. A row's bits do not depend on the other
- * rows. O(n order) per instant.
- */
+ * rows. O(n order) per instant. */
 void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count,
                       double unit, const struct jets_state *from, const struct jets_values *values);
 
-/**
- * Returns the bytes of memory for the responses of a tree, a multiple of 64; 0 for a tree of more
- * than PEND_JETS_PAD arms and for a real pendulum, whose responses are not stored. O(1).
- */
+/** Returns the bytes of memory for the responses of a tree, a multiple of 64; 0 for a tree of more
+ * than PEND_JETS_PAD arms and for a real pendulum, whose responses are not stored. O(1). */
 size_t pend_jets_answers_bytes(const struct pend_tree *tree, const struct pend_terms *terms);
 
 /**

@@ -47,8 +47,7 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
     }
 }
 
-/* the angles relative to the parents, on which springs act; for the first arm relative to the
- * vertical */
+/* the angles relative to the parents, for springs; for the first arm relative to the vertical */
 static void kernel_bend(const struct jets_system *s) {
     for (int k = 0; k < s->n; k++) {
         double high = k ? 0 : M_PI_2, low = k ? 0 : PEND_QUARTER_LOW;

@@ -59,10 +59,8 @@ struct jets_kernel {
      * log_rtol, log_atol  binary logarithms.
      */
     double (*reach)(const struct jets_system *system, int order, double log_rtol, double log_atol);
-    /**
-     * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are
-     * required. A row's bits do not depend on the other rows.
-     */
+    /** The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are
+     * required. A row's bits do not depend on the other rows. */
     void (*values)(const struct jets_system *system, int order, const double x[], int count,
                    double unit, const struct jets_state *from, const struct jets_values *values);
     /**
@@ -74,22 +72,16 @@ struct jets_kernel {
      */
     double (*spread)(const struct jets_system *system, const struct pend_loads *loads,
                      const struct jets_spread *how, double phi[], double rate[]);
-    /**
-     * Computes the sums of the terms that a step neglected: of the rates, in units, and of the
-     * angles, divided by x; one value per arm, padded to a multiple of 8.
-     */
+    /** Computes the sums of the terms that a step neglected: of the rates, in units, and of the
+     * angles, divided by x; one value per arm, padded to a multiple of 8. */
     void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[],
                  double phi[]);
-    /**
-     * Computes the work of drives and the heat of friction per unit of time, as series in the same
+    /** Computes the work of drives and the heat of friction per unit of time, as series in the same
      * variable, for a system with loads, after `orders`: coefficients 0 .. order - 1, J times
-     * unit^2. O(n order^2).
-     */
+     * unit^2. O(n order^2). */
     void (*power)(const struct jets_system *system, int order, double work[], double heat[]);
-    /**
-     * Replaces the real parts of the forces in fixed axes by the forces along the arms, for orders
-     * below `order` of a system with torques. O(n order^2).
-     */
+    /** Replaces the real parts of the forces in fixed axes by the forces along the arms, for orders
+     * below `order` of a system with torques. O(n order^2). */
     void (*along)(const struct jets_system *system, int order);
 };
 

@@ -3,8 +3,7 @@
  * Invariant: sums over arms use eight lanes in every instruction set. */
 #pragma once
 
-/* the sums of products in the normal equations: A and B are the last term and the one before it, C
- * the next term */
+/* sums of products in the normal equations: C is a term, A and B the two terms before it */
 enum { LEFT_AA, LEFT_AB, LEFT_BB, LEFT_AC, LEFT_BC, LEFT_SUMS, LEFT_PARTS = 8 / WIDE };
 
 struct left_sums {
@@ -27,8 +26,7 @@ VEC_INLINE double left_total(const wide sum[], int arms) {
     return total;
 }
 
-/*
- * The recurrence of the last terms of a series. All arms share the nearest pair of singularities in
+/* The recurrence of the last terms of a series. All arms share the nearest pair of singularities in
  * the complex plane, so that a term is `one` times the term before it plus `two` times the term
  * before that. A least-squares fit over the last terms of all arms gives both factors; terms
  * include their power of x. */

@@ -138,8 +138,7 @@ static inline void lanes_single(const struct lanes_loads *x) {
 
 /* ---- several arms */
 
-/* T of an order, and the known sums of Im (conj(u) F), those with Re u apart from those with Im
- * u */
+/* T of an order, and the known sums of Im (conj(u) F) with Re u and those with Im u */
 struct lanes_sums {
     num Tr, Ti, known, less;
 };
@@ -280,11 +279,9 @@ static inline void lanes_several(const struct lanes_loads *x) {
     if (x->forces) lanes_along(x);
 }
 
-/**
- * All orders of up to DENSE_MAX arms: rate_1 .. rate_order, force_0 and, on request, force_1 ..
+/** All orders of up to DENSE_MAX arms: rate_1 .. rate_order, force_0 and, on request, force_1 ..
  * force_{order - 1}, from rate_0, cosine, sine and bend; and the series that bodies_power needs.
- * O(n order^2).
- */
+ * O(n order^2). */
 static inline void lanes_orders(const struct jets_system *s, const struct bodies_system *b,
                                 const struct bodies_moment *now, int order, int forces) {
     const struct pend_terms *terms = b->terms;

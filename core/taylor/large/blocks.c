@@ -155,8 +155,7 @@ static void blocks_up_edges(struct blocks *b, const struct pend_tree *tree) {
     }
 }
 
-/* lists the children that are not first, and the crowded joints with all their children, by the
- * parent's block */
+/* lists the children that are not first, and the crowded joints' children, by the parent's block */
 static void blocks_children(struct blocks *b, const struct pend_tree *tree) {
     int kids = 0, joints = 0, crowd = 0;
     for (int k = 0; k < tree->n; k++) {

@@ -24,8 +24,7 @@
  * REST, TENSION              as in jets_system
  * RADIAL, TANGENTIAL         acceleration of the tip
  * UP, DOWN                   eight rows each: responses of the block's arms to a unit at one of
- * them
- */
+ * them */
 // clang-format off
 #define BLOCK_ROWS(X) \
     X(C_FIRST) X(Z_FIRST) X(LEAN) X(NU) X(TAU) X(INV) X(INV_EFF) X(STIFF) X(WEIGHT) X(PART) \
@@ -72,8 +71,7 @@ struct blocks {
     int count;       /* number of blocks */
     double *numbers; /* `count` blocks of BLOCK_NUMBERS */
     struct block_shape *shape;
-    /* edges between blocks: `up` in the order of their parents' blocks, `down` in the order of
-     * their children's */
+    /* edges between blocks: `up` ordered by their parents' blocks, `down` by their children's */
     int *up_place, *up_arm;     /* of the edge's child */
     int *down_place, *down_arm; /* of the edge's parent and child */
     int *kid_place, *kid_arm;

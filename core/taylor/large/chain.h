@@ -62,10 +62,8 @@ int pend_chain_suits(const struct pend_tree *tree);
 /** Returns the bytes, a multiple of 64, for the numbers of a chain, whatever its masses. */
 size_t pend_chain_bytes(const struct pend_tree *tree);
 
-/**
- * Lays out a chain, whatever its masses, and stores its lengths, which the sums of its orders need;
- * arguments as for pend_chain_init.
- */
+/** Lays out a chain, whatever its masses, and stores its lengths, which the sums of its orders
+ * need; arguments as for pend_chain_init. */
 void pend_chain_lay(struct chain *chain, const struct pend_tree *tree, void *memory);
 
 /**

@@ -55,8 +55,7 @@ VEC_INLINE double chain_scale(double x) {
     return x;
 }
 
-/*
- * The effective mass S = N / D at an arm's base, from that of the next: S = m (m + S') / (m + S'
+/* The effective mass S = N / D at an arm's base, from that of the next: S = m (m + S') / (m + S'
  * Z'^2). N and D are computed separately, so that no arm waits for a division; N' / N = S' / (m +
  * S'). All numbers are positive. */
 static void chain_masses(const struct jets_system *s, const struct chain *chain) {
@@ -172,8 +171,7 @@ VEC_INLINE void chain_sums_put(double *at, int row, int lane, struct chain_sums 
     chain_put(at, row + 3, lane, x.ci);
 }
 
-/* adds products of u with a rate and with a force; `cross` replaces the force as factor of the real
- * parts of u */
+/* adds u times a rate and a force; `cross` replaces the force for the real parts of u */
 VEC_INLINE void chain_add(struct chain_sums *x, wide ur, wide ui, wide rate, wide force,
                           wide cross) {
     x->Tr = wide_fma(ur, rate, x->Tr);
@@ -413,8 +411,7 @@ VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *c
         chain_old(s, chain, piece, k, couples);
 }
 
-/* solves order k, interleaved with half of the old terms of order `later`, whose latency this
- * hides */
+/* solves order k, interleaved with half of the old terms of order `later` */
 VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain,
                             struct couples_lift lift, int k, int later, int half, int couples) {
     if (couples) couples_chain_order(s, k);

@@ -93,8 +93,7 @@ static void rods_forms(const struct jets_system *s, const struct rods *rods) {
     }
 }
 
-/* the forms at an arm's ends: P at the tip, divided by its d, and H at the joint, each with its
- * determinant */
+/* the forms at an arm's ends: P at the tip, divided by its d; H at the joint; determinants */
 struct rods_ends {
     wide p, r, q, det, d, hp, hr, hq, hdet;
 };

@@ -142,8 +142,7 @@ VEC_INLINE void rods_learn(const struct jets_system *s, const struct rods *rods,
     }
 }
 
-/* solves order k, interleaved with half of the old terms of order `later`, whose latency this
- * hides */
+/* solves order k, interleaved with half of the old terms of order `later` */
 VEC_INLINE void rods_solve(const struct jets_system *s, double gravity, int k, int later, int half,
                            int torques) {
     const struct rods *rods = s->rods;

@@ -138,8 +138,7 @@ VEC_INLINE void SMALL(descend)(const struct bodies_system *b, const struct SMALL
     }
 }
 
-/* computes the table of responses and, in the rows `drop`, the known effect of the pivot's
- * acceleration */
+/* computes the table of responses and, in `drop`, the known effect of the pivot's acceleration */
 VEC_INLINE void SMALL(rigid)(const struct jets_system *s, int order, struct SMALL(table) * table,
                              struct SMALL(pair) * inertia) {
     const struct jets_loads *loads = s->loads;

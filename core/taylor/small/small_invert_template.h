@@ -77,8 +77,7 @@ VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(
     }
 }
 
-/* converts the columns to the units of the orders: pulls are l T, accelerations are those of
- * angles */
+/* converts the columns to units of the orders: pulls are l T, accelerations those of angles */
 VEC_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
     for (int span = 0; span < SPANS; span++) {
         VEC inv_len = VEC_(get)(s->inv_len + span * VEC_WIDTH);

@@ -28,12 +28,10 @@ VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
  * rates (friction) and angles (springs). */
 struct SMALL(joints) {
     struct SMALL(pair) friction[LANES], loss[LANES], spring[LANES];
-    struct SMALL(pair) inertia; /* inertias of bodies: J over the arms' lengths, in the lanes of the
-                                 * forces */
+    struct SMALL(pair) inertia; /* inertias: J over the arms' lengths, in the lanes of the forces */
 };
 
-/* the forces across due to the rates of arm a and of its parent, from the torque -c (w_a - w_p)
- * between them */
+/* the forces across due to the rates of arm a and its parent, by the torque -c (w_a - w_p) */
 VEC_INLINE void SMALL(hold)(const struct jets_system *s, int a, double c,
                             struct SMALL(pair) column[LANES]) {
     int up = s->parent[a];
@@ -130,8 +128,7 @@ VEC_INLINE void SMALL(clear)(const struct jets_system *s, int k, struct SMALL(pa
 #define SMALL_RATE(x, rate, lane) PART_(of)((rate)[lane])
 #endif
 
-/* the response of the tree to the right-hand side of an order, to the pivot's motion and to
- * friction */
+/* the response of the tree to an order's right-hand side, to the pivot and to friction */
 VEC_INLINE struct SMALL(pair)
     SMALL(respond)(const struct jets_system *s, const struct SMALL(table) * table,
                    const struct SMALL(joints) * joints, int k, int bodies,
@@ -196,8 +193,7 @@ VEC_INLINE void SMALL(cross)(const struct jets_system *s, const struct SMALL(joi
     }
 }
 
-/* among the forces, adds the sums with real parts of turns to those with imaginary parts; what
- * remains in the first are sums of rates */
+/* adds the sums with real parts of turns to the others, for forces; the rest are sums of rates */
 VEC_INLINE void SMALL(fold)(struct SMALL(known) * x) {
     for (int p = FORCES; p < PARTS; p++) {
         x->im.part[p] = PART_(fma)(SMALL(factor)(0, 1, p), x->minus_re.part[p], x->im.part[p]);

@@ -276,14 +276,12 @@ VEC_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMA
     }
 }
 
-/* pairs with the rates of order 0 in one half, and in the other half the same rates, their
- * negatives, or zeros */
+/* pairs with rates of order 0 in one half; in the other the same, their negatives, or zeros */
 struct SMALL(first) {
     struct SMALL(pair) same, opposite, alone;
 };
 
-/*
- * T and c of order k + 1 from the terms already known and those that need order k. Only one
+/* T and c of order k + 1 from the terms already known and those that need order k. Only one
  * multiply-add separates the result of one order from the input of the next. u_1 is i phi'_0, and
  * u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part, with c divided by k +
  * 2: the next right-hand side. */
