@@ -46,7 +46,7 @@ enum pend_status api_buffer_room(struct api_buffer *buffer, size_t more) {
     if (more > buffer->limit - buffer->bytes) return PEND_LIMIT;
     size_t need = buffer->bytes + more, cap = buffer_next_cap(buffer, need);
     char *data = realloc(buffer->data, cap);
-    /* if memory is short, exactly the needed bytes may still fit */
+    /* if memory is short, exactly the needed bytes may still be available */
     if (!data && cap > need) data = realloc(buffer->data, cap = need);
     if (!data) return PEND_NO_MEMORY;
     buffer->data = data;
@@ -79,8 +79,8 @@ enum pend_status api_buffer_format(struct api_buffer *buffer, const char *format
     int bytes = buffer_print(buffer, format, arguments);
     va_end(arguments);
     if (bytes < 0) return PEND_BUG;
-    /* The text with printf's NUL did not fit, and the limit may leave no space for the NUL: print
-     * into a copy. */
+    /* The text did not fit together with printf's NUL, for which the limit may leave no space:
+     * print into a copy. */
     if ((size_t)bytes >= buffer->cap - buffer->bytes) {
         PEND_TRY(api_buffer_room(buffer, (size_t)bytes));
         char *copy = malloc((size_t)bytes + 1);

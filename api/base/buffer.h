@@ -13,10 +13,10 @@ struct api_buffer {
     size_t bytes, cap, limit;
 };
 
-/** True if the invariant holds; for assertions. */
+/** Returns true if the invariant holds; for assertions. */
 int api_buffer_valid(const struct api_buffer *buffer);
 
-/** Initializes an empty buffer that may grow to limit bytes; allocates nothing. */
+/** Initializes an empty buffer that may grow to `limit` bytes; allocates nothing. */
 void api_buffer_init(struct api_buffer *buffer, size_t limit);
 
 /** Frees the memory and leaves an empty buffer of the same limit. */
@@ -29,7 +29,7 @@ void api_buffer_trim(struct api_buffer *buffer);
  * Ensures that `more` bytes can be written directly at data + bytes; the caller then adds them to
  * `bytes`.
  *
- * PEND_LIMIT      the buffer would pass its limit.
+ * PEND_LIMIT      the buffer would exceed its limit.
  * PEND_NO_MEMORY
  * Amortised O(1) a byte.
  */

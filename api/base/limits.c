@@ -15,7 +15,7 @@ static const size_t limits_offset[] = {
 #undef X
 };
 
-/* the options that widen a limit for jobs */
+/* options that allow jobs a larger value of a limit */
 static const struct {
     size_t offset;
     const char *name;

@@ -27,8 +27,8 @@ struct api_limits {
 #define X(field, name, start, least, most, unit, meaning) double field;
     API_LIMITS_LIST(X)
 #undef X
-    int of_jobs; /* non-zero: limits of jobs, some of which have names of their own */
-    int stored;  /* non-zero: of an answer that is read from stored parts, as often as need be */
+    int of_jobs; /* non-zero: the limits are those of jobs, some of which have names of their own */
+    int stored;  /* non-zero: the answer is read from stored parts, any number of times */
 };
 
 struct api_limit_row {
@@ -43,9 +43,9 @@ void api_limits_init(struct api_limits *limits);
 /** Returns row i of the table, NULL beyond its end. */
 const struct api_limit_row *api_limits_row(int i);
 
-/** Returns the name of the limit that a field of `limits` holds: "max-members", or for jobs
+/** Returns the name of the limit in a field of `limits`: "max-members", or for jobs
  * "max-job-members". */
 const char *api_limits_name(const struct api_limits *limits, const double *field);
 
-/** Returns where the value of row i is in `limits`, for reading and for setting. */
+/** Returns the address of the value of row i in `limits`, for reading and for setting. */
 double *api_limits_value(struct api_limits *limits, int i);

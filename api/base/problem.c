@@ -40,7 +40,7 @@ static const struct {
     {505, "HTTP Version Not Supported"},
 };
 
-/* the words of the API_CODE and API_TYPE letters */
+/* the words for the letters of API_CODE and API_TYPE */
 static const struct {
     char letter;
     const char *word;
@@ -148,7 +148,7 @@ int api_problem_full(struct api_problem *problem) {
     return full;
 }
 
-/* the place of the next error, or NULL if it is only counted */
+/* the slot for the next error, or NULL if the error is only counted */
 static struct api_fault *problem_slot(struct api_problem *problem) {
     if (!problem->faults) problem->faults = malloc(API_PROBLEM_FAULTS * sizeof *problem->faults);
     if (!problem->faults || problem->count == API_PROBLEM_FAULTS) return NULL;
@@ -184,7 +184,7 @@ void api_problem_fault(struct api_problem *problem, const char *pointer, const c
     va_end(arguments);
 }
 
-/* writes the detail, or the number of errors */
+/* writes the detail; without one, the number of errors */
 static enum pend_status problem_write_detail(const struct api_problem *problem,
                                              struct api_buffer *out) {
     if (problem->detail[0]) return api_text_quote(out, problem->detail, strlen(problem->detail));

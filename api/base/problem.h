@@ -7,12 +7,10 @@
 
 #include "api/base/buffer.h"
 
-/*
- * Codes of errors and types of problems. A format string begins with its code, "\1" and a letter,
+/* Codes of errors and types of problems. A format string begins with its code, "\1" and a letter,
  * as in api_problem_fault(problem, pointer, API_CODE_MISSING "is missing"). api/call/openapi.yaml
  * lists the codes with their meanings; sentences may change, codes do not. Without a code an error
- * is "invalid", and a problem's type is "about:blank".
- */
+ * is "invalid", and a problem's type is "about:blank". */
 #define API_CODE_UNKNOWN_FIELD "\1u"
 #define API_CODE_MISSING "\1m"
 #define API_CODE_WRONG_TYPE "\1t"
@@ -44,25 +42,25 @@
 enum { API_PROBLEM_FAULTS = 100, API_POINTER_BYTES = 160, API_DETAIL_BYTES = 400 };
 
 struct api_fault {
-    char pointer[API_POINTER_BYTES]; /* "/pendulum/arms/3/mass", "" for the whole document; RFC 6901
-                                        escapes done */
+    char pointer[API_POINTER_BYTES]; /* "/pendulum/arms/3/mass", "" for the whole document; escaped
+                                      * by RFC 6901 */
     char detail[API_DETAIL_BYTES]; /* a sentence fragment: "must be a finite number greater than 0,
                                       got -1" */
-    const char *code;              /* its kind, a word of the table: "out_of_range" */
-    const char *meant;             /* the member beside it that it stands for, or NULL */
+    const char *code;              /* kind of error, a word of the table: "out_of_range" */
+    const char *meant;             /* the sibling member that was probably meant, or NULL */
 };
 
 struct api_problem {
     int status;       /* HTTP status, 0 = no problem yet */
-    const char *type; /* its kind, a word of the table, NULL = none but its status */
+    const char *type; /* type of the problem, a word of the table; NULL = none besides its status */
     char title[80];
     char detail[API_DETAIL_BYTES];
-    int count;                /* faults kept */
-    long beyond;              /* faults seen but not kept */
-    struct api_fault *faults; /* API_PROBLEM_FAULTS of them, allocated at the first fault */
+    int count;                /* number of stored errors */
+    long beyond;              /* number of further errors, which are only counted */
+    struct api_fault *faults; /* API_PROBLEM_FAULTS errors, allocated when the first one occurs */
 };
 
-/** True if the counts fit the faults and the status; for assertions. */
+/** Returns true if the counts agree with the errors and the status; for assertions. */
 int api_problem_valid(const struct api_problem *problem);
 
 /** Initializes a problem that has not occurred: status 0, no faults. */
@@ -83,7 +81,7 @@ int api_problem_http(enum pend_status status);
 void api_problem_set(struct api_problem *problem, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/** The same with the format's arguments as a list. */
+/** As api_problem_set, with the format's arguments as a list. */
 void api_problem_set_list(struct api_problem *problem, int status, const char *format,
                           va_list arguments) __attribute__((format(printf, 3, 0)));
 
@@ -96,7 +94,7 @@ void api_problem_set_list(struct api_problem *problem, int status, const char *f
 void api_problem_fault(struct api_problem *problem, const char *pointer, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/** The same with the format's arguments as a list. */
+/** As api_problem_fault, with the format's arguments as a list. */
 void api_problem_fault_list(struct api_problem *problem, const char *pointer, const char *format,
                             va_list arguments) __attribute__((format(printf, 3, 0)));
 
@@ -108,23 +106,17 @@ void api_problem_fault_list(struct api_problem *problem, const char *pointer, co
  */
 void api_problem_meant(struct api_problem *problem, const char *name);
 
-/**
- * True if an error at a member of the object with this pointer was meant to be its member `name`
- * (any member if name is NULL). O(errors).
- */
+/** Returns true if an error at a member of the object with this pointer was meant to be its member
+ * `name` (any member if name is NULL). O(errors). */
 int api_problem_is_meant(const struct api_problem *problem, const char *pointer, const char *name);
 
-/**
- * If no more errors are kept, counts one more and returns true: the caller need not format its
- * error.
- */
+/** If no more errors are kept, counts one more and returns true: the caller need not format its
+ * error. */
 int api_problem_full(struct api_problem *problem);
 
-/**
- * Appends the problem as JSON (type, title, status, detail, errors) to the buffer. Text from the
+/** Appends the problem as JSON (type, title, status, detail, errors) to the buffer. Text from the
  * client is escaped; bytes that are not UTF-8 become U+FFFD. Fails as api_buffer_room does; then
- * nothing was appended.
- */
+ * nothing was appended. */
 PEND_MUST_CHECK enum pend_status api_problem_write(const struct api_problem *problem,
                                                    struct api_buffer *out);
 

@@ -5,8 +5,8 @@
 
 static int text_tail(unsigned char c) { return (c & 0xc0) == 0x80; }
 
-/* the range of the second byte is narrower behind E0, ED, F0 and F4: this excludes overlong forms,
- * surrogates, and code points beyond 10FFFF */
+/* whether c may follow `lead`: after E0, ED, F0 and F4 the range of the second byte is narrower,
+ * which excludes overlong forms, surrogates, and code points beyond 10FFFF */
 static int text_second(unsigned char lead, unsigned char c) {
     if (lead == 0xe0) return c >= 0xa0 && c <= 0xbf;
     if (lead == 0xed) return c >= 0x80 && c <= 0x9f;
@@ -40,7 +40,7 @@ size_t api_text_cut(const char *text, size_t bytes, size_t cap) {
     return text_tail((unsigned char)text[end]) ? cap : end;
 }
 
-/* length of the run at the start of text that needs no escape */
+/* number of bytes at the start of text that need no escape */
 static size_t text_plain(const char *text, size_t bytes) {
     size_t i = 0;
     while (i < bytes) {

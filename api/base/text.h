@@ -13,10 +13,8 @@
  */
 int api_text_utf8(const char *text, size_t bytes);
 
-/**
- * Returns the length of the longest prefix of at most `cap` bytes that does not cut a UTF-8
- * sequence in two.
- */
+/** Returns the length of the longest prefix of at most `cap` bytes that does not cut a UTF-8
+ * sequence in two. */
 size_t api_text_cut(const char *text, size_t bytes, size_t cap);
 
 /**

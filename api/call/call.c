@@ -11,15 +11,15 @@
 
 /* approximate time to read and encode one stored row, s */
 static const double fetch_row_seconds = 5e-7;
-/* memory of a call without its operation; of a call that reads a job's results (a chunk, a record,
- * its rows) */
+/* memory of a call apart from its operation; memory of a call that reads a job's results (a chunk,
+ * a record, its rows) */
 static const double call_bytes = 4096, results_bytes = 1 << 20;
 
 enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
 
 struct api_call {
     const struct api_limits *limits;
-    struct api_limits own; /* limits of an answer that is read from a source */
+    struct api_limits own; /* limits for an answer that is read from a source */
     double (*now)(void *context);
     void *context;
     int (*hurry)(void *company);
@@ -31,20 +31,20 @@ struct api_call {
     struct api_source source;    /* the stored parts of the answer; all NULL if it is computed */
     struct api_results *results; /* set while the answer is read from the source */
     int fetched;                 /* the source is exhausted */
-    int waits;                   /* the source has no bytes available yet */
-    int ranged;                  /* only the bytes of `range` are requested */
+    int waits;                   /* the source has no bytes available at present */
+    int ranged;                  /* only the bytes in `range` are requested */
     struct api_range range;
-    long long known;         /* bytes of the whole, as api_call_length says; <= 0 = unknown */
+    long long known;         /* total bytes of the answer, set by api_call_length; <= 0 = unknown */
     long long position;      /* bytes of the answer skipped or written so far */
-    struct api_buffer whole; /* bytes of the answer, not yet cut to the range */
+    struct api_buffer whole; /* bytes of the answer before they are cut to the range */
     struct api_problem problem;
     double seconds; /* computation time so far */
     long steps;
-    size_t before; /* bytes of the caller's buffer before the answer began */
-    int promised;  /* the head is sent: the answer cannot become a problem any more */
+    size_t before; /* bytes in the caller's buffer before the answer began */
+    int promised;  /* the head is sent, so the answer can no longer become a problem */
     double cost;   /* estimated time, s */
     struct api_forecast forecast;
-    double letters; /* bytes of the request: an upper bound of its names and lists in memory */
+    double letters; /* bytes of the request: an upper bound of the memory of its names and lists */
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
@@ -104,7 +104,7 @@ void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *co
     call->company = company;
 }
 
-/* ends the call after the head was sent: only some representations can still report the error */
+/* ends the call after the head was sent: only some representations can then report the error */
 static enum api_progress call_break(struct api_call *call, struct api_buffer *out) {
     size_t before = out->bytes;
     call_end_op(call);
@@ -188,8 +188,8 @@ static int call_foresee(struct api_call *call) {
     return api_forecast_begins(op, call->state, call->limits, call->cost, &call->problem);
 }
 
-/* reads the request for the preferred representation. If it is refused and JSON is acceptable too,
- * it is read for JSON, which can contain events beside samples, and poles. */
+/* reads the request for the preferred representation. If that refuses it and JSON is acceptable
+ * too, the request is read for JSON, which can contain more than samples: events and poles. */
 static enum pend_status call_read(struct api_call *call, const struct api_request *request) {
     const struct api_format *json = api_negotiate_format(request->accept, 0);
     for (;;) {
@@ -224,7 +224,8 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     call->own.stored = source->again && !source->partial;
     call->limits = &call->own;
     enum api_progress progress = api_call_open(call, request, out);
-    /* the request was valid when the job was accepted: errors in it are not this client's */
+    /* the request was valid when the job was accepted, so its errors are not the present
+     * client's */
     if (progress == API_DONE && call->answer.status == 400) {
         api_problem_clear(&call->problem);
         api_problem_set(&call->problem, 500,
@@ -317,7 +318,7 @@ static enum pend_status call_fetch_range(struct api_call *call, struct api_buffe
     return call_settle_range(call, end) ? PEND_OK : PEND_INVALID;
 }
 
-/* continues the computation until the turn is over */
+/* continues the computation until its turn is over */
 static enum pend_status call_turn(struct api_call *call, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     const struct api_source *source = &call->source;
@@ -330,7 +331,7 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
     return PEND_OK;
 }
 
-/* true if the call can end within its limits; stored or promised answers always pass */
+/* true if the call can end within its limits; stored answers and streams already begun pass */
 static int call_hopeful(struct api_call *call) {
     return call->source.fetch || call->promised ||
            api_forecast_good(&call->forecast, call->op, call->state, call->limits, call->seconds,
@@ -400,7 +401,7 @@ double api_call_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
-    /* the rows of a job are read, not computed: the operation holds only its request */
+    /* the rows of a job are read, not computed: the operation only holds its request */
     if (call->source.fetch)
         return all + 8 * call->letters + results_bytes +
                api_results_bytes(&call->source, call->format, api_op_table(call->op, call->state));

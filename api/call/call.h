@@ -1,4 +1,4 @@
-/* One request from its bytes to its answer's bytes, without a socket.
+/* Handles one request, from its bytes to the bytes of its answer, without a socket.
  * Leaves to others: receiving and sending the bytes, threads and clocks (server).
  * Invariant: one thread at a time uses a call; the same request and limits give the same answer,
  * except compute_seconds. */
@@ -12,11 +12,11 @@
 /* The state of a call. */
 enum api_progress {
     API_MORE,   /* call again; bytes may have been appended */
-    API_DONE,   /* the answer is complete: an answer of the operation, or a problem */
-    API_BROKEN, /* it failed after api_call_promise: the bytes in out may be sent, but the client
-                   must notice that the message is incomplete */
-    API_WAITS   /* call again once the source has more; bytes may have been appended. Only after
-                   api_call_results */
+    API_DONE,   /* the answer is complete: the operation's answer, or a problem */
+    API_BROKEN, /* the call failed after api_call_promise: the bytes in `out` may be sent, but the
+                 * client must notice that the message is incomplete */
+    API_WAITS   /* only after api_call_results: call again once the source has more; bytes may have
+                 * been appended */
 };
 
 struct api_call;
@@ -24,7 +24,7 @@ struct api_call;
 /**
  * Allocates a call.
  *
- * call    out; NULL on failure; ends with api_call_free.
+ * call    out; NULL on failure; released by api_call_free.
  * limits  must outlive the call.
  *
  * PEND_NO_MEMORY
@@ -32,7 +32,8 @@ struct api_call;
 PEND_MUST_CHECK enum pend_status api_call_new(struct api_call **call,
                                               const struct api_limits *limits);
 
-/** True if the stage, operation, answer and problem are consistent; for assertions. O(1). */
+/** Returns true if the stage, operation, answer and problem are consistent; for assertions. O(1).
+ */
 int api_call_valid(const struct api_call *call);
 
 /** Frees a call at any stage; it may be NULL. */
@@ -52,8 +53,8 @@ void api_call_free(struct api_call **call);
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
 /**
- * Sets a function that tells whether other work is urgent; requires a clock; before api_call_open,
- * or never.
+ * Sets a function that returns whether other work is urgent. Requires a clock; before
+ * api_call_open, or never.
  *
  * hurry  called between two pieces of work once a run has lasted a quarter of a millisecond, on the
  *        thread that runs the call; if it returns non-zero, the run returns.
@@ -64,7 +65,8 @@ void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *co
  * Parses and checks the whole request.
  *
  * API_MORE  the request is valid: api_call_run computes.
- * API_DONE  it is refused: the problem is appended to out.
+ * API_DONE  it is refused; the problem is appended to `out`.
+ *
  * O(body). Stays within the limits for arbitrary bytes.
  */
 PEND_MUST_CHECK enum api_progress
@@ -88,8 +90,8 @@ struct api_range {
 };
 
 /**
- * Sets the total length of the answer, if known from an earlier answer with the same ETag. Call
- * before api_call_range, which then need not write the answer twice.
+ * Sets the total length of the answer, if it is known from an earlier answer with the same ETag.
+ * Called before api_call_range, it saves writing the answer twice.
  *
  * bytes  0 or less: unknown.
  */
@@ -116,37 +118,30 @@ PEND_MUST_CHECK enum api_progress api_call_range(struct api_call *call, struct a
  */
 const char *api_call_etag(const struct api_call *call);
 
-/**
- * Returns an estimate of the computation time, s, from the request alone: within a factor of about
- * three for most requests, on the machine that it was fitted on. 0 for a refused request.
- */
+/** Returns an estimate of the computation time, s, from the request alone: within a factor of about
+ * three for most requests, on the machine that it was fitted on. 0 for a refused request. */
 double api_call_cost(const struct api_call *call);
 
-/**
- * Returns an upper bound of the memory, in bytes, that the call holds or will hold until the next
+/** Returns an upper bound of the memory, in bytes, that the call holds or will hold until the next
  * api_call_run ends: the operation's arrays, kept rows, the request's values; not the caller's
  * buffer. Within a factor of about two if it is large. Known after api_call_open, before the first
  * run allocates that memory; it may grow between runs if an operation cannot predict its results. 0
- * after the end.
- */
+ * after the end. */
 double api_call_bytes(const struct api_call *call);
 
-/**
- * True if api_call_run forecasts by the steps so far: it refuses a computation after some
- * hundredths of a second if that cannot end within max-steps and max-compute-seconds.
- */
+/** Returns true if api_call_run forecasts from the steps so far: after some hundredths of a second
+ * it refuses a computation that cannot end within max-steps and max-compute-seconds. */
 int api_call_foresees(const struct api_call *call);
 
-/** Returns an upper bound of the bytes of the answer's body, also if only a range is requested. */
+/** Returns an upper bound of the bytes of the answer's whole body, even if only a range is
+ * requested. */
 double api_call_answer_bytes(const struct api_call *call);
 
-/**
- * True if the answer can be streamed while it is computed; valid after api_call_open.
- */
+/** Returns true if the answer can be streamed while it is computed; valid after api_call_open. */
 int api_call_streams(const struct api_call *call);
 
-/** The least limit, in bytes, of the buffer of a streamed answer, which is never held as a whole
- * and is not bounded by max-answer-bytes. */
+/** The least limit, in bytes, of the buffer of a streamed answer. Such an answer is never held as a
+ * whole and is not bounded by max-answer-bytes. */
 enum { API_CALL_STREAM = 1 << 24 };
 
 /**
@@ -165,7 +160,7 @@ void api_call_promise(struct api_call *call);
  * API_DONE    also after a failure without api_call_promise: the answer is removed from `out` and
  *             becomes a problem.
  * API_BROKEN  a failure after api_call_promise. The appended bytes stay; application/x-ndjson gets
- * a last line {"problem": {...}}.
+ *             a last line {"problem": {...}}.
  */
 PEND_MUST_CHECK enum api_progress api_call_run(struct api_call *call, struct api_buffer *out);
 
@@ -178,9 +173,7 @@ PEND_MUST_CHECK enum api_progress api_call_run(struct api_call *call, struct api
 enum api_progress api_call_stop(struct api_call *call, int status, const char *detail,
                                 struct api_buffer *out);
 
-/**
- * Returns the head of the answer: the final one after API_DONE, before that the expected one.
- */
+/** Returns the head of the answer: after API_DONE the final head, before that the expected one. */
 struct api_answer api_call_answer(const struct api_call *call);
 
 /** Returns the integration steps so far, for the log; 0 for operations that do not integrate. */

@@ -10,7 +10,7 @@
 /**
  * Appends a value.
  *
- * value  a missing one is written as null.
+ * value  written as null if it is missing.
  *
  * Fails as api_buffer_room does; a part may have been appended then. O(bytes), and O(m^2) in an
  * object of m members.

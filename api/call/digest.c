@@ -8,7 +8,7 @@
 
 #include <nettle/sha2.h>
 
-/* collects the input of the hash, since most pieces are short */
+/* collects short pieces of input for the hash */
 struct digest {
     struct sha256_ctx sha;
     size_t used;

@@ -11,7 +11,8 @@ enum { API_DIGEST_BYTES = 65 }; /* 64 hexadecimal digits and a NUL */
 /**
  * Computes the digest of an operation's request.
  *
- * parts  further texts: operation, argument, media type, engine; ended by NULL.
+ * parts  texts that identify the answer besides the body: operation, argument, media type, engine;
+ *        ended by NULL.
  * root   the body, or NULL.
  *
  * O(bytes of the body), and O(m^2) in an object of m members. No allocation.
@@ -22,10 +23,12 @@ void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
 enum { API_SEAL_BYTES = 16 };
 
 /**
- * Computes the seal of stored bytes, which shows later that they are unchanged and in their place.
+ * Computes the seal of stored bytes, which later proves that they are unchanged and where they
+ * belong.
  *
  * seal   out: the first bytes of a SHA-256.
- * place  identifies, with `number`, where the bytes belong; elsewhere their seal differs.
+ * place  identifies, together with `number`, where the bytes belong; elsewhere their seal would
+ *        differ.
  *
  * The seal has no secret: an attacker who can change the bytes can change it too, so readers must
  * still validate them. O(bytes).

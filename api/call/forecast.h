@@ -1,5 +1,5 @@
 /* Forecasts whether a computation can end within its limits.
- * Leaves to others: running it (call), estimates before it begins (the operations).
+ * Leaves to others: running it (call), estimates before it starts (the operations).
  * Invariant: a running computation is judged only by the steps and seconds it has used. */
 #pragma once
 
@@ -7,13 +7,13 @@
 
 /* The state of the forecasts; all zero initially. */
 struct api_forecast {
-    double look_at; /* computation time of the next forecast, s */
+    double look_at; /* s of computation, the time of the next forecast */
     int looks;      /* number of forecasts */
 };
 
 /**
- * Forecast before a computation begins, from its estimated time, s. It is refused if it exceeds the
- * limit even when the estimate is reduced by the operation's uncertainty factor.
+ * Forecasts before a computation starts, from its estimated time, s. The computation is refused if
+ * even the estimate divided by the operation's uncertainty factor exceeds the limit.
  *
  * problem  out: the reason and the remedy.
  *
@@ -23,16 +23,16 @@ int api_forecast_begins(const struct api_op *op, const void *state, const struct
                         double seconds, struct api_problem *problem);
 
 /**
- * Forecast during a computation, from the steps and the time of the part done so far: first after
- * 10 ms, then whenever the time has quadrupled. Early forecasts have a larger tolerance, because a
- * motion may need more steps at its beginning; from 10 s on the tolerance is 50 %. Operations that
- * do not integrate make no steady progress and are never refused here.
+ * Forecasts during a computation, from the steps and the time used so far: first after 10 ms, then
+ * whenever the time has quadrupled. Early forecasts have a larger tolerance, because a motion may
+ * need more steps at its beginning; from 10 s on the tolerance is 50 %. Operations that do not
+ * integrate make no steady progress and are never refused here.
  *
  * state    state of the operation, which is not complete.
  * seconds  computation time so far.
  * problem  out: the reason and the remedy.
  *
- * Returns 0 if it cannot end within the limits. O(1), and what the operation's `progress` takes.
+ * Returns 0 if it cannot end within the limits. O(1), plus the cost of the operation's `progress`.
  */
 int api_forecast_good(struct api_forecast *forecast, const struct api_op *op, void *state,
                       const struct api_limits *limits, double seconds, struct api_problem *problem);

@@ -9,7 +9,7 @@
 #include "api/encode/negotiate.h"
 #include "api/read/field.h"
 
-/* lines of a part's head, and bytes of each */
+/* most lines in the head of a part, and most bytes of each */
 enum { HEAD_LINES = 16, HEAD_LINE = 2000, SHOWN = 40 };
 
 /* bytes of the body */
@@ -20,8 +20,8 @@ struct span {
 
 struct form {
     const char *body, *end;
-    char delimiter[API_FORM_BOUNDARY + 5]; /* CR LF - - boundary */
-    size_t length;                         /* of that */
+    char delimiter[API_FORM_BOUNDARY + 5]; /* CR LF -- boundary */
+    size_t length;                         /* length of the delimiter */
     struct span request, table[API_FORM_TABLES];
     int tables;
     struct api_problem *problem;
@@ -37,7 +37,7 @@ static int form_fault(const struct form *form, const char *at, const char *text)
     return 0;
 }
 
-/* reads the boundary, which separates the parts */
+/* reads the boundary that separates the parts from Content-Type */
 static int form_boundary(struct form *form, const char *content_type) {
     static const char also[] = "'()+_,-./:=? ";
     struct span boundary = {NULL, 0};
@@ -80,7 +80,7 @@ static const char *form_behind(const struct form *form, const char *at) {
     return NULL;
 }
 
-/* one line of a part's head; takes its name from Content-Disposition */
+/* reads one line of a part's head; Content-Disposition gives the part's name */
 static int form_line(const struct form *form, struct span line, struct span *name) {
     static const char disposition[] = "Content-Disposition:",
                       coding[] = "Content-Transfer-Encoding:";
@@ -104,7 +104,7 @@ static int form_line(const struct form *form, struct span line, struct span *nam
     return 1;
 }
 
-/* the head of a part; returns where its bytes begin, NULL after a fault */
+/* reads the head of a part; returns where its contents begin, NULL after an error */
 static const char *form_head(const struct form *form, const char *at, struct span *name) {
     *name = (struct span){NULL, 0};
     for (int i = 0; i < HEAD_LINES; i++) {
@@ -122,7 +122,7 @@ static const char *form_head(const struct form *form, const char *at, struct spa
     return NULL;
 }
 
-/* takes a part by its name */
+/* stores a part under its name */
 static int form_take(struct form *form, struct span name, struct span part) {
     int request = name.bytes == 7 && !memcmp(name.at, "request", 7);
     if (request && !form->request.at) {
@@ -159,7 +159,7 @@ static int form_cut(struct form *form) {
         struct span name;
         const char *from = form_head(form, at, &name);
         if (!from) return 0;
-        // a part without bytes may end with the empty line of its head
+        // the empty line after the head may belong to the delimiter, if the part is empty
         const char *stop =
             memmem(from - 2, (size_t)(form->end - from) + 2, form->delimiter, form->length);
         if (!stop) return form_fault(form, from, "this part has no closing boundary");
@@ -191,7 +191,7 @@ static int table_plain(const struct span *table, int number, struct api_problem 
     return 1;
 }
 
-/* text of ISO 8859-1 as the inside of a string of JSON */
+/* appends a text in ISO 8859-1 as the inside of a JSON string */
 static enum pend_status table_latin(const struct span *table, struct api_buffer *out) {
     for (size_t at = 0, next; at < table->bytes; at = next) {
         unsigned char c = (unsigned char)table->at[at];
@@ -203,7 +203,7 @@ static enum pend_status table_latin(const struct span *table, struct api_buffer 
     return PEND_OK;
 }
 
-/* whether a table is UTF-16: it begins with the mark of that */
+/* whether a table is UTF-16, judging by the byte order mark at its start */
 static int is_utf16(const struct span *table) {
     return table->bytes >= 2 &&
            (!memcmp(table->at, "\xff\xfe", 2) || !memcmp(table->at, "\xfe\xff", 2));
@@ -248,7 +248,7 @@ enum pend_status api_form_text(const char *text, size_t bytes, int number, struc
     return api_buffer_text(out, "\"");
 }
 
-/* appends an object with one more table */
+/* appends an object with one more member, a table */
 static enum pend_status form_with(const struct form *form, const struct api_value *object, int i,
                                   struct api_buffer *out) {
     struct api_value had = api_value_member(object, "csv");
@@ -292,7 +292,7 @@ static enum pend_status form_runs(const struct form *form, const struct api_valu
     return api_buffer_text(out, "]");
 }
 
-/* `data` with the tables */
+/* appends `data` with the tables */
 static enum pend_status form_data(const struct form *form, const struct api_value *data,
                                   struct api_buffer *out) {
     struct api_value runs = api_value_member(data, "runs");
@@ -317,7 +317,7 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
     return api_buffer_text(out, "}");
 }
 
-/* the request with the tables */
+/* appends the request with the tables */
 static enum pend_status form_write(const struct form *form, const struct api_value *root,
                                    struct api_buffer *out) {
     struct api_value data = api_value_member(root, "data"), member = api_value_first(root);

@@ -17,9 +17,9 @@ enum { API_FORM_BOUNDARY = 70, API_FORM_TABLES = 64 };
  *
  * content_type  of the body: multipart/form-data with a boundary.
  * out           empty; grows to at most twice the limit of a body, enough for tables without
- * control characters.
+ *               control characters.
  *
- * Without a part `request` it is {}. Tables are read as api_form_text reads them.
+ * Without a part `request`, the request is {}. Tables are read as in api_form_text.
  *
  * PEND_INVALID    problem says why: 400 if the form is malformed, 422 for unexpected parts.
  * PEND_NO_MEMORY  O(bytes).
@@ -29,12 +29,12 @@ PEND_MUST_CHECK enum pend_status api_form_json(const char *content_type, const c
                                                struct api_buffer *out, struct api_problem *problem);
 
 /**
- * Appends a table as a string of JSON: UTF-8 or UTF-16, with or without a byte order mark; what is
- * neither is read as ISO 8859-1.
+ * Appends a table as a string of JSON: UTF-8 with or without a byte order mark, UTF-16 with one;
+ * any other bytes are read as ISO 8859-1.
  *
- * number  of the table, from 1, for the message.
+ * number  number of the table, from 1, for the message.
  *
- * PEND_INVALID    problem has a 422: the bytes are no text.
+ * PEND_INVALID    the bytes are not text; problem has a 422.
  * PEND_NO_MEMORY  O(bytes).
  */
 PEND_MUST_CHECK enum pend_status api_form_text(const char *text, size_t bytes, int number,

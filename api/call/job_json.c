@@ -8,10 +8,10 @@
 
 enum { JOB_TIME = 96, JOB_PATH = 96 };
 
-/* the end of the year 9999 in us since 1970: later ones are written with a fifth digit */
+/* the end of the year 9999 in us since 1970; later years have five digits */
 #define JOB_LAST INT64_C(253402300799999999)
 
-/* days since 1970 as year, month and day: the years begin in March, 400 of them have 146097 days */
+/* days since 1970 as year, month and day; years begin in March, and 400 of them have 146097 days */
 static void job_date(int64_t days, int64_t *year, int *month, int *day) {
     int64_t since = days + 719468, era = (since >= 0 ? since : since - 146096) / 146097;
     int64_t of_era = since - era * 146097;

@@ -18,12 +18,12 @@ enum pend_status api_openapi_write(const struct api_openapi *document, const cha
         }
         tags |= 1u << i;
         at += bytes;
-        if (!strncasecmp(at, "%2c", 3)) at += 2; /* a comma too */
+        if (!strncasecmp(at, "%2c", 3)) at += 2; /* an encoded comma separates tags too */
     }
     const char *at = document->json;
     for (int i = 0; i < document->count; at += document->pieces[i++][0]) {
         if (!(document->pieces[i][1] & tags)) continue;
-        /* the first of a list has none before it */
+        /* the first element of a list has no comma before it */
         int comma = *at == ',' && strchr("[{", out->data[out->bytes - 1]);
         PEND_TRY(api_buffer_add(out, at + comma, document->pieces[i][0] - (size_t)comma));
     }

@@ -9,18 +9,18 @@
 #include "api/call/forecast.h"
 #include "api/encode/encode_raw.h"
 
-/* most bytes of a part's results, which are in memory until they are stored; a few workers hold two
- * parts each */
+/* most bytes of a part's results, which are in memory until they are stored, and a worker may hold
+ * two parts */
 enum { PLAN_PART_BYTES = 1 << 24 };
 
-/* bytes of all results; 0 = unknown */
+/* estimated bytes of all results; 0 = unknown */
 static double plan_rows(const struct api_op *op, const void *state) {
     const struct api_table *table = api_op_table(op, state);
     if (table->rows_later) return 0;
     return (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
 }
 
-/* estimates memory and results of a part; all parts are similar */
+/* estimates the memory and the results of a part, as all parts are similar */
 static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
     if (op->part) op->part(state, 0, plan->parts);
     plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
@@ -63,13 +63,13 @@ struct api_part {
     const struct api_op *op;
     char digest[API_DIGEST_BYTES];
     long number;
-    /* place in the seals of checkpoints: the request, and its number of parts */
+    /* identifies the checkpoints' seals: the request and its number of parts */
     char place[API_DIGEST_BYTES + 24];
-    const struct api_format *format; /* raw, then JSON if that contains more */
+    const struct api_format *format; /* the raw format; JSON if that contains more */
     void *state; /* NULL once the part is complete, unless it has a checkpoint to write */
-    int carries; /* the next part needs a checkpoint of this one */
-    int resumes; /* this part still needs the checkpoint of the one before */
-    int wrote;   /* bytes were appended */
+    int carries; /* whether the next part needs a checkpoint of this one */
+    int resumes; /* whether this part still needs the previous part's checkpoint */
+    int wrote;   /* whether bytes were appended */
     double (*now)(void *context);
     void *context;
     int (*hurry)(void *company);
@@ -173,15 +173,15 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
                                           .at = carried->data + carried->bytes,
                                           .bytes = checkpoint.used};
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
-    /* the checkpoint is stored and may be read by another process */
+    /* a seal, because the checkpoint is stored and read by another process */
     unsigned char *seal = (unsigned char *)checkpoint.at + checkpoint.used;
     api_seal(seal, part->place, part->number + 1, checkpoint.at, checkpoint.used);
     carried->bytes += checkpoint.used + API_SEAL_BYTES;
     return PEND_OK;
 }
 
-/* wraps the JSON appended since `before` into records, from the last to the first: each moves by
- * the heads before it */
+/* wraps the JSON appended since `before` into records, from the last one to the first, because
+ * heads move the later bytes */
 static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     size_t bytes = out->bytes - before, records = (bytes + API_PIECE_BYTES - 1) / API_PIECE_BYTES;
     PEND_TRY(api_buffer_room(out, records * API_RAW_HEAD));
@@ -211,7 +211,7 @@ double api_part_bytes(const struct api_part *part) {
     return (double)sizeof *part + (double)part->request.body_bytes + state;
 }
 
-/* true if the part must still write JSON beyond its rows; only the last part of a chain does */
+/* true if the part must still write JSON after its rows; only the last part of a chain does */
 static int part_says_more(const struct api_part *part) {
     return part->format == &api_format_raw && part->op->json && !part->carries;
 }

@@ -19,7 +19,7 @@ static int request_form(const struct api_request *request) {
            api_negotiate_parameter(type, strlen(type), "multipart/form-data", "", &text, &bytes);
 }
 
-/* reports query parameters, which belong in the body or in header fields */
+/* reports query parameters; options belong in the body or in header fields */
 static void request_query(const char *query, struct api_problem *problem) {
     char name[20] = "";
     sscanf(query, "%19[^=&]", name);
@@ -46,7 +46,7 @@ void api_request_check(const struct api_request *request, const struct api_limit
                         request->body_bytes, limits->body_bytes);
 }
 
-/* JSON of a request */
+/* bytes of the request's JSON */
 struct span {
     const char *text;
     size_t bytes;
@@ -73,7 +73,7 @@ static enum pend_status request_body(const struct api_request *request,
     return PEND_OK;
 }
 
-/* the body in canonical form, unless that is longer because the client wrote shorter numbers */
+/* appends the body in canonical form, unless the client wrote numbers in a shorter form */
 static enum pend_status request_canonical(const struct span *body, const struct api_value *root,
                                           struct api_buffer *canonical) {
     size_t before = canonical->bytes;

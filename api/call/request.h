@@ -1,4 +1,4 @@
-/* A received request; parses its body for the operation.
+/* A received request, and the parsing of its body for the operation.
  * Leaves to others: representations (negotiate), running the operation (call, part, results).
  * Invariant: a refused request has a problem. */
 #pragma once
@@ -10,7 +10,7 @@
 struct api_request {
     enum api_op_id op;
     const char *argument;     /* the variable part of the path ("paper-four-arms"), or NULL */
-    const char *query;        /* the text behind '?', or NULL */
+    const char *query;        /* the text after '?', or NULL */
     const char *content_type; /* field values as received, or NULL */
     const char *accept;
     const char *body; /* NULL for GET */
@@ -26,10 +26,10 @@ void api_request_check(const struct api_request *request, const struct api_limit
  *
  * format     the representation of the answer.
  * limits     must outlive the state.
- * state      out, the operation's; NULL on failure; ends with the operation's free.
- * digest     out; see api_call_etag. For the raw format it is without the engine.
- * canonical  the body is appended here without blanks, keys in order, if that is shorter, else
- *            unchanged; NULL if not needed.
+ * state      out: the operation's state; NULL on failure; released by the operation's free.
+ * digest     out; see api_call_etag. For the raw format it does not include the engine.
+ * canonical  the body is appended, without blanks and with keys in order if that is shorter,
+ *            otherwise unchanged; NULL if not needed.
  *
  * PEND_INVALID  the faults are in problem.
  * PEND_NO_MEMORY

@@ -9,22 +9,22 @@
 struct api_results {
     struct api_table table;
     struct api_writer *writer; /* NULL if JSON pieces are copied unchanged */
-    struct api_buffer record;  /* the incomplete record, with its head */
+    struct api_buffer record;  /* bytes of an incomplete record, with its head */
     double *rows[API_COLUMNS]; /* memory for a record's rows, one block */
     struct api_raw_figures figures;
     struct api_stats stats;
-    int pieces;  /* JSON records so far */
-    int later;   /* the number of rows is known only at the end */
-    long most;   /* rows of all parts */
-    int partial; /* the last parts may be missing */
-    int turn;    /* completed passes over the parts */
+    int pieces;  /* number of JSON records so far */
+    int later;   /* whether the number of rows is known only at the end */
+    long most;   /* number of rows of all parts */
+    int partial; /* whether the last parts may be missing */
+    int turn;    /* number of completed passes over the parts */
 };
 
 static size_t row_bytes(const struct api_table *table) {
     return (size_t)api_table_numbers(table, 0) * sizeof(double);
 }
 
-/* bytes of the longest record */
+/* most bytes of a record */
 static size_t record_most(const struct api_table *table) {
     return API_RAW_HEAD + 4 * (size_t)API_PIECE_BYTES + row_bytes(table);
 }
@@ -32,7 +32,7 @@ static size_t record_most(const struct api_table *table) {
 void api_results_head(const struct api_source *source, struct api_answer *answer) {
     struct api_answer plain = *answer;
     if (!source->partial) return;
-    /* the next part will change the answer, so it has no ETag */
+    /* without an ETag, because the next part will change the answer */
     *answer = (struct api_answer){.status = 202,
                                   .media_type = plain.media_type,
                                   .columns = plain.columns,

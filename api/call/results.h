@@ -1,6 +1,7 @@
 /* Encodes a job's answer from its stored parts.
  * Leaves to others: the request and the head of the answer (call), fetching the parts in order
- * (server). Invariant: the answer does not depend on how the parts are divided into pieces. */
+ * (server).
+ * Invariant: the answer does not depend on how the parts are divided into pieces. */
 #pragma once
 
 #include "api/call/digest.h"
@@ -19,8 +20,8 @@ struct api_answer {
     const char *file_name; /* file name for saving; NULL if a browser should display the answer */
     const char *etag;      /* as api_call_etag; NULL for a problem */
     long long length;      /* bytes of the answer's body, -1 if unknown */
-    long long first;       /* status 206: the number of its first byte in the whole, from 0 */
-    long long total;       /* status 206 and 416: bytes of the whole */
+    long long first;       /* status 206: offset of the answer's first byte, from 0 */
+    long long total;       /* for status 206 and 416: bytes of the whole */
 };
 
 struct api_results;
@@ -42,7 +43,7 @@ struct api_source {
     void *context;
     /** Returns non-zero if fetch will not wait; NULL = fetch may wait. */
     int (*ready)(void *context);
-    int partial; /* fetch may end before the last part: the answer has the rows read so far */
+    int partial; /* the answer may be partial: fetch may end before the last part */
 };
 
 /** Adapts the head of an answer to a source: status 202 if the source may lack parts. */
@@ -58,11 +59,13 @@ double api_results_bytes(const struct api_source *source, const struct api_forma
  * results  out; NULL on failure.
  * apart    non-zero: the parts contain JSON records, because JSON contains more than the table.
  * later    non-zero: the table's number of rows is an upper bound; a record of statistics marks the
- * end. source   its `again` and `partial` decide what is written. out      the bytes before the
- * rows are appended.
+ *          end.
+ * source   its `again` and `partial` decide what is written.
+ * out      the bytes before the rows are appended.
  *
  * PEND_INVALID  the representation cannot hold partial results: a picture, or JSON beyond the
- * table. PEND_NO_MEMORY, PEND_LIMIT
+ *               table.
+ * PEND_NO_MEMORY, PEND_LIMIT
  */
 PEND_MUST_CHECK enum pend_status api_results_new(struct api_results **results,
                                                  const struct api_format *format,
@@ -100,6 +103,6 @@ PEND_MUST_CHECK enum pend_status api_results_fetch(struct api_results *results,
 PEND_MUST_CHECK enum pend_status api_results_end(struct api_results *results,
                                                  struct api_buffer *out, int *done);
 
-/** Returns non-zero if the parts are read once more from the first; the source is already
- * restarted. Call after each api_results_end that is not done. */
+/** Returns non-zero if another pass over the parts follows, for which the source is already
+ * restarted. Call it after each api_results_end that is not done. */
 int api_results_again(struct api_results *results, const struct api_source *source);

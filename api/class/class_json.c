@@ -13,8 +13,8 @@
 /* most characters of texts */
 enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16 };
 
-/* factor by which a body may exceed its canonical form, because of blanks and the format of numbers
- */
+/* factor by which a received body may exceed its canonical form, because of blanks and the format
+ * of numbers */
 enum { CLASS_SPARE = 4 };
 
 /* The state of reading a body. */
@@ -25,15 +25,16 @@ struct class_reading {
     enum pend_status status; /* PEND_NO_MEMORY after a failure */
 };
 
-/* the kind of a question or answer; a flag also holds the number of choices */
+/* kinds of questions and answers; the flag of a choice also holds the number of choices */
 enum { KIND_NUMBER, KIND_CHOICE, KIND_ANGLE, KIND_TEXT };
 enum { FLAG_CLOSED = 1, FLAG_KIND = 2, FLAG_CHOICES = 16 };
 static const char *const class_kinds[] = {"number", "choice", "angle", "text", NULL};
 
 /* --- parts --- */
 
-/* the number of characters of a text; -1 if it contains one that is not allowed in a line: control
- * characters (also U+0080 to U+009F), line separators (U+2028, U+2029), bidirectional controls */
+/* the number of characters of a text; -1 if it contains a character that may not occur: control
+ * characters (also U+0080 to U+009F), bidirectional controls and, in a line, line separators
+ * (U+2028, U+2029) */
 static long class_characters(const char *text, int line) {
     long characters = 0;
     for (const unsigned char *at = (const unsigned char *)text; *at; at++) {
@@ -46,7 +47,7 @@ static long class_characters(const char *text, int line) {
     return characters;
 }
 
-/* reads a text of least .. most characters; line: it must be a single line */
+/* reads a text of least .. most characters, on a single line if `line` */
 static void class_text(const struct api_value *value, long least, long most, int line,
                        struct api_problem *problem) {
     char found[API_FOUND_BYTES];

@@ -19,10 +19,10 @@ enum {
 /* A name in its parts: "answers/tide/3". */
 struct table_name {
     char kind[24], id[API_CLASS_ID + 1];
-    long pupil; /* 0 = none */
+    long pupil; /* number of the pupil; 0 = none */
 };
 
-/* splits a name; a numeric id is the pupil's number */
+/* splits the name of an item; an id of digits is the pupil's number */
 static struct table_name table_name(const char *text) {
     struct table_name name = {.pupil = 0};
     size_t kind = strcspn(text, "/"), id = text[kind] ? strcspn(text + kind + 1, "/") : 0;
@@ -89,8 +89,8 @@ static int table_formula(const char *text) {
     return *text && strchr("=+-@", *text);
 }
 
-/* Writes a text as a quoted cell, never a formula. A program with another separator finds cells
- * within the text: "a;=1+1" splits at ';' in German Excel. */
+/* Writes a text as a quoted cell, never a formula. Programs with other separators may split the
+ * text: German Excel splits "a;=1+1" at ';'. */
 static enum pend_status table_text(struct api_buffer *out, const char *text) {
     PEND_TRY(api_buffer_text(out, table_formula(text) || strspn(text, "\t\r\n") ? "\"'" : "\""));
     for (const char *at = text; *at; at++) {
@@ -270,7 +270,7 @@ static enum pend_status tally_values(const struct api_class_tally *tally, struct
     return PEND_OK;
 }
 
-/* lower edge of bin i; halves are subtracted, because the full width may overflow a double */
+/* lower edge of bin i, computed from halves, because the full width may overflow a double */
 static double tally_edge(const struct api_class_tally *tally, int i) {
     assert(i >= 0 && i <= TALLY_BINS && tally->numbers > 0);
     double part = (double)i / TALLY_BINS;

@@ -20,7 +20,7 @@ struct api_class_names {
     long count;
 };
 
-/** Frees them. */
+/** Frees the nicknames. */
 void api_class_names_clear(struct api_class_names *names);
 
 /** Appends the header of the table: item,id,step,pupil,nickname,value,changed. Fails as
@@ -38,7 +38,7 @@ PEND_MUST_CHECK enum pend_status api_class_table_begin(const struct api_class_na
  * names  the pupils' nicknames, which come before their answers.
  *
  * PEND_INVALID    the stored item is damaged.
- * Fails else as api_buffer_room does. O(item).
+ * Otherwise fails as api_buffer_room does. O(item).
  */
 PEND_MUST_CHECK enum pend_status api_class_table_add(const struct api_class_item *item,
                                                      struct api_class_names *names,
@@ -47,16 +47,16 @@ PEND_MUST_CHECK enum pend_status api_class_table_add(const struct api_class_item
 /* The answers to one question; initialized with {0}. */
 struct api_class_tally {
     long answers;
-    double *number; /* `numbers` of them */
+    double *number; /* `numbers` numbers */
     long numbers, room;
     struct api_class_tally_text {
         char *text;
         long count;
-    } * text; /* `texts` different ones */
+    } * text; /* `texts` different texts */
     long texts, text_room;
 };
 
-/** Frees it. */
+/** Frees the answers. */
 void api_class_tally_clear(struct api_class_tally *tally);
 
 /** Counts an answer. PEND_INVALID as for api_class_table_add, PEND_NO_MEMORY. O(different texts).
@@ -64,11 +64,9 @@ void api_class_tally_clear(struct api_class_tally *tally);
 PEND_MUST_CHECK enum pend_status api_class_tally_add(const struct api_class_item *item,
                                                      struct api_class_tally *tally);
 
-/**
- * Appends the histogram: {"answers", "values": [{"value", "count"}], "bins": [{"from", "to",
- * "count"}]}. At most 24 different numbers are listed each; more are put into twelve bins of equal
- * width, the last of which includes its upper end. Texts are always listed, at most 100, the most
- * frequent first. Sorts the numbers. Fails as api_buffer_room does. O(n log n).
- */
+/** Appends the histogram: {"answers", "values": [{"value", "count"}], "bins": [{"from", "to",
+ * "count"}]}. Up to 24 different numbers are listed one by one; more are counted in twelve bins of
+ * equal width, of which the last includes its upper end. Texts are always listed, at most 100, the
+ * most frequent first. Sorts the numbers. Fails as api_buffer_room does. O(n log n). */
 PEND_MUST_CHECK enum pend_status api_class_tally_write(struct api_class_tally *tally,
                                                        struct api_buffer *out);

@@ -49,12 +49,11 @@ int api_csv_cut(const char *line, char separator, struct api_csv_cell cell[API_C
 
 /* --- numbers --- */
 
-/* returns the length of a sign or blank of several bytes, 0 if there is none; plain: its ASCII form
- */
+/* returns the length of a sign or blank that takes several bytes, or 0; plain: its ASCII form */
 static int odd_character(const char *at, int left, char *plain) {
     static const struct {
         const char *text;
-        char plain; /* 0 = nothing */
+        char plain; /* 0 = dropped */
     } odd[] = {
         {"\342\210\222", '-'}, {"\302\240", 0}, {"\342\200\257", 0}, {"\342\200\211", 0}, {"'", 0}};
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
@@ -66,8 +65,8 @@ static int odd_character(const char *at, int left, char *plain) {
     return 0;
 }
 
-/* the text of a cell in ASCII, without blanks or apostrophes between thousands; 0 if it is too long
- */
+/* copies the text of a cell in ASCII, without blanks or apostrophes between thousands; returns 0 if
+ * it is too long */
 static int cell_plain(const struct api_csv_cell *cell, char out[CELL_BYTES]) {
     int length = 0;
     if (cell->bytes >= CELL_BYTES) return 0;
@@ -82,7 +81,7 @@ static int cell_plain(const struct api_csv_cell *cell, char out[CELL_BYTES]) {
     return 1;
 }
 
-/* whether every thousands mark has a digit before it and exactly three digits after it */
+/* true if every thousands mark has a digit before it and exactly three digits after it */
 static int is_grouped(const char *text, char mark) {
     const char *at = text + (*text == '-' || *text == '+');
     if (!is_digit(*at)) return 0;
@@ -102,7 +101,7 @@ static void drop(char *text, char mark) {
 static int text_number(char *text, int comma, double *x) {
     char decimal = comma ? ',' : '.', thousands = comma ? '.' : ',';
     if (strchr(text, thousands)) {
-        // in a table with decimal commas a program may have written "1.5"
+        // a number with a point, such as "1.5", may also occur in a table with decimal commas
         if (!is_grouped(text, thousands))
             decimal = thousands;
         else
@@ -130,7 +129,7 @@ static int is_missing(const char *text) {
 
 /* --- clocks --- */
 
-/* days since 1970-01-01 of the Gregorian calendar (H. Hinnant, "chrono-compatible low-level date
+/* converts a date to days since 1970-01-01 (H. Hinnant, "chrono-compatible low-level date
  * algorithms") */
 static double days_of(int year, int month, int day) {
     year -= month <= 2;
@@ -140,7 +139,7 @@ static double days_of(int year, int month, int day) {
     return era * 146097.0 + of_era * 365.0 + of_era / 4 - of_era / 100 + of_year - 719468.0;
 }
 
-/* reads a date before a time, "2026-11-27" or "27.11.2026"; returns the text after it, NULL if
+/* reads a date in front of a time, "2026-11-27" or "27.11.2026"; returns the text after it, NULL if
  * there is no date */
 static const char *date_read(const char *text, double *days) {
     int part[3];
@@ -177,7 +176,7 @@ static int clock_read(char *text, double *x) {
     }
     if (*at == 'Z') at++;
     if (*at || count < 1 || count > 2) return 0;
-    // two numbers are hours and minutes; if the second has a fraction, minutes and seconds
+    // two numbers are hours and minutes, but minutes and seconds if the second has a fraction
     int minutes = count == 1 && part[1] != floor(part[1]);
     *x = days * 86400 + (minutes ? part[0] * 60 + part[1] : part[0] * 3600 + part[1] * 60);
     if (count == 2) *x += part[2];
@@ -199,7 +198,7 @@ int api_csv_mark(const struct api_csv_cell *cell) {
     const char *comma = strrchr(text, ','), *point = strrchr(text, '.');
     if (comma && point) return comma > point ? 1 : -1;
     if (!comma && !point) return 0;
-    // "1,234" may be either, "0,234" is not
+    // "1,234" may be one thousand or a fraction; "0,234" must be a fraction
     if (is_grouped(text, comma ? ',' : '.') && fabs(strtod(text, NULL)) >= 1) return 0;
     return comma ? 1 : -1;
 }

@@ -1,18 +1,18 @@
-/* Cells of a table of text, and the numbers in them, as people and programs write them.
+/* Cells of a text table, and the numbers in them, as people and programs write them.
  * Leaves to others: which lines are rows and what separates them (csv_layout), names (csv_names).
  * Invariant: reads text only up to its end; the locale does not matter. */
 #pragma once
 
 enum { API_CSV_COLUMNS = 64 };
 
-/* Text without blanks and quotes around it; not ended by a NUL. */
+/* The text of a cell without the blanks and quotes around it; not terminated by a NUL. */
 struct api_csv_cell {
     const char *at;
     int bytes;
 };
 
 enum api_csv_kind {
-    API_CSV_EMPTY,  /* nothing, or a word for a missing value: "NaN", "-", "N/A" */
+    API_CSV_EMPTY,  /* no text, or a word for a missing value: "NaN", "-", "N/A" */
     API_CSV_NUMBER, /* "1.5", "1,5", "1.234,5", "-3e-2" */
     API_CSV_CLOCK,  /* "12:30:01.5", "2026-11-27 12:30:01": seconds since midnight, or since 1970 */
     API_CSV_WORD
@@ -25,19 +25,19 @@ const char *api_csv_line_end(const char *line);
 const char *api_csv_line_next(const char *line);
 
 /**
- * Cuts a line into cells. A separator in quotes is text; ' ' stands for any run of blanks.
+ * Splits a line into cells. A separator in quotes is text; the separator ' ' is any run of blanks.
  *
- * Returns how many there are; at most API_CSV_COLUMNS are written. O(bytes).
+ * Returns the number of cells, of which at most API_CSV_COLUMNS are stored. O(bytes).
  */
 int api_csv_cut(const char *line, char separator, struct api_csv_cell cell[API_CSV_COLUMNS]);
 
 /**
  * Reads a cell.
  *
- * comma  true where the decimal mark is a comma; marks of thousands are passed over.
+ * comma  true if the decimal mark is a comma; thousands marks are skipped.
  * x      out, for a number or a clock.
  */
 enum api_csv_kind api_csv_read(const struct api_csv_cell *cell, int comma, double *x);
 
-/** The decimal mark that a cell proves: 1 a comma, -1 a point, 0 undecided ("5", "1,234"). */
+/** Returns which decimal mark a cell proves: 1 a comma, -1 a point, 0 neither ("5", "1,234"). */
 int api_csv_mark(const struct api_csv_cell *cell);

@@ -7,10 +7,10 @@
 #include "api/csv/csv_words.h"
 
 enum {
-    SAMPLE = 400, /* rows that are examined to find the layout */
+    SAMPLE = 400, /* rows from which the layout is determined */
     LINES = 2000, /* lines of the file that are searched for these rows */
     FEW_SWINGS = 5,
-    HEADS = 3 /* lines of names, groups and units that are read above the rows */
+    HEADS = 3 /* lines above the rows that are read for names, groups and units */
 };
 
 static const double two_pi = 6.28318530717958647692;
@@ -40,8 +40,8 @@ static int is_comment(const char *line) {
     return *line == '#' || *line == '%' || !strncmp(line, "//", 2);
 }
 
-/* The start of a table with this separator: the first of two rows of equal width, or the only row.
- * `rows` counts the rows of that width within the sample. */
+/* The start of the table if this is the separator: the first of two rows of equal width, or the
+ * only row. `rows` is the number of rows of that width in the sample. */
 struct start {
     const char *at;
     int line, width, words;
@@ -66,7 +66,7 @@ static void start_find(const char *text, char separator, int words_allowed, stru
     if (now.rows > found->rows) *found = now;
 }
 
-/* the separator that gives the most rows; among equals, the first in this list */
+/* returns the separator with the most rows; of several, the first in this list */
 static char layout_separator(const char *text, struct start *best) {
     static const char separators[] = "\t;, ";
     char found = 0;
@@ -82,7 +82,7 @@ static char layout_separator(const char *text, struct start *best) {
 
 /* --- names --- */
 
-/* skips the marks that make a line a comment */
+/* skips the characters that make a line a comment */
 static const char *head_text(const char *line) {
     return is_comment(line) ? line + strspn(line, "#%/ \t\"") : line;
 }
@@ -93,7 +93,7 @@ static int head_cut(const struct api_csv *csv, const char *line,
     return api_csv_cut(head_text(line), csv->separator, cell);
 }
 
-/* whether a line consists of at least two units */
+/* true if a line has only units, and at least two of them */
 static int is_units(const struct api_csv_cell cell[], int count) {
     int units = 0;
     for (int i = 0; i < count && i < API_CSV_COLUMNS; i++) {
@@ -117,7 +117,7 @@ static int head_lines(const char *text, const struct start *start, const char *l
     return count;
 }
 
-/* a name that spans several columns, such as a tracked body, applies to each of them */
+/* a name that spans several columns, such as that of a tracked body, applies to each of them */
 static void group_columns(struct api_csv *csv, const struct api_csv_cell cell[], int count) {
     struct api_csv_cell now = {NULL, 0};
     for (int i = 0; i < csv->columns; i++) {
@@ -136,7 +136,7 @@ static void layout_names(struct api_csv *csv, const char *text, const struct sta
         at = 1;
         count = lines > 1 ? head_cut(csv, line[1], cell) : 0;
     }
-    // a line of another width is a title
+    // a line with another number of cells is a title
     if (at >= lines || count < 2 || count > csv->columns + 1) return;
     csv->head = number[at];
     for (int i = 0; i < csv->columns; i++) csv->column[i].name = cell[i];
@@ -162,14 +162,14 @@ static void layout_mark(struct api_csv *csv, const char *begin) {
     csv->doubtful = !comma && !point && either;
 }
 
-/* counts the swings between turning points */
+/* updates the swing between turning points, and counts complete ones */
 static void column_swing(struct api_csv_column *column, double step) {
     int way = (step > 0) - (step < 0);
     if (!way) return;
     if (column->way && way != column->way) {
         double size = column->last - column->from, mid = column->from + size / 2;
-        double weight =
-            column->swings++ ? size * size : 0; // the first swing has no turning point at its start
+        double weight = column->swings++ ? size * size : 0; // not the first swing, because its
+                                                            // start is not a turning point
         column->wide += fabs(size) > two_pi;
         column->weight += weight, column->weights += weight * weight;
         column->mid += weight * mid, column->mids += weight * mid * mid;
@@ -252,7 +252,7 @@ static void layout_rows(struct api_csv *csv) {
 
 int api_csv_look(struct api_csv *csv, const char *text) {
     static const char mark[] =
-        "\357\273\277"; // the byte order mark of UTF-8, which spreadsheets write first
+        "\357\273\277"; // the byte order mark of UTF-8, which spreadsheets write at the start
     struct start start = {NULL, 0, 0, 0, 0};
     assert(csv && text);
     if (!strncmp(text, mark, sizeof mark - 1)) text += sizeof mark - 1;

@@ -9,8 +9,8 @@
 static const double degree = 3.14159265358979323846 / 180;
 
 static const double epoch_s = 1e8;   /* larger numbers are seconds since 1970 */
-static const double epoch_ms = 1e11; /* or milliseconds */
-static const double step_ms = 5;     /* a larger step between rows is in milliseconds */
+static const double epoch_ms = 1e11; /* larger numbers are milliseconds since 1970 */
+static const double step_ms = 5;     /* a larger step between rows means milliseconds */
 
 const char *api_csv_role_name(enum api_csv_role role) {
     static const char *const names[] = {"",  "t", "theta",  "phi",  "joint",
@@ -19,15 +19,15 @@ const char *api_csv_role_name(enum api_csv_role role) {
     return names[role];
 }
 
-/* the arguments of all guesses */
+/* the input and the state of all guesses */
 struct guess {
     struct api_csv_roles *roles;
     const struct api_csv *csv;
     const struct api_csv_hints *hints;
     struct api_csv_words words[API_CSV_COLUMNS];
-    int generic; /* columns are just named X and Y, as plotting programs do */
+    int generic; /* whether columns are only named X and Y, as plotting programs do */
     int behind;  /* first column of a second table; the number of columns if there is none */
-    int given[API_CSV_COLUMNS]; /* the request names this column */
+    int given[API_CSV_COLUMNS]; /* whether the request names this column */
 };
 
 static int of_table(const struct guess *guess, int i) {
@@ -53,7 +53,7 @@ static int is_time(const struct guess *guess, int i) {
            !(words & (API_CSV_WORD_ERROR | API_CSV_WORD_MODEL | API_CSV_WORD_SPEED));
 }
 
-/* the column of times: one named time, else the first increasing column */
+/* finds the column of times: the first named time, or the first increasing column */
 static int time_find(struct guess *guess) {
     const struct api_csv *csv = guess->csv;
     for (int given = 1; given >= 0; given--)
@@ -141,7 +141,7 @@ static int group_of(const struct guess *guess, int i) {
     return count;
 }
 
-/* whether the file counts arms from 0, which is so if a column has the number 0 */
+/* true if the file counts arms from 0, so that the number 0 occurs */
 static int from_zero(const struct guess *guess) {
     for (int i = 0; i < guess->behind; i++)
         if (guess->words[i].number == 0 && role_of(&guess->words[i]) != API_CSV_NONE) return 1;
@@ -177,7 +177,7 @@ static int is_taken(const struct guess *guess, int i, enum api_csv_role role, in
     return 0;
 }
 
-/* the reason why a column cannot be used; NULL if it can */
+/* returns the reason why a column cannot be used; NULL if it can */
 static const char *column_unfit(const struct guess *guess, int i, enum api_csv_role role, int arm) {
     const struct api_csv_words *words = &guess->words[i];
     if (!guess->csv->column[i].numbers) return "has no number";
@@ -216,7 +216,7 @@ static void column_take(struct guess *guess, int i, int seen[]) {
     if (!guess->given[i]) column_doubt(guess, i);
 }
 
-/* of a gyroscope's axes, the swing turns about the one with the largest rates */
+/* of a gyroscope's axes, takes the one with the largest rates: the axis of the swing */
 static void axes_take(struct guess *guess) {
     static const int axes = API_CSV_WORD_X | API_CSV_WORD_Y | API_CSV_WORD_OTHER;
     int best = -1, count = 0;
@@ -235,7 +235,7 @@ static void axes_take(struct guess *guess) {
     guess->roles->column[best].why = NULL;
 }
 
-/* drops rates that stand next to angles: programs compute them, so they add no information */
+/* drops rates next to angles: programs compute them from the angles, so they add no information */
 static void rates_drop(struct guess *guess) {
     for (int i = 0; i < guess->csv->columns; i++) {
         struct api_csv_taken *taken = &guess->roles->column[i];
@@ -253,7 +253,7 @@ static void rates_drop(struct guess *guess) {
     }
 }
 
-/* columns without names: one angle per arm, or positions of the tips */
+/* assigns columns without names: one angle per arm, or positions of the tips */
 static void unnamed_take(struct guess *guess) {
     const struct api_csv *csv = guess->csv;
     int column[API_CSV_COLUMNS], count = 0;
@@ -279,7 +279,7 @@ static void unnamed_take(struct guess *guess) {
 
 /* --- errors --- */
 
-/* the column that an error belongs to: the same quantity and arm, else the nearest before it */
+/* the measured column of a column of errors: same quantity and arm, else the nearest to the left */
 static int error_of(const struct guess *guess, int i) {
     enum api_csv_role role = role_of(&guess->words[i]);
     int number = guess->words[i].number, before = -1;
@@ -321,8 +321,8 @@ static void errors_take(struct guess *guess) {
 
 /* --- units --- */
 
-/* the size in rad of an angle without unit: the request's, else that of other columns, else guessed
- * from the range */
+/* the size in rad of an angle without a unit: by the request, by other columns, or guessed from the
+ * range */
 static double angle_unit(const struct guess *guess, int *sure) {
     double named = 0;
     int wide = 0;
@@ -330,7 +330,7 @@ static double angle_unit(const struct guess *guess, int *sure) {
         if (!api_csv_is_angle(guess->roles->column[i].role)) continue;
         if (guess->words[i].rad) named = guess->words[i].rad;
         const struct api_csv_column *column = &guess->csv->column[i];
-        // a swing is less than a turn, but a rotation in one direction may be more
+        // a swing is less than a turn, whereas a rotation in one direction may be more
         wide |= column->swings && 2 * column->wide > column->swings;
     }
     *sure = named || guess->hints->degrees >= 0;
@@ -371,8 +371,7 @@ static void units_take(struct guess *guess) {
     }
 }
 
-/* reads a column's name, or the name that the request gives it; the unit may come from the column
- */
+/* reads a column's name, or the one that the request gives; the unit may come from the column */
 static void words_take(struct guess *guess, int i) {
     static const struct api_csv_cell none = {"", 0};
     const struct api_csv_column *column = &guess->csv->column[i];

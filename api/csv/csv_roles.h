@@ -1,4 +1,4 @@
-/* The quantity that each column of a measured table holds, guessed from names, units and numbers.
+/* The role of each column of a measured table, guessed from names, units and numbers.
  * Leaves to others: the layout (csv_layout), the fit that uses the columns (op/fit).
  * Invariant: a column has one role, and no two columns hold the same quantity; doubts are noted. */
 #pragma once
@@ -19,38 +19,39 @@ enum api_csv_role {
 
 struct api_csv_taken {
     enum api_csv_role role;
-    int arm; /* from 1; 0 if the role has no arm */
-    int of;  /* of a standard error: its measured column; of a measured column: its standard error;
-                -1 = none */
+    int arm; /* number of the arm, from 1; 0 if the role has no arm */
+    int of;  /* index of the measured column of a standard error; index of the standard error of a
+              * measured column; -1 = none */
     double unit;     /* factor from the table's unit to s, rad, rad/s or m; 0 = unknown (pixels) */
-    int sure;        /* named by the table or the request, or unambiguous */
-    const char *why; /* a static sentence without its full stop; NULL = no remark */
+    int sure;        /* true if the role is unambiguous, or named by the table or the request */
+    const char *why; /* a static sentence without a full stop; NULL = no remark */
 };
 
 struct api_csv_roles {
     struct api_csv_taken column[API_CSV_COLUMNS];
-    int time;      /* the column; -1 = none was found */
+    int time;      /* index of the column of times; -1 = none was found */
     double origin; /* s, subtracted from all times: 0, or the first reading of a clock */
     int measured;  /* number of columns with angles, positions or rates */
-    int second;    /* the file has a second table to the right of the first */
+    int second;    /* whether the file has a second table to the right of the first */
 };
 
-/* Facts from outside the table. */
+/* Facts that the table does not contain. */
 struct api_csv_hints {
-    int arms;          /* of the pendulum; 0 = as many as the table names */
+    int arms;          /* number of arms of the pendulum; 0 = as many as the table names */
     int degrees;       /* whether angles without unit are in degrees; -1 = guess from their range */
     int count;         /* the i-th x and y without a number belong to arm listed[i], from 1 */
-    const int *listed; /* `count`; 0 = none */
+    const int *listed; /* `count` numbers of arms; NULL = none */
     int gives;         /* number of leading columns for which the request may give names */
-    const struct api_csv_cell *given; /* `gives`; at NULL = not given, bytes 0 = not used */
+    const struct api_csv_cell *given; /* `gives` names; text NULL = not given, 0 bytes = not used */
 };
 
 /** Assigns the roles. The request's names override guesses. O(columns^2). */
 void api_csv_guess(struct api_csv_roles *roles, const struct api_csv *csv,
                    const struct api_csv_hints *hints);
 
-/** Whether a role is an angle. */
+/** Returns whether a role is an angle. */
 int api_csv_is_angle(enum api_csv_role role);
 
-/** The word for a role: "t", "theta", "phi", "joint", "x", "y", "thetad", "sigma", or "". */
+/** Returns the word for a role: "t", "theta", "phi", "joint", "x", "y", "thetad", "sigma", or "".
+ */
 const char *api_csv_role_name(enum api_csv_role role);

@@ -6,11 +6,11 @@
 
 enum { NAME_BYTES = 128 };
 
-/* rad */
+/* one degree in rad */
 #define DEGREE (3.14159265358979323846 / 180)
 
-/* words of names, between blanks: English, German, French, Spanish, Dutch, Turkish, Italian,
- * Portuguese, Polish, Swedish, Russian, Chinese; all in small letters */
+/* words in names of columns, separated by blanks: English, German, French, Spanish, Dutch, Turkish,
+ * Italian, Portuguese, Polish, Swedish, Russian, Chinese; all in lower case */
 static const struct {
     enum api_csv_word word;
     const char *list;
@@ -121,7 +121,7 @@ int api_csv_is_unit(const struct api_csv_cell *cell) {
     return unit_of(bare, (int)strcspn(bare, ")]")) != NULL;
 }
 
-/* cuts "(deg)", "[s]", "/s", ", m" or " in s" off a name, and returns that unit */
+/* removes "(deg)", "[s]", "/s", ", m" or " in s" from a name, and stores that unit */
 static void unit_cut(struct api_csv_words *found, char *text) {
     char *open = strrchr(text, '('), *slash = strrchr(text, '/'), *in = strstr(text, " in ");
     if (!open) open = strrchr(text, '[');

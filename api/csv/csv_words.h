@@ -1,4 +1,4 @@
-/* The words in a column's name, in ten languages and in the spelling of common programs.
+/* The words in a column's name, in twelve languages and in the spelling of common programs.
  * Leaves to others: the conclusions drawn from them (csv_roles).
  * Invariant: upper and lower case are equal. */
 #pragma once
@@ -15,24 +15,24 @@ enum api_csv_word {
     API_CSV_WORD_SPEED = 1 << 6,  /* velocity; together with an angle it means a rate */
     API_CSV_WORD_ERROR = 1 << 7,  /* uncertainty */
     API_CSV_WORD_MODEL = 1 << 8,  /* simulated, fitted */
-    API_CSV_WORD_FRAME = 1 << 9,  /* number of a picture */
+    API_CSV_WORD_FRAME = 1 << 9,  /* number of a video frame */
     API_CSV_WORD_OTHER = 1 << 10, /* radius, likelihood, energy: quantities that cannot be fitted */
-    API_CSV_WORD_PRIME = 1 << 11, /* X' */
+    API_CSV_WORD_PRIME = 1 << 11, /* a derivative: X' */
     API_CSV_WORD_JOINT = 1 << 12  /* an angle between two arms */
 };
 
-/* A name taken apart. */
+/* The parts of a name. */
 struct api_csv_words {
-    int words;  /* of enum api_csv_word */
+    int words;  /* flags of enum api_csv_word */
     int number; /* the last number in the name; -1 = none */
     double s, rad, m,
-        rad_s; /* the size of the name's unit in s, rad, m or rad/s; 0 = not a unit of this kind */
+        rad_s; /* size of the name's unit in s, rad, m or rad/s; 0 if the unit is of another kind */
     int pixels;
 };
 
-/** Takes a name and a unit apart; either may be empty. O(bytes). */
+/** Splits a name and a unit into parts; either may be empty. O(bytes). */
 struct api_csv_words api_csv_words_of(const struct api_csv_cell *name,
                                       const struct api_csv_cell *unit);
 
-/** Whether a cell is only a unit, such as "deg" or "(s)". O(bytes). */
+/** Returns whether a cell contains only a unit, such as "deg" or "(s)". O(bytes). */
 int api_csv_is_unit(const struct api_csv_cell *cell);

@@ -6,10 +6,10 @@
 enum { API_COLORMAP_SHADES = 254 };
 
 /**
- * Computes red, green and blue of a shade, 0 .. API_COLORMAP_SHADES - 1, from dark violet over blue
- * and green to light yellow.
+ * Computes red, green and blue of a shade, 0 .. API_COLORMAP_SHADES - 1. The shades run from dark
+ * violet over blue and green to light yellow.
  *
  * In Ottosson's OKLab space lightness rises linearly and hue turns at constant chroma. Lightness
- * alone orders the shades, so the order survives colour blindness and grey prints.
+ * alone orders the shades, so that colour-blind readers and grey prints keep the order.
  */
 void api_colormap_shade(int shade, unsigned char rgb[3]);

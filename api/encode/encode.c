@@ -21,7 +21,7 @@ void api_table_add_inner(struct api_table *table, const char *name, const char *
                          int inner) {
     assert(arms >= 0 && inner >= 1);
     api_table_add(table, name, part, arms ? arms * inner : inner);
-    // a row of one group is a plain row
+    // if the row consists of a single group, it is a plain row
     if (arms) table->column[table->count - 1].inner = inner;
 }
 
@@ -79,7 +79,7 @@ double api_table_numbers(const struct api_table *table, int first) {
     return numbers;
 }
 
-enum { COLUMN_TEXT = 48 }; /* letters of a column, at most: names are short */
+enum { COLUMN_TEXT = 48 }; /* most bytes of a column's name */
 
 void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]) {
     char *at = text;
@@ -244,7 +244,7 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      when);
 }
 
-/* keeps rows; missing times become NaN here unless rows_write converts them later */
+/* stores rows; missing times become NaN at this point unless rows_write converts them later */
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
     const struct api_format *format = writer->format;
     int nan = (format->binary || format->nan) && writer->table.nan && !format->block;
@@ -269,8 +269,8 @@ static int all_narrow(const struct api_writer *writer, long rows, const double *
     return 1;
 }
 
-/* replaces missing times by NaN. data: in and out; columns that change are copied into one block,
- * which the caller frees */
+/* replaces missing times by NaN. `data` is in and out; columns that change are copied into one
+ * block, which the caller frees */
 static enum pend_status rows_nan(const struct api_writer *writer, long rows, const double *data[],
                                  double **copies) {
     const struct api_table *table = &writer->table;
@@ -291,7 +291,7 @@ static enum pend_status rows_nan(const struct api_writer *writer, long rows, con
     return PEND_OK;
 }
 
-/* writes rows with a representation that streams or reads the rows in several passes */
+/* writes rows in a representation that streams, or that reads the rows in several passes */
 static enum pend_status rows_write(struct api_writer *writer, long rows, const double *const data[],
                                    struct api_buffer *out) {
     const struct api_format *format = writer->format;
@@ -333,7 +333,7 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
                      "a number exceeds the range of a float32: ask for \"number\": \"float64\"");
 }
 
-/* writes the next rows of those that were kept until their number was known */
+/* writes the next of the rows that were stored until their number was known */
 static enum pend_status rows_send(struct api_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->table;
     const double *data[API_COLUMNS];

@@ -16,7 +16,7 @@ enum { API_COLUMNS = 48 };
 struct api_column {
     const char *name; /* "phi" */
     const char *part; /* "re"; NULL if the array has one column */
-    int width;        /* numbers per row, one for each arm; 0 = a scalar per row ("t") */
+    int width;        /* numbers per row, one for each arm; 0 = one number per row ("t") */
     int inner;  /* length of the second axis: the array is rows x (width / inner) x inner; 0 = no
                    second axis */
     int sparse; /* enum api_sparse */
@@ -24,28 +24,28 @@ struct api_column {
 
 /* How a column marks missing values. Text representations write them as null or an empty field. */
 enum api_sparse {
-    API_SPARSE_TIMES = 1, /* a negative time; binary representations write NaN if the table's `nan`
-                             is set, else the negative number */
-    API_SPARSE_GAPS       /* NaN, in binary representations too */
+    API_SPARSE_TIMES = 1, /* missing values are negative times; binary representations write NaN if
+                           * the table's `nan` is set, else the negative number */
+    API_SPARSE_GAPS       /* missing values are NaN, in binary representations too */
 };
 
 /* The picture of a grid of members: each pixel shows one number of a column. */
 struct api_table_picture {
-    long across;     /* pixels per line; 0 = no picture */
-    int column, arm; /* the number shown */
-    int logarithmic; /* non-zero: logarithmic colour scale */
+    long across;     /* pixels per line; 0 = the table has no picture */
+    int column, arm; /* the column and the arm whose number is shown */
+    int logarithmic; /* non-zero: the colour scale is logarithmic */
 };
 
 /* The columns and rows of an answer. */
 struct api_table {
     int count;
     struct api_column column[API_COLUMNS];
-    long rows;      /* number of rows; an upper bound if rows_later is set */
-    int rows_later; /* the number of rows is known only at the end */
-    int single;     /* there is one row, and the answer's arrays have no axis for rows */
+    long rows;      /* number of rows; if rows_later is set, an upper bound */
+    int rows_later; /* whether the number of rows is known only at the end */
+    int single;     /* whether there is one row, and the answer's arrays have no axis for rows */
     int digits;  /* significant digits; 0 = the shortest text that reads back to the same double */
-    int float32; /* binary representations that support it write 4-byte floats */
-    int nan;     /* binary representations that support it write missing times as NaN */
+    int float32; /* whether binary representations that support it write 4-byte floats */
+    int nan;     /* whether binary representations that support it write missing times as NaN */
     struct api_table_picture picture;
 };
 
@@ -88,52 +88,52 @@ struct api_writer;
  * instead read the rows in several passes and keep only some columns in each pass.
  */
 struct api_format {
-    const char *media_type;   /* in Accept */
-    const char *content_type; /* in Content-Type; NULL = media_type */
-    const char *extension;    /* of a saved file; NULL if a browser should display the answer */
+    const char *media_type;   /* media type in Accept */
+    const char *content_type; /* value of Content-Type; NULL = media_type */
+    const char *extension;    /* extension of a saved file; NULL if a browser should show it */
     int samples_only;         /* 1: only for tables of samples; 2: only for tables with a picture */
-    int picture;              /* draws the table's picture */
-    int digits;               /* text: honours the table's `digits` */
-    int exact;                /* `bytes` is the exact length of the answer */
-    int binary;               /* honours the table's `float32` and `nan` */
-    int nan;                  /* honours the table's `nan` alone */
-    int counted;         /* writes the number of rows before the rows; with rows_later the writer
-                            keeps the rows */
-    int bare;            /* the column names are in the X-Columns header, not in the body */
-    int problem_line;    /* a failed answer ends with a line {"problem": {...}} */
+    int picture;              /* whether it draws the table's picture */
+    int digits;               /* whether it is text that honours the table's `digits` */
+    int exact;                /* whether `bytes` is the exact length of the answer */
+    int binary;               /* whether it honours the table's `float32` and `nan` */
+    int nan;                  /* whether it honours the table's `nan` but not `float32` */
+    int counted;         /* whether it writes the number of rows before the rows; with rows_later
+                          * the writer then stores the rows */
+    int bare;            /* whether column names are in the X-Columns header, not in the body */
+    int problem_line;    /* whether a failed answer ends with a line {"problem": {...}} */
     double most_bytes;   /* size limit of an answer; 0 = none */
     size_t writer_bytes; /* size of its writer struct */
 
     /** Returns an upper bound of the bytes of a table's answer. */
     double (*bytes)(const struct api_table *table);
-    /** Writes the bytes before the rows. NULL: there are no such bytes. */
+    /** Writes the bytes before the rows. NULL if there are none. */
     enum pend_status (*begin)(struct api_writer *writer, struct api_buffer *out);
-    /** Writes rows; data[c] has width (or 1) numbers a row of column c, all finite. NULL: the
+    /** Writes rows; data[c] has width (or 1) finite numbers per row of column c. NULL if the
      * representation does not stream. */
     enum pend_status (*block)(struct api_writer *writer, long rows, const double *const data[],
                               struct api_buffer *out);
-    /** As block, in one pass of several: writes or keeps the columns of the current pass. NULL:
-     * there is one pass only. */
+    /** As block, in one of several passes: writes or stores the columns of the current pass. NULL
+     * if one pass suffices. */
     enum pend_status (*turn)(struct api_writer *writer, long rows, const double *const data[],
                              struct api_buffer *out);
     /** Writes the next piece of the bytes after the rows. A representation that does not stream
-     * writes the whole answer here, from writer->column and stats. Sets *done after the last piece.
-     * NULL: there are no such bytes. */
+     * writes the whole answer here, from writer->column and stats. Sets *done after the last
+     * piece. NULL if there are no such bytes. */
     enum pend_status (*finish)(struct api_writer *writer, struct api_buffer *out, int *done);
 };
 
 struct api_writer {
     const struct api_format *format;
     struct api_table table;
-    long rows;                     /* written or kept so far */
-    double *kept;                  /* memory of the kept columns; NULL if no column is kept */
-    double *column[API_COLUMNS];   /* the kept columns, pointers into `kept` */
+    long rows;                     /* number of rows written or stored so far */
+    double *kept;                  /* memory of the stored columns; NULL if there are none */
+    double *column[API_COLUMNS];   /* the stored columns, pointers into `kept` */
     double most;                   /* API_TURN_BYTES, or less in tests */
-    int turns;                     /* the caller passes the rows again while `again` is set */
-    int again;                     /* at the end of a pass: another pass follows */
-    long sent;                     /* kept rows that are already written, in a representation that
-                                      streams; -1 = `begin` is not yet called */
-    const struct api_stats *stats; /* set once all rows are written or kept; NULL = none */
+    int turns;                     /* whether the rows are passed again while `again` is set */
+    int again;                     /* at the end of a pass, whether another pass follows */
+    long sent;                     /* in a representation that streams: number of stored rows that
+                                    * are already written; -1 = `begin` is not called yet */
+    const struct api_stats *stats; /* set once all rows are written or stored; NULL = none */
 };
 
 extern const struct api_format api_format_json, api_format_ndjson, api_format_csv,
@@ -145,7 +145,7 @@ enum { API_FORMATS_TEXT = 240 };
 /**
  * Writes the media types of the representations, separated by commas.
  *
- * samples  of struct api_op: 0, 1 for a table of samples, 2 for one with a picture.
+ * samples  as in struct api_op: 0, 1 for a table of samples, 2 for one with a picture.
  * streams  non-zero: only representations that stream.
  */
 void api_format_list(char text[API_FORMATS_TEXT], int samples, int streams);
@@ -155,10 +155,8 @@ const struct api_format *api_format_at(int i);
 
 enum { API_COLUMNS_TEXT = 1600 };
 
-/**
- * Writes the value of the header field X-Columns, "t,phi[4],z_re[4],z_im[4]": the numbers per row
- * are in brackets unless there is one; a column with two axes has both, "[4,2]".
- */
+/** Writes the value of the header field X-Columns, "t,phi[4],z_re[4],z_im[4]": the numbers per row
+ * are in brackets unless there is one; a column with two axes has both, "[4,2]". */
 void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]);
 
 struct api_number_rows;
@@ -176,19 +174,19 @@ char *api_column_write_row(char *out, const struct api_column *column, const dou
                            int digits);
 
 /** Returns an upper bound of the brackets and commas around the groups of a row's second axis.
- * O(1).
- */
+ * O(1). */
 static inline size_t api_column_brackets(const struct api_column *column) {
     return column->inner ? (size_t)(3 * (column->width / column->inner)) : 0;
 }
 
-/** Non-zero if the format writes rows of this table at once and keeps none. O(1). */
+/** Returns non-zero if the format writes the rows of this table immediately and stores none.
+ * O(1). */
 int api_format_streams(const struct api_format *format, const struct api_table *table);
 
 /** Adds a column. The caller adds at most API_COLUMNS in all. */
 void api_table_add(struct api_table *table, const char *name, const char *part, int width);
 
-/** Adds a column of arms x inner numbers per row; of `inner` numbers if `arms` is 0. */
+/** Adds a column of arms x inner numbers per row, or of `inner` numbers if `arms` is 0. */
 void api_table_add_inner(struct api_table *table, const char *name, const char *part, int arms,
                          int inner);
 
@@ -222,7 +220,7 @@ void api_stats_warning(struct api_stats *stats, const char *name, const char *te
 /**
  * Starts the answer to a table and writes the bytes before its rows.
  *
- * writer  out; NULL on failure; ends with api_writer_free.
+ * writer  out; NULL on failure; released by api_writer_free.
  * table   copied; its names must outlive the writer.
  *
  * PEND_NO_MEMORY, PEND_LIMIT
@@ -232,34 +230,34 @@ PEND_MUST_CHECK enum pend_status api_writer_new(struct api_writer **writer,
                                                 const struct api_table *table,
                                                 struct api_buffer *out);
 
-/** Non-zero if a writer of this table reads its rows in several passes, so that it keeps at most
- * API_TURN_BYTES. O(columns). */
+/** Returns non-zero if a writer of this table reads its rows in several passes, so that it stores
+ * at most API_TURN_BYTES. O(columns). */
 int api_format_turns(const struct api_format *format, const struct api_table *table);
 
-/** As api_writer_new, for a caller that can pass the rows again. While api_writer_finish leaves
- * writer->again set and *done unset, the caller calls api_writer_again and passes all rows again.
- */
+/** As api_writer_new, for a caller that can pass the rows again. After each api_writer_finish that
+ * leaves writer->again set and *done unset, the caller calls api_writer_again and passes all rows
+ * again. */
 PEND_MUST_CHECK enum pend_status api_writer_new_turns(struct api_writer **writer,
                                                       const struct api_format *format,
                                                       const struct api_table *table,
                                                       struct api_buffer *out);
 
-/** Begins another pass: all rows follow once more. */
+/** Starts another pass, in which all rows are passed again. */
 void api_writer_again(struct api_writer *writer);
 
-/** Frees a writer and its rows, and sets it to NULL; it may be NULL already. */
+/** Frees a writer and its rows, and clears the pointer; NULL is accepted. */
 void api_writer_free(struct api_writer **writer);
 
-/** True if the writer has at most the table's rows, and keeps rows exactly if the format needs it.
- * For assertions. O(1). */
+/** Returns true if the writer has at most the table's rows, and stores rows exactly if the format
+ * needs this. For assertions. O(1). */
 int api_writer_valid(const struct api_writer *writer);
 
-/** Returns an upper bound of the memory, in bytes, of a writer of this table with its kept rows.
+/** Returns an upper bound of the memory, in bytes, of a writer of this table with its stored rows.
  * O(columns). */
 double api_writer_bytes(const struct api_format *format, const struct api_table *table);
 
 /**
- * Writes or keeps rows, at most as many as the table has.
+ * Writes or stores rows, at most as many as the table has.
  *
  * data   one array for each column, width (or 1) numbers per row.
  * error  on failure names the column, the arm, and the time (the row if the first column is not t).
@@ -282,7 +280,7 @@ PEND_MUST_CHECK enum pend_status api_writer_finite_block(struct api_writer *writ
  * Writes the next piece after the rows, once all rows were passed: at most about API_PIECE_BYTES
  * and one row.
  *
- * stats  written by representations that can hold them; NULL = none. The same at every call.
+ * stats  written by representations that can contain them; NULL = none. The same in every call.
  * done   set non-zero once the answer is complete.
  *
  * PEND_NO_MEMORY, PEND_LIMIT

@@ -1,13 +1,13 @@
 /* A table as CSV (RFC 4180 with LF line ends): a header line, then one line per row. Warnings
- * follow the table as comment lines that begin with # and contain no comma. Leaves to others: which
- * columns there are (op_*), the text of a number (number). Invariant: every line of the table has
- * the same number of fields; no field needs quotes. */
+ * follow the table as comment lines, which begin with # and contain no comma.
+ * Leaves to others: which columns there are (op_*), the text of a number (number).
+ * Invariant: every line of the table has the same number of fields; no field needs quotes. */
 #include "api/encode/encode.h"
 
 #include "api/json/json_out.h"
 #include "api/encode/stats_text.h"
 
-enum { CSV_NAME_BYTES = 56 }; /* of a field of the header */
+enum { CSV_NAME_BYTES = 56 }; /* most bytes of a header field */
 
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);
@@ -15,7 +15,7 @@ static double csv_bytes(const struct api_table *table) {
            numbers * CSV_NAME_BYTES + API_WARNINGS_BYTES;
 }
 
-/* a header field with its comma: name[_part][_arm][_inner], such as final_phi_2 */
+/* appends a header field with its comma: name[_part][_arm][_inner], such as final_phi_2 */
 static enum pend_status csv_name(const struct api_column *column, int arm, struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, column->name));
     if (column->part) PEND_TRY(api_buffer_format(out, "_%s", column->part));
@@ -50,7 +50,7 @@ static char *csv_rows(char *at, const struct api_table *table, long rows, long f
     return api_number_write_rows(at, &lines);
 }
 
-/* writes a row column by column: it is too long for `row`, or values may be missing */
+/* writes a row column by column, because it is too long for `row` or values may be missing */
 static char *csv_long_row(char *at, const struct api_table *table, long i,
                           const double *const data[]) {
     for (int c = 0; c < table->count; c++) {

@@ -1,11 +1,12 @@
 /* A table as HDF5: one data set per column, statistics and warnings as attributes of the root
  * group. Real and imaginary parts are separate data sets, because Octave silently reads pairs as
- * zeros and MATLAB reads them as structures. Arrays are chunked, half a megabyte for one chunk of
- * every array; the chunks are written as they are computed, and the B-trees that index them follow
- * at the end. libhdf5 is not used: it needs a file in which it can seek, has 3.5 MB, and opens
- * plugins that environment variables name. The few records needed are in hdf5. Leaves to others:
- * the records. Invariant: the bytes depend on the numbers and statistics only; it streams, so there
- * is no size limit; at most one chunk of each array is in memory. */
+ * zeros and MATLAB reads them as structures. Arrays are divided into chunks, half a megabyte for
+ * one chunk of every array. Chunks are written as they are computed; the B-trees that index them
+ * follow at the end. libhdf5 is not used: it needs a file in which it can seek, has 3.5 MB, and
+ * opens plugins that environment variables name. hdf5 writes the few kinds of records needed.
+ * Leaves to others: the records (hdf5).
+ * Invariant: the bytes depend on the numbers and statistics only; it streams, so there is no size
+ * limit; at most one chunk of each array is in memory. */
 #include "api/encode/encode_arrays.h"
 #include "api/encode/hdf5.h"
 
@@ -15,8 +16,8 @@
 
 #include "api/base/octets.h"
 
-/* Bytes of one chunk of all arrays (more if a row is larger), of the name of an array or statistic,
- * and of all attributes. */
+/* Most bytes of a chunk of all arrays (more if one row is larger), of the name of an array or
+ * statistic, and of all attributes. */
 enum {
     PIECE_BYTES = 1 << 19,
     NAME_BYTES = 64,
@@ -28,10 +29,10 @@ enum {
 /* the layout of the file; offsets in bytes */
 struct plan {
     struct api_arrays arrays;
-    size_t row;                     /* bytes of a row of all arrays */
-    uint64_t most, pieces;          /* rows of a piece; pieces of an array */
-    int divided;                    /* there are several pieces */
-    size_t before[API_COLUMNS + 1]; /* bytes of a row of the arrays before this one */
+    size_t row;                     /* bytes of one row of all arrays */
+    uint64_t most, pieces;          /* rows per chunk; chunks per array */
+    int divided;                    /* whether there are several chunks */
+    size_t before[API_COLUMNS + 1]; /* for each array, the bytes per row of the arrays before it */
     uint64_t tree[API_COLUMNS], heads, root, end;
     size_t root_bytes;
 };
@@ -39,9 +40,9 @@ struct plan {
 struct hdf5_writer {
     struct api_writer base;
     struct plan plan;
-    uint64_t held; /* number of kept rows in the current piece */
-    int array;     /* the array whose B-tree is written */
-    uint64_t node; /* of this tree */
+    uint64_t held; /* number of stored rows of the current chunk */
+    int array;     /* the array whose B-tree is being written */
+    uint64_t node; /* index of the next node of that tree */
     char piece[PIECE_BYTES];
 };
 
@@ -136,7 +137,7 @@ static enum pend_status hdf5_block(struct api_writer *base, long rows, const dou
     for (long i = 0; i < rows;) {
         uint64_t room = plan->most - writer->held, left = (uint64_t)(rows - i);
         long some = (long)(left < room ? left : room);
-        if (bytes > PIECE_BYTES) { // a row that is a piece by itself
+        if (bytes > PIECE_BYTES) { // a row that is a chunk by itself
             PEND_TRY(api_buffer_room(out, bytes));
             rows_put(writer, out->data + out->bytes, 0, i++, 1, data);
             out->bytes += bytes;

@@ -10,9 +10,9 @@
 
 struct json_writer {
     struct api_writer base;
-    int column; /* that is being written */
-    long row;   /* the next of it */
-    int open;   /* what comes before its rows is written */
+    int column; /* the column that is being written */
+    long row;   /* its next row */
+    int open;   /* whether the bytes before its rows are written */
 };
 
 static double json_bytes(const struct api_table *table) {
@@ -22,14 +22,14 @@ static double json_bytes(const struct api_table *table) {
     return (double)table->rows * row + 64.0 * (table->count + API_STATS) + API_WARNINGS_BYTES;
 }
 
-/* true if column c and its neighbour have different names */
+/* true if column c and the neighbouring column have different names */
 static int json_name_changes(const struct api_table *table, int c, int neighbour) {
     return neighbour < 0 || neighbour >= table->count ||
            strcmp(table->column[c].name, table->column[neighbour].name);
 }
 
-/* writes the bytes before the rows of a column; column 0 has no comma (the buffer cannot tell: it
- * may have been sent) */
+/* writes the bytes before the rows of a column; column 0 has no comma before it (the buffer may be
+ * empty because it was sent) */
 static enum pend_status json_open(const struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     int c = writer->column;

@@ -10,7 +10,7 @@
 
 #include "api/base/octets.h"
 
-/* data types and classes of "MAT-File Format", R2006b */
+/* data types and array classes of "MAT-File Format", R2006b */
 enum { INT8 = 1, UINT16 = 4, INT32 = 5, UINT32 = 6, DOUBLE = 9, MATRIX = 14 };
 enum { STRUCT_CLASS = 2, CHAR_CLASS = 4, DOUBLE_CLASS = 6, COMPLEX_FLAG = 1 << 11 };
 
@@ -25,11 +25,11 @@ enum {
 struct mat_writer {
     struct api_writer base;
     struct api_arrays arrays;
-    int next;    /* the array that is being written */
-    int begun;   /* the file's head is written */
-    int open;    /* the head of array `next` is written */
-    int part;    /* of it: 0 re, 1 im */
-    uint64_t at; /* the next number of the part */
+    int next;    /* index of the array that is being written */
+    int begun;   /* whether the file's header is written */
+    int open;    /* whether the head of array `next` is written */
+    int part;    /* which part of it is written: 0 = re, 1 = im */
+    uint64_t at; /* index of the part's next number */
 };
 
 static double mat_bytes(const struct api_table *table) {
@@ -98,7 +98,7 @@ static enum pend_status struct_begin(const char *name, int count, const char *co
     return PEND_OK;
 }
 
-/* arrays: MATLAB's column-major order, so that the numbers of each arm are contiguous */
+/* ---- arrays, in MATLAB's column-major order, in which the numbers of each arm are contiguous */
 
 static uint64_t part_numbers(const struct mat_writer *writer, const struct api_array *array) {
     return (uint64_t)writer->base.rows * api_array_width(array);
@@ -175,7 +175,7 @@ static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer
     return PEND_OK;
 }
 
-/* statistics: a structure of scalars and texts */
+/* ---- statistics: a structure of scalars and texts */
 
 /* writes a statistic as an unnamed matrix with its tag */
 static char *stat_write(char *at, const struct api_stat *stat) {

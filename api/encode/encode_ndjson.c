@@ -13,8 +13,8 @@ enum { NDJSON_TEXT = 1024 };
 
 struct ndjson_writer {
     struct api_writer base;
-    int begin[API_COLUMNS + 2]; /* text[begin[c] .. begin[c + 1]) comes before column c, the last
-                                   piece ends the line */
+    int begin[API_COLUMNS + 2]; /* text[begin[c] .. begin[c + 1]) precedes column c; the last piece
+                                 * ends the line */
     char text[NDJSON_TEXT];
 };
 
@@ -29,11 +29,11 @@ static double ndjson_bytes(const struct api_table *table) {
     return (double)table->rows * (row + text) + 64.0 * API_STATS + API_WARNINGS_BYTES;
 }
 
-/* the text between the numbers of a line */
+/* composes the text between the numbers of a line */
 static enum pend_status ndjson_frame(struct ndjson_writer *writer, struct api_buffer *text) {
     const struct api_table *table = &writer->base.table;
     const char *close = "{", *name = "";
-    int inside = 0; /* an object of parts is open */
+    int inside = 0; /* whether an object of parts is open */
     for (int c = 0; c < table->count; c++) {
         const struct api_column *column = &table->column[c];
         int same = column->part && !strcmp(column->name, name);

@@ -1,9 +1,10 @@
 /* A table as NumPy's .npz: a zip archive of uncompressed .npy arrays, which numpy.load reads at the
  * speed of memory. Zip libraries need a file or all members in memory, so zip64 writes the records.
- * The archive stores one array after the other, but rows come with all columns. A table that is too
- * large to keep is therefore read in several passes: a pass writes the next array as its rows come,
- * and keeps as many of the following arrays as memory allows. Archives of large tables have
- * checksums after the arrays, small ones before them, for readers that ignore the directory.
+ * The archive stores one array after another, but each row arrives with all its columns. A table
+ * that is too large to be stored is therefore read in several passes: a pass writes the next array
+ * as rows arrive, and stores as many of the following arrays as memory allows. Archives of large
+ * tables have checksums after the arrays, small ones before them, for readers that ignore the
+ * directory.
  * Leaves to others: the CRC (libdeflate, which costs less than the copy).
  * Invariant: the bytes depend on the numbers only; members and archives may have any size. */
 #include "api/encode/encode_arrays.h"
@@ -20,18 +21,18 @@
 
 enum {
     MEMBERS = API_COLUMNS + API_STATS + 1,
-    HEAD_BYTES = 128, /* of an array: the magic and the description */
-    TEXT_CAP = 100    /* letters of a stat */
+    HEAD_BYTES = 128, /* bytes of an array's header: the magic string and the description */
+    TEXT_CAP = 100    /* most characters of a statistic */
 };
 
 struct npz_writer {
     struct api_writer base;
     struct api_arrays arrays;
-    int next;          /* the array that is currently written */
-    int last;          /* in a writer with turns: arrays before this index are kept in this turn */
-    uint64_t at;       /* the next of its numbers */
-    uint64_t written;  /* bytes of the archive */
-    int open, members; /* whether the header of array `next` is written; members that are begun */
+    int next;          /* index of the array that is being written */
+    int last;          /* with several passes: arrays before this index are stored in this pass */
+    uint64_t at;       /* index of the array's next number */
+    uint64_t written;  /* bytes of the archive so far */
+    int open, members; /* whether the header of array `next` is written; number of members begun */
     struct api_zip64_member member[MEMBERS];
 };
 
@@ -55,7 +56,7 @@ static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape)
     head[HEAD_BYTES - 1] = '\n';
 }
 
-/* appends to the archive; the caller has ensured space in the buffer */
+/* appends bytes to the archive; the caller has ensured space in the buffer */
 static void npz_add(struct npz_writer *writer, struct api_buffer *out, const void *data,
                     size_t bytes) {
     memcpy(out->data + out->bytes, data, bytes);
@@ -76,7 +77,7 @@ static enum pend_status member_begin(struct npz_writer *writer, const char head[
     return PEND_OK;
 }
 
-/* arrays */
+/* ---- arrays */
 
 static uint64_t npz_rows(const struct npz_writer *writer) {
     return (uint64_t)(writer->base.turns ? writer->base.table.rows : writer->base.rows);
@@ -123,7 +124,7 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
     stpcpy(at, ")");
 }
 
-/* the names come from the operations' tables and fit */
+/* sets a member's name; names come from the operations' tables and always fit */
 static void member_name(struct api_zip64_member *member, const char *first, const char *between,
                         const char *second) {
     assert(strlen(first) + strlen(between) + strlen(second) + sizeof ".npy" <= sizeof member->name);
@@ -152,7 +153,7 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
     return member_begin(writer, head, out);
 }
 
-/* accounts for numbers of the open array that were written past the buffer's end */
+/* accounts for numbers of the open array that the caller wrote directly into the buffer */
 static void array_pass(struct npz_writer *writer, const struct api_array *array, size_t count,
                        struct api_buffer *out) {
     struct api_zip64_member *member = &writer->member[writer->members - 1];
@@ -189,7 +190,7 @@ static enum pend_status array_end(struct npz_writer *writer, struct api_buffer *
     return PEND_OK;
 }
 
-/* several passes over the rows */
+/* ---- several passes over the rows */
 
 /* assigns memory to the columns of an array; returns the end of that memory */
 static double *array_keep(struct npz_writer *writer, const struct api_array *array, double *at) {
@@ -199,7 +200,7 @@ static double *array_keep(struct npz_writer *writer, const struct api_array *arr
     return at + numbers * (array->im >= 0 ? 2 : 1);
 }
 
-/* begins a pass: chooses its arrays, and the memory of those that are not written at once */
+/* starts a pass: chooses its arrays, and assigns memory to those that are written later */
 static enum pend_status turn_begin(struct npz_writer *writer, struct api_buffer *out) {
     const struct api_arrays *arrays = &writer->arrays;
     double numbers = 0;

@@ -1,5 +1,5 @@
-/* A table as little-endian doubles in row-major order: a Float64Array in a browser,
- * numpy.frombuffer in Python. With float32 they are floats, a Float32Array.
+/* A table as little-endian doubles in row-major order, which can be read as a Float64Array in a
+ * browser and by numpy.frombuffer in Python. With float32 they are floats (Float32Array).
  * Leaves to others: naming the columns (the X-Columns header field, by call).
  * Invariant: 8 or 4 bytes per number and nothing else. */
 #include "api/encode/encode.h"
@@ -11,8 +11,8 @@ static double octets_bytes(const struct api_table *table) {
            (table->float32 ? sizeof(float) : sizeof(double));
 }
 
-/* scatters the numbers of a column into rows that are `row` bytes apart. Inlined with a constant
- * width it becomes one move per row. */
+/* scatters the numbers of a column into rows that are `row` bytes apart; inlined with a constant
+ * width, it is one move per row */
 static inline __attribute__((always_inline)) void octets_column(char *at, long rows, size_t width,
                                                                 size_t row, const double value[]) {
     for (long i = 0; i < rows; i++, at += row, value += width) api_octets_doubles(at, width, value);

@@ -1,8 +1,9 @@
-/* A table as Apache Parquet: a column for each number of a row, plain pages of doubles or floats in
- * row groups, then the metadata. Of the format's Thrift only a few structs are written; no C
- * library in Debian writes Parquet. Leaves to others: compression (the server's content codings);
- * columns have CSV's names. Invariant: the bytes depend on the numbers and statistics only; at most
- * one row group is held. */
+/* A table as Apache Parquet: one column for each number of a row, plain pages of doubles or floats
+ * in row groups, then the metadata. Only a few of the format's Thrift structs are written; no C
+ * library in Debian writes Parquet.
+ * Leaves to others: compression (the server's content codings).
+ * Invariant: the bytes depend on the numbers and statistics only; at most one row group is in
+ * memory; columns have CSV's names. */
 #include "api/encode/encode_arrays.h"
 
 #include <assert.h>
@@ -14,8 +15,8 @@
 #include "api/base/octets.h"
 #include "api/number/number.h"
 
-/* Numbers in a row group; upper bounds, in bytes, of a column's name, of its metadata in a row
- * group and in the schema, and of a statistic. */
+/* Numbers in a row group; most bytes of a column's name, of its metadata in a row group and in the
+ * schema, and of a statistic. */
 enum {
     GROUP_NUMBERS = 1 << 16,
     NAME_BYTES = 64,
@@ -31,16 +32,16 @@ enum { THRIFT_I32 = 5, THRIFT_I64 = 6, THRIFT_BINARY = 8, THRIFT_LIST = 9, THRIF
 
 struct parquet_writer {
     struct api_writer base;
-    long width;       /* numbers of a row */
-    long most, held;  /* rows per group, and rows kept in the current one */
-    uint64_t written; /* bytes so far; while the metadata is written, the offset of its groups */
-    size_t footer;    /* bytes of the description so far */
+    long width;       /* numbers per row */
+    long most, held;  /* rows per group; rows stored in the current group */
+    uint64_t written; /* bytes so far; in the metadata, the offset of the described group */
+    size_t footer;    /* bytes of the metadata so far */
     long next;        /* first row of the group that is described next */
-    int begun;        /* the description is begun */
-    double group[GROUP_NUMBERS]; /* number k of row i is at k most + i */
+    int begun;        /* whether the metadata is begun */
+    double group[GROUP_NUMBERS]; /* number k of row i is at group[k * most + i] */
 };
 
-/* Thrift's compact protocol */
+/* ---- Thrift's compact protocol */
 
 static char *put_varint(char *at, uint64_t x) {
     for (; x >= 0x80; x >>= 7) *at++ = (char)(0x80 | (x & 0x7f));
@@ -48,7 +49,7 @@ static char *put_varint(char *at, uint64_t x) {
     return at;
 }
 
-/* a field header: the difference of its id to the previous one, and its type */
+/* a field header: the difference between its id and the previous one, and its type */
 static char *put_field(char *at, int step, int type) {
     assert(step >= 1 && step <= 15);
     *at++ = (char)(step << 4 | type);
@@ -75,7 +76,7 @@ static char *put_list(char *at, int type, uint64_t count) {
     return put_varint(at, count);
 }
 
-/* columns: one for each number of a row */
+/* ---- columns, one for each number of a row */
 
 /* the table's column that contains number n of a row, and the index within it */
 struct place {
@@ -146,7 +147,7 @@ static enum pend_status parquet_begin(struct api_writer *base, struct api_buffer
     return api_buffer_add(out, "PAR1", 4);
 }
 
-/* copies row i of a block; its numbers go `apart` doubles from each other */
+/* copies row i of a block; successive numbers of the row are stored `apart` doubles apart */
 static void take_row(const struct api_table *table, long i, const double *const data[], long apart,
                      double to[]) {
     for (int c = 0; c < table->count; c++) {
@@ -175,7 +176,7 @@ static enum pend_status parquet_block(struct api_writer *base, long rows,
     return PEND_OK;
 }
 
-/* the metadata at the end of the file */
+/* ---- the metadata at the end of the file */
 
 static enum pend_status put_schema(struct parquet_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
@@ -200,7 +201,7 @@ static enum pend_status put_schema(struct parquet_writer *writer, struct api_buf
     long groups = (writer->base.rows + writer->most - 1) / writer->most;
     at = put_list(put_field(at, 1, THRIFT_LIST), THRIFT_STRUCT, (uint64_t)groups);
     out->bytes = (size_t)(at - out->data);
-    writer->written = 4; // from here on where the group at hand begins
+    writer->written = 4; // from now on it is the offset of the group that is described
     return PEND_OK;
 }
 
@@ -214,7 +215,7 @@ static char *put_chunk(char *at, const char *name, int narrow, long rows, uint64
     at = put_varint(at, PLAIN);
     at = put_list(put_field(at, 1, THRIFT_LIST), THRIFT_BINARY, 1);
     at = put_text(at, name);
-    at = put_whole(at, 1, THRIFT_I32, 0); // not compressed
+    at = put_whole(at, 1, THRIFT_I32, 0); // codec 0: uncompressed
     at = put_whole(at, 1, THRIFT_I64, rows);
     at = put_whole(at, 1, THRIFT_I64, (int64_t)bytes);
     at = put_whole(at, 1, THRIFT_I64, (int64_t)bytes);
@@ -247,7 +248,7 @@ static enum pend_status put_group_facts(struct parquet_writer *writer, long rows
     return PEND_OK;
 }
 
-/* a statistic as text */
+/* writes a statistic as text */
 static void stat_text(const struct api_stat *stat, char text[STAT_BYTES]) {
     const struct api_number_rows one = {1, 1, &stat->number, 0, 0, "", 0};
     if (stat->kind == API_STAT_WHOLE)
@@ -276,7 +277,7 @@ static enum pend_status put_end(struct parquet_writer *writer, struct api_buffer
     at = put_text(put_field(at, step, THRIFT_BINARY), "pendulumd version " API_VERSION);
     *at++ = 0;
     writer->footer += (size_t)(at - (out->data + before));
-    // its length has 4 bytes, which readers take for a signed number: a longer one cannot be found
+    // readers take the 4-byte length as a signed number, so they could not find longer metadata
     if (writer->footer > INT32_MAX) return PEND_LIMIT;
     at = api_octets_whole(at, writer->footer, 4);
     memcpy(at, "PAR1", 4);

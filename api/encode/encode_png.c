@@ -17,10 +17,10 @@ enum { NEVER, FAILED, FIRST_SHADE, STATUS_COLUMN = 1 };
 /* the scale from numbers to shades */
 struct scale {
     const struct api_table_picture *picture;
-    double from, to; /* of the shades; logarithms where the scale is logarithmic */
+    double from, to; /* numbers at both ends; their logarithms if the scale is logarithmic */
 };
 
-/* the buffer that libpng writes to, and the status */
+/* the buffer to which libpng writes, and the status */
 struct sink {
     struct api_buffer *out;
     enum pend_status status;
@@ -36,7 +36,7 @@ static double number_at(const struct api_writer *writer, long row) {
     return writer->column[picture->column][row * width + picture->arm];
 }
 
-/* a number's position on the scale; NAN for a missing value, and on a logarithmic scale for a
+/* the position of a number on the scale; NAN for a missing value, and on a logarithmic scale for a
  * number that is not positive */
 static double scaled(const struct api_writer *writer, long row) {
     double x = number_at(writer, row);
@@ -112,7 +112,7 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     png_write_end(png, info);
 }
 
-/* libpng's error handler */
+/* writes the picture with libpng's error handler */
 static int picture_written(png_structp png, png_infop info, const struct api_writer *writer,
                            png_bytep line) {
     if (setjmp(png_jmpbuf(png))) return 0;

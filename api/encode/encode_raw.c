@@ -1,6 +1,7 @@
 /* The storage format of a job's part: records of rows, and one of statistics.
  * Leaves to others: combining the parts (results), storing them (server).
- * Invariant: never sent to a client; a record is at most about API_PIECE_BYTES or one row. */
+ * Invariant: these bytes are never sent to a client; a record has at most about API_PIECE_BYTES, or
+ * one row. */
 #include "api/encode/encode_raw.h"
 
 #include <assert.h>
@@ -54,7 +55,7 @@ static enum pend_status raw_block(struct api_writer *writer, long rows, const do
 
 static int is_text(int kind) { return kind == API_STAT_TEXT || kind == API_STAT_WARNING; }
 
-/* writes kind, length of the name, name; then 8 bytes, or the length of a text and the text */
+/* bytes of a statistic: kind, length of the name, name; 8 bytes, or a length and a text */
 static size_t stat_bytes(const struct api_stat *stat) {
     return 2 + strlen(stat->name) + (is_text(stat->kind) ? 1 + strlen(stat->text) : 8);
 }
@@ -132,8 +133,8 @@ long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
     return rows;
 }
 
-/* reads a text with its length before it, from at most `left` bytes; returns the bytes read, 0 if
- * it is incomplete */
+/* reads a text after its length, from at most `left` bytes; returns the bytes read, 0 if it is
+ * incomplete */
 static size_t get_text(const char *at, size_t left, char text[API_RAW_TEXT]) {
     size_t bytes = left ? (unsigned char)*at : 0;
     if (!left || bytes >= left || bytes >= API_RAW_TEXT) return 0;

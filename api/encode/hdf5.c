@@ -5,7 +5,8 @@
 
 #include "api/base/octets.h"
 
-/* Message types; sizes of a message's header, of an object header's prefix and of its checksum. */
+/* Types of messages; bytes of a message's header, of an object header's prefix and of its
+ * checksum. */
 enum { NOTHING, SPACE, LINKS, TYPE, FILL = 5, LINK, LAYOUT = 8, GROUP = 10, ATTRIBUTE = 12 };
 enum { MESSAGE_BYTES = 4, BEGIN_BYTES = 10, SUM_BYTES = 4 };
 
@@ -55,7 +56,7 @@ static uint32_t checksum(const void *data, size_t bytes) {
 
 void api_hdf5_superblock(char *at, uint64_t root, uint64_t end) {
     char *begin = at;
-    memcpy(at, "\x89HDF\r\n\x1a\n\2\x8\x8", 12); // version 2; places and lengths of 8 bytes
+    memcpy(at, "\x89HDF\r\n\x1a\n\2\x8\x8", 12); // version 2; addresses and lengths of 8 bytes
     at = api_octets_whole(at + 12, 0, 8);
     at = api_octets_whole(at, API_HDF5_NOWHERE, 8);
     at = api_octets_whole(api_octets_whole(at, end, 8), root, 8);
@@ -64,7 +65,7 @@ void api_hdf5_superblock(char *at, uint64_t root, uint64_t end) {
 }
 
 char *api_hdf5_begin(char *head) {
-    memcpy(head, "OHDR\2\2", 6); // version 2, without times, its length in 4 bytes
+    memcpy(head, "OHDR\2\2", 6); // version 2, without times, with a length of 4 bytes
     return head + BEGIN_BYTES;
 }
 
@@ -84,7 +85,7 @@ void api_hdf5_end(char *head, char *at, size_t bytes) {
     api_octets_whole(end, checksum(head, bytes - SUM_BYTES), 4);
 }
 
-/* datatype and dataspace messages */
+/* ---- datatype and dataspace messages */
 
 static size_t number_bytes(enum api_hdf5_type type) {
     static const size_t bytes[] = {8, 4, 8};
@@ -101,7 +102,7 @@ static char *type_write(char *at, enum api_hdf5_type type) {
 }
 
 static char *text_type_write(char *at, size_t each) {
-    return api_octets_whole(api_octets_whole(at, 0x13, 4), each, 4); // ASCII that a 0 ends
+    return api_octets_whole(api_octets_whole(at, 0x13, 4), each, 4); // ASCII, terminated by a 0
 }
 
 static char *space_write(char *at, int axes, const uint64_t length[]) {
@@ -111,7 +112,7 @@ static char *space_write(char *at, int axes, const uint64_t length[]) {
     return at;
 }
 
-/* data layout messages */
+/* ---- data layout messages */
 static char *layout_write(char *at, const struct api_hdf5_array *array) {
     uint64_t bytes = number_bytes(array->type);
     at = api_octets_whole(api_octets_whole(at, 3, 1), array->piece ? 2 : 1, 1);
@@ -137,7 +138,7 @@ void api_hdf5_array(char *head, const struct api_hdf5_array *array) {
     char *at = api_hdf5_begin(head);
     at = message_close(at, SPACE, space_write(at + MESSAGE_BYTES, array->axes, array->length));
     at = message_close(at, TYPE, type_write(at + MESSAGE_BYTES, array->type));
-    // what is not written is 0, and nothing is written for that
+    // numbers that are not written count as 0, and no fill values are written
     at = api_octets_whole(message(at, FILL, 2), array->piece ? 0xb03 : 0xa03, 2);
     at = message_close(at, LAYOUT, layout_write(at + MESSAGE_BYTES, array));
     api_hdf5_end(head, at, API_HDF5_HEADER);
@@ -157,7 +158,7 @@ char *api_hdf5_link(char *at, const char *name, uint64_t header) {
     return api_octets_whole(at + length, header, 8);
 }
 
-/* attribute messages */
+/* ---- attribute messages */
 static char *attribute(char *at, const char *name, const char *type, size_t type_bytes, int texts) {
     char space[16], *end = space_write(space, texts >= 0, &(uint64_t){(uint64_t)texts});
     size_t length = strlen(name) + 1, space_bytes = (size_t)(end - space);
@@ -187,9 +188,9 @@ char *api_hdf5_text(char *at, const char *name, int texts, size_t each, const ch
     return message_close(at, ATTRIBUTE, end + bytes);
 }
 
-/* B-trees of chunks */
+/* ---- B-trees of chunks */
 
-enum { NODE_BYTES = 24 }; /* before a node's keys and places */
+enum { NODE_BYTES = 24 }; /* bytes before a node's keys and addresses */
 
 static size_t key_bytes(int axes) { return 8 + 8 * ((size_t)axes + 1); }
 
@@ -197,7 +198,7 @@ size_t api_hdf5_node_bytes(int axes) {
     return NODE_BYTES + (API_HDF5_FAN + 1) * key_bytes(axes) + API_HDF5_FAN * 8;
 }
 
-/* the number of parent nodes of this many children */
+/* the number of parent nodes that this many children need */
 static uint64_t above(uint64_t children) { return (children + API_HDF5_FAN - 1) / API_HDF5_FAN; }
 
 uint64_t api_hdf5_nodes(uint64_t pieces) {
@@ -211,7 +212,7 @@ void api_hdf5_node(char *at, const struct api_hdf5_array *array, uint64_t i, uin
                    uint64_t first, uint64_t apart) {
     size_t bytes = api_hdf5_node_bytes(array->axes), size = number_bytes(array->type);
     uint64_t pieces = (array->length[0] + array->piece - 1) / array->piece;
-    // the level of the node, its place there, and the pieces below each of its children
+    // the level of the node, its index there, and the number of chunks below each of its children
     uint64_t children = pieces, begin = 0, below = 0, span = 1;
     int level = 0;
     for (; i - begin >= above(children); level++, span *= API_HDF5_FAN) {

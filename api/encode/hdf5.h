@@ -1,6 +1,6 @@
 /* Records of HDF5 files (HDF5 File Format Specification, version 3.0): the superblock, object
  * headers with their messages, and the B-tree nodes that index the chunks of an array. HDF5 1.8
- * (2008) and later read them.
+ * (2008) and later can read them.
  * Leaves to others: the layout of a file (encode_hdf5).
  * Invariant: a record depends only on the arguments; integers are little-endian. */
 #pragma once
@@ -12,7 +12,7 @@ enum {
     API_HDF5_SUPERBLOCK = 48,
     API_HDF5_HEADER = 192, /* bytes of the header of an array */
     API_HDF5_AXES = 3,
-    API_HDF5_FAN = 64 /* children of a B-tree node */
+    API_HDF5_FAN = 64 /* most children of a B-tree node */
 };
 
 #define API_HDF5_NOWHERE UINT64_MAX /* the undefined address */
@@ -27,7 +27,7 @@ enum api_hdf5_type {
 /* An array: its shape, and the address of its numbers. */
 struct api_hdf5_array {
     enum api_hdf5_type type;
-    int axes; /* 0 = one number */
+    int axes; /* 0 = a single number */
     uint64_t length[API_HDF5_AXES];
     uint64_t place; /* address of the numbers, or of the B-tree's root if the array is chunked */
     uint64_t piece; /* rows per chunk; 0 = contiguous */
@@ -37,7 +37,7 @@ struct api_hdf5_array {
  * end: size of the file in bytes. */
 void api_hdf5_superblock(char *at, uint64_t root, uint64_t end);
 
-/** Begins an object header. Returns the position of its first message. */
+/** Starts an object header. Returns the position of its first message. */
 char *api_hdf5_begin(char *head);
 
 /**
@@ -55,8 +55,7 @@ void api_hdf5_array(char *head, const struct api_hdf5_array *array);
 char *api_hdf5_group(char *at);
 
 /** Writes a link to an object header, 15 bytes and the name (fewer than 256 bytes). Returns the
- * end.
- */
+ * end. */
 char *api_hdf5_link(char *at, const char *name, uint64_t header);
 
 /** Writes a numeric attribute, less than 64 bytes and the name. value: 8 bytes, little-endian.

@@ -33,7 +33,7 @@ static struct piece piece_take(const char **rest, const char *end, char separato
     return piece_trim(piece);
 }
 
-/* splits name=value; a quoted value loses its quotes */
+/* splits name=value; removes the quotes of a quoted value */
 static void piece_parameter(struct piece piece, struct piece *name, struct piece *value) {
     const char *rest = piece.text, *end = piece.text + piece.bytes;
     *name = piece_take(&rest, end, '=');
@@ -81,7 +81,7 @@ static int quality(struct piece piece) {
     return thousandths <= 1000 ? thousandths : -1;
 }
 
-/* how specifically a media range matches a type: 3 the subtype, 2 the type, 1 any, 0 no match */
+/* how specifically a media range matches a type: 3 the subtype, 2 the type, 1 any, 0 not */
 static int range_fits(struct piece range, const char *media_type) {
     size_t kind = strcspn(media_type, "/") + 1;
     if (piece_is(range, media_type)) return 3;
@@ -91,7 +91,7 @@ static int range_fits(struct piece range, const char *media_type) {
     return piece_is(range, "*/*");
 }
 
-/* the q of a type by an Accept header, in thousandths; 0 if it is not acceptable */
+/* the q of a type according to an Accept header, in thousandths; 0 if it is not acceptable */
 static int accept_quality(const char *accept, const char *media_type) {
     int best_fit = 0, best = 0;
     const char *rest = accept, *end = accept + strlen(accept);
@@ -111,7 +111,7 @@ static int accept_quality(const char *accept, const char *media_type) {
     return best_fit ? best : 0;
 }
 
-/* shortcut for a single lower-case type, which nearly all clients send */
+/* shortcut for a single lower-case media type, which nearly all clients send */
 static const struct api_format *format_named(const char *accept, int samples) {
     const struct api_format *format;
     for (int i = 0; (format = api_format_at(i)); i++)

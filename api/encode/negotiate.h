@@ -7,7 +7,7 @@
 #include "api/base/problem.h"
 
 /**
- * True for application/json, alone or with charset=utf-8.
+ * Returns true for application/json, alone or with charset=utf-8.
  *
  * content_type  value of Content-Type, or NULL if the field is absent.
  */
@@ -28,10 +28,11 @@ int api_negotiate_parameter(const char *value, size_t bytes, const char *type, c
                             const char **text, size_t *size);
 
 /**
- * Returns the representation that the client prefers; the first of the list among equals.
+ * Returns the representation that the client prefers; of several, the first in the list.
  *
  * accept   value of Accept; NULL = anything.
- * samples  of struct api_op: 1 for a table of samples, 2 for one with a picture, 0 for JSON only.
+ * samples  as in struct api_op: 1 for a table of samples, 2 for one with a picture, 0 for JSON
+ *          only.
  *
  * Returns NULL if no representation is acceptable. The most specific matching media range decides
  * a type's q. O(length of accept).

@@ -8,7 +8,7 @@
 
 const char api_stats_field_names[] = "X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning";
 
-/* statistics that have an HTTP field of their own */
+/* statistics that have their own HTTP field */
 static const struct {
     const char *stat, *field;
 } stats_numbers[] = {
@@ -34,7 +34,7 @@ enum pend_status api_stats_json(const struct api_stats *stats, struct api_buffer
     return api_buffer_text(out, "]");
 }
 
-/* a number as text */
+/* writes a number as text */
 static void stats_number(double value, char text[API_NUMBER_BYTES + 1]) {
     *api_number_write(text, value) = 0;
 }

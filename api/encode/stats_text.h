@@ -17,11 +17,11 @@ struct api_stats_headers {
     } field[API_STATS_FIELDS];
 };
 
-/** The names of all these fields, as the header field Trailer lists them. */
+/** The names of all these fields, for the header field Trailer. */
 extern const char api_stats_field_names[];
 
-/** Appends the member `stats` and, if there are any, `warnings`; the comma before them follows
- * api_out_comma. */
+/** Appends the member `stats` and, if there are any, `warnings`, with a comma before them if
+ * api_out_comma requires it. */
 PEND_MUST_CHECK enum pend_status api_stats_json(const struct api_stats *stats,
                                                 struct api_buffer *out);
 

@@ -11,7 +11,7 @@ enum { PLAIN = 20, WIDE = 45, DATE = 1 << 5 | 1 /* 1 January 1980, at 0:00 */ };
 /* flag: a data descriptor follows the member */
 enum { BEHIND = 1 << 3 };
 
-/* a 32-bit field; the marker of a ZIP64 field if the number is larger */
+/* a 32-bit field; if the number is larger, the value that refers to the ZIP64 field */
 static char *narrow(char *at, uint64_t x, uint64_t most) {
     return api_octets_whole(at, x > most ? API_ZIP64_THERE : x, 4);
 }
@@ -21,14 +21,14 @@ static uint64_t member_version(const struct api_zip64_member *member, int extra)
     return extra || member->streamed ? WIDE : PLAIN;
 }
 
-/* writes what a member's local header and directory entry share, from the version to the length of
- * the extra field. known: checksum and size are known */
+/* writes the fields that a member's local header and directory entry share, from the version to the
+ * length of the extra field. `known`: checksum and size are known */
 static char *member_facts(char *at, const struct api_zip64_member *member, int extra, int known,
                           uint64_t most) {
     uint64_t bytes = known ? member->bytes : API_ZIP64_THERE;
     at = api_octets_whole(at, member_version(member, extra), 2);
     at = api_octets_whole(at, member->streamed ? BEHIND : 0, 2);
-    at = api_octets_whole(at, 0, 2 + 2); /* stored, 0:00 */
+    at = api_octets_whole(at, 0, 2 + 2); /* stored uncompressed; time 0:00 */
     at = api_octets_whole(at, DATE, 2);
     at = api_octets_whole(at, known ? member->crc : 0, 4);
     at = narrow(narrow(at, bytes, most), bytes, most);
@@ -36,7 +36,7 @@ static char *member_facts(char *at, const struct api_zip64_member *member, int e
     return api_octets_whole(at, (uint64_t)extra, 2);
 }
 
-/* writes the ZIP64 extra field: both sizes or none, and the offset if the caller wants it */
+/* writes the ZIP64 extra field: with both sizes or none, and with the offset if `placed` */
 static char *member_wide(char *at, int extra, int sized, uint64_t bytes, int placed,
                          uint64_t offset) {
     if (!extra) return at;
@@ -66,7 +66,7 @@ char *api_zip64_central(char *at, const struct api_zip64_member *member, uint64_
     at = api_octets_whole(at, 0x02014b50, 4);
     at = api_octets_whole(at, member_version(member, extra), 2);
     at = member_facts(at, member, extra, 1, most);
-    at = api_octets_whole(at, 0, 2 + 2 + 2); /* no comment, disk 0, no inner attributes */
+    at = api_octets_whole(at, 0, 2 + 2 + 2); /* no comment, disk 0, no internal attributes */
     at = api_octets_whole(at, 0, 4);
     at = narrow(at, member->offset, most);
     return member_wide(stpcpy(at, member->name), extra, wide, member->bytes, placed,
@@ -80,7 +80,7 @@ char *api_zip64_end(char *at, int members, uint64_t begin, uint64_t bytes, uint6
         at = api_octets_whole(at, 0x06064b50, 4);
         at = api_octets_whole(at, API_ZIP64_END_WIDE - 12, 8);
         at = api_octets_whole(api_octets_whole(at, WIDE, 2), WIDE, 2);
-        at = api_octets_whole(at, 0, 4 + 4); /* one disk */
+        at = api_octets_whole(at, 0, 4 + 4); /* all on disk 0 */
         at = api_octets_whole(api_octets_whole(at, count, 8), count, 8);
         at = api_octets_whole(api_octets_whole(at, bytes, 8), begin, 8);
         at = api_octets_whole(api_octets_whole(at, 0x07064b50, 4), 0, 4);

@@ -14,7 +14,7 @@ struct api_zip64_member {
     char name[API_ZIP64_NAME];
     uint32_t crc;
     uint64_t bytes, offset; /* offset of its local header in the archive */
-    int streamed;           /* size and checksum are in a data descriptor after it */
+    int streamed;           /* whether size and checksum are in a data descriptor after it */
 };
 
 /* Bytes of the records without names and ZIP64 fields; END_WIDE and LOCATOR are the ZIP64 end of
@@ -43,7 +43,7 @@ enum {
  * Writes a member's local header.
  *
  * at    space for API_ZIP64_LOCAL bytes.
- * most  largest value of a 32-bit field: API_ZIP64_MOST, or less in tests.
+ * most  largest value of a 32-bit field: API_ZIP64_MOST; smaller only in tests.
  *
  * Returns the end. O(1).
  */

@@ -6,8 +6,8 @@
 
 enum { NAME_BYTES = 64, NEAR_EDITS = 2 };
 
-/* Other names of fields, methods, outputs and units, from other programs and papers. Of several
- * rows with the same word the first allowed one counts. */
+/* Other names of fields, methods, outputs and units, from other programs and papers. If a word
+ * occurs in several rows, the first row with an allowed name counts. */
 static const struct {
     const char *meant, *words;
 } other_words[] = {
@@ -48,7 +48,7 @@ static const struct {
     {"count", "step steps n num points samples"},
     {"start", "from min t0"},
     {"stop", "max to end t1 tmax t_max duration"},
-    /* states and outputs: of a tip first, where both are there */
+    /* states and outputs; if both exist, that of a tip first */
     {"z", "position positions x y xy"},
     {"zd", "velocity velocities"},
     {"thetad", "velocity velocities omega theta_dot thetadot dtheta"},
@@ -81,7 +81,7 @@ static const struct {
     {"/openapi.json", "/v1/openapi.json /v1/swagger.json"},
 };
 
-/* objects and fields that they contain, at most API_NAME_PLACES in all */
+/* objects, and fields that belong in them, at most API_NAME_PLACES in all */
 static const struct {
     const char *place, *names;
 } places[] = {
@@ -91,7 +91,7 @@ static const struct {
     {"random", "seed draw"},
 };
 
-/* words for what belongs in a header field */
+/* names that should be header fields */
 static const struct {
     const char *name, *field;
 } heads[] = {{"format", "Accept: text/csv"},
@@ -109,7 +109,7 @@ static int least_of_three(int a, int b, int c) {
     return least < c ? least : c;
 }
 
-/* the edit distance of a and b, transpositions of neighbours included; case is ignored */
+/* the edit distance of a and b, counting a swap of neighbours once; case is ignored */
 static int name_edits(const char *a, const char *b) {
     int rows[3][NAME_BYTES + 1], *before = rows[0], *last = rows[1], *now = rows[2];
     int m = (int)strlen(a), n = (int)strlen(b);
@@ -153,7 +153,7 @@ static const char *name_among(const char *name, const char *const allowed[]) {
     return NULL;
 }
 
-/* true if `name` is the `same` as one of the words of a list */
+/* true if `same` accepts the name and one of the words in a list */
 static int name_listed(const char *name, const char *list,
                        int (*same)(const char *, const char *, size_t)) {
     size_t bytes = strlen(name);

@@ -4,7 +4,7 @@
  * Invariant: the result is an allowed name; a suggestion never makes a request acceptable. */
 #pragma once
 
-/* upper bound of the number of fields in api_name_place */
+/* most fields in api_name_place */
 enum { API_NAME_PLACES = 40 };
 
 /**
@@ -17,23 +17,22 @@ enum { API_NAME_PLACES = 40 };
  */
 const char *api_name_nearest(const char *name, const char *const allowed[]);
 
-/**
- * As api_name_nearest, but tries synonyms of other programs first: "dt" is "step", "ode45" is
- * "rkf45". Case is ignored. Cost as api_name_nearest.
- */
+/** As api_name_nearest, but tries synonyms of other programs first: "dt" is "step", "ode45" is
+ * "rkf45". Case is ignored. Cost as api_name_nearest. */
 const char *api_did_you_mean(const char *name, const char *const allowed[]);
 
 /**
- * Finds the object that `name` belongs in: "L" in "pendulum", "theta" in "initial".
+ * Finds the object in which `name` belongs: "L" in "pendulum", "theta" in "initial".
  *
  * allowed  the siblings of `name`, ended by NULL.
  * Returns one of the allowed names, or NULL. O(names).
  */
 const char *api_name_place(const char *name, const char *const allowed[]);
 
-/** True for a field of a request or of its initial state, as opposed to a field of the pendulum. */
+/** Returns true for a field of a request or of its initial state, false for a field of the
+ * pendulum. */
 int api_name_outer(const char *name);
 
-/** The header field that expresses `name`, such as "Accept: text/csv" for "csv"; NULL for others.
- */
+/** Returns the header field that should be used instead of `name`, such as "Accept: text/csv" for
+ * "csv", or NULL. */
 const char *api_name_head(const char *name);

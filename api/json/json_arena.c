@@ -8,8 +8,8 @@
 enum { CHUNK_FIRST = 1 << 12, CHUNK_MOST = 1 << 16 };
 
 struct api_arena_chunk {
-    alignas(max_align_t) struct api_arena_chunk *before; /* NULL = the first */
-    size_t bytes;                                        /* behind this head */
+    alignas(max_align_t) struct api_arena_chunk *before; /* NULL in the first chunk */
+    size_t bytes;                                        /* bytes after this head */
 };
 
 int api_arena_valid(const struct api_arena *arena) {

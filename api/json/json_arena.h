@@ -6,16 +6,16 @@
 
 #include <stddef.h>
 
-struct api_arena_chunk; /* one block from malloc */
+struct api_arena_chunk; /* a block from malloc */
 
-/* All zero at first. */
+/* An arena; initially all zero. */
 struct api_arena {
-    struct api_arena_chunk *last; /* the chunk in use; each points to the previous one */
+    struct api_arena_chunk *last; /* the chunk in use; each chunk points to the previous one */
     char *next;                   /* the first free byte of that chunk */
-    size_t left;                  /* free bytes from there on */
+    size_t left;                  /* number of free bytes from there on */
 };
 
-/** True if the free bytes lie at the end of the last chunk; for assertions. */
+/** Returns true if the free bytes lie at the end of the last chunk; for assertions. */
 int api_arena_valid(const struct api_arena *arena);
 
 /**

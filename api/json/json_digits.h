@@ -12,10 +12,10 @@ static inline int api_digit(int c) { return c >= '0' && c <= '9'; }
 /**
  * Reads a whole number of at most 14 digits.
  *
- * p    up to `end`; at least one byte.
+ * p    the text, up to `end`; at least one byte.
  * x    out.
- * Returns the end of the number; NULL if the text begins with anything else, or ends with the
- * number.
+ * Returns the end of the number. Returns NULL if the text begins with anything else, or ends with
+ * the number.
  */
 static inline const char *api_digits_whole(const char *p, const char *end, double *x) {
     int minus = *p == '-';
@@ -44,8 +44,8 @@ static inline int api_digits_four(const char *p, double x[4]) {
 #if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
     word = __builtin_bswap64(word);
 #endif
-    /* Commas are 0 now and digits their value. A byte above 9 has a high bit, or gets one when 6 is
-     * added. */
+    /* Now commas are 0 and digits are their value. A byte above 9 has a high bit, or gets one when
+     * 6 is added. */
     word ^= 0x2c302c302c302c30;
     if ((word | (word + 0x0006000600060006)) & 0xfff0fff0fff0fff0) return 0;
     for (int i = 0; i < 4; i++) x[i] = (double)(int)(word >> 16 * i & 15);

@@ -25,7 +25,7 @@ static size_t escape_encode(long code, char utf8[4]) {
     return (size_t)tail + 1;
 }
 
-/* \uXXXX, or a surrogate pair */
+/* reads \uXXXX, or a surrogate pair */
 static const char *escape_unicode(const char *text, size_t bytes, size_t *taken, char utf8[4],
                                   size_t *length) {
     long code = escape_hex(text, bytes);

@@ -8,7 +8,7 @@
 
 static const char no_such_number[] = ": JSON has no NaN and no infinity, leave the value out";
 
-/* literals of other languages, by their first letters */
+/* literals of other languages, found by their first letters */
 static const struct {
     const char *word, *hint;
 } hint_words[] = {

@@ -6,8 +6,8 @@
 #include <stddef.h>
 
 /**
- * Returns a hint for the position at which a text stops being JSON, such as ": JSON has no
- * comments", or "".
+ * Returns a hint for the position at which a text is no longer JSON, such as ": JSON has no
+ * comments"; "" if there is none.
  *
  * at  0 .. bytes.
  * O(blank bytes before at).

@@ -20,7 +20,7 @@ enum { NODE_USUAL = 1 << 20 };
 
 enum { FOUND_TEXT = 40, POINTER_DEPTH = 128 };
 
-/* building */
+/* ---- building */
 
 void api_json_free(struct api_json **document) {
     if (!*document) return;
@@ -38,7 +38,7 @@ enum pend_status api_json_new(struct api_json **document, const char *text, size
     return status;
 }
 
-/* looking */
+/* ---- access */
 
 struct api_value api_json_root(const struct api_json *document) {
     return (struct api_value){.document = document, .node = document->root};
@@ -49,7 +49,7 @@ static int node_type(const cJSON *node) { return node->type & 0xff; }
 
 static int node_has_numbers(const cJSON *node) { return (node->type & API_SCAN_NUMBERS) != 0; }
 
-/* an item of an array of numbers: its node is the double itself; it has no children */
+/* true for an item of an array of numbers, whose node is the double itself; it has no children */
 static int value_is_double(const struct api_value *value) {
     return value->node && value->parent && !value->key && node_has_numbers(value->parent->node);
 }
@@ -90,7 +90,7 @@ static struct api_value value_child(const struct api_value *parent, const void *
     return (struct api_value){parent->document, node, parent, key, index};
 }
 
-/* marks */
+/* ---- marks */
 
 /* the document is const only for its readers; casting is safe here */
 void api_value_usual(const struct api_value *member) {
@@ -157,7 +157,7 @@ struct api_value api_value_item(const struct api_value *array, int i) {
     return value_child(array, node, NULL, i);
 }
 
-/* an item or member that is a cJSON node; missing at the end */
+/* an item or member that is a cJSON node; missing if node is NULL */
 static struct api_value value_listed(const struct api_value *parent, const cJSON *node, int index) {
     int member = node && node_type(parent->node) == cJSON_Object;
     return value_child(parent, node, member ? node->string : NULL, index);
@@ -195,7 +195,7 @@ double api_value_number(const struct api_value *value) {
                                   : ((const cJSON *)value->node)->valuedouble;
 }
 
-/* pointers */
+/* ---- pointers */
 
 struct pointer_text {
     char *text;
@@ -243,7 +243,7 @@ void api_value_pointer(const struct api_value *value, char pointer[API_POINTER_B
     while (depth) pointer_add_step(&out, way[--depth]);
 }
 
-/* faults */
+/* ---- errors */
 
 void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format,
                      ...) {
@@ -326,7 +326,7 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
                     API_CODE_UNKNOWN_FIELD "is not a known field; allowed here: %s", list);
 }
 
-/* adds one fault, at the first, for all members of an object that belong in another object */
+/* adds one error, at the first of several members that belong in another object */
 static void value_fault_place(const struct api_value *first, const char *place,
                               const char *const allowed[], struct api_problem *problem) {
     const char *found[API_NAME_PLACES + 1] = {0};
@@ -378,7 +378,7 @@ int api_value_meant(const struct api_value *object, const char *key,
     return api_problem_is_meant(problem, pointer, key);
 }
 
-/* numbers */
+/* ---- numbers */
 
 struct number_text {
     char text[API_NUMBER_BYTES + 1];

@@ -1,7 +1,7 @@
 /* Reading a request's JSON: typed access to the values of a document, with JSON pointers.
  * Leaves to others: the grammar (json_scan), the meaning of the fields (tree_json, op_*).
- * Invariant: no other file sees cJSON's nodes but json_scan, which builds them; arrays of numbers
- * are arrays of doubles and have no nodes for their items. */
+ * Invariant: only this file and json_scan, which builds them, access cJSON's nodes; arrays of
+ * numbers are arrays of doubles without nodes for their items. */
 #pragma once
 
 #include "api/base/problem.h"
@@ -18,14 +18,14 @@ struct api_value {
     const struct api_json *document;
     const void *node; /* NULL = missing */
     const struct api_value *parent;
-    const char *key; /* of a member; NULL for an item or the root */
-    int index;       /* of an item */
+    const char *key; /* key of a member; NULL for an item or the root */
+    int index;       /* index of an item */
 };
 
 /**
  * Reads a document.
  *
- * document   out; NULL on failure; ends with api_json_free.
+ * document   out; NULL on failure; released by api_json_free.
  * text       `bytes` long; need not end with NUL, and need not outlive the call.
  * depth_cap  deepest nesting accepted.
  * problem    400 with line, column and byte if the text is not JSON (RFC 8259, and: no byte order
@@ -44,41 +44,42 @@ PEND_MUST_CHECK enum pend_status api_json_new(struct api_json **document, const 
 /** Frees a document and all its values; it may be NULL. */
 void api_json_free(struct api_json **document);
 
-/** The root of the document. */
+/** Returns the root of the document. */
 struct api_value api_json_root(const struct api_json *document);
 
-/** The kind of a value; API_MISSING if the member or item does not exist. O(1). */
+/** Returns the kind of a value; API_MISSING if the member or item does not exist. O(1). */
 enum api_kind api_value_kind(const struct api_value *value);
 
-/** Member `key` of an object; case matters. A missing member has kind API_MISSING and a valid
- * pointer. O(members). */
+/** Returns member `key` of an object; case matters. A missing member has kind API_MISSING and a
+ * valid pointer. O(members). */
 struct api_value api_value_member(const struct api_value *object, const char *key);
 
-/** The same as a temporary that lives until the end of the enclosing block. */
+/** The same member as a temporary that lives until the end of the enclosing block. */
 #define API_MEMBER(object_, key_) ((struct api_value[]){api_value_member(object_, key_)})
 
-/** The number of items of an array or members of an object; 0 for anything else. */
+/** Returns the number of items of an array or members of an object; 0 for anything else. */
 int api_value_count(const struct api_value *value);
 
-/** Item i of an array, i >= 0; missing beyond the end. O(1) for arrays of numbers, else O(i): use
- * api_value_next to visit all items. */
+/** Returns item i of an array, i >= 0; missing beyond the end. O(1) for arrays of numbers, else
+ * O(i): use api_value_next to visit all items. */
 struct api_value api_value_item(const struct api_value *array, int i);
 
-/** The first item of an array or member of an object; missing if it is empty. */
+/** Returns the first item of an array or member of an object; missing if it is empty. */
 struct api_value api_value_first(const struct api_value *value);
 
-/** The item after `item` in its array, or the member after it in its object; missing after the
- * last. */
+/** Returns the item after `item` in its array, or the member after it in its object; missing after
+ * the last. */
 struct api_value api_value_next(const struct api_value *item);
 
-/** The doubles of an array whose items are all numbers (an empty array included); NULL for
+/** Returns the doubles of an array whose items are all numbers (or of an empty array); NULL for
  * anything else. */
 const double *api_value_numbers(const struct api_value *array, int *count);
 
-/** The text of a string, NUL-terminated UTF-8, owned by the document; NULL for anything else. */
+/** Returns the text of a string, NUL-terminated UTF-8, owned by the document; NULL for anything
+ * else. */
 const char *api_value_text(const struct api_value *value);
 
-/** The value of a number or 0/1 of a boolean; 0 for anything else. */
+/** Returns the value of a number, or 0/1 for a boolean; 0 for anything else. */
 double api_value_number(const struct api_value *value);
 
 /** Writes the value's JSON pointer (RFC 6901), cut with "..." if it does not fit. */
@@ -92,13 +93,11 @@ void api_value_fault(const struct api_value *value, struct api_problem *problem,
  * missing. */
 void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]);
 
-/*
- * Members that repeat a default. The reader marks them and the digest skips them, so that a request
+/* Members that repeat a default: the reader marks them and the digest skips them, so that a request
  * has the same digest with and without its defaults. A member may be marked even if a request
- * without it is refused; but a request without it must never mean anything else.
- */
+ * without it is refused, but not if a request without it has another meaning. */
 
-/** Marks a member. No effect on items and missing members. */
+/** Marks a member. Items and missing members are not changed. */
 void api_value_usual(const struct api_value *member);
 
 /** Marks a member if it is this number, bit for bit. */
@@ -110,11 +109,11 @@ void api_value_usual_zeros(const struct api_value *member);
 /** Marks a member if it is an object all of whose members are marked. */
 void api_value_usual_object(const struct api_value *member);
 
-/** True for a marked member. */
+/** Returns true for a marked member. */
 int api_value_is_usual(const struct api_value *value);
 
-/** The member whose key follows `last` in byte order (the first if `last` is NULL); missing after
- * the last. unusual: non-zero skips marked members. O(members). */
+/** Returns the member whose key follows `last` in byte order (the first if `last` is NULL); missing
+ * after the last. unusual: non-zero skips marked members. O(members). */
 struct api_value api_value_behind(const struct api_value *object, const char *last, int unusual);
 
 /**
@@ -127,17 +126,15 @@ struct api_value api_value_behind(const struct api_value *object, const char *la
 int api_value_only(const struct api_value *object, const char *const allowed[],
                    struct api_problem *problem);
 
-/**
- * True if an error was added for a misspelt member that was meant to be `key`, so that `key` needs
- * no second error. key NULL = any member. O(errors).
- */
+/** Returns true if an error was added for a misspelt member that was meant to be `key`, so that
+ * `key` needs no second error. key NULL = any member. O(errors). */
 int api_value_meant(const struct api_value *object, const char *key,
                     const struct api_problem *problem);
 
 /**
  * Reads an optional number and checks its range.
  *
- * least    and greatest are inclusive; -INFINITY and INFINITY for no bound.
+ * least, greatest  inclusive bounds; -INFINITY and INFINITY for no bound.
  * out      unchanged if the value is missing or invalid.
  * unit     for the message; "" = none.
  * Returns 1 if a valid number was read, 0 if it is missing, -1 if invalid (an error was added).

@@ -8,7 +8,7 @@ int api_keys_valid(const struct api_keys *keys) {
     return keys->count <= keys->cap && (!keys->cap || (keys->key && keys->hash));
 }
 
-/* eight bytes at a time */
+/* hashes eight bytes at a time */
 static uint32_t keys_hash(const char *text, size_t bytes) {
     uint64_t hash = bytes;
     for (size_t at = 0; at < bytes; at += sizeof hash) {
@@ -21,15 +21,14 @@ static uint32_t keys_hash(const char *text, size_t bytes) {
 }
 
 /* true if the list contains the hash; the loop has no early exit, so that the compiler vectorizes
- * it
- */
+ * it */
 static int keys_among(size_t count, const uint32_t hashes[], uint32_t hash) {
     uint32_t found = 0;
     for (size_t i = 0; i < count; i++) found |= hashes[i] == hash;
     return found != 0;
 }
 
-/* true if the object has the key; a linear search, since the number of keys is capped */
+/* true if the object has the key; the search is linear, because the number of keys is limited */
 static int keys_there(const struct api_keys *keys, size_t first, struct api_key key,
                       uint32_t hash) {
     if (!keys_among(keys->count - first, keys->hash + first, hash)) return 0;

@@ -10,19 +10,19 @@
 #include "core/base/status.h"
 
 struct api_key {
-    const char *text; /* must outlive the object that it belongs to */
+    const char *text; /* must outlive the object to which it belongs */
     size_t bytes;
 };
 
-/* All zero at first. When an object closes, the caller resets `count` to its value when the object
- * opened. */
+/* The table of keys; initially all zero. When an object closes, the caller resets `count` to its
+ * value when the object opened. */
 struct api_keys {
     struct api_key *key;
-    uint32_t *hash; /* of the keys */
+    uint32_t *hash; /* hashes of the keys */
     size_t count, cap;
 };
 
-/** True if the count is within the memory; for assertions. */
+/** Returns true if the count is within the memory; for assertions. */
 int api_keys_valid(const struct api_keys *keys);
 
 /**

@@ -10,10 +10,8 @@
 /* Most bytes of one number with its comma: -2.2250738585072014e-308, */
 enum { API_OUT_NUMBER_BYTES = 25 };
 
-/**
- * Returns the most bytes of a number with its comma, rounded to `digits` significant digits; 0 =
- * not rounded.
- */
+/** Returns the most bytes of a number with its comma, rounded to `digits` significant digits; 0 =
+ * not rounded. */
 int api_out_number_bytes(int digits);
 
 /** Writes a finite number; `at` has API_NUMBER_BYTES of space, digits as above. Returns the end. */
@@ -49,7 +47,7 @@ PEND_MUST_CHECK enum pend_status api_out_whole(struct api_buffer *out, const cha
 PEND_MUST_CHECK enum pend_status api_out_number(struct api_buffer *out, const char *name,
                                                 double value, int digits);
 
-/** The same with all digits; a value that is not finite gives null. */
+/** Appends a member that is a number with all digits; a value that is not finite gives null. */
 PEND_MUST_CHECK enum pend_status api_out_maybe(struct api_buffer *out, const char *name,
                                                double value);
 

@@ -26,24 +26,24 @@ static_assert(sizeof(cJSON) <= COST_NODE, "a node takes no more than the scan co
 
 /* an array or object that is open */
 struct scan_frame {
-    cJSON *node; /* NULL while pure */
+    cJSON *node; /* NULL while `pure` */
     cJSON *last; /* its last child, or NULL */
     int object;
-    int pure;     /* an array that has held nothing but numbers so far */
-    size_t first; /* of its numbers (while pure) or keys */
+    int pure;     /* whether it is an array that has contained only numbers so far */
+    size_t first; /* index of its first number (while pure) or key */
 };
 
 struct scan {
     const char *text;
     size_t bytes, at;
     int depth, depth_cap, want;
-    struct scan_frame *frames; /* depth of depth_cap */
+    struct scan_frame *frames; /* a frame for each of depth_cap levels */
     struct api_keys keys;
-    char *key; /* of the object's member that is being read, if it has no node yet */
+    char *key; /* key of the member that is being read, while it has no node */
     size_t number_count, number_cap;
-    long nodes;              /* values so far, not counting those in arrays of numbers */
-    size_t cost;             /* an upper bound of the memory of the values so far, bytes */
-    struct api_buffer plain; /* the present string, if it has escapes: its text without them */
+    long nodes;              /* number of values so far, not counting those in arrays of numbers */
+    size_t cost;             /* upper bound of the memory of the values so far, bytes */
+    struct api_buffer plain; /* the text of the current string without its escapes, if it has any */
     struct api_json *document;
     struct api_problem *problem;
 };
@@ -63,7 +63,7 @@ static void scan_space(struct scan *s) {
     }
 }
 
-/* messages */
+/* ---- messages */
 
 enum { FOUND_BYTES = 64, FOUND_WORD = 24, FOUND_KEY = 40 };
 
@@ -124,7 +124,7 @@ static enum pend_status scan_expected(struct scan *s, const char *what) {
                      api_json_hint(s->text, s->bytes, s->at));
 }
 
-/* memory */
+/* ---- memory */
 
 static enum pend_status scan_charge(struct scan *s, size_t cost) {
     s->cost += cost;
@@ -144,7 +144,7 @@ static enum pend_status scan_push_number(struct scan *s, double x) {
     return PEND_OK;
 }
 
-/* nodes */
+/* ---- nodes */
 
 /* adds a node of a cJSON type to the frame at a depth, or makes it the root at depth 0 */
 static enum pend_status scan_add(struct scan *s, int depth, int type, cJSON **added) {
@@ -175,7 +175,7 @@ static enum pend_status scan_add_number(struct scan *s, double x) {
     return PEND_OK;
 }
 
-/* an array of numbers turns out to contain something else: its numbers become nodes */
+/* makes nodes of the numbers of an array that turns out to contain something else */
 static enum pend_status scan_spoil(struct scan *s) {
     if (!s->depth || !s->frames[s->depth - 1].pure) return PEND_OK;
     struct scan_frame *frame = &s->frames[s->depth - 1];
@@ -187,7 +187,7 @@ static enum pend_status scan_spoil(struct scan *s) {
     return PEND_OK;
 }
 
-/* the array of numbers that has just closed */
+/* adds the array of numbers that has just closed */
 static enum pend_status scan_add_array(struct scan *s, size_t first) {
     cJSON *node;
     PEND_TRY(scan_add(s, s->depth, cJSON_Array | API_SCAN_NUMBERS, &node));
@@ -196,7 +196,7 @@ static enum pend_status scan_add_array(struct scan *s, size_t first) {
     return scan_charge(s, COST_ARRAY);
 }
 
-/* scalars */
+/* ---- scalars */
 
 static const char *scan_digits(const char *p, const char *end) {
     while (p < end && api_digit((unsigned char)*p)) p++;
@@ -235,7 +235,7 @@ static enum pend_status scan_number_grammar(struct scan *s) {
     return PEND_OK;
 }
 
-/* reads single digits that are followed by commas, as many as fit into the table */
+/* reads single digits, each followed by a comma, as many as fit into the table */
 static void scan_single_digits(struct scan *s) {
     const char *p = s->text + s->at, *end = s->text + s->bytes;
     double *numbers = s->document->numbers;
@@ -299,7 +299,7 @@ static enum pend_status scan_literal(struct scan *s) {
     return scan_expected(s, "a value");
 }
 
-/* strings */
+/* ---- strings */
 
 /* appends the character of an escape to the plain text */
 static enum pend_status scan_escape(struct scan *s) {
@@ -360,7 +360,7 @@ static enum pend_status scan_add_string(struct scan *s) {
     return scan_string(s, &node->valuestring, &bytes);
 }
 
-/* arrays and objects */
+/* ---- arrays and objects */
 
 static enum pend_status scan_open(struct scan *s, int object) {
     if (s->depth == s->depth_cap)
@@ -381,7 +381,7 @@ static enum pend_status scan_close(struct scan *s) {
     return frame->pure ? scan_add_array(s, frame->first) : PEND_OK;
 }
 
-/* what follows a value inside an array or object: a comma or the end */
+/* reads what follows a value inside an array or object: a comma or the end */
 static enum pend_status scan_more(struct scan *s, int c) {
     const struct scan_frame *frame = &s->frames[s->depth - 1];
     if (c == (frame->object ? '}' : ']')) return scan_close(s);
@@ -420,7 +420,7 @@ static enum pend_status scan_key(struct scan *s, int c) {
     return PEND_OK;
 }
 
-/* a number that is not in an array of numbers */
+/* reads a number outside an array of numbers */
 static enum pend_status scan_lone_number(struct scan *s) {
     double x;
     PEND_TRY(scan_number(s, &x));
@@ -471,7 +471,7 @@ enum pend_status api_scan_run(struct api_json *document, const char *text, size_
     api_buffer_init(&scan.plain, SIZE_MAX);
     scan.frames = calloc((size_t)depth_cap, sizeof *scan.frames);
     enum pend_status status = scan.frames ? scan_document(&scan) : PEND_NO_MEMORY;
-    /* shrinks the table; if that fails, it keeps its size */
+    /* release the unused memory of the table; if that fails, it keeps its size */
     double *numbers =
         scan.number_count ? realloc(document->numbers, scan.number_count * sizeof *numbers) : NULL;
     if (numbers) document->numbers = numbers;

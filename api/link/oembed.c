@@ -8,7 +8,7 @@
 
 #include "api/json/json_out.h"
 
-enum { OEMBED_VALUE = 1100 }; /* bytes; the target of a request has no more than 1023 */
+enum { OEMBED_VALUE = 1100 }; /* bytes; no request has a longer target */
 
 static const char oembed_unreserved[] =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
@@ -96,7 +96,8 @@ static int oembed_size(const char *name, const char *text, long plain, long *siz
 
 /* --- the link --- */
 
-/* The next parameter of a link's query: its first byte and its length; 0 at the end. */
+/* Finds the next parameter of a link's query: its first byte, and its length, which is 0 at the
+ * end. */
 static size_t oembed_part(const char **at, const char *end) {
     while (*at < end && **at == '&') (*at)++;
     const char *stop = *at < end ? memchr(*at, '&', (size_t)(end - *at)) : NULL;
@@ -109,7 +110,7 @@ static int oembed_is(const char *part, size_t bytes, const char *name) {
            (bytes == length || part[length] == '=');
 }
 
-/* Writes the link of the embed view. Returns 0 if the link names a room. */
+/* Writes the link of the embed view. Returns 0 if the link is to a class room. */
 static int oembed_view(const char *url, const char *path, struct api_oembed *out) {
     const char *query = path + (*path == '/'), *rest = query + strcspn(query, "#");
     size_t length = (size_t)(path - url);
@@ -127,7 +128,7 @@ static int oembed_view(const char *url, const char *path, struct api_oembed *out
     return 1;
 }
 
-/* Returns the bytes of https:// or http:// at the beginning, 0 for another scheme. */
+/* Returns the number of bytes of https:// or http:// at the beginning; 0 for another scheme. */
 static size_t oembed_scheme(const char *url) {
     if (!strncasecmp(url, "https://", 8)) return 8;
     return strncasecmp(url, "http://", 7) ? 0 : 7;
@@ -198,7 +199,7 @@ static enum pend_status oembed_attribute(const char *text, struct api_buffer *ou
     return PEND_OK;
 }
 
-/* the title of a link: counts its arms if they are in the query; a fragment is not read */
+/* the title of a link, with the number of arms if the query has it; a fragment is not read */
 static void oembed_title(const char *link, char title[64]) {
     const char *length = strstr(link, "&length="), *sheet = strstr(link, "&sheet=");
     snprintf(title, 64, "Pendulum");

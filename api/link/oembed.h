@@ -1,7 +1,9 @@
 /* oEmbed (oembed.com): the frame for a link to the page, and the tag that announces it in the
- * page's document. Leaves to others: which sites may frame the page (server/http/assets), the view
- * of a link (the page). Invariant: only links to the page on the requested host become frames; the
- * parts of a link in HTML have valid characters (RFC 3986) and are escaped. */
+ * page's document.
+ * Leaves to others: which sites may frame the page (server/http/assets), the view of a link (the
+ * page).
+ * Invariant: only links to the page on the requested host become frames; the parts of a link in
+ * HTML have valid characters (RFC 3986) and are escaped. */
 #pragma once
 
 #include "api/base/buffer.h"
@@ -55,6 +57,6 @@ PEND_MUST_CHECK enum pend_status api_oembed_write(const struct api_oembed *wante
 PEND_MUST_CHECK enum pend_status api_oembed_tag(const char *scheme, const char *host,
                                                 const char *query, struct api_buffer *out);
 
-/** True for a query that selects a view, so that a frame makes sense: readable links
+/** Returns true for a query that selects a view, so that a frame makes sense: readable links
  * (/?length=1,1&theta=90,45) and built-in worksheets (/?sheet=period). */
 int api_oembed_tells(const char *query);

@@ -88,7 +88,7 @@ static enum pend_status scene_check(const struct api_value *root, const struct a
     return problem->status ? PEND_INVALID : scene_write(root, most, inner, problem);
 }
 
-/* 26 letters of a digest's 64 digits, five bits each */
+/* encodes a digest's first 130 bits as 26 letters, five bits each */
 static void scene_name(const char *inner, char id[API_SCENE_ID]) {
     static const char letters[] = "0123456789abcdefghjkmnpqrstvwxyz", digits[] = "0123456789abcdef";
     char digest[API_DIGEST_BYTES];

@@ -1,4 +1,4 @@
-/* A scene: a trajectory's request and the page's view of it, with an id derived from its contents.
+/* A scene: a request for a trajectory and the page's view of it, with an id derived from both.
  * Leaves to others: storing it (server), the contents of `view` (the page).
  * Invariant: equal scenes have the same id, whatever the order of keys and the format of numbers;
  * `request` is a valid body for /v1/trajectories. */
@@ -29,8 +29,8 @@ int api_scene_read(const struct api_request *request, const struct api_limits *l
                    struct api_buffer *out);
 
 /**
- * Checks a trajectory's request as /v1/trajectories does, for a streaming representation, whose
- * answers have no size limit.
+ * Checks a request for a trajectory as /v1/trajectories does, for a representation that streams,
+ * whose answers have no size limit.
  *
  * value    the request; an error is added if it is no object.
  *

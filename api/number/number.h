@@ -1,7 +1,7 @@
 /* Numbers as text: doubles to and from decimals, exactly.
  * Leaves to others: JSON's grammar around them (json_in), buffers (encode_*).
- * Invariant: the locale does not matter; api_number_read reads back the same double that
- * api_number_write has written. */
+ * Invariant: the locale does not matter; api_number_read of the text from api_number_write gives
+ * the same double. */
 #pragma once
 
 #ifdef __cplusplus
@@ -13,19 +13,19 @@ extern "C" {
 enum { API_NUMBER_BYTES = 32 };
 
 /**
- * Writes the shortest decimal that reads back to the same double; the nearest of several.
+ * Writes the shortest decimal that reads back to the same double; of several, the nearest.
  *
  * The text is a JSON number, in plain form if 1e-5 <= |x| < 1e16 (0.57, 100, 1234.5), else with an
  * exponent (1.5e-7, 1e300). Whole numbers below 1e16 are exact; zero is 0, and -0.0 is -0.
  *
- * out  room for API_NUMBER_BYTES; no NUL is written.
+ * out  space for API_NUMBER_BYTES; no NUL is written.
  * x    finite.
  * Returns the end of the text. O(1), no allocation.
  */
 char *api_number_write(char *out, double x);
 
 /**
- * The same, rounded to at most `digits` significant digits.
+ * As api_number_write, rounded to at most `digits` significant digits.
  *
  * If the shortest decimal that reads back has at most `digits` digits, it is written (17 never
  * rounds). Otherwise the exact value of the double is rounded, ties to even, and trailing zeros are
@@ -39,10 +39,10 @@ char *api_number_write_digits(char *out, double x, int digits);
 struct api_number_rows {
     long rows, width;
     const double *value; /* rows x width, finite */
-    int digits;          /* 1 to 17 rounds as api_number_write_digits does, 0 does not */
-    char open;           /* before the first number of a row, or 0 for nothing */
-    char close[3];       /* behind the last */
-    int close_bytes;     /* of it that count */
+    int digits;          /* 1 to 17 as in api_number_write_digits; 0 = do not round */
+    char open;           /* written before the first number of a row; 0 = nothing */
+    char close[3];       /* written after the last number of a row */
+    int close_bytes;     /* number of bytes in `close` */
 };
 
 /* Space after the text of rows that may be overwritten. */

@@ -12,7 +12,7 @@
 
 namespace api {
 
-/* the eight decimal digits of a number below 10^8, one per byte, the first in the lowest byte:
+/* the eight decimal digits of a number below 10^8, one per byte, the first in the lowest byte;
  * splits into halves, quarters and digits in parallel */
 inline uint64_t digits8(uint64_t x) {
     uint64_t four = x * 109951163 >> 40, halves = four | (x - 10000 * four) << 32;
@@ -67,7 +67,7 @@ class digits16_plain {
   private:
     static constexpr uint64_t ZEROS = 0x3030303030303030;
 
-    /* inserts a point at byte `at`, 0 to 7: the bytes before it stay, the bytes after it come from
+    /* inserts a point at byte `at`, 0 to 7: bytes before it come from `bytes`, bytes after it from
      * `moved` */
     static uint64_t with_point(uint64_t bytes, uint64_t moved, int at) {
         uint64_t before = ((uint64_t)1 << 8 * at) - 1, point = (uint64_t)0xff << 8 * at;
@@ -86,7 +86,7 @@ class digits16_plain {
 
 #ifdef __SSE2__
 
-/* sets of leading bytes: masks + 16 - n begins with n bytes of ones, then zeros */
+/* sets of leading bytes: at masks + 16 - n, n bytes of ones are followed by zeros */
 struct lead_masks {
     constexpr lead_masks() : bytes() {
         for (int i = 0; i < 16; i++) bytes[i] = 0xff;
@@ -98,7 +98,7 @@ constexpr lead_masks masks{};
 class digits16_sse2 {
   public:
     digits16_sse2() = default;
-    /* halves, quarters, digits, of both numbers at a time */
+    /* splits both numbers at a time into halves, quarters and digits */
     digits16_sse2(uint64_t high, uint64_t low) {
         __m128i x =
             _mm_unpacklo_epi64(_mm_cvtsi64_si128((int64_t)high), _mm_cvtsi64_si128((int64_t)low));

@@ -14,7 +14,7 @@ struct uint128 {
     uint64_t high, low;
 };
 
-/* the binary exponent that goes with the significand of 10^p: floor(log2 10^p) - 127 */
+/* the binary exponent that belongs to the significand of 10^p: floor(log2 10^p) - 127 */
 constexpr int power_exponent(int p) { return (p * 217706 >> 16) - 127; }
 
 /* floor(log10 2^q) for |q| <= 1650 */
@@ -35,7 +35,7 @@ class power_table {
   private:
     static constexpr int LIMBS = 38;
 
-    /* a long natural number, 32 bits a limb, the lowest first */
+    /* a large natural number in limbs of 32 bits, the lowest first */
     struct wide {
         uint32_t limb[LIMBS];
 
@@ -55,7 +55,7 @@ class power_table {
             }
         }
         constexpr uint64_t at(int i) const { return i < 0 ? 0 : limb[i]; }
-        /* the 128 bits from the highest one on */
+        /* the 128 bits from the highest set bit on */
         constexpr uint128 top() const {
             int i = LIMBS - 1;
             while (!limb[i]) i--;
@@ -71,9 +71,8 @@ class power_table {
 
 constexpr power_table powers_of_ten{};
 
-/* the bits of the least double that is not below 10^p, for p from -307 to 308: positive doubles
- * compare as their bits
- */
+/* the bits of the least double that is not below 10^p, for p from -307 to 308; positive doubles
+ * have the order of their bits */
 class threshold_table {
   public:
     constexpr threshold_table() : entries() {

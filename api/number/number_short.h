@@ -15,9 +15,9 @@ namespace api {
 
 /* The range of exponents in plain form, and the distance to a tie below which rounding in doubles
  * is not conclusive. */
-constexpr int SHORT_DIGITS = 8, SHORT_LEAST = -5,
-              SHORT_MOST = 6;                          /* decimal exponents written this way */
-constexpr int SHORT_BINARY = -17, SHORT_BINARIES = 41; /* 2^-17 < 1e-5, 2^24 > 1e7 */
+constexpr int SHORT_DIGITS = 8, SHORT_LEAST = -5, SHORT_MOST = 6; /* decimal exponents of short
+                                                                   * numbers */
+constexpr int SHORT_BINARY = -17, SHORT_BINARIES = 41;            /* 2^-17 < 1e-5, 2^24 > 1e7 */
 constexpr double SHORT_NEAR_TIE = 1e-7;
 
 /* 10^0 .. 10^17 */
@@ -47,8 +47,8 @@ inline uint64_t bits_of(double x) {
     return bits;
 }
 
-/* for every binary exponent of a short number: the least number that has one decimal digit more
- * than 2^exponent, as bits, and the decimal exponent below it */
+/* for every binary exponent of a short number: the least number with one decimal digit more than
+ * 2^exponent, as bits, and the decimal exponent of numbers below it */
 struct short_exponents {
     constexpr short_exponents() : threshold(), exponent() {
         for (int i = 0; i < SHORT_BINARIES; i++) {
@@ -61,18 +61,18 @@ struct short_exponents {
 };
 constexpr short_exponents short_binaries{};
 
-/* 10^p for p = digits - 1 - exponent, from -7 on; exact from 0 on, and those before are not used */
+/* 10^p for p = digits - 1 - exponent, from -7 on; exact from 0 on, the entries before are unused */
 constexpr int SHORT_TENS_LEAST = -7;
 constexpr double short_tens[] = {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1,    1e1,  1e2, 1e3,
                                  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11, 1e12, 1e13};
 
-/* how a number of a decimal exponent is laid out */
+/* the layout of a number with a given decimal exponent */
 struct short_layout {
     uint64_t stay, move; /* masks of the bytes before and after the point */
     uint64_t point;
     int start;  /* mask of the digits after "0.000" */
-    int before; /* digits before the point; 8 = the point is not among them */
-    int least;  /* characters even if the digits are fewer */
+    int before; /* digits before the point; 8 = it is not among them */
+    int least;  /* fewest characters, even if there are fewer digits */
 };
 
 struct short_layouts {
@@ -109,7 +109,7 @@ class short_batch {
 
     bool take(const double x[]) { return scale(x) && round(); }
 
-    /* no branch depends on a number's size or digits, since it could not be predicted */
+    /* without a branch on a number's size or digits, which could not be predicted */
     char *write(char *out, const double x[], int i) const {
         const short_layout &layout = short_layouts_at.value[exponent[i]];
         int count = 8 - (__builtin_clzll(text[i]) >> 3);
@@ -126,10 +126,10 @@ class short_batch {
 
   private:
     int digits;
-    double scaled[COUNT]; /* to `digits` digits before the point; below 10^8, so that it is wrong by
-                             less than 10^-8 */
-    int exponent[COUNT];  /* decimal, from SHORT_LEAST on */
-    uint64_t text[COUNT]; /* eight digits, one a byte, the first in the lowest */
+    double scaled[COUNT]; /* the number scaled to `digits` digits before the point; below 10^8, with
+                           * an error of less than 10^-8 */
+    int exponent[COUNT];  /* decimal exponents, minus SHORT_LEAST */
+    uint64_t text[COUNT]; /* eight digits, one per byte, the first in the lowest byte */
 
     bool scale(const double x[]) {
         const double *power = short_tens + (digits - 1 - SHORT_LEAST - SHORT_TENS_LEAST);
@@ -148,7 +148,7 @@ class short_batch {
         return !wrong;
     }
 
-    /* returns false if a number is too close to a tie, or rounds up to one more digit */
+    /* returns false if a number is too close to a tie, or is rounded up to one more digit */
     bool round() {
         int32_t tail = (int32_t)power10[SHORT_DIGITS - digits], units[COUNT], greatest = 0;
         double nearest = 1;

@@ -23,14 +23,14 @@ struct decimal {
     int exponent;
 };
 
-/* d1 . d2 d3 ... d17 times 10^exponent, the first 16 digits as a number and the last */
+/* d1.d2d3...d17 times 10^exponent; the first 16 digits as one number, then the last digit */
 struct decimal17 {
     uint64_t front;
     unsigned last;
     int exponent;
 };
 
-/* the same, as characters */
+/* the same, with the digits as characters */
 struct digits17 {
     digits16 front; /* d1 to d16 */
     unsigned last;  /* d17 */
@@ -41,14 +41,14 @@ struct digits17 {
 
 constexpr int DIGITS = 17;
 constexpr int PLAIN_LEAST = -5,
-              PLAIN_BEYOND = 16; /* decimal exponents that are written without an exponent */
+              PLAIN_BEYOND = 16; /* decimal exponents from which on an exponent is written */
 constexpr double WHOLE_BEYOND =
     1e16; /* whole numbers below this are exact and written as integers */
 constexpr int EXPONENT_LEAST = -324, EXPONENT_MOST = 308;
 constexpr uint64_t HIDDEN_BIT = (uint64_t)1 << 52, SMALLEST_NORMAL = HIDDEN_BIT,
                    TIE = (uint64_t)1 << 63, TEN_8 = 100000000, TEN_15 = 1000000000000000;
 
-/* "e-324" to "e308": the characters in the low bytes, their number in the highest */
+/* "e-324" to "e308": the characters in the low bytes, their number in the highest byte */
 struct exponent_table {
     constexpr exponent_table() : value() {
         for (int e = EXPONENT_LEAST; e <= EXPONENT_MOST; e++) value[e - EXPONENT_LEAST] = text(e);
@@ -68,7 +68,7 @@ struct exponent_table {
 };
 constexpr exponent_table exponents{};
 
-/* layout */
+/* ---- layout */
 
 inline digits17 spread(const decimal17 &d) {
     uint64_t high = d.front / TEN_8;
@@ -121,7 +121,7 @@ inline char *write_digits(char *out, const digits17 &d) {
     return write_scientific(out, d);
 }
 
-/* conversion */
+/* ---- conversion */
 
 /* a normal number is mantissa * 2^exponent */
 inline uint64_t mantissa_of(uint64_t bits) { return (bits & (HIDDEN_BIT - 1)) | HIDDEN_BIT; }
@@ -137,30 +137,28 @@ inline uint128 times(uint64_t significand, uint128 power) {
 /* true if the sign of a difference is uncertain */
 inline bool unclear(int64_t difference) { return (uint64_t)difference + 3 <= 6; }
 
-/*
- * The shortest decimal in the interval of reals that round to the double. The interval is scaled to
+/* The shortest decimal in the interval of reals that round to the double. The interval is scaled to
  * a width of 1 to 10 units; the result is the multiple of 10 units in it (there is at most one),
  * else the nearest integer. One multiplication with a truncated power of ten decides. Returns false
- * if a comparison is within its error, and for zero, subnormal numbers and powers of two.
- */
+ * if a comparison is within its error, and for zero, subnormal numbers and powers of two. */
 inline bool shortest_fast(uint64_t bits, decimal17 &d) {
     int exponent = exponent_of(bits), k = log10_of_power2(exponent);
     uint128 power = powers_of_ten[-k];
     int shift = exponent + power_exponent(-k) + 128; /* 1 .. 4 */
     uint128 scaled = times(mantissa_of(bits) << shift, power);
     uint64_t tens = scaled.high / 10, units = scaled.high - 10 * tens, fraction = scaled.low;
-    /* in 2^-59: the distance to the multiple of 10 below, to the one above, and half the
-     * interval */
+    /* in units of 2^-59: the distances to the multiples of 10 below and above */
     int64_t below = (int64_t)(units << 59 | fraction >> 5), above = ((int64_t)10 << 59) - below;
     int64_t half = (int64_t)(power.high >> (6 - shift));
     if (mantissa_of(bits) == HIDDEN_BIT || bits < SMALLEST_NORMAL) return false;
     if (unclear(below - half) || unclear(above - half) || unclear((int64_t)(fraction - TIE)))
         return false;
-    /* all ones if a multiple of 10 is inside; no branch, since it could not be predicted */
+    /* all ones if a multiple of 10 is inside the interval; without a branch, which could not be
+     * predicted */
     uint64_t inside = (uint64_t)(((below < above ? below : above) - half) >> 63),
              up = (uint64_t)(above < half);
     uint64_t last = (units + (fraction >> 63)) & ~inside, front = tens + up;
-    /* 16 digits or 17 */
+    /* whether there are 16 digits or 17 */
     uint64_t sixteen = front < TEN_15;
     front += (9 * front + last) & -sixteen;
     d = {front, (unsigned)(last & (sixteen - 1)), k + 16 - (int)sixteen};
@@ -173,7 +171,7 @@ decimal shortest_library(double x) {
     return {d.significand, d.exponent};
 }
 
-/* rounded exactly by the C library: for ties that the product cannot decide */
+/* rounded exactly by the C library, for ties that the product cannot decide */
 decimal rounded_library(double x, int digits) {
     char text[40];
     uint64_t significand = 0;
@@ -190,17 +188,15 @@ inline int decimal_exponent(uint64_t bits) {
     return estimate + (estimate < EXPONENT_MOST && bits >= thresholds[estimate + 1]);
 }
 
-/*
- * A normal number rounded to `digits` digits; a carry may give 10^digits. Returns false if the
- * direction of rounding cannot be proved.
- */
+/* A normal number rounded to `digits` digits; a carry may give 10^digits. Returns false if the
+ * direction of rounding cannot be proved. */
 inline bool rounded_fast(double x, int digits, decimal &d) {
     uint64_t bits = bits_of(x), significand = mantissa_of(bits) << 11;
     if (bits < SMALLEST_NORMAL) return false;
     d.exponent = decimal_exponent(bits) - (digits - 1);
     int p = -d.exponent;
     uint128 power = powers_of_ten[p], scaled = times(significand, power);
-    /* the point is this far up in scaled.high, 1 .. 63 */
+    /* bit of scaled.high at which the point is, 1 .. 63 */
     int shift = -(exponent_of(bits) - 11 + power_exponent(p)) - 128;
     uint64_t units = scaled.high >> shift,
              fraction = scaled.high << (64 - shift) | scaled.low >> shift;
@@ -212,7 +208,7 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
     return exact && fraction == TIE;
 }
 
-/* slow paths */
+/* for slow paths */
 
 #define SELDOM __attribute__((noinline, cold))
 
@@ -255,7 +251,7 @@ inline char *write_shortest(char *out, double x) {
                                               : write_shortest_library(out, x);
 }
 
-/* truncates instead of rounding up beyond the largest double, which could not be read back */
+/* truncates, where rounding up would exceed the largest double, which could not be read back */
 __attribute__((noinline, cold)) double cut_greatest(double x, int digits) {
     uint64_t unit = power10[DIGITS - digits], greatest = UINT64_C(17976931348623157) / unit * unit;
     double cut = static_cast<double>(greatest) * 1e292;
@@ -272,7 +268,7 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     if (digits == DIGITS) return api_number_write(out, x);
     if (fabs(x) >= 1.5e308) x = cut_greatest(x, digits);
     out = write_sign(out, x);
-    /* with at most 15 digits, rounding gives the shortest decimal whenever that fits */
+    /* with at most 15 digits, rounding gives the shortest decimal if that has so few digits */
     if (digits > 15 || !rounded_fast(fabs(x), digits, d) || d.significand == power10[digits])
         return write_rounded_library(out, x, digits);
     return write_digits(out,

@@ -87,10 +87,8 @@ void api_events_columns(const struct api_events *events, struct api_table *table
 void api_events_tell(struct api_events *events, const struct pend_times *times,
                      struct api_stats *stats);
 
-/**
- * Writes the passages as the member `events`, replacing the closing brace at the end of `out`; no
- * effect without conditions.
- */
+/** Writes the passages as the member `events`, replacing the closing brace at the end of `out`; no
+ * effect without conditions. */
 PEND_MUST_CHECK enum pend_status api_events_append(const struct api_events *events, int digits,
                                                    struct api_buffer *out);
 

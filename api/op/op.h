@@ -64,10 +64,8 @@ struct api_turn {
 /** Returns the seconds of computation so far, all turns together; -1 without a clock. */
 double api_turn_seconds(const struct api_turn *turn);
 
-/**
- * True once the turn has lasted about a millisecond (a quarter of one if other work is urgent) or
- * appended 256 KiB; always without a clock, so that a turn is one piece of work.
- */
+/** True once the turn has lasted about a millisecond (a quarter of one if other work is urgent) or
+ * appended 256 KiB; always without a clock, so that a turn is one piece of work. */
 int api_turn_over(const struct api_turn *turn);
 
 /** Adds the version and engine, and the seconds of computation: those of the turns plus `more`; no
@@ -120,31 +118,25 @@ struct api_op {
     /** Returns advice that makes this computation shorter, "ask for ..."; NULL: a shorter time or a
      * looser tolerance. O(n). */
     const char *(*way_out)(const void *state);
-    /**
-     * Returns the bytes of memory that the state holds or will hold until the next turn ends: an
+    /** Returns the bytes of memory that the state holds or will hold until the next turn ends: an
      * upper bound, within a factor of about two if it is large. Called before the first turn and
      * between turns, so that memory is counted before it is allocated. NULL: never more than
-     * API_OP_SMALL_BYTES. O(1).
-     */
+     * API_OP_SMALL_BYTES. O(1). */
     double (*bytes)(const void *state);
     /** Returns into how many parts its rows can be divided at most; NULL: it has one part. */
     long (*parts)(const void *state);
     /** Restricts the state to part `number` of `parts`; before the first run. */
     void (*part)(void *state, long number, long parts);
-    /**
-     * Passes all values that the next part needs through a checkpoint: either saves them, once this
-     * part is complete, or restores them, after `part` and before the first run. NULL: the parts
-     * are independent.
-     */
+    /** Passes all values that the next part needs through a checkpoint: either saves them, once
+     * this part is complete, or restores them, after `part` and before the first run. NULL: the
+     * parts are independent. */
     enum pend_status (*carry)(void *state, struct pend_checkpoint *checkpoint,
                               struct pend_error *error);
     /** True if a representation without a place for the figures must be sent after them, since the
      * client needs them in the header. */
     int (*stats_first)(const void *state);
-    /**
-     * Makes a state whose raw answer is complete write its answer once more, as JSON, which says
-     * more than its table; nothing is computed again. NULL: JSON says no more.
-     */
+    /** Makes a state whose raw answer is complete write its answer once more, as JSON, which says
+     * more than its table; nothing is computed again. NULL: JSON says no more. */
     void (*json)(void *state);
     /** Releases what the state holds, also if it could not be read; NULL: nothing. */
     void (*clear)(void *state);
@@ -171,10 +163,8 @@ const struct api_stats *api_op_stats(const struct api_op *op, const void *state)
 /** Frees the state of an operation; nothing happens if it is NULL. */
 void api_op_free(const struct api_op *op, void **state);
 
-/**
- * Reads the member `pendulum`, as api_tree_read does; terms that the operation does not take are
- * faults.
- */
+/** Reads the member `pendulum`, as api_tree_read does; terms that the operation does not take are
+ * faults. */
 PEND_MUST_CHECK enum pend_status api_reading_tree(const struct api_reading *reading,
                                                   struct api_tree *tree);
 

@@ -35,10 +35,8 @@ void api_outputs_control(struct api_outputs *outputs, const struct api_tree *tre
 /** Sets the columns of the outputs for n arms, t first; the rest of the table is unchanged. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);
 
-/**
- * Adds the columns of the derivatives of the outputs, behind those of the outputs themselves.
- * Work and heat have none: asking for them is a fault.
- */
+/** Adds the columns of the derivatives of the outputs, behind those of the outputs themselves. Work
+ * and heat have none: asking for them is a fault. */
 void api_outputs_derived(const struct api_outputs *outputs, const struct api_value *value,
                          struct api_derived *derived, struct api_table *table,
                          struct api_problem *problem);

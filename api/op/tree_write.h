@@ -7,7 +7,6 @@
 #include "api/read/tree_json.h"
 
 /** Appends the member `arms`, in the caller's order. Fails as api_out_number does. O(n +
- * harmonics).
- */
+ * harmonics). */
 PEND_MUST_CHECK enum pend_status api_tree_write_arms(const struct api_tree *tree,
                                                      struct api_buffer *out);

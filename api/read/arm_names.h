@@ -36,10 +36,8 @@ void api_arm_names_take(struct api_arm_names *names, const struct api_value *arm
 void api_arm_names_sort(struct api_arm_names *names, const struct api_value *arms,
                         struct api_problem *problem);
 
-/**
- * Returns the number, from 0, of the parent, by its name in the field `parent`; -1 = the pivot,
- * API_ARM_FAULTY after a fault. The names must be sorted. O(log n).
- */
+/** Returns the number, from 0, of the parent, by its name in the field `parent`; -1 = the pivot,
+ * API_ARM_FAULTY after a fault. The names must be sorted. O(log n). */
 int api_arm_names_parent(const struct api_arm_names *names, const struct api_value *arm,
                          struct api_problem *problem);
 

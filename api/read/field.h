@@ -8,15 +8,11 @@
 
 #include "api/json/json_in.h"
 
-/**
- * Adds a fault if a value is missing or is not an object. Returns true for an object.
- */
+/** Adds a fault if a value is missing or is not an object. Returns true for an object. */
 int api_field_object(const struct api_value *value, struct api_problem *problem);
 
-/**
- * Adds a fault if a field is missing, unless another field is a misspelling of it. Returns true if
- * it is present.
- */
+/** Adds a fault if a field is missing, unless another field is a misspelling of it. Returns true if
+ * it is present. */
 int api_field_needed(const struct api_value *value, struct api_problem *problem);
 
 /**
@@ -33,10 +29,8 @@ int api_field_needed(const struct api_value *value, struct api_problem *problem)
 int api_field_numbers(const struct api_value *value, int n, const char *each, double out[],
                       struct api_problem *problem);
 
-/**
- * Reads a whole number from least to greatest. Returns 1 if it is valid, 0 if it is missing, -1 if
- * it is faulty; out is changed only if it is valid.
- */
+/** Reads a whole number from least to greatest. Returns 1 if it is valid, 0 if it is missing, -1 if
+ * it is faulty; out is changed only if it is valid. */
 int api_field_whole(const struct api_value *value, long least, long greatest, long *out,
                     struct api_problem *problem);
 

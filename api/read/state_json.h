@@ -32,10 +32,8 @@ void api_states_free(struct api_states **states);
 /** Returns true if the arrays have the right sizes; for assertions. O(1). */
 int api_states_valid(const struct api_states *states);
 
-/**
- * Returns the bytes of memory of states, including the temporary memory of api_states_settle if one
- * of them is a mode; 0 for NULL. O(1).
- */
+/** Returns the bytes of memory of states, including the temporary memory of api_states_settle if
+ * one of them is a mode; 0 for NULL. O(1). */
 double api_states_bytes(const struct api_states *states);
 
 /**

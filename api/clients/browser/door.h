@@ -24,10 +24,9 @@ DOOR_EXPORT(door_room) char *door_room(size_t bytes);
 
 enum { DOOR_UNKNOWN = -1, DOOR_FULL = -2 };
 
-/**
- * Opens the request that lies in the room, and closes the one before. Returns an enum api_progress,
- * DOOR_UNKNOWN if there is no such operation or the text is cut short, DOOR_FULL without memory.
- */
+/** Opens the request that lies in the room, and closes the one before. Returns an enum
+ * api_progress, DOOR_UNKNOWN if there is no such operation or the text is cut short, DOOR_FULL
+ * without memory. */
 DOOR_EXPORT(door_open) int door_open(void);
 
 /** Returns the estimate of the computation that is open, s on the server's machine; 0 for one that
