@@ -1,5 +1,6 @@
-/* Cells of a text table, and the numbers in them, as people and programs write them.
- * Leaves to others: which lines are rows and what separates them (csv_layout), names (csv_names).
+/* Cells of a text table as people and programs write them: numbers, clock times, and the words and
+ * units of a column's name, in twelve languages and in the spelling of common programs.
+ * Leaves to others: which lines are rows and what separates them (csv_layout), roles (csv_roles).
  * Invariant: reads text only up to its end; the locale does not matter. */
 #pragma once
 
@@ -41,3 +42,36 @@ enum api_csv_kind api_csv_read(const struct api_csv_cell *cell, int comma, doubl
 
 /** Returns which decimal mark a cell proves: 1 a comma, -1 a point, 0 neither ("5", "1,234"). */
 int api_csv_mark(const struct api_csv_cell *cell);
+
+/* Words of a column's name; upper and lower case are equal. */
+enum api_csv_word {
+    API_CSV_WORD_TIME = 1 << 0,
+    API_CSV_WORD_ANGLE = 1 << 1,
+    API_CSV_WORD_PHI = 1 << 2,
+    API_CSV_WORD_X = 1 << 3,
+    API_CSV_WORD_Y = 1 << 4,
+    API_CSV_WORD_RATE = 1 << 5,   /* omega, gyroscope */
+    API_CSV_WORD_SPEED = 1 << 6,  /* velocity; together with an angle it means a rate */
+    API_CSV_WORD_ERROR = 1 << 7,  /* uncertainty */
+    API_CSV_WORD_MODEL = 1 << 8,  /* simulated, fitted */
+    API_CSV_WORD_FRAME = 1 << 9,  /* number of a video frame */
+    API_CSV_WORD_OTHER = 1 << 10, /* radius, likelihood, energy: quantities that cannot be fitted */
+    API_CSV_WORD_PRIME = 1 << 11, /* a derivative: X' */
+    API_CSV_WORD_JOINT = 1 << 12  /* an angle between two arms */
+};
+
+/* The parts of a name. */
+struct api_csv_words {
+    int words;  /* flags of enum api_csv_word */
+    int number; /* the last number in the name; -1 = none */
+    double s, rad, m,
+        rad_s; /* size of the name's unit in s, rad, m or rad/s; 0 if the unit is of another kind */
+    int pixels;
+};
+
+/** Splits a name and a unit into parts; either may be empty. O(bytes). */
+struct api_csv_words api_csv_words_of(const struct api_csv_cell *name,
+                                      const struct api_csv_cell *unit);
+
+/** Returns whether a cell contains only a unit, such as "deg" or "(s)". O(bytes). */
+int api_csv_is_unit(const struct api_csv_cell *cell);

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "api/csv/csv_words.h"
-
 enum {
     SAMPLE = 400, /* rows from which the layout is determined */
     LINES = 2000, /* lines of the file that are searched for these rows */

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "api/csv/csv_words.h"
-
 static const double degree = 3.14159265358979323846 / 180;
 
 static const double epoch_s = 1e8;   /* larger numbers are seconds since 1970 */
