@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "api/json/json_out.h"
+#include "core/modes/swing.h"
 
 enum { LENGTH, MASS, AMPLITUDE, PERIOD, COLUMNS, MOST_TRIALS = 5000 };
 enum { LINE, POWER, PENDULUM };
@@ -37,11 +38,6 @@ struct trials {
 
 static void trials_clear(void *state) { free(((struct trials *)state)->trial); }
 
-static double agm(double a, double b) {
-    for (double next; fabs(a - b) > 1e-15 * a; a = next) next = (a + b) / 2, b = sqrt(a * b);
-    return a;
-}
-
 static void trial_read(struct trials *trials, const struct api_value *item, double degree,
                        struct api_problem *problem) {
     static const char *const unit[] = {"m", "kg", "", "s"};
@@ -57,8 +53,8 @@ static void trial_read(struct trials *trials, const struct api_value *item, doub
             (void)api_value_read_number(&value, 0, k == AMPLITUDE ? 3.14 / degree : 1e9, unit[k],
                                         &t->number[k], problem);
     }
-    double x = t->number[trials->x], y = t->number[trials->y], half = t->number[AMPLITUDE] / 2;
-    t->slow = isnan(half) ? 1 : agm(1, cos(half * degree));
+    double x = t->number[trials->x], y = t->number[trials->y], wide = t->number[AMPLITUDE];
+    t->slow = isnan(wide) ? 1 : pend_swing_slow(wide * degree);
     t->x = x, t->y = y;
     if (trials->law == POWER) t->x = log(x), t->y = log(y), slope = 1 / y;
     if (trials->law == PENDULUM) t->y = pow(y * t->slow, 2), slope = 2 * y * t->slow * t->slow;

@@ -11,6 +11,7 @@
 #include "core/fit/fit_release.h"
 #include "core/fit/fit_start.h"
 #include "core/fit/fit_constants.h"
+#include "core/tree/rules.h"
 
 struct fit_search {
     gsl_multifit_nlinear_workspace *work;
@@ -95,7 +96,8 @@ static size_t fit_lay(struct pend_fit *fit, char *block) {
 static double fit_swing(const struct pend_fit_problem *problem) {
     double length = 0;
     double span = pend_fit_since(problem, problem->rows - 1) - pend_fit_since(problem, 0);
-    for (int k = 0; k < problem->n; k++) length += problem->length[k] / problem->n;
+    int arms = pend_fit_arms(problem);
+    for (int k = 0; k < arms; k++) length += problem->length[k] / arms;
     double gravity = fabs(problem->loads.gravity);
     double swing = gravity > 0 ? 2 * M_PI * sqrt(length / gravity) : span / 8;
     double turned = pend_fit_start_turned(problem, swing / 4);
@@ -129,6 +131,9 @@ static long fit_first(const struct pend_fit_problem *problem) {
 static void fit_cap(struct pend_fit_problem *problem) {
     double swings = pend_fit_since(problem, problem->rows - 1) / fit_swing(problem);
     double most = FIT_STEPS + FIT_STEPS * problem->n * swings;
+    const struct pend_rules *rules = problem->loads.terms ? problem->loads.terms->rules : NULL;
+    // a step ends at every instant of a table
+    for (int i = 0; rules && i < rules->tables; i++) most += 4.0 * rules->table[i].count;
     if (!problem->step_cap || problem->step_cap > most) problem->step_cap = (long)most;
 }
 
@@ -188,12 +193,7 @@ static double fit_doubt(const struct pend_fit *fit, long row, int c, double vari
     double sum = 0, most = fit_foretold, sigma = pend_fit_sigma(&p->column[c], row);
     for (size_t i = 0; i < q; i++)
         for (size_t j = 0; j < q; j++) sum += slope[i] * fit->covariance[i * q + j] * slope[j];
-    if (p->column[c].kind != PEND_FIT_PHI) {
-        double reach = 0, rate = p->column[c].kind == PEND_FIT_RATE;
-        for (int k = 0; k < p->n; k++) reach += p->length[k];
-        most *= rate && p->loads.gravity != 0 ? sqrt(fabs(p->loads.gravity) / reach)
-                                              : reach * fabs(fit->model.camera[PEND_FIT_SCALE]);
-    }
+    most *= pend_fit_size(p, p->column[c].kind, fit->model.seen.camera[PEND_FIT_SCALE]);
     return sqrt(sum * variance) * sigma / most;
 }
 

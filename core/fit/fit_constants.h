@@ -20,6 +20,9 @@ enum { FIT_BOUND_ITERATIONS = 16 };
 /* Rows are added while the standard deviation of their prediction is below this. Unit: rad, or the
  * reach. [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_foretold = 0.4;
+/* Where a swing of unknown amplitude begins: its amplitude, or its rate over that of a swing. Unit:
+ * rad. */
+static const double fit_swing_rate = 0.3;
 /* Most steps of a motion, and additional steps per arm and swing. Unit: steps. */
 enum { FIT_STEPS = 200 };
 /* Residual reported to the solver if the motion cannot be computed. Unit: residual. */

@@ -2,12 +2,138 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "core/fit/fit_curve.h"
 #include "core/fit/fit_release.h"
 #include "core/fit/fit_verdict.h"
 #include "core/fit/fit_constants.h"
+
+/* ---- Second derivatives of the sum of squares, if its slopes do not decide whether that is a
+ * minimum. Example: the closest match to frequencies that no pendulum has is a pendulum with two
+ * equal values. There the frequencies depend on neither value to first order, and a step of any
+ * size seems to gain. Value, residual, slope and held of the fit are restored. */
+
+/* memory of both functions: q values, two gradients, a direction, q flags */
+struct curve {
+    double *value, *gradient[2], *along;
+    unsigned char *held;
+};
+
+static enum pend_status curve_init(struct curve *curve, const struct pend_fit *fit) {
+    size_t q = (size_t)fit->problem.unknowns;
+    *curve = (struct curve){.value = malloc(4 * q * sizeof(double)), .held = malloc(q)};
+    if (!curve->value || !curve->held) return PEND_NO_MEMORY;
+    curve->gradient[0] = curve->value + q, curve->gradient[1] = curve->value + 2 * q;
+    curve->along = curve->value + 3 * q;
+    memcpy(curve->held, fit->held, q);
+    return PEND_OK;
+}
+
+static enum pend_status curve_clear(struct curve *curve, struct pend_fit *fit,
+                                    enum pend_status status) {
+    double variance = fit->variance;
+    if (status == PEND_OK) {
+        status = pend_fit_state_look(fit, fit->problem.rows, NULL);
+        fit->variance = variance;
+        memcpy(fit->held, curve->held, (size_t)fit->problem.unknowns);
+    }
+    free(curve->value);
+    free(curve->held);
+    return status;
+}
+
+/* half of the derivatives of the sum of squares by relative changes; 0 for fixed unknowns */
+static void curve_slopes(const struct pend_fit *fit, double gradient[]) {
+    size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
+    size_t q = (size_t)fit->problem.unknowns;
+    for (size_t j = 0; j < q; j++) {
+        double sum = 0;
+        for (size_t i = 0; i < m && !fit->held[j]; i++)
+            sum += fit->slope[i * q + j] * fit->residual[i];
+        gradient[j] = sum * fit->size[j];
+    }
+}
+
+/* the derivative of the slopes along a direction, into the first gradient; `there` = 0 if the
+ * motion cannot be computed */
+static enum pend_status curve_change(struct curve *curve, struct pend_fit *fit,
+                                     const double direction[], int *there) {
+    int q = fit->problem.unknowns;
+    assert(q >= 1);
+    for (int side = 0; side < 2; side++) {
+        double step = side ? -fit_curve_step : fit_curve_step;
+        for (int j = 0; j < q; j++)
+            curve->value[j] = fit->value[j] + step * fit->size[j] * direction[j];
+        fit->result.evaluations++;
+        enum pend_status status = pend_fit_model_at(&fit->model, curve->value, fit->problem.rows,
+                                                    fit->residual, fit->slope, NULL);
+        if (status == PEND_NO_MEMORY) return status;
+        *there = status == PEND_OK;
+        if (!*there) return PEND_OK;
+        curve_slopes(fit, curve->gradient[side]);
+    }
+    for (int j = 0; j < q; j++)
+        curve->gradient[0][j] =
+            (curve->gradient[0][j] - curve->gradient[1][j]) / (2 * fit_curve_step);
+    return PEND_OK;
+}
+
+/* Half of the second derivative of the sum of squares along a direction of relative changes;
+ * divided by the variance of a residual it is 1 / (standard error)^2. 0 if the motion cannot be
+ * computed. */
+static enum pend_status curve_along(struct pend_fit *fit, const double direction[], double *bend) {
+    struct curve curve;
+    int there = 0;
+    assert(fit->problem.unknowns >= 1 && direction);
+    *bend = 0;
+    enum pend_status status = curve_init(&curve, fit);
+    if (status == PEND_OK) status = curve_change(&curve, fit, direction, &there);
+    for (int j = 0; j < fit->problem.unknowns && there; j++)
+        *bend += direction[j] * curve.gradient[0][j];
+    return curve_clear(&curve, fit, status);
+}
+
+/* the derivative of the slopes along every identifiable direction; `there` = 0 if the motion cannot
+ * be computed */
+static enum pend_status curve_bend(struct curve *curve, struct pend_fit *fit,
+                                   const struct fit_told *told, double bend[], int *there) {
+    int q = told->q;
+    for (int d = 0; d < q && *there; d++) {
+        if (!pend_fit_told_is(told, d)) continue;
+        for (int j = 0; j < q; j++) curve->along[j] = told->direction[j * q + d];
+        PEND_TRY(curve_change(curve, fit, curve->along, there));
+        for (int j = 0; j < q && *there; j++) bend[j * q + d] = curve->gradient[0][j];
+    }
+    return PEND_OK;
+}
+
+/* The decrease of the sum of squares by a Newton step; infinite if this is not a minimum of the
+ * unknowns that are not fixed. covariance: out if the step is finite, for residuals of variance 1;
+ * NULL if not needed. */
+static enum pend_status curve_gain(struct pend_fit *fit, double *gain, double covariance[]) {
+    struct curve curve;
+    struct fit_told told;
+    size_t q = (size_t)fit->problem.unknowns;
+    long count;
+    int there = 1;
+    double *bend = calloc(q * q, sizeof *bend);
+    double error = fit_curve_margin * fit->problem.rtol / fit_curve_step;
+    double rest = sqrt(pend_fit_state_squares(fit, fit->problem.rows, &count));
+    *gain = INFINITY;
+    enum pend_status status = pend_fit_state_tell(fit, &told);
+    enum pend_status made = curve_init(&curve, fit);
+    if (!bend || made != PEND_OK) status = PEND_NO_MEMORY;
+    if (status == PEND_OK) status = curve_bend(&curve, fit, &told, bend, &there);
+    if (there && status == PEND_OK)
+        status = pend_fit_told_newton(&told, bend, error * told.value[0] * rest,
+                                      error * sqrt(pend_fit_state_size(fit)), gain, covariance);
+    free(bend);
+    pend_fit_told_clear(&told);
+    return curve_clear(&curve, fit, status);
+}
+
+/* ---- the result */
 
 /* whether an unknown has a component in a direction that is not identifiable */
 static int end_blind(const struct pend_fit *fit, size_t j) {
@@ -122,7 +248,7 @@ static enum pend_status end_bends(struct pend_fit *fit, double variance,
     if (!(result->chi_squared > fit_exact * total)) return PEND_OK;
     for (int d = 0; d < result->blind;) {
         double bend, square = 0, *direction = fit->direction + (size_t)d * q;
-        PEND_TRY(pend_fit_curve_along(fit, direction, &bend));
+        PEND_TRY(curve_along(fit, direction, &bend));
         for (size_t j = 0; j < q; j++) square += direction[j] * direction[j];
         if (!(bend > fmax(variance, noise * sqrt(result->chi_squared) * square))) {
             d++;
@@ -157,7 +283,7 @@ static enum pend_status end_told(struct pend_fit *fit, double variance, long *fo
     // along a direction of nearly zero slope, the slopes may predict a decrease that does not exist
     if (status == PEND_OK && !*minimum && fit->problem.unknowns <= FIT_BENDS) {
         int free = !memchr(fit->bounded, 1, (size_t)fit->problem.unknowns);
-        status = pend_fit_curve_gain(fit, &gain, free ? fit->covariance : NULL);
+        status = curve_gain(fit, &gain, free ? fit->covariance : NULL);
         *minimum = pend_fit_state_flat(fit, gain, fit->result.chi_squared);
     }
     if (status == PEND_OK) status = end_bends(fit, variance, &told, found);

@@ -2,13 +2,15 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/fit/fit_loss.h"
-#include "core/fit/fit_modes.h"
 #include "core/integrate/run/run.h"
+#include "core/modes/damped.h"
+#include "core/modes/modes.h"
 
-enum { MODEL_BLOCK = 64, MODEL_ANGLE = 0, MODEL_X = 1, MODEL_Y = 2, MODEL_RATE = 3 };
+enum { MODEL_BLOCK = 64 };
 
 static double *model_take(char *base, size_t *used, size_t numbers) {
     double *part = base ? (double *)(void *)(base + *used) : NULL;
@@ -16,19 +18,26 @@ static double *model_take(char *base, size_t *used, size_t numbers) {
     return part;
 }
 
-/* determines which quantities are measured, and whether the time shift is unknown */
-static void model_kinds(struct fit_model *model, const struct pend_fit_problem *problem) {
-    for (int j = 0; j < problem->unknowns; j++)
-        model->shifts |= problem->unknown[j].camera == PEND_FIT_SHIFT;
+/* finds which quantities are needed: with derivatives, and as time derivatives of others */
+static void model_kinds(struct fit_model *model, const struct pend_fit_problem *problem,
+                        unsigned *wants, unsigned *paces) {
+    int shifts = 0;
+    for (int j = 0; j < problem->unknowns; j++) {
+        shifts |= problem->unknown[j].camera == PEND_FIT_SHIFT;
+        model->seen.lens |= problem->unknown[j].camera > PEND_FIT_SHIFT &&
+                            problem->unknown[j].camera < PEND_FIT_CAMERA;
+    }
+    for (int i = PEND_FIT_SHIFT + 1; i < PEND_FIT_CAMERA; i++)
+        model->seen.lens |= problem->camera[i] != 0;
     for (int c = 0; c < problem->columns; c++) {
         enum pend_fit_kind kind = problem->column[c].kind;
-        if (kind == PEND_FIT_PHI) model->wants[MODEL_ANGLE] = 1;
-        if (kind == PEND_FIT_RATE) model->wants[MODEL_RATE] = 1;
-        if (kind == PEND_FIT_MODE) model->modes = 1;
-        if (kind == PEND_FIT_X || kind == PEND_FIT_Y)
-            model->wants[MODEL_X] = model->wants[MODEL_Y] = 1;
+        *wants |= pend_fit_number_needs(kind);
+        model->modes |=
+            kind == PEND_FIT_MODE || kind == PEND_FIT_AMPLITUDE || kind == PEND_FIT_PERIOD;
     }
-    assert(!model->wants[MODEL_RATE] || !model->shifts);
+    for (int i = 0; i < FIT_SEEN && shifts; i++)
+        if ((*wants >> i & 1) && pend_fit_number_pace(i) >= 0)
+            *paces |= 1u << pend_fit_number_pace(i);
 }
 
 size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem *problem,
@@ -36,8 +45,10 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
     assert(problem->n >= 1 && problem->unknowns >= 1 && problem->rows >= 1 &&
            problem->columns >= 1);
     size_t used = 0, n = (size_t)problem->n, q = (size_t)problem->unknowns, block = MODEL_BLOCK;
-    *model = (struct fit_model){.problem = problem, .block = MODEL_BLOCK};
-    model_kinds(model, problem);
+    unsigned wants = 0, paces = 0;
+    *model = (struct fit_model){.problem = problem, .block = MODEL_BLOCK, .seen.problem = problem};
+    model_kinds(model, problem, &wants, &paces);
+    model->seen.swing = pend_fit_size(problem, PEND_FIT_RATE, 1);
     model->parameter = (struct pend_parameter *)(void *)model_take(memory, &used, q);
     model->place = (int *)(void *)model_take(memory, &used, q);
     model->row = (long *)(void *)model_take(memory, &used, (size_t)problem->rows);
@@ -48,11 +59,10 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
     model->value = model_take(memory, &used,
                               problem->loads.terms ? (size_t)problem->loads.terms->count + 1 : 1);
     model->t = model_take(memory, &used, (size_t)problem->rows + 1);
-    for (int i = 0; i < 4; i++) {
-        if (i == MODEL_RATE && !model->wants[i]) break;
-        model->seen[i] = model_take(memory, &used, block * n);
-        model->slope[i] = model_take(memory, &used, block * n * (q + 1));
-        if (i < 3) model->pace[i] = model_take(memory, &used, model->shifts ? block * n : 1);
+    for (int i = 0; i < FIT_SEEN; i++) {
+        int derived = wants >> i & 1, seen = (wants | paces) >> i & 1;
+        if (seen) model->seen.value[i] = model_take(memory, &used, block * n);
+        if (derived) model->slope[i] = model_take(memory, &used, block * n * (q + 1));
     }
     model->room = model_take(memory, &used, block);
     model->zero = model_take(memory, &used, (size_t)problem->zeros);
@@ -61,6 +71,8 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
     model->near = model_take(memory, &used, modes);
     model->lean = model_take(memory, &used, modes * q);
     model->beside = model_take(memory, &used, q);
+    model->seen.length = model->length;
+    model->seen.zero = model->zero, model->seen.omega = model->omega;
     return used;
 }
 
@@ -89,7 +101,7 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     size_t row = (size_t)p->n * sizeof(double), from = (size_t)run * (size_t)p->n;
     memcpy(model->length, p->length, row), memcpy(model->mass, p->mass, row);
     memcpy(model->phi, p->phi + from, row), memcpy(model->rate, p->rate + from, row);
-    memcpy(model->camera, p->camera, sizeof model->camera);
+    memcpy(model->seen.camera, p->camera, sizeof model->seen.camera);
     if (p->zeros) memcpy(model->zero, p->zero, (size_t)p->zeros * sizeof(double));
     *loads = p->loads;
     if (loads->terms) {
@@ -109,10 +121,11 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
         if (u->camera >= PEND_FIT_CAMERA)
             model->zero[u->camera - PEND_FIT_CAMERA] = value[j];
         else if (u->camera >= 0)
-            model->camera[u->camera] = value[j];
+            model->seen.camera[u->camera] = value[j];
         else
             array[u->by.kind][size ? p->order[u->by.at] : u->by.at] = value[j];
     }
+    model->seen.gravity = loads->gravity;
     return pend_tree_new_bare(tree, p->n, model->length, model->mass, p->bare, p->parent, NULL);
 }
 
@@ -125,7 +138,7 @@ static int model_next(const struct pend_fit_problem *p, long row, long first) {
  * the start. Returns their number. */
 static long model_instants(struct fit_model *model, int run, long rows) {
     const struct pend_fit_problem *p = model->problem;
-    double shift = model->camera[PEND_FIT_SHIFT], start = pend_fit_start(p, run);
+    double shift = model->seen.camera[PEND_FIT_SHIFT], start = pend_fit_start(p, run);
     long count = 0;
     assert(rows >= 1 && rows <= p->rows);
     for (long i = 0; i < rows; i++)
@@ -140,12 +153,46 @@ static long model_instants(struct fit_model *model, int run, long rows) {
     return count;
 }
 
+/* ---- modes */
+
+static int modes_before(const void *left, const void *right) {
+    double a = *(const double *)left, b = *(const double *)right;
+    return (a > b) - (a < b);
+}
+
+/* modes of a real pendulum */
+static enum pend_status modes_damped(const struct pend_tree *tree, const struct pend_loads *loads,
+                                     double omega[]) {
+    struct pend_damped *damped;
+    int count = 0, n = tree->n;
+    for (int k = 0; k < n; k++) omega[k] = -M_PI / 2;
+    PEND_TRY(pend_damped_new(&damped, tree, loads, omega, NULL));
+    memset(omega, 0, (size_t)n * sizeof *omega);
+    for (int j = 0; j < damped->count && count < n; j++)
+        if (damped->omega[j] > 0) omega[count++] = damped->omega[j];
+    pend_damped_free(&damped);
+    qsort(omega, (size_t)count, sizeof *omega, modes_before);
+    return PEND_OK;
+}
+
+/* Frequencies of the modes about the equilibrium near hanging, including friction, rad/s: positive
+ * ones ascending, then zeros for modes that do not swing. */
+static enum pend_status modes_counted(const struct pend_tree *tree, const struct pend_loads *loads,
+                                      double omega[]) {
+    struct pend_modes *modes;
+    if (loads->terms) return modes_damped(tree, loads, omega);
+    PEND_TRY(pend_modes_new(&modes, tree, loads, 0, NULL));
+    memcpy(omega, modes->omega, (size_t)tree->n * sizeof *omega);
+    pend_modes_free(&modes);
+    return PEND_OK;
+}
+
 /* computes the modes for the given values of the unknowns; sets all to 0 if there are none */
 static enum pend_status model_omega(struct fit_model *model, const double value[], double omega[]) {
     struct pend_tree *tree = NULL;
     struct pend_loads loads;
     enum pend_status status = model_pendulum(model, value, 0, &tree, &loads);
-    if (status == PEND_OK) status = pend_fit_modes(tree, &loads, omega);
+    if (status == PEND_OK) status = modes_counted(tree, &loads, omega);
     pend_tree_free(&tree);
     if (status != PEND_OK && status != PEND_NO_MEMORY) status = PEND_INVALID;
     return status;
@@ -183,68 +230,35 @@ static enum pend_status model_modes(struct fit_model *model, const double value[
 
 /* ---- residuals */
 
-/* The model and the slopes of one measurement of an angle or a rate. If the column counts from
- * another arm, its value is subtracted. */
-static void model_angle(const struct fit_model *model, const struct pend_fit_column *column,
-                        size_t at, int slopes, double *model_value, double slope[]) {
+/* the derivative of a measurement by an unknown */
+static double model_slope(const struct fit_model *model, const struct pend_fit_column *column,
+                          const struct fit_number *number, int j) {
     const struct pend_fit_problem *p = model->problem;
-    int which = column->kind == PEND_FIT_PHI ? MODEL_ANGLE : MODEL_RATE;
-    int from = pend_fit_base(column, p->parent), joint = from >= 0;
-    size_t base = at - (size_t)column->arm + (size_t)(joint ? from : 0);
-    const double *by = model->slope[which] + at * (size_t)model->parameters;
-    const double *less = model->slope[which] + base * (size_t)model->parameters;
-    const double *seen = model->seen[which], *pace = model->pace[MODEL_ANGLE];
-    *model_value = seen[at];
-    if (joint) *model_value -= seen[base];
-    if (column->zero) *model_value += model->zero[column->zero - 1];
-    for (int j = 0; slopes && j < p->unknowns; j++) {
-        int own = p->unknown[j].camera, place = model->place[j];
-        slope[j] = place >= 0               ? by[place] - (joint ? less[place] : 0)
-                   : own == PEND_FIT_SHIFT  ? pace[at] - (joint ? pace[base] : 0)
-                   : own >= PEND_FIT_CAMERA ? own - PEND_FIT_CAMERA == column->zero - 1
-                                            : 0;
+    const struct pend_fit_unknown *u = &p->unknown[j];
+    size_t q = (size_t)model->parameters, place = (size_t)model->place[j];
+    int shift = u->camera == PEND_FIT_SHIFT, own = model->place[j] >= 0;
+    int length = own && u->by.kind == PEND_PARAMETER_LENGTH && p->order[u->by.at] == column->arm;
+    int gravity = own && u->by.kind == PEND_PARAMETER_GRAVITY;
+    double moved = 0, rest = 0;
+    if (u->camera >= PEND_FIT_CAMERA) return u->camera - PEND_FIT_CAMERA == column->zero - 1;
+    for (int k = 0; k < number->terms; k++) {
+        int what = number->what[k];
+        double by = number->by[k];
+        if (what == FIT_OMEGA)
+            rest += by * model->lean[number->at[k] * (size_t)p->unknowns + (size_t)j];
+        else if (what >= FIT_SEEN)
+            rest += by * (what == FIT_LENGTH    ? length
+                          : what == FIT_GRAVITY ? gravity
+                                                : !own && u->camera == what - FIT_CAMERA);
+        else if (own)
+            moved += by * model->slope[what][number->at[k] * q + place];
+        else if (shift)
+            moved += by * model->seen.value[pend_fit_number_pace(what)][number->at[k]];
     }
+    return number->lead * moved + rest;
 }
 
-/* the model of one measurement, and its derivatives with respect to the pendulum's and the camera's
- * parameters */
-static void model_number(const struct fit_model *model, const struct pend_fit_column *column,
-                         long row, int slopes, double *model_value, double slope[]) {
-    const struct pend_fit_problem *p = model->problem;
-    size_t at = (size_t)row * (size_t)p->n + (size_t)column->arm;
-    size_t of = at * (size_t)model->parameters, q = (size_t)p->unknowns;
-    if (column->kind == PEND_FIT_MODE) {
-        *model_value = model->omega[column->arm];
-        if (slopes) memcpy(slope, model->lean + (size_t)column->arm * q, q * sizeof *slope);
-        return;
-    }
-    if (column->kind == PEND_FIT_PHI || column->kind == PEND_FIT_RATE) {
-        model_angle(model, column, at, slopes, model_value, slope);
-        return;
-    }
-    double scale = model->camera[PEND_FIT_SCALE], c = cos(model->camera[PEND_FIT_ROTATION]);
-    double s = sin(model->camera[PEND_FIT_ROTATION]);
-    double x = model->seen[MODEL_X][at], y = model->seen[MODEL_Y][at];
-    // the camera's coordinate is origin + scale (a x + b y)
-    int first = column->kind == PEND_FIT_X;
-    double a = first ? c : s, b = first ? -s : c, turn = first ? -s * x - c * y : c * x - s * y;
-    *model_value =
-        model->camera[first ? PEND_FIT_ORIGIN_X : PEND_FIT_ORIGIN_Y] + scale * (a * x + b * y);
-    double by[PEND_FIT_CAMERA] = {a * x + b * y, scale * turn, first, !first, 0};
-    if (slopes && model->shifts)
-        by[PEND_FIT_SHIFT] = scale * (a * model->pace[MODEL_X][at] + b * model->pace[MODEL_Y][at]);
-    for (int j = 0; slopes && j < p->unknowns; j++) {
-        if (model->place[j] < 0) {
-            int own = p->unknown[j].camera;
-            slope[j] = (unsigned)own < PEND_FIT_CAMERA ? by[own] : 0;
-            continue;
-        }
-        size_t place = of + (size_t)model->place[j];
-        slope[j] = scale * (a * model->slope[MODEL_X][place] + b * model->slope[MODEL_Y][place]);
-    }
-}
-
-/* residuals and slopes of a row; `from` is the index of its instant in `seen` and `slope` */
+/* a row whose instant has index `from` in the block */
 static void model_row(const struct fit_model *model, long row, long from, double residual[],
                       double slope[]) {
     const struct pend_fit_problem *p = model->problem;
@@ -252,16 +266,18 @@ static void model_row(const struct fit_model *model, long row, long from, double
         const struct pend_fit_column *column = &p->column[c];
         size_t at = (size_t)row * (size_t)p->columns + (size_t)c;
         double *own = slope ? slope + at * (size_t)p->unknowns : NULL;
-        double data = column->data[row], sigma = pend_fit_sigma(column, row), value, by = 1;
+        double data = column->data[row], sigma = pend_fit_sigma(column, row), by = 1;
+        struct fit_number number;
         if (isnan(data)) continue;
-        model_number(model, column, from, slope != NULL, &value, own);
-        value -= data;
+        pend_fit_number(&model->seen, column, data, (size_t)from, &number);
+        double value = column->kind == PEND_FIT_PASSAGE ? number.value : number.value - data;
         // tracking programs do not count turns
         if (column->kind == PEND_FIT_PHI) value = remainder(value, 2 * M_PI);
         residual[at] = value / sigma;
         if (p->knee && p->knee[c] > 0)
             residual[at] = fit_loss_bend(p->loss, p->knee[c], value / sigma, &by);
-        for (int j = 0; own && j < p->unknowns; j++) own[j] = own[j] / sigma * by;
+        for (int j = 0; own && j < p->unknowns; j++)
+            own[j] = model_slope(model, column, &number, j) / sigma * by;
     }
 }
 
@@ -275,21 +291,18 @@ static void model_rows(const struct fit_model *model, long first, long from, lon
             model_row(model, row, from + i - first, residual, slope);
 }
 
-/* computes the motion with its derivatives, block by block */
+/* computes the motion with its derivatives, block by block; slope: NULL if not needed */
 static enum pend_status model_slopes(struct fit_model *model, const struct pend_problem *problem,
                                      double residual[], double slope[], struct pend_error *error) {
     struct pend_derivatives *d;
     struct pend_derived_rows rows = {.value = {0}};
-    static const int what[4] = {PEND_DERIVED_PHI, PEND_DERIVED_Z_RE, PEND_DERIVED_Z_IM,
-                                PEND_DERIVED_RATE};
-    static const int pace[3] = {PEND_DERIVED_RATE, PEND_DERIVED_ZD_RE, PEND_DERIVED_ZD_IM};
-    for (int i = 0; i < 4; i++) {
-        if (!model->wants[i]) continue;
-        rows.value[what[i]] = model->seen[i], rows.derivative[what[i]] = model->slope[i];
-        if (model->shifts && i < 3) rows.value[pace[i]] = model->pace[i];
+    for (int i = 0; i < FIT_SEEN; i++) {
+        int what = i < FIT_CART ? i : PEND_DERIVED_CART_PLACE + i - FIT_CART;
+        rows.value[what] = model->seen.value[i];
+        if (slope) rows.derivative[what] = model->slope[i];
     }
     struct pend_parameter none = {PEND_PARAMETER_GRAVITY, 0};
-    int count = model->parameters ? model->parameters : 1;
+    int count = slope && model->parameters ? model->parameters : 1;
     PEND_TRY(pend_derivatives_new(&d, problem, count, model->parameters ? model->parameter : &none,
                                   error));
     enum pend_status status = PEND_OK;
@@ -306,11 +319,14 @@ static enum pend_status model_slopes(struct fit_model *model, const struct pend_
 static enum pend_status model_values(struct fit_model *model, const struct pend_problem *problem,
                                      double residual[], struct pend_error *error) {
     struct pend_run *run;
-    struct pend_samples samples = {.cap = model->block, .t = model->room};
-    if (model->wants[MODEL_ANGLE]) samples.phi = model->seen[MODEL_ANGLE];
-    if (model->wants[MODEL_RATE]) samples.rate = model->seen[MODEL_RATE];
-    if (model->wants[MODEL_X])
-        samples.z_re = model->seen[MODEL_X], samples.z_im = model->seen[MODEL_Y];
+    double *const *value = model->seen.value;
+    struct pend_samples samples = {.cap = model->block,
+                                   .t = model->room,
+                                   .phi = value[PEND_DERIVED_PHI],
+                                   .rate = value[PEND_DERIVED_RATE],
+                                   .z_re = value[PEND_DERIVED_Z_RE],
+                                   .z_im = value[PEND_DERIVED_Z_IM],
+                                   .cart_place = value[FIT_CART]};
     PEND_TRY(pend_run_new(&run, &pend_method_taylor, problem, error));
     enum pend_status status = PEND_OK;
     int done = 0;
@@ -342,9 +358,11 @@ static enum pend_status model_run(struct fit_model *model, const double value[],
                                    .rtol = p->rtol,
                                    .step_cap = p->step_cap,
                                    .no_drift = 1};
+    // accelerations of tips come with derivatives only
+    int derived = slope || model->seen.value[PEND_DERIVED_ZDD_RE];
     if (count)
-        status = slope ? model_slopes(model, &problem, residual, slope, error)
-                       : model_values(model, &problem, residual, error);
+        status = derived ? model_slopes(model, &problem, residual, slope, error)
+                         : model_values(model, &problem, residual, error);
     pend_tree_free(&tree);
     return status;
 }

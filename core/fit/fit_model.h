@@ -3,7 +3,7 @@
  * Invariant: the problem is not changed; rows beyond the window are 0. */
 #pragma once
 
-#include "core/fit/fit_problem.h"
+#include "core/fit/fit_number.h"
 
 /* Workspace of a model; one block. */
 struct fit_model {
@@ -13,22 +13,19 @@ struct fit_model {
     int *place;                       /* index of each unknown among the parameters; -1 = none */
     long *row;                        /* for each instant of the run, its first row */
     double *length, *mass, *value, *phi, *rate;
-    double *t;                  /* the instants of the start, if it precedes the first row, and of
-                                 * the run's rows, in the motion's time */
-    long rows;                  /* number of rows in the window */
-    int before;                 /* 1 if the start precedes the first row */
-    int shifts;                 /* whether the time shift is unknown */
-    int modes;                  /* whether modes are measured */
-    double *omega, *near;       /* mode frequencies, rad/s; with one unknown changed */
-    double *lean;               /* n x unknowns: derivatives of the frequencies */
-    double *beside;             /* values of the unknowns for a finite difference */
-    double *seen[4], *slope[4]; /* phi, x, y, rate of a block of rows, and their derivatives */
-    double *pace[3];            /* time derivatives of phi, x and y, if the time shift is unknown */
+    double *t;               /* instants of the start and of the run's rows, or of the rows
+                              * alone, in the motion's time */
+    long rows;               /* number of rows in the window */
+    int before;              /* 1 if the start is before the first row */
+    int modes;               /* frequencies of modes are needed */
+    double *omega, *near;    /* mode frequencies, rad/s; with a changed unknown */
+    double *lean;            /* n x unknowns: derivatives of the frequencies */
+    double *beside;          /* values at a finite-difference step */
+    struct fit_seen seen;    /* quantities of a block of rows */
+    double *slope[FIT_SEEN]; /* their derivatives by the parameters; NULL = not needed */
     long block;
-    int wants[4]; /* flags: which of phi, x, y and rate are measured */
-    double *room; /* scratch: phi, x and y of a motion without derivatives, and its instants */
-    double camera[PEND_FIT_CAMERA];
-    double *zero; /* offsets of the instruments */
+    double *room; /* the instants of a motion without derivatives */
+    double *zero; /* zeros of the instruments */
 };
 
 /** Lays out a workspace in `memory`, or only counts its bytes if `memory` is NULL. */

@@ -77,7 +77,7 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *p, double swing) {
     for (int j = 0; j < p->unknowns; j++)
         if (p->unknown[j].camera == PEND_FIT_SHIFT) return 0;
     for (int c = 0; c < p->columns; c++)
-        if (p->column[c].kind == PEND_FIT_MODE) return 0;
+        if (p->column[c].kind >= PEND_FIT_MODE) return 0;
     for (int arm = 0; arm < p->n; arm++) {
         long seen = 0;
         for (long i = 0; i < p->rows; i++) seen += !isnan(pend_fit_start_angle(p, arm, i));
@@ -91,16 +91,11 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *p, double swing) {
 /* ---- making and freeing */
 
 /* a typical standard deviation of an angle, from the data */
-static double pieces_sigma(const struct pend_fit_problem *p, double omega) {
-    double sum = 0, reach = 0;
-    for (int k = 0; k < p->n; k++) reach += p->length[k];
-    for (int c = 0; c < p->columns; c++) {
-        enum pend_fit_kind kind = p->column[c].kind;
-        double unit = kind == PEND_FIT_PHI    ? 1
-                      : kind == PEND_FIT_RATE ? omega
-                                              : reach * fabs(p->camera[PEND_FIT_SCALE]);
-        sum += pend_fit_sigma(&p->column[c], 0) / unit;
-    }
+static double pieces_sigma(const struct pend_fit_problem *p) {
+    double sum = 0;
+    for (int c = 0; c < p->columns; c++)
+        sum += pend_fit_sigma(&p->column[c], 0) /
+               pend_fit_size(p, p->column[c].kind, p->camera[PEND_FIT_SCALE]);
     return sum / p->columns;
 }
 
@@ -289,7 +284,7 @@ enum pend_status pend_fit_pieces_new(struct fit_pieces **pieces,
     if (!all) return PEND_NO_MEMORY;
     all->own = *problem, all->problem = &all->own, all->count = pieces_count(problem, swing);
     all->own.rows = pieces_rows(problem, swing);
-    all->omega = 2 * M_PI / swing, all->sigma = pieces_sigma(problem, all->omega);
+    all->omega = 2 * M_PI / swing, all->sigma = pieces_sigma(problem);
     all->unknowns = problem->unknowns + (all->count - 1) * 2 * problem->n;
     all->x = malloc((size_t)all->unknowns * sizeof *all->x);
     for (int s = 0; s < all->count && status == PEND_OK; s++)

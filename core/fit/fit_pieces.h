@@ -13,23 +13,13 @@ struct fit_pieces;
 /**
  * Returns whether multiple shooting is possible: at most 8 arms, each measured in half of the rows,
  * by its angle or by the tips at its ends; one run, no measured mode, a known time shift; rows for
- * two pieces, and in the divided rows as many measurements as unknowns.
- *
- * swing  s, approximate duration of a swing.
- *
- * O(arms rows columns).
+ * two pieces, and in the divided rows as many measurements as unknowns. swing: s, approximate time
+ * of one. O(arms rows columns).
  */
 int pend_fit_pieces_apt(const struct pend_fit_problem *problem, double swing);
 
-/**
- * Divides the motion into pieces; initial states at the joins come from the data.
- *
- * pieces   out; NULL on failure; released by pend_fit_pieces_free.
- * problem  must outlive the pieces; pend_fit_pieces_apt must be true.
- * inner    initial inner numbers of the unknowns.
- *
- * PEND_NO_MEMORY
- */
+/** Divides the motion into pieces; initial joints come from the data, `inner` are initial values of
+ * the unknowns. The problem must outlive the pieces, and be suitable. PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status pend_fit_pieces_new(struct fit_pieces **pieces,
                                                      const struct pend_fit_problem *problem,
                                                      double swing, const double inner[]);
@@ -37,14 +27,8 @@ PEND_MUST_CHECK enum pend_status pend_fit_pieces_new(struct fit_pieces **pieces,
 /** Frees the pieces and clears the pointer; NULL is accepted. */
 void pend_fit_pieces_free(struct fit_pieces **pieces);
 
-/**
- * Takes one iteration.
- *
- * done         out: non-zero once the gaps have their final weight.
- * evaluations  in and out: adds the number of computed motions.
- *
- * PEND_NO_MEMORY
- */
+/** Takes one iteration, and adds the number of computed motions; done: non-zero once the gaps have
+ * their final weight. PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status pend_fit_pieces_step(struct fit_pieces *pieces, int *done,
                                                       long *evaluations);
 

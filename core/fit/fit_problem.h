@@ -5,10 +5,22 @@
 
 #include "core/derivatives/derivatives.h"
 
-/* The quantity of a column: an angle of an arm; a coordinate of its tip in camera units; a rate,
- * rad/s, unaffected by an unknown time shift; or, in the first row, the angular frequency of a mode
- * about hanging, rad/s. */
-enum pend_fit_kind { PEND_FIT_PHI, PEND_FIT_X, PEND_FIT_Y, PEND_FIT_RATE, PEND_FIT_MODE };
+/* The quantity of a column. Amplitudes and periods are those of one arm that swings freely from
+ * the state at that instant, without friction. */
+enum pend_fit_kind {
+    PEND_FIT_PHI, /* rad, an angle of an arm */
+    PEND_FIT_X,   /* a coordinate of its tip, in the camera's unit */
+    PEND_FIT_Y,
+    PEND_FIT_RATE,      /* rad/s */
+    PEND_FIT_MODE,      /* rad/s, in the first row: the angular frequency of a mode about hanging */
+    PEND_FIT_PASSAGE,   /* the arm passes the angle `data`, rad, at the row's instant; sigma in s */
+    PEND_FIT_ALONG,     /* m/s^2, of an accelerometer on the arm: outwards, gravity included */
+    PEND_FIT_ACROSS,    /* counterclockwise */
+    PEND_FIT_AMPLITUDE, /* rad */
+    PEND_FIT_PERIOD,    /* s */
+    PEND_FIT_CART,      /* m, the position of the cart on its rail */
+    PEND_FIT_KINDS
+};
 
 /* The minimized function: the sum of squares, or the sum of one of SciPy's robust losses. */
 enum pend_fit_loss { PEND_FIT_SQUARES, PEND_FIT_SOFT_L1, PEND_FIT_HUBER, PEND_FIT_CAUCHY };
@@ -24,7 +36,9 @@ struct pend_fit_column {
     const double *each; /* one standard deviation > 0 per row, instead of sigma; NULL = none */
     const double *data; /* one number per row, rad or the camera's unit; NaN = not measured */
     int joint;          /* non-zero: an angle or a rate is relative to the parent arm */
-    int zero;           /* for an angle or a rate: 1 + index of its instrument offset; 0 = none */
+    int zero;           /* 1 + index of the offset that the instrument adds; 0 = none */
+    double at;          /* m, of an accelerometer: its distance from the joint; < 0 = at the tip */
+    int still;          /* non-zero: the accelerometer removes gravity */
 };
 
 /** Returns the arm to which a column's angle or rate is relative; -1 = a fixed direction. O(1). */
@@ -43,13 +57,19 @@ static inline double pend_fit_sigma(const struct pend_fit_column *column, long r
     return column->sigma > 0 ? column->sigma : 1;
 }
 
-/* The camera shows the position z at x + i y = origin + scale e^{i rotation} z. */
+/* The camera sees the position z = x + i y, m, of its plane of motion at d + d k |d|^2 / reach^2
+ * from its center, where d = origin + scale e^{i rotation} w / (1 + tilt . w) - center and
+ * w = x + i (1 + stretch) y. */
 enum pend_fit_camera {
     PEND_FIT_SCALE,    /* units of the camera per m */
     PEND_FIT_ROTATION, /* rad */
     PEND_FIT_ORIGIN_X, /* position of the pivot, in the camera's unit */
     PEND_FIT_ORIGIN_Y,
-    PEND_FIT_SHIFT, /* s, the motion's time minus the time of the data */
+    PEND_FIT_SHIFT,  /* s, the motion's time minus the time of the data */
+    PEND_FIT_TILT_X, /* 1/m */
+    PEND_FIT_TILT_Y,
+    PEND_FIT_STRETCH,
+    PEND_FIT_DISTORTION, /* k */
     PEND_FIT_CAMERA
 };
 
@@ -65,7 +85,7 @@ struct pend_fit_unknown {
 
 /* A problem; all pointers must outlive the fit. */
 struct pend_fit_problem {
-    int n;                       /* number of arms */
+    int n;                       /* arms, and a cart as the last one */
     const double *length, *mass; /* m and kg, in the caller's order, as given to pend_tree_new */
     const unsigned char *bare;
     const int *parent, *order; /* order: as in pend_tree, for the stored arms */
@@ -75,11 +95,12 @@ struct pend_fit_problem {
     const double *start; /* s, instant of each start, at most the run's first row, shifted; NULL =
                           * 0 */
     double camera[PEND_FIT_CAMERA];
-    int zeros;          /* number of instrument offsets: of angles, rad, and rates, rad/s */
-    const double *zero; /* the instrument offsets */
-    long rows;          /* rows are sorted by the time since the start of their run */
-    const double *t;    /* s, not decreasing within a run; rows of the same instant are adjacent */
-    const int *run;     /* the run to which each row belongs; NULL = one run */
+    double center[2], reach; /* of the lens, in the camera's unit; reach > 0 if it is distorted */
+    int zeros;               /* number of instruments' offsets: of angles, rad, and rates, rad/s */
+    const double *zero;      /* those offsets */
+    long rows;               /* rows are sorted by the time since the start of their run */
+    const double *t;         /* s, not decreasing within a run; rows of one instant are adjacent */
+    const int *run;          /* the run of each row; NULL = one run */
     int columns;
     const struct pend_fit_column *column;
     int unknowns;
@@ -91,6 +112,15 @@ struct pend_fit_problem {
     int iterations;     /* most iterations, >= 1 */
     long step_cap;      /* most steps of a motion, 0 = no limit; lowered for ordinary motions */
 };
+
+/** Returns the size of a quantity in a motion by about a radian, in the data's unit; scale: the
+ * camera's. O(arms). */
+double pend_fit_size(const struct pend_fit_problem *problem, enum pend_fit_kind kind, double scale);
+
+/** Returns the number of arms, without a cart. O(1). */
+static inline int pend_fit_arms(const struct pend_fit_problem *problem) {
+    return problem->n - pend_terms_cart(problem->loads.terms);
+}
 
 /** Returns the number of motions. O(1). */
 static inline int pend_fit_runs(const struct pend_fit_problem *problem) {
@@ -118,3 +148,14 @@ static inline double pend_fit_since(const struct pend_fit_problem *problem, long
  * of rows of one instant). */
 PEND_MUST_CHECK enum pend_status pend_fit_check(const struct pend_fit_problem *problem,
                                                 struct pend_error *error);
+
+/* One of several motions as a problem of its own, whose solution is only a start. */
+struct fit_alone {
+    struct pend_fit_problem problem;
+    int run;   /* its index in the whole problem */
+    int *from; /* for each unknown its index in the whole problem */
+};
+
+/** Extracts a run, 0 .. runs - 1, from a problem of several, which must outlive it; it gets half of
+ * the iterations. Returns NULL if memory is short; released by free. O(rows columns). */
+struct fit_alone *pend_fit_alone(const struct pend_fit_problem *problem, int run);

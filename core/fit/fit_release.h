@@ -5,13 +5,9 @@
 
 #include "core/fit/fit_state.h"
 
-/**
- * Releases each unknown, by removing it from `held`, for which the sum of squares decreases
- * inwards.
- *
- * gain  out: the decrease of the sum of squares by a step of all unknowns that are not fixed.
- *
- * After pend_fit_state_free. PEND_NO_MEMORY  O(measurements unknowns^2).
+/** Removes unknowns from `held` if the sum of squares decreases inwards; gain: its decrease by a
+ * step of all that are not fixed. After pend_fit_state_free. PEND_NO_MEMORY  O(measurements
+ * unknowns^2).
  */
 PEND_MUST_CHECK enum pend_status pend_fit_release_let(struct pend_fit *fit, double *gain);
 
@@ -30,20 +26,11 @@ PEND_MUST_CHECK enum pend_status pend_fit_release_let(struct pend_fit *fit, doub
 PEND_MUST_CHECK enum pend_status pend_fit_release_put(struct pend_fit *fit, double *squares,
                                                       double variance, int *put);
 
-/**
- * Moves unknowns at bounds inside: released ones by a Gauss-Newton step; with `all`, every unknown
- * by its standard error, or to its initial value.
- *
- * variance  of a residual; the covariance is that of pend_fit_state_free.
- *
- * Returns the number of moved unknowns. O(measurements unknowns).
- */
+/** Moves unknowns at bounds inside, by their inner numbers: released ones by a Gauss-Newton step,
+ * with `all` every unknown by its standard error, or to its initial value. variance: of a residual;
+ * the covariance is that of pend_fit_state_free. Returns their number. O(measurements unknowns). */
 int pend_fit_release_move(struct pend_fit *fit, int all, double variance);
 
-/**
- * Computes initial inner numbers. An unknown whose start is at a bound is moved inside by its
- * uncertainty from the first `rows`.
- *
- * PEND_NO_MEMORY  one motion if a start is at a bound.
- */
+/** Computes initial inner numbers. An unknown whose start is at a bound is moved inside by its
+ * uncertainty from the first `rows`. PEND_NO_MEMORY  one motion if a start is at a bound. */
 PEND_MUST_CHECK enum pend_status pend_fit_release_begin(struct pend_fit *fit, long rows);

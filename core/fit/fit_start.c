@@ -28,16 +28,21 @@ double pend_fit_start_zero(const struct pend_fit_problem *p, int zero) {
             double x = column->data[i];
             if (isnan(x)) continue;
             if (column->kind == PEND_FIT_RATE) sum += x, count++;
-            re += cos(x - rest), im += sin(x - rest);
+            if (column->kind == PEND_FIT_PHI) re += cos(x - rest), im += sin(x - rest);
         }
     }
     return count > 0 ? sum / count : atan2(im, re);
 }
 
-/* an arm's tip, or the pivot for arm -1, in camera units at a row; returns 0 if not measured */
+/* an arm's tip in camera units at a row, the pivot for arm -1, or the cart; returns 0 if not seen
+ */
 static int start_tip(const struct pend_fit_problem *p, int arm, long row, double *x, double *y) {
     *x = p->camera[PEND_FIT_ORIGIN_X], *y = p->camera[PEND_FIT_ORIGIN_Y];
     if (arm < 0) return 1;
+    if (arm >= pend_fit_arms(p)) {
+        *x += p->camera[PEND_FIT_SCALE] * pend_fit_start_angle(p, arm, row);
+        return !isnan(*x);
+    }
     int at = start_column(p, arm, PEND_FIT_X), beside = start_column(p, arm, PEND_FIT_Y);
     if (at < 0 || beside < 0) return 0;
     *x = p->column[at].data[row], *y = p->column[beside].data[row];
@@ -47,7 +52,9 @@ static int start_tip(const struct pend_fit_problem *p, int arm, long row, double
 double pend_fit_start_angle(const struct pend_fit_problem *p, int arm, long row) {
     int c = start_column(p, arm, PEND_FIT_PHI);
     double x, y, to_x, to_y;
+    int cart = start_column(p, arm, PEND_FIT_CART);
     assert(arm >= 0 && arm < p->n && row >= 0 && row < p->rows);
+    if (arm >= pend_fit_arms(p)) return cart >= 0 ? p->column[cart].data[row] : NAN;
     if (c >= 0) {
         double seen = p->column[c].data[row] - start_zero(p, c);
         int from = pend_fit_base(&p->column[c], p->parent);
@@ -63,7 +70,7 @@ double pend_fit_start_angle(const struct pend_fit_problem *p, int arm, long row)
 static double start_line(const struct pend_fit_problem *p, int arm, long row) {
     double x, y, to_x, to_y;
     int from = p->parent[arm], to = 0;
-    if (p->n > FIT_LINE_ARMS) return NAN;
+    if (p->n > FIT_LINE_ARMS || arm >= pend_fit_arms(p)) return NAN;
     while (!start_tip(p, from, row, &x, &y)) from = p->parent[from];
     for (; to < p->n; to++) {
         int k = to;
@@ -158,12 +165,38 @@ static int start_rates(const struct pend_fit_problem *p, int run, int arm, doubl
     return seen > 0;
 }
 
-int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, double *phi,
-                         double *rate) {
+/* A swing from passages, accelerations along the arm, which are smallest at a turning point, or
+ * amplitudes and periods, by the first or smallest measurement in the run. */
+static enum pend_fit_started start_swing(const struct pend_fit_problem *p, int run, int arm,
+                                         double *phi, double *rate) {
+    static const enum pend_fit_kind kinds[] = {PEND_FIT_PASSAGE, PEND_FIT_ALONG, PEND_FIT_AMPLITUDE,
+                                               PEND_FIT_PERIOD};
+    double first = NAN, low = INFINITY, w = pend_fit_size(p, PEND_FIT_RATE, 1), phase = 0;
+    int k = 0, c = -1;
+    while (k < 4 && (c = start_column(p, arm, kinds[k])) < 0) k++;
+    for (long i = 0; i < p->rows && c >= 0; i++) {
+        double x = p->column[c].data[i];
+        if (pend_fit_run(p, i) != run || isnan(x)) continue;
+        if (isnan(first)) first = x;
+        if (fabs(x) < low) low = fabs(x), phase = w * (pend_fit_start(p, run) - p->t[i]);
+    }
+    if (isnan(first)) return PEND_FIT_START_NONE;
+    double wide = kinds[k] == PEND_FIT_AMPLITUDE ? first : fit_swing_rate;
+    int along = kinds[k] == PEND_FIT_ALONG;
+    if (along)
+        wide = p->column[c].still ? 1 : fmax(acos(fmin(low / fabs(p->loads.gravity), 1)), 0.05);
+    *phi = -M_PI / 2 + wide * cos(along * phase), *rate = -wide * w * sin(along * phase);
+    if (kinds[k] == PEND_FIT_PASSAGE) *phi = first, *rate = wide * w;
+    return k < 2 ? PEND_FIT_START_BOTH : PEND_FIT_START_ANGLE;
+}
+
+enum pend_fit_started pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm,
+                                           double *phi, double *rate) {
     double way[FIT_FIRST] = {0}, since = 0, bent = 0;
     long row[FIT_FIRST];
     int seen = start_rows(p, run, arm, row, &since);
-    if (!seen) return start_rates(p, run, arm, phi, rate);
+    if (!seen && start_rates(p, run, arm, phi, rate)) return PEND_FIT_START_BOTH;
+    if (!seen) return start_swing(p, run, arm, phi, rate);
     if (start_outlier(p, arm, row, seen)) memmove(row, row + 1, (size_t)--seen * sizeof *row);
     *phi = start_seen(p, arm, row[0]), *rate = 0;
     double last = *phi, begin = p->t[row[0]];
@@ -179,7 +212,7 @@ int pend_fit_start_state(const struct pend_fit_problem *p, int run, int arm, dou
     // the rate at the start is unknown if it changes this much
     if (bent > fit_bent) pend_fit_start_parabola(p, arm, row[0], phi, rate);
     if (begin > since) *phi -= *rate * (begin - since);
-    return 1;
+    return PEND_FIT_START_BOTH;
 }
 
 /* adds up the squares of a column's turns in `seconds` over a run; counts the terms */
@@ -251,6 +284,8 @@ int pend_fit_start_noisy(const struct pend_fit_problem *p, const double residual
     int noisy = 0;
     for (int c = 0; c < p->columns; c++) {
         double sum = 0, noise = start_noise(p, c);
+        // the angles of passages are given, not measured
+        if (p->column[c].kind == PEND_FIT_PASSAGE) continue;
         long count = 0;
         for (long i = 0; i < p->rows; i++) {
             double r = residual[i * p->columns + c] * pend_fit_sigma(&p->column[c], i);
@@ -266,11 +301,12 @@ int pend_fit_start_noisy(const struct pend_fit_problem *p, const double residual
 /* the measured arm nearest to the pivot, and its distance along the arms; -1 = none */
 static int start_nearest(const struct pend_fit_problem *p, double *reach) {
     int nearest = -1, least = p->n + 1;
-    for (int arm = 0; arm < p->n; arm++) {
+    for (int arm = 0; arm < pend_fit_arms(p); arm++) {
         int depth = 0;
         double way = 0;
         if (start_column(p, arm, PEND_FIT_X) < 0 || start_column(p, arm, PEND_FIT_Y) < 0) continue;
-        for (int k = arm; k >= 0; k = p->parent[k]) way += p->length[k], depth++;
+        for (int k = arm; k >= 0 && k < pend_fit_arms(p); k = p->parent[k])
+            way += p->length[k], depth++;
         if (depth < least) least = depth, nearest = arm, *reach = way;
     }
     return nearest;

@@ -5,9 +5,12 @@
 
 #include "core/fit/fit_problem.h"
 
-/** Returns the angle, rad, of an arm (in the caller's order) at a row. It comes from the arm's own
- * column, or from the measured tips at its ends by the problem's camera; NaN if not measured.
- * O(columns). */
+/* What data tell of a start: nothing, the angle and the rate, or the angle of a turning point. */
+enum pend_fit_started { PEND_FIT_START_NONE, PEND_FIT_START_BOTH, PEND_FIT_START_ANGLE };
+
+/** Returns the angle of an arm (the caller's order) at a row, rad, from its own column or from the
+ * measured tips at its ends, seen through the problem's camera; of a cart its position, m; NaN if
+ * not measured. O(columns). */
 double pend_fit_start_angle(const struct pend_fit_problem *problem, int arm, long row);
 
 /** Computes angle and rate of an arm at a row: a parabola through the nearest measurements of its
@@ -22,11 +25,13 @@ void pend_fit_start_parabola(const struct pend_fit_problem *problem, int arm, lo
  * between measured tips. If only rates are measured, the angle is their integral, and the arm hangs
  * in the middle of its first swings.
  *
- * Returns 1; 0 if the arm is not measured in the run; then phi and rate are unchanged. The rate is
- * 0 if only one row measures the arm. O(rows columns).
+ * With passages, accelerations or amplitudes alone it is a swing that has them.
+ *
+ * Returns PEND_FIT_START_NONE if the arm is not measured in the run; then phi and rate are
+ * unchanged. The rate is 0 if only one row measures the arm. O(rows columns).
  */
-int pend_fit_start_state(const struct pend_fit_problem *problem, int run, int arm, double *phi,
-                         double *rate);
+enum pend_fit_started pend_fit_start_state(const struct pend_fit_problem *problem, int run, int arm,
+                                           double *phi, double *rate);
 
 /** Returns the start value of an instrument's offset. For angles it is the mean direction of its
  * columns, rad, from hanging or from the arm to which they are relative; for rates their mean,

@@ -3,7 +3,6 @@
  * and residuals are those of the last evaluation; the state is one block of memory. */
 #pragma once
 
-#include "core/fit/fit_alone.h"
 #include "core/fit/fit_model.h"
 #include "core/fit/fit_pieces.h"
 #include "core/fit/fit_result.h"

@@ -20,17 +20,10 @@ struct fit_told {
 };
 
 /**
- * Decomposes slopes.
+ * Decomposes slopes, m x q, of m >= q measurements by q unknowns; pend_fit_told_clear also after a
+ * failure. fixed: unknowns at a bound, whose slopes count as 0. size: must outlive `told`.
  *
- * told      out; released by pend_fit_told_clear, also after a failure.
- * m, q      measurements and unknowns, m >= q.
- * slope     m x q.
- * residual  m.
- * fixed     q flags: unknowns at a bound, whose slopes count as 0.
- * size      q numbers, which must outlive `told`.
- *
- * PEND_NOT_FINITE  slopes times sizes are not finite, or above 1e140.
- * PEND_NO_MEMORY   O(m q^2).
+ * PEND_NOT_FINITE  slopes times sizes are not finite, or above 1e140. PEND_NO_MEMORY  O(m q^2).
  */
 PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_t m, int q,
                                                     const double slope[], const double residual[],
@@ -43,11 +36,8 @@ void pend_fit_told_clear(struct fit_told *told);
 /**
  * Makes directions with a smaller singular value identifiable if their effect is well above
  * rounding and their standard error is below 1000 times the scale of the unknowns. In chaotic
- * motions one direction can have 1e9 times the effect of others that are identifiable too.
- *
- * variance  of a residual.
- *
- * O(1).
+ * motions the effect of one direction can be 1e9 times that of others, which are identifiable all
+ * the same. variance: of a residual. O(1).
  */
 void pend_fit_told_sure(struct fit_told *told, double variance);
 
@@ -88,12 +78,9 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_newton(const struct fit_told *tol
                                                       double covariance[]);
 
 /**
- * Copies the directions that are not identifiable, each with a largest component of 1: first single
- * unknowns that the data do not depend on, then combinations.
- *
- * to  most x q.
- *
- * Returns their number, without those of unknowns at a bound. O(q^2).
+ * Copies the directions that are not identifiable, each with a largest component of 1, to most x q
+ * numbers: first single unknowns that the data do not depend on, then combinations. Returns their
+ * number, without those of unknowns at a bound. O(q^2).
  */
 int pend_fit_told_blind(const struct fit_told *told, const unsigned char fixed[], int most,
                         double to[]);

@@ -1,4 +1,4 @@
-/* A requested fit, and its camera.
+/* A requested fit, its camera and its unknowns.
  * Leaves to others: the other fields of the request (fits_json).
  * Invariant: the parsed fit holds no pointer into the document. */
 #pragma once
@@ -9,7 +9,7 @@
 #include "core/fit/fit.h"
 
 enum {
-    API_FIT_UNKNOWNS = 261, /* with the camera's */
+    API_FIT_UNKNOWNS = 265, /* with the camera's */
     API_FIT_LISTED = 60, /* unknowns of a request; one unknown of a start may stand for every run */
     API_FIT_SERIES = 64,
     API_FIT_MODES = 30,
@@ -39,7 +39,7 @@ struct api_fit {
     double begin[API_FIT_RUNS]; /* s, the start time of each run */
     int *of;                    /* the run of each row */
     long *row;                  /* the number of each row in its run, as in the request, from 0 */
-    double camera[PEND_FIT_CAMERA];
+    double camera[PEND_FIT_CAMERA], center[2], reach; /* center and reach of its lens */
     double offset[API_FIT_SERIES]; /* offsets of the instruments: the zeros of core/fit */
     long rows;
     double *t, *data; /* rows; series x rows */
@@ -62,6 +62,19 @@ struct api_fit {
 /** Returns the index, from 0, of the instrument that measures an angle or a rate of an arm, shared
  * by all runs; -1 = none. joint: whether it measures from the parent arm; -1 = either. */
 int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int arm, int joint);
+
+/** Writes the label of an unknown: name, "of arm 2" or "of the cart" (stored arm, -1 = none), "in
+ * run 1" if there are several (-1 = none). O(1). */
+void api_fit_label(const struct api_fit *fit, const char *name, int arm, int run,
+                   char label[API_FIT_LABEL]);
+
+/** Returns the label of a number of the camera, "scale of the camera". O(1). */
+const char *api_fit_camera_label(enum pend_fit_camera what);
+
+/** Reads the unknowns of a fit whose pendulum, start and instants are read, from an array of
+ * objects or a missing value; every fault is added. O(unknowns harmonics). */
+void api_fit_read_unknowns(struct api_fit *fit, const struct api_value *list,
+                           struct api_problem *problem);
 
 /**
  * Reads the position of the camera, and which of its numbers are unknowns; every fault is added.

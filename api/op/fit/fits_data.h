@@ -1,8 +1,7 @@
 /* The measurements of a fit, of one motion or of several, with their starts.
- * Leaves to others: what a table's columns are (api/csv), counted modes (fits_modes), the rest of a
- * request for a fit (fits_json).
- * Invariant: the rows of all runs stand in one table, in the order of their time since the start of
- * their run; runs that measure the same share its column.
+ * Leaves to others: what a table's columns are (api/csv), one run (fits_part), the rest of a
+ * request for a fit (fits_json). Invariant: the rows of all runs stand in one table, in the order
+ * of their time since the start of their run; runs that measure the same share its column.
  */
 #pragma once
 

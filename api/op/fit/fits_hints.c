@@ -8,12 +8,13 @@
 
 #include "api/json/json_out.h"
 #include "api/op/fit/fits_start.h"
+#include "core/fit/fit_start.h"
 
 static const double pi = 3.14159265358979323846;
 
 /* A try is reported if it removes this fraction of the excess sum of squares, and explains this
  * fraction of the data; a value this many times its start suggests a wrong unit. */
-static const double hints_taken = 0.7, hints_explained = 0.9, hints_far = 30, hint_step = 0.02;
+static const double hints_taken = 0.7, hints_explained = 0.9, hints_far = 30;
 
 /* iterations of a try */
 enum { HINT_ITERATIONS = 40, HINT_TEXT = 400 };
@@ -21,14 +22,13 @@ enum { HINT_ITERATIONS = 40, HINT_TEXT = 400 };
 /* tries that change the data; after them come the fixed numbers, one by one */
 enum hint {
     HINT_UNIT,
-    HINT_ZERO, /* three points each, for a parabola */
-    HINT_TILT = HINT_ZERO + 3,
-    HINT_BARREL = HINT_TILT + 3,
-    HINT_EXCHANGE = HINT_BARREL + 3, /* three pairs of arms */
+    HINT_ZERO,
+    HINT_EXCHANGE, /* three pairs of arms */
     HINT_MIRROR = HINT_EXCHANGE + 3,
     HINT_AXES,
     HINT_CLOCKWISE,
-    HINT_JOINTS,
+    HINT_ROUND, /* one of the first three series of rates or accelerations */
+    HINT_JOINTS = HINT_ROUND + 3,
     HINT_RATES,
     HINT_HELD
 };
@@ -40,89 +40,63 @@ struct api_hints {
     struct pend_fit *search;
     double *data, best, left,
         floor; /* fraction of the variance that remains, and the fraction due to noise */
-    double about, unit,
-        side[3]; /* for a number tried at three points, the remaining fraction at each */
     int next;
     long motions, most;
     char what[200], text[HINT_TEXT];
 };
 
-static int hint_angle(const struct api_fit *fit, int c) {
-    return fit->column[c].kind == PEND_FIT_PHI;
-}
-
 /* ---- tries: each changes the data of `tried` and describes the change; it returns 0 if the try
  * does not apply */
 
+#define KIND(name) (1u << PEND_FIT_##name)
+
+/* Multiplies series of these kinds by a number, counted from their zero: all, or the k-th (-1 =
+ * all). Returns the last one + 1; 0 = none. */
+static int hint_scale(struct api_hints *h, unsigned kinds, int k, double by) {
+    const struct api_fit *fit = &h->tried;
+    int last = 0;
+    for (int c = 0; c < fit->columns; c++) {
+        double *x = h->data + c * fit->rows, zero = fit->zero[c];
+        if (!(kinds >> fit->column[c].kind & 1) || (k >= 0 && k--)) continue;
+        for (long i = 0; i < fit->rows; i++) x[i] = (x[i] - zero) * by + zero;
+        last = c + 1;
+        if (k == -1) break;
+    }
+    return last;
+}
+
 /* angles in degrees that were taken for rad, or the reverse */
 static int hint_unit(struct api_hints *h) {
-    struct api_fit *fit = &h->tried;
+    const struct api_fit *fit = &h->tried;
     double low = INFINITY, high = -INFINITY;
     for (int c = 0; c < fit->columns; c++)
-        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++) {
+        for (long i = 0; i < fit->rows && fit->column[c].kind == PEND_FIT_PHI; i++) {
             double x = h->data[c * fit->rows + i] - fit->zero[c];
-            low = fmin(low, isnan(x) ? low : x), high = fmax(high, isnan(x) ? high : x);
+            low = fmin(low, x), high = fmax(high, x);
         }
-    double most = fmax(-low, high), by = most > 7 ? pi / 180 : 180 / pi;
+    double most = fmax(-low, high);
     if (!(most > 7 || most < 0.06)) return 0;
-    for (int c = 0; c < fit->columns; c++)
-        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++) {
-            double *x = &h->data[c * fit->rows + i];
-            *x = (*x - fit->zero[c]) * by + fit->zero[c];
-        }
     snprintf(h->what, sizeof h->what,
              "the angles range from %.4g to %.4g rad: are they in %s? Then", low, high,
              most > 7 ? "degrees" : "rad, not degrees");
-    return 1;
+    return hint_scale(h, KIND(PHI), -1, most > 7 ? pi / 180 : 180 / pi);
 }
 
-/* angles measured from the middle of the swing, or at a distance `beside` from it */
-static int hint_zero(struct api_hints *h, double beside) {
+/* every angle with an unknown zero */
+static int hint_zero(struct api_hints *h) {
     struct api_fit *fit = &h->tried;
+    const struct pend_fit_problem problem = api_fit_problem(fit);
     double most = 0;
     for (int j = 0; j < fit->unknowns; j++)
         if (fit->unknown[j].camera >= PEND_FIT_CAMERA) return 0;
-    for (int c = 0; c < fit->columns; c++) {
-        double re = 0, im = 0, *x = h->data + c * fit->rows;
-        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++)
-            if (!isnan(x[i])) re += cos(x[i] + pi / 2), im += sin(x[i] + pi / 2);
-        double mean = re != 0 ? atan2(im, re) : 0;
-        for (long i = 0; i < fit->rows && hint_angle(fit, c); i++) x[i] -= mean + beside;
+    for (int c = 0; c < fit->columns && fit->unknowns < API_FIT_UNKNOWNS; c++) {
+        if (fit->column[c].kind != PEND_FIT_PHI || fit->column[c].zero != c + 1) continue;
+        double mean = pend_fit_start_zero(&problem, c);
         if (fabs(mean) > fabs(most)) most = mean;
+        fit->unknown[fit->unknowns++] =
+            (struct pend_fit_unknown){PEND_FIT_CAMERA + c, {0}, NAN, -INFINITY, INFINITY, 0};
     }
-    h->about = most, h->unit = 180 / pi;
-    snprintf(h->what, sizeof h->what,
-             "is the zero of the angles shifted (an unknown \"zero\"), or are they theta instead "
-             "of phi? They swing about %%.4g degrees from hanging: with that subtracted");
     return fabs(most) > 0.005;
-}
-
-/* positions stretched along y, or by their distance from the middle of the picture */
-static int hint_bent(struct api_hints *h, int barrel, double part) {
-    struct api_fit *fit = &h->tried;
-    double *x = NULL, *y = NULL, low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-    for (int c = 0; c < fit->columns; c++) {
-        int at = fit->column[c].kind == PEND_FIT_Y;
-        double *from = h->data + c * fit->rows;
-        if (!at && fit->column[c].kind != PEND_FIT_X) continue;
-        *(at ? &y : &x) = from;
-        for (long i = 0; i < fit->rows; i++)
-            low[at] = fmin(low[at], from[i]), high[at] = fmax(high[at], from[i]);
-        if (!at || !x || !y) continue;
-        double a = (low[0] + high[0]) / 2, b = (low[1] + high[1]) / 2;
-        double reach = hypot(high[0] - low[0], high[1] - low[1]) / 2;
-        for (long i = 0; i < fit->rows; i++) {
-            double far = hypot(x[i] - a, y[i] - b) / reach;
-            if (barrel) x[i] += part * far * far * (x[i] - a);
-            y[i] += part * (barrel ? far * far : 1) * (y[i] - b);
-        }
-    }
-    h->about = 0, h->unit = 1;
-    if (!(h->left < 1 - hints_explained)) return 0;
-    snprintf(h->what, sizeof h->what, "%s, by a fraction of %%.3g (not supported here):",
-             barrel ? "is the lens distorted? With positions moved away from the middle"
-                    : "is the camera tilted? With positions stretched along y");
-    return x && y;
 }
 
 /* the tracks of two arms were exchanged */
@@ -138,36 +112,39 @@ static int hint_exchange(struct api_hints *h, int pair) {
     return seen == 3;
 }
 
-/* positions with y downwards, or with x and y exchanged */
-static int hint_places(struct api_hints *h, int axes) {
+/* x and y exchanged */
+static int hint_axes(struct api_hints *h) {
     struct api_fit *fit = &h->tried;
-    int seen = 0;
+    unsigned seen = 0;
     for (int c = 0; c < fit->columns; c++) {
         enum pend_fit_kind *kind = &fit->column[c].kind;
-        if (*kind != PEND_FIT_X && *kind != PEND_FIT_Y) continue;
-        seen |= *kind == PEND_FIT_X ? 1 : 2;
-        for (long i = 0; i < fit->rows && !axes && *kind == PEND_FIT_Y; i++)
-            h->data[c * fit->rows + i] *= -1;
-        if (axes) *kind = *kind == PEND_FIT_X ? PEND_FIT_Y : PEND_FIT_X;
+        seen |= 1u << *kind;
+        *kind = *kind == PEND_FIT_X ? PEND_FIT_Y : *kind == PEND_FIT_Y ? PEND_FIT_X : *kind;
     }
-    if (!axes) fit->camera[PEND_FIT_ORIGIN_Y] *= -1;
-    snprintf(h->what, sizeof h->what, "with %s",
-             axes ? "x and y exchanged" : "y upwards instead of downwards");
-    return axes ? seen == 3 : seen >= 2;
+    snprintf(h->what, sizeof h->what, "with x and y exchanged");
+    return (seen & KIND(X)) && (seen & KIND(Y));
 }
 
-/* angles counted clockwise */
-static int hint_clockwise(struct api_hints *h) {
+/* data that count the other way: y, all angles, or one of the first three series of rates or
+ * accelerations */
+static int hint_round(struct api_hints *h, int which) {
     struct api_fit *fit = &h->tried;
-    int seen = 0;
-    for (int c = 0; c < fit->columns; c++) {
-        double twice = 2 * fit->zero[c], *x = h->data + c * fit->rows;
-        if (!hint_angle(fit, c)) continue;
-        for (long i = 0; i < fit->rows; i++) x[i] = twice - x[i];
-        seen = 1;
+    unsigned turns = KIND(RATE) | KIND(ALONG) | KIND(ACROSS);
+    if (which == HINT_MIRROR) {
+        fit->camera[PEND_FIT_ORIGIN_Y] *= -1;
+        snprintf(h->what, sizeof h->what, "with y upwards instead of downwards");
+        return hint_scale(h, KIND(Y), -1, -1);
     }
-    snprintf(h->what, sizeof h->what, "with angles counted the other way round");
-    return seen;
+    int all = which == HINT_CLOCKWISE,
+        c = hint_scale(h, all ? KIND(PHI) : turns, all ? -1 : which - HINT_ROUND, -1) - 1;
+    if (c < 0 || (!all && fit->columns == 1)) return 0;
+    if (all)
+        snprintf(h->what, sizeof h->what, "with angles counted the other way round");
+    else
+        snprintf(h->what, sizeof h->what, "with the %s of arm %d counted the other way round",
+                 fit->column[c].kind == PEND_FIT_RATE ? "angular velocity" : "acceleration",
+                 fit->column[c].arm + 1);
+    return 1;
 }
 
 /* angles from the parent arm instead of from hanging, or the reverse; or angular velocities instead
@@ -177,7 +154,8 @@ static int hint_angles(struct api_hints *h, int rates) {
     int seen = 0, joint = 0;
     for (int c = 0; c < fit->columns; c++) {
         struct pend_fit_column *column = &fit->column[c];
-        if (!hint_angle(fit, c) || (!rates && fit->parent[column->arm] < 0)) continue;
+        if (column->kind != PEND_FIT_PHI) continue;
+        if (!rates && api_tree_parent(&fit->tree, column->arm) < 0) continue;
         joint = column->joint;
         for (long i = 0; i < fit->rows; i++)
             h->data[c * fit->rows + i] -= joint && !rates ? pi / 2 : fit->zero[c];
@@ -192,55 +170,39 @@ static int hint_angles(struct api_hints *h, int rates) {
     return seen;
 }
 
-/* whether a number is an unknown already */
-static int hint_unknown(const struct api_fit *fit, const struct pend_fit_unknown *u) {
-    int is = 0;
+/* the i-th fixed number as an unknown: first of the camera, then of the pendulum, then of the
+ * start; returns -1 after the last, 0 if it is an unknown already or of no use */
+static int hint_held(struct api_hints *h, int which) {
+    static const char *const names[] = {"length", "mass", "the start angle", "the start rate"};
+    static const enum pend_parameter_kind kinds[] = {PEND_PARAMETER_LENGTH, PEND_PARAMETER_MASS,
+                                                     PEND_PARAMETER_PHI, PEND_PARAMETER_RATE};
+    struct api_fit *fit = &h->tried;
+    int n = fit->tree.n, own = which - PEND_FIT_CAMERA - 1, is = which == PEND_FIT_SHIFT;
+    struct pend_fit_unknown *u = &fit->unknown[fit->unknowns];
+    *u = (struct pend_fit_unknown){.camera = -1, .low = -INFINITY, .high = INFINITY};
+    if (own >= 4 * n || fit->unknowns + 1 >= API_FIT_UNKNOWNS) return -1;
+    if (own < -1) {
+        u->camera = which, u->start = fit->camera[which];
+        if (!hint_scale(h, KIND(X) | KIND(Y), -1, 1)) return 0;
+        snprintf(h->what, sizeof h->what, "%s", api_fit_camera_label((enum pend_fit_camera)which));
+    } else if (own == -1) {
+        u->by.kind = PEND_PARAMETER_GRAVITY, u->start = fit->tree.loads.gravity;
+        snprintf(h->what, sizeof h->what, "gravity");
+    } else {
+        int k = own % n + fit->tree.cart;
+        const double *from[] = {fit->tree.tree->len, fit->tree.tree->mass, fit->start->phi,
+                                fit->start->rate};
+        u->by = (struct pend_parameter){kinds[own / n], k}, u->start = from[own / n][k];
+        if (own < 2 * n) u->low = 0, is |= !(u->start > 0);
+        api_fit_label(fit, names[own / n], k, -1, h->what);
+    }
     for (int j = 0; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *other = &fit->unknown[j];
         int same = other->by.kind == u->by.kind && other->by.at == u->by.at;
         is |= other->camera == u->camera && (u->camera >= 0 || same);
     }
-    return is;
-}
-
-/* the i-th fixed number as an unknown: first of the camera, then of the pendulum, then of the
- * start; returns -1 after the last */
-static int hint_held(struct api_hints *h, int which) {
-    static const char *const cameras[] = {"scale of the camera", "rotation of the camera",
-                                          "origin x of the camera", "origin y of the camera"};
-    static const char *const names[] = {[PEND_PARAMETER_PHI] = "the start angle",
-                                        [PEND_PARAMETER_RATE] = "the start rate",
-                                        [PEND_PARAMETER_LENGTH] = "length",
-                                        [PEND_PARAMETER_MASS] = "mass"};
-    static const enum pend_parameter_kind kinds[] = {PEND_PARAMETER_LENGTH, PEND_PARAMETER_MASS,
-                                                     PEND_PARAMETER_PHI, PEND_PARAMETER_RATE};
-    struct api_fit *fit = &h->tried;
-    int n = fit->tree.n, own = which - PEND_FIT_SHIFT - 1, places = 0;
-    struct pend_fit_unknown *u = &fit->unknown[fit->unknowns];
-    *u = (struct pend_fit_unknown){.camera = -1, .low = -INFINITY, .high = INFINITY};
-    if (own >= 4 * n || fit->unknowns + 1 >= API_FIT_UNKNOWNS) return -1;
-    for (int c = 0; c < fit->columns; c++)
-        places |= fit->column[c].kind == PEND_FIT_X || fit->column[c].kind == PEND_FIT_Y;
-    if (own < -1) {
-        u->camera = which, u->start = fit->camera[which];
-        if (!places) return 0;
-        snprintf(h->what, sizeof h->what, "%s", cameras[which]);
-    } else if (own == -1) {
-        u->by.kind = PEND_PARAMETER_GRAVITY, u->start = fit->tree.loads.gravity;
-        snprintf(h->what, sizeof h->what, "gravity");
-    } else {
-        int k = own % n, arm = fit->tree.tree->order[k];
-        u->by = (struct pend_parameter){kinds[own / n], k};
-        const double *from[] = {fit->tree.tree->len, fit->tree.tree->mass, fit->start->phi,
-                                fit->start->rate};
-        u->start = from[own / n][k];
-        if (own < 2 * n) u->low = 0;
-        snprintf(h->what, sizeof h->what, "%s of arm %d", names[u->by.kind], arm + 1);
-        if (own < 2 * n && !(u->start > 0)) return 0;
-    }
-    if (hint_unknown(fit, u)) return 0;
-    fit->unknowns++;
-    return 1;
+    fit->unknowns += !is;
+    return !is;
 }
 
 /* ---- trying */
@@ -266,16 +228,14 @@ static int hints_put(struct api_hints *h) {
     hints_reset(h);
     if (which == HINT_UNIT)
         some = hint_unit(h);
-    else if (which < HINT_TILT)
-        some = hint_zero(h, hint_step * (which - HINT_ZERO - 1));
-    else if (which < HINT_EXCHANGE)
-        some = hint_bent(h, which >= HINT_BARREL, hint_step * ((which - HINT_TILT) % 3 - 1));
+    else if (which == HINT_ZERO)
+        some = hint_zero(h);
     else if (which < HINT_MIRROR)
         some = hint_exchange(h, which - HINT_EXCHANGE);
     else if (which < HINT_HELD)
-        some = which < HINT_CLOCKWISE    ? hint_places(h, which == HINT_AXES)
-               : which == HINT_CLOCKWISE ? hint_clockwise(h)
-                                         : hint_angles(h, which == HINT_RATES);
+        some = which == HINT_AXES    ? hint_axes(h)
+               : which < HINT_JOINTS ? hint_round(h, which)
+                                     : hint_angles(h, which == HINT_RATES);
     else
         return hint_held(h, which - HINT_HELD);
     if (!some) return 0;
@@ -287,42 +247,32 @@ static int hints_put(struct api_hints *h) {
     return api_fit_guess(&h->tried) == PEND_OK;
 }
 
-/* the minimum of the parabola through three points; returns the number of the nearest */
-static double hints_parabola(struct api_hints *h, double *left) {
-    double slope = (h->side[2] - h->side[0]) / 2, bend = h->side[2] + h->side[0] - 2 * h->side[1];
-    double at = bend > 0 ? -slope / bend : 0;
-    *left = fmax(h->side[1] + slope * at / 2, 0);
-    return (h->about + at * hint_step) * h->unit;
-}
-
 /* keeps the sentence of the best try so far */
 static void hints_take(struct api_hints *h) {
     struct pend_fit_result r = pend_fit_result(h->search);
     assert(h->next > 0);
-    int which = h->next - 1, sided = which >= HINT_ZERO && which < HINT_EXCHANGE;
-    char what[sizeof h->what + 40];
+    int which = h->next - 1;
     double left = 1 - r.explained;
-    snprintf(what, sizeof what, "%s", h->what);
-    if (sided) {
-        h->side[(which - HINT_ZERO) % 3] = left;
-        if ((which - HINT_ZERO) % 3 < 2) return;
-        double at = hints_parabola(h, &left);
-        int before = (int)(strchr(h->what, '%') - h->what);
-        snprintf(what, sizeof what, "%.*s%.4g%s", before, h->what, at,
-                 strchr(h->what + before, 'g') + 1);
-    }
     double taken = (h->left - left) / (h->left - h->floor);
     // of two equally good hints keep the first; skip if the residual is already noise
     if (!(taken > h->best + 1e-3) || !(1 - left > hints_explained) || !(h->left > h->floor)) return;
     // an undetermined number cannot be the cause
     if (which >= HINT_HELD && !isfinite(r.error[h->tried.unknowns - 1])) return;
     h->best = taken;
-    if (which >= HINT_HELD)
+    if (which == HINT_ZERO)
+        snprintf(
+            h->text, sizeof h->text,
+            "is the zero of the angles shifted (an unknown \"zero\"), or are they theta instead "
+            "of phi? They swing about %.4g degrees from hanging: with the zero as an unknown "
+            "the motion explains %.6g %%",
+            r.value[h->fit->unknowns] * 180 / pi, 100 * (1 - left));
+    else if (which >= HINT_HELD)
         snprintf(h->text, sizeof h->text,
-                 "with %s as another unknown, here %.6g, the motion explains %.6g %%", what,
+                 "with %s as another unknown, here %.6g, the motion explains %.6g %%", h->what,
                  r.value[h->tried.unknowns - 1], 100 * r.explained);
     else
-        snprintf(h->text, sizeof h->text, "%s the motion explains %.6g %%", what, 100 * (1 - left));
+        snprintf(h->text, sizeof h->text, "%s the motion explains %.6g %%", h->what,
+                 100 * (1 - left));
 }
 
 enum pend_status api_hints_step(struct api_hints *h, int *done) {
@@ -409,7 +359,8 @@ static int hints_length(const struct api_hints *h) {
 enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *out) {
     char text[HINT_TEXT];
     long count = h->result->outliers;
-    int far = hints_length(h), places = h->fit->column[0].kind != PEND_FIT_PHI;
+    enum pend_fit_kind kind = h->fit->column[0].kind;
+    int far = hints_length(h), places = kind == PEND_FIT_X || kind == PEND_FIT_Y;
     PEND_TRY(api_out_open(out, "hints", '['));
     if (*h->text) PEND_TRY(api_out_text(out, NULL, h->text));
     if (count && !h->fit->loss) {
@@ -431,7 +382,8 @@ enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *o
         PEND_TRY(api_out_text(
             out, NULL,
             places ? "the residuals have a pattern: is the camera tilted, or its lens distorted "
-                     "(neither is supported here)? Or is the friction of another kind?"
+                     "(\"tilt\", \"stretch\" and \"distortion\" of the camera as unknowns)? Or is "
+                     "the friction of another kind?"
                    : "the residuals have a pattern: is the friction of another kind (damping, "
                      "friction_torque, drag, drag_quadratic), or is a fixed number wrong?"));
     return api_buffer_text(out, "]");

@@ -13,16 +13,9 @@ enum { API_HINT_NUMBERS = 20000 };
 
 struct api_hints;
 
-/**
- * Prepares the tries, none where the model is not rejected, or frequencies alone were measured.
- *
- * hints   out; ends with api_hints_free.
- * result  of the fit that was asked for; must outlive the hints, as `fit` must.
- *
- * motions  at most so many are computed, or as many as the fit had.
- *
- * PEND_NO_MEMORY  O(measurements + unknowns).
- */
+/** Prepares the tries, none if the model is not rejected, or frequencies alone were measured; ends
+ * with api_hints_free. The fit and its result must outlive the hints. At most `motions` are
+ * computed, or as many as the fit had. PEND_NO_MEMORY  O(measurements + unknowns). */
 PEND_MUST_CHECK enum pend_status api_hints_new(struct api_hints **hints, const struct api_fit *fit,
                                                const struct pend_fit_result *result, long motions);
 

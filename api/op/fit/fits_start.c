@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "api/json/json_out.h"
-#include "api/op/fit/fits_unknowns.h"
 #include "api/op/varied.h"
 #include "core/fit/fit_start.h"
 
@@ -15,7 +14,7 @@ static const double pi = 3.14159265358979323846;
 
 struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
     assert(fit->tree.tree && fit->start && fit->rows >= 1);
-    struct pend_fit_problem problem = {.n = fit->tree.n,
+    struct pend_fit_problem problem = {.n = api_tree_stored(&fit->tree),
                                        .length = fit->length,
                                        .mass = fit->mass,
                                        .bare = fit->bare,
@@ -41,6 +40,8 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
                                        .iterations = (int)fit->iterations,
                                        .step_cap = fit->step_cap};
     memcpy(problem.camera, fit->camera, sizeof fit->camera);
+    memcpy(problem.center, fit->center, sizeof fit->center);
+    problem.reach = fit->reach;
     return problem;
 }
 
@@ -72,7 +73,7 @@ static void start_guess(struct api_fit *fit, unsigned char seen[]) {
     for (int r = 0; r < fit->runs; r++)
         for (int k = 0; k < tree->n && fit->run[r].guessed; k++) {
             long at = (long)r * fit->start->n + k;
-            fit->start->phi[at] = -pi / 2;
+            fit->start->phi[at] = k < fit->tree.cart ? 0 : -pi / 2;
             seen[at] = (unsigned char)pend_fit_start_state(
                 &problem, r, tree->order[k], &fit->start->phi[at], &fit->start->rate[at]);
         }
@@ -113,26 +114,23 @@ static void start_fixed(struct api_fit *fit, const struct api_value *list, unsig
 
 /* numbers of starts that were estimated and are not yet unknowns become unknowns */
 static void start_free(struct api_fit *fit, const unsigned char seen[]) {
+    static const char *const names[2][2] = {{"theta", "thetad"}, {"phi", "phid"}}; // of a cart
     long numbers = fit->start->count * fit->start->n, count = 0, more = 0;
     for (long i = 0; i < fit->rows * fit->columns; i++) count += !isnan(fit->data[i]);
     for (int pass = 0; pass < 2; pass++)
         for (long i = 0; i < 2 * numbers; i++) {
             int rate = i >= numbers, run = (int)(i % numbers / fit->start->n);
-            int k = (int)(i % fit->start->n);
+            int k = (int)(i % fit->start->n), cart = k < fit->tree.cart;
             struct pend_parameter by = {rate ? PEND_PARAMETER_RATE : PEND_PARAMETER_PHI, k};
             if (!seen[i] || start_sought(fit, by.kind, k, run) >= 0) continue;
             if (!pass && ++more) continue;
             // no measurement would remain to determine the errors
             if (fit->unknowns + more >= count || fit->unknowns + 1 > API_FIT_UNKNOWNS) return;
-            int j = fit->unknowns++, at = fit->tree.tree->order[k] + 1;
+            int j = fit->unknowns++;
             double start = (rate ? fit->start->rate : fit->start->phi)[i % numbers];
             fit->unknown[j] = (struct pend_fit_unknown){-1, by, start, -INFINITY, INFINITY, run};
-            fit->shift[j] = rate ? 0 : pi / 2;
-            const char *name = rate ? "thetad" : "theta";
-            if (fit->runs > 1)
-                snprintf(fit->label[j], API_FIT_LABEL, "%s of arm %d in run %d", name, at, run + 1);
-            else
-                snprintf(fit->label[j], API_FIT_LABEL, "%s of arm %d", name, at);
+            fit->shift[j] = rate || cart ? 0 : pi / 2;
+            api_fit_label(fit, names[cart][rate], k, run, fit->label[j]);
             fit->freed++, more--;
         }
 }
@@ -154,7 +152,7 @@ enum pend_status api_fit_settle(struct api_fit *fit, const struct api_value *fix
     unsigned char *seen = calloc(2, numbers);
     if (!seen) return PEND_NO_MEMORY;
     start_guess(fit, seen);
-    for (size_t i = 0; i < numbers; i++) seen[numbers + i] = seen[i];
+    for (size_t i = 0; i < numbers; i++) seen[numbers + i] = seen[i] == PEND_FIT_START_BOTH;
     start_unknowns(fit);
     start_fixed(fit, fixed, seen, problem);
     if (!problem->status) start_free(fit, seen);
@@ -176,8 +174,9 @@ static enum pend_status write_arms(const struct api_fit *fit, const char *name,
                                    enum pend_parameter_kind kind, int term, int run,
                                    struct api_buffer *out) {
     int n = fit->tree.tree->n, left = 0, last = 0, in = run >= 0 && fit->runs > 1 ? run + 1 : 0;
+    n -= fit->tree.cart;
     for (int pass = 0; pass < 2; pass++)
-        for (int k = 0; k < n; k++) {
+        for (int k = fit->tree.cart; k < n + fit->tree.cart; k++) {
             int at = term < 0 ? k : api_varied_place(&fit->tree, term, k, 1);
             if (at < 0 || start_sought(fit, kind, at, run < 0 ? 0 : run) >= 0) continue;
             last = fit->tree.tree->order[k] + 1, left += !pass;

@@ -1,5 +1,5 @@
 /* Starts of a fit that are estimated from its data: which of their numbers become unknowns.
- * Leaves to others: the estimates (core/fit/fit_start), named unknowns (fits_unknowns).
+ * Leaves to others: the estimates (core/fit/fit_start), named unknowns (fits_camera).
  * Invariant: an estimated number becomes an unknown, unless the request fixes it or there are too
  * few measurements; the answer lists both kinds. */
 #pragma once

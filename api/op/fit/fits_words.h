@@ -11,13 +11,8 @@ PEND_MUST_CHECK enum pend_status api_fit_write_end(const struct api_fit *fit,
                                                    const struct pend_fit_result *result,
                                                    struct api_buffer *out);
 
-/**
- * Writes a sentence about an undetermined direction, as an item of an array.
- *
- * direction  one number per unknown; the largest is 1.
- *
- * PEND_NO_MEMORY  O(unknowns).
- */
+/** Writes a sentence about an undetermined direction, one number per unknown, the largest of which
+ * is 1, as an item of an array. PEND_NO_MEMORY  O(unknowns). */
 PEND_MUST_CHECK enum pend_status api_fit_write_direction(const struct api_fit *fit,
                                                          const double direction[],
                                                          struct api_buffer *out);

@@ -121,10 +121,16 @@ static enum pend_status write_start(const struct fits *fits, int run, double row
     long base = (long)run * asked->start->n;
     double stop = asked->begin[run];
     PEND_TRY(api_out_open(out, "initial", '{'));
-    for (int i = 0; i < tree->n; i++) row[i] = asked->start->phi[base + tree->tree->place[i]];
+    api_tree_put(tree, asked->start->phi + base, row);
     PEND_TRY(api_out_numbers(out, "phi", tree->n, row, 0));
-    for (int i = 0; i < tree->n; i++) row[i] = asked->start->rate[base + tree->tree->place[i]];
+    api_tree_put(tree, asked->start->rate + base, row);
     PEND_TRY(api_out_numbers(out, "phid", tree->n, row, 0));
+    if (tree->cart) {
+        PEND_TRY(api_out_open(out, "cart", '{'));
+        PEND_TRY(api_out_number(out, "x", asked->start->phi[base], 0));
+        PEND_TRY(api_out_number(out, "v", asked->start->rate[base], 0));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
     PEND_TRY(api_buffer_text(out, "}"));
     PEND_TRY(api_out_open(out, "times", '{'));
     PEND_TRY(api_out_number(out, "start", asked->begin[run], 0));
@@ -140,7 +146,7 @@ static enum pend_status write_start(const struct fits *fits, int run, double row
 /* writes a trajectory request: the fitted pendulum, a start, and the times of the data */
 static enum pend_status write_request(const struct fits *fits, int run, struct api_buffer *out) {
     const struct api_tree *tree = &fits->asked.tree;
-    assert(fits->asked.start && tree->tree->n == tree->n);
+    assert(fits->asked.start && tree->tree->n == api_tree_stored(tree));
     double *row = malloc((size_t)tree->n * sizeof *row);
     if (!row) return PEND_NO_MEMORY;
     enum pend_status status = api_out_open(out, "request", '{');
@@ -199,6 +205,18 @@ static enum pend_status write_outliers(const struct api_fit *asked, const struct
     return api_buffer_text(out, "]");
 }
 
+/* the lens, if it has an effect */
+static enum pend_status write_lens(const struct api_fit *asked, struct api_buffer *out) {
+    const double *camera = asked->camera, *tilt = camera + PEND_FIT_TILT_X;
+    double stretch = camera[PEND_FIT_STRETCH], bent = camera[PEND_FIT_DISTORTION];
+    if (tilt[0] == 0 && tilt[1] == 0 && stretch == 0 && bent == 0) return PEND_OK;
+    PEND_TRY(api_out_numbers(out, "tilt", 2, tilt, 0));
+    PEND_TRY(api_out_number(out, "stretch", stretch, 0));
+    PEND_TRY(api_out_number(out, "distortion", bent, 0));
+    PEND_TRY(api_out_numbers(out, "center", 2, asked->center, 0));
+    return api_out_number(out, "reach", asked->reach, 0);
+}
+
 static enum pend_status write_figures(const struct fits *fits, const struct pend_fit_result *r,
                                       struct api_buffer *out) {
     assert(r->blind >= 0 && r->blind <= PEND_FIT_BLIND);
@@ -230,6 +248,7 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
     PEND_TRY(api_out_number(out, "rotation", fits->asked.camera[PEND_FIT_ROTATION], 0));
     PEND_TRY(api_out_numbers(out, "origin", 2, fits->asked.camera + PEND_FIT_ORIGIN_X, 0));
     PEND_TRY(api_out_number(out, "shift", fits->asked.camera[PEND_FIT_SHIFT], 0));
+    PEND_TRY(write_lens(&fits->asked, out));
     return api_buffer_text(out, "}");
 }
 
@@ -359,6 +378,7 @@ const struct api_op api_op_fits = {.name = "fits",
                                    .form = 1,
                                    .terms = 1,
                                    .pieces = 1,
+                                   .cart = 1,
                                    .read = fits_read,
                                    .run = fits_run,
                                    .progress = fits_progress,

@@ -104,8 +104,8 @@ static void study_angles(struct study *s, double noise, int known, unsigned long
     for (int k = 0; k < s->n; k++) {
         for (int i = 0; i < s->rows; i++)
             s->data[k][i] = remainder(s->angle[i * s->n + k] + sigma * gauss(seed), 2 * M_PI);
-        s->column[k] =
-            (struct pend_fit_column){PEND_FIT_PHI, k, known ? sigma : 0, NULL, s->data[k], 0, 0};
+        s->column[k] = (struct pend_fit_column){
+            PEND_FIT_PHI, k, known ? sigma : 0, NULL, s->data[k], 0, 0, 0, 0};
     }
     s->problem.columns = s->n;
 }
@@ -456,7 +456,8 @@ TEST(fits_of_counted_modes_find_lengths) {
         s.problem.rows = 1;
         for (int k = 0; k < 2; k++) {
             s.data[k][0] = omega[real][k];
-            s.column[k] = (struct pend_fit_column){PEND_FIT_MODE, k, 0.01, NULL, s.data[k], 0, 0};
+            s.column[k] =
+                (struct pend_fit_column){PEND_FIT_MODE, k, 0.01, NULL, s.data[k], 0, 0, 0, 0};
             study_add(&s, PEND_PARAMETER_LENGTH, k, 0, 0.3, 0);
         }
         s.problem.columns = 2;
@@ -493,9 +494,10 @@ TEST(fits_find_the_camera_with_the_pendulum) {
             s.data[2 * k + 1][i] = oy + scale * (b * x + c * y) + sigma * gauss(&seed);
             if (i % 10 == 3) s.data[2 * k][i] = NAN; // a frame that was missed
         }
-        s.column[2 * k] = (struct pend_fit_column){PEND_FIT_X, k, sigma, NULL, s.data[2 * k], 0, 0};
+        s.column[2 * k] =
+            (struct pend_fit_column){PEND_FIT_X, k, sigma, NULL, s.data[2 * k], 0, 0, 0, 0};
         s.column[2 * k + 1] =
-            (struct pend_fit_column){PEND_FIT_Y, k, sigma, NULL, s.data[2 * k + 1], 0, 0};
+            (struct pend_fit_column){PEND_FIT_Y, k, sigma, NULL, s.data[2 * k + 1], 0, 0, 0, 0};
     }
     s.problem.columns = 4;
     for (int i = 0; i < s.rows; i++) s.t[i] -= 0.3;
@@ -510,7 +512,7 @@ TEST(fits_find_the_camera_with_the_pendulum) {
     study_add(&s, PEND_PARAMETER_MASS, 1, s.mass[1], s.mass[1] * 0.8, 0);
     study_add(&s, PEND_PARAMETER_PHI, 1, s.phi[1], s.phi[1] + 0.1, -INFINITY);
     const double camera[PEND_FIT_CAMERA] = {scale, turn, ox, oy, 0.3};
-    for (int i = 0; i < PEND_FIT_CAMERA; i++) {
+    for (int i = 0; i <= PEND_FIT_SHIFT; i++) {
         s.truth[s.unknowns] = camera[i];
         s.unknown[s.unknowns++] =
             (struct pend_fit_unknown){i,

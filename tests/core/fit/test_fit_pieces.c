@@ -90,7 +90,8 @@ static void film_new(struct film *f, double swing, unsigned long long *seed) {
     for (int run = 0; run < RUNS; run++) film_run(f, tree, run, seed);
     pend_tree_free(&tree);
     for (int k = 0; k < ARMS; k++)
-        f->column[k] = (struct pend_fit_column){PEND_FIT_PHI, k, sigma, NULL, f->data[k], 0, 0};
+        f->column[k] =
+            (struct pend_fit_column){PEND_FIT_PHI, k, sigma, NULL, f->data[k], 0, 0, 0, 0};
     f->problem = (struct pend_fit_problem){.n = ARMS,
                                            .length = f->length,
                                            .mass = f->mass,

@@ -533,7 +533,7 @@ class Operations:
         initial: The start, by angles; left out, it is taken from the data, and what is found there is an unknown unless it is `fixed`.
         start: When the start is there, s; left out, at the first instant.
         data: Either `t` and `series`, or `csv`, or `runs`, or neither; besides, or alone, `modes`.
-        camera: A tip at x + i y, m, is seen at origin + scale e^(i rotation) (x + i y).
+        camera: A tip at x + i y, m, is seen at d = origin + scale e^(i rotation) w / (1 + tilt . w), where w = x + i (1 + stretch) y.
         unknowns: The unknowns other than the camera's; at least one in total, and at most 256 in all runs.
         fixed: Angles and rates of a start that is taken from the data, which stay as they are, or as their `start` says.
         rtol: Of the motions, as of method `taylor`.

@@ -166,7 +166,7 @@ static const struct row {
      0,
      1,
      "converged rejected",
-     "is the camera tilted? With positions stretched along y"},
+     "with stretch of the camera as another unknown, here -0.09"},
     // numbers that are held
     {"\"pendulum\":{\"length\":[0.7],\"mass\":[1],\"parent\":[0],\"gravity\":1.62},\"unknowns\":"
      "[" FRICTION "]",

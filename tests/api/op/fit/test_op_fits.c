@@ -472,13 +472,3 @@ TEST(fits_refuse_memory_before_they_take_it) {
     CHECK(test_reply_has_fault(&reply, "/data", "take 324 bytes"));
     test_reply_free(&reply);
 }
-
-TEST(fits_tell_of_a_cart_once) {
-    struct test_reply reply =
-        test_post(API_OP_FITS,
-                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"pivot\":{\"cart\":{"
-                  "\"mass\":2}}}," SERIES ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
-    CHECK_INT(test_reply_count(&reply, "/errors"), 1);
-    CHECK_SAYING(test_reply_has_fault(&reply, "/pendulum", "cart"), "%s", reply.out.data);
-    test_reply_free(&reply);
-}

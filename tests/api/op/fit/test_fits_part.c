@@ -1,0 +1,259 @@
+/* Tests of one run of a fit, of what is no angle: accelerometers, light gates, amplitudes and
+ * periods over time, carts and measured forces, cameras that are tilted or whose lens is bent.
+ * Leaves to others: angles, places and rates (test_op_fits, test_fits_data), derivatives
+ * (tests/core/fit/test_fit_number).
+ * Invariant: measurements come from trajectories of this same program, with noise of fixed seeds.
+ */
+#include <complex.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+enum { ROWS = 121, BODY = 60000 };
+
+static double number(const struct test_reply *reply, const char *before, int i, const char *after) {
+    char pointer[60];
+    snprintf(pointer, sizeof pointer, "%s%d%s", before, i, after);
+    return test_reply_number(reply, pointer);
+}
+
+static double noise(unsigned long long *seed) {
+    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
+}
+
+/* the unknown with this name: how many standard errors it is off; infinite if there is none */
+static double off(const struct test_reply *reply, const char *name, double truth) {
+    for (int j = 0; j < test_reply_count(reply, "/unknowns"); j++) {
+        char pointer[40];
+        snprintf(pointer, sizeof pointer, "/unknowns/%d/name", j);
+        if (strcmp(test_reply_text(reply, pointer), name) != 0) continue;
+        double value = number(reply, "/unknowns/", j, "/value");
+        return fabs(value - truth) / number(reply, "/unknowns/", j, "/error");
+    }
+    return INFINITY;
+}
+
+static char *list(char *at, const double value[], int count) {
+    for (int i = 0; i < count; i++) at += sprintf(at, "%s%.10g", i ? "," : "[", value[i]);
+    return at + sprintf(at, "]");
+}
+
+#define ONE "{\"pendulum\":{\"length\":[0.5],\"mass\":[1],\"parent\":[0],\"damping\":[0.02]},"
+#define SOUGHT "\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"damping\",\"arm\":1}"
+
+/* checks length and damping of a fit to one or two series */
+static struct test_reply fitted(const char *request, const double t[], int rows,
+                                const char *series[2], double *value[2]) {
+    static char body[BODY];
+    char *at = body + sprintf(body, "%s,\"data\":{\"t\":", request);
+    at = list(at, t, rows);
+    at += sprintf(at, ",\"series\":[");
+    for (int s = 0; s < 2 && series[s]; s++) {
+        at += sprintf(at, "%s{%s", s ? "," : "", series[s]);
+        if (value[s]) at = list(at + sprintf(at, ",\"values\":"), value[s], rows);
+        at += sprintf(at, "}");
+    }
+    sprintf(at, "]}}");
+    struct test_reply reply = test_post(API_OP_FITS, body);
+    CHECK_SAYING(reply.status == 200, "%s: %s", series[0], reply.out.data);
+    CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
+    CHECK_TEXT(test_reply_text(&reply, "/model"), "accepted");
+    return reply;
+}
+
+#define GUESS "{\"pendulum\":{\"length\":[0.45],\"mass\":[1],\"parent\":[0]},"
+
+/* an accelerometer 0.4 m from the pivot, with a constant error; one without gravity and a
+ * gyroscope; a gyroscope whose clock is late */
+TEST(fits_take_accelerations_and_gyroscopes_of_a_phone) {
+    double t[ROWS], along[ROWS], across[ROWS], bare[ROWS], gyro[ROWS];
+    unsigned long long seed = 3;
+    struct test_reply from = test_post(API_OP_TRAJECTORIES, ONE
+                                       "\"initial\":{\"theta\":[0.6]},\"times\":{\"stop\":6,"
+                                       "\"count\":121},\"output\":[\"theta\",\"phid\",\"phidd\"]}");
+    for (int i = 0; i < ROWS; i++) {
+        double theta = number(&from, "/theta/", i, "/0"), rate = number(&from, "/phid/", i, "/0");
+        t[i] = number(&from, "/t/", i, "");
+        bare[i] = -0.4 * rate * rate + 0.05 * noise(&seed);
+        along[i] = bare[i] - 9.81 * cos(theta) + 0.3;
+        across[i] =
+            0.4 * number(&from, "/phidd/", i, "/0") + 9.81 * sin(theta) + 0.05 * noise(&seed);
+        gyro[i] = rate + 0.02 * noise(&seed);
+    }
+    struct test_reply reply = fitted(GUESS SOUGHT ",{\"vary\":\"bias_along\",\"arm\":1}]", t, ROWS,
+                                     (const char *[2]){"\"along\":1,\"at\":0.4,\"sigma\":0.05",
+                                                       "\"across\":1,\"at\":0.4,\"sigma\":0.05"},
+                                     (double *[2]){along, across});
+    CHECK(off(&reply, "length of arm 1", 0.5) < 4 && off(&reply, "damping of arm 1", 0.02) < 4);
+    CHECK(off(&reply, "bias_along of arm 1", 0.3) < 4);
+    test_reply_free(&reply);
+    reply = fitted(GUESS SOUGHT "]", t, ROWS,
+                   (const char *[2]){"\"along\":1,\"at\":0.4,\"gravity\":false", "\"thetad\":1"},
+                   (double *[2]){bare, gyro});
+    CHECK(off(&reply, "length of arm 1", 0.5) < 4 && off(&reply, "damping of arm 1", 0.02) < 4);
+    test_reply_free(&reply);
+    for (int i = 0; i < ROWS; i++) t[i] += 0.1;
+    reply = fitted(
+        GUESS
+        "\"initial\":{\"theta\":[0.6]},\"start\":0,\"camera\":{\"unknown\":[\"shift\"]}," SOUGHT
+        "]",
+        t, ROWS, (const char *[2]){"\"thetad\":1", NULL}, (double *[2]){gyro, NULL});
+    CHECK(off(&reply, "length of arm 1", 0.5) < 4 && off(&reply, "shift of the camera", -0.1) < 4);
+    test_reply_free(&reply);
+    test_reply_free(&from);
+}
+
+/* the instants of a light gate, amplitudes read from a scale, and a stopwatch */
+TEST(fits_take_passages_amplitudes_and_periods) {
+    double t[ROWS], turn[ROWS], wide[ROWS], period[ROWS];
+    unsigned long long seed = 8;
+    struct test_reply gate = test_post(
+        API_OP_TRAJECTORIES, ONE "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":40,\"count\":2},"
+                                 "\"events\":[{\"of\":\"theta\",\"arm\":1,\"value\":0}]}");
+    int count = test_reply_count(&gate, "/events");
+    REQUIRE(count > 40 && count < ROWS);
+    for (int i = 0; i < count; i++) t[i] = number(&gate, "/events/", i, "/t") + 1e-3 * noise(&seed);
+    struct test_reply reply = fitted(
+        GUESS
+        "\"initial\":{\"theta\":[1]},\"start\":0,\"fixed\":[{\"vary\":\"theta\",\"arm\":1}]," SOUGHT
+        "]",
+        t, count, (const char *[2]){"\"passes\":1,\"sigma\":0.001", NULL},
+        (double *[2]){NULL, NULL});
+    CHECK(off(&reply, "length of arm 1", 0.5) < 4 && off(&reply, "damping of arm 1", 0.02) < 4);
+    CHECK(number(&reply, "/unknowns/", 0, "/error") < 1e-3);
+    test_reply_free(&reply);
+    struct test_reply top = test_post(
+        API_OP_TRAJECTORIES, ONE "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":40,\"count\":2},"
+                                 "\"events\":[{\"of\":\"thetad\",\"arm\":1,\"value\":0}]}");
+    count = test_reply_count(&top, "/events") - 2;
+    for (int i = 0; i < count; i++) {
+        turn[i] = number(&top, "/events/", i + 1, "/t");
+        period[i] = number(&top, "/events/", i + 2, "/t") - number(&top, "/events/", i, "/t") +
+                    1e-3 * noise(&seed);
+        wide[i] = fabs(number(&top, "/events/", i + 1, "/phi/0") + M_PI / 2) * 180 / M_PI +
+                  0.2 * noise(&seed);
+    }
+    reply = fitted(GUESS SOUGHT "]", turn, count,
+                   (const char *[2]){"\"period\":1", "\"amplitude\":1,\"unit\":\"deg\""},
+                   (double *[2]){period, wide});
+    CHECK(off(&reply, "length of arm 1", 0.5) < 4 && off(&reply, "damping of arm 1", 0.02) < 4);
+    CHECK_TEXT(test_reply_text(&reply, "/freed/0"), "theta of arm 1");
+    CHECK_INT(test_reply_count(&reply, "/freed"), 1);
+    test_reply_free(&reply);
+    test_reply_free(&top);
+    test_reply_free(&gate);
+}
+
+/* a cart that a measured force drives */
+TEST(fits_find_a_cart_that_a_measured_force_drives) {
+    static char body[BODY], force[4000];
+    double t[ROWS], angle[ROWS], place[ROWS];
+    unsigned long long seed = 4;
+    char *at = force + sprintf(force, "\"force\":{\"table\":{\"hold\":\"linear\",\"t\":[0");
+    for (int i = 1; i <= 60; i++) at += sprintf(at, ",%g", 0.1 * i);
+    at += sprintf(at, "],\"value\":[0");
+    for (int i = 1; i <= 60; i++) at += sprintf(at, ",%.6g", 2 * sin(0.3 * i) + sin(0.71 * i));
+    sprintf(at, "]}}");
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{\"arms\":[{\"length\":0.4,\"mass\":0.2,\"damping\":0.002}],\"pivot\":{"
+             "\"cart\":{\"mass\":1,\"damping\":0.3,%s}}},\"initial\":{\"theta\":[0.3]},\"times\":{"
+             "\"stop\":6,\"count\":121},\"output\":[\"theta\",\"cart\"]}",
+             force);
+    struct test_reply from = test_post(API_OP_TRAJECTORIES, body);
+    for (int i = 0; i < ROWS; i++) {
+        t[i] = number(&from, "/t/", i, "");
+        angle[i] = number(&from, "/theta/", i, "/0") + 0.005 * noise(&seed);
+        place[i] = number(&from, "/cart/x/", i, "") + 0.002 * noise(&seed);
+    }
+    snprintf(
+        body, sizeof body,
+        "{\"pendulum\":{\"arms\":[{\"length\":0.45,\"mass\":0.2,\"damping\":0.001}],\"pivot\":{"
+        "\"cart\":{\"mass\":0.8,\"damping\":0.2,%s}}}," SOUGHT
+        ",{\"vary\":\"mass\",\"arm\":\"cart\"},{\"vary\":\"damping\",\"arm\":\"cart\"}]",
+        force);
+    static char request[BODY];
+    memcpy(request, body, sizeof request);
+    struct test_reply reply =
+        fitted(request, t, ROWS, (const char *[2]){"\"theta\":1", "\"cart\":true"},
+               (double *[2]){angle, place});
+    CHECK(off(&reply, "length of arm 1", 0.4) < 4 && off(&reply, "damping of arm 1", 0.002) < 4);
+    CHECK(off(&reply, "mass of the cart", 1) < 4 && off(&reply, "damping of the cart", 0.3) < 4);
+    CHECK(off(&reply, "phi of the cart", 0) < 4 && off(&reply, "phid of the cart", 0) < 4);
+    CHECK(fabs(test_reply_number(&reply, "/request/initial/cart/x")) < 0.01);
+    CHECK(fabs(test_reply_number(&reply, "/request/pendulum/pivot/cart/mass") - 1) < 0.02);
+    test_reply_free(&reply);
+    test_reply_free(&from);
+}
+
+/* a tip seen by a camera that is tilted, that stretches, and whose lens bends */
+TEST(fits_find_tilt_stretch_and_distortion_of_a_camera) {
+    static const struct {
+        const char *unknown, *name;
+        double tilt[2], stretch, bent, truth;
+    } tried[] = {{"tilt", "tilt y of the camera", {0.08, -0.1}, 0, 0, -0.1},
+                 {"stretch", "stretch of the camera", {0, 0}, 0.05, 0, 0.05},
+                 {"distortion", "distortion of the camera", {0, 0}, 0, -0.05, -0.05}};
+    double t[ROWS], x[ROWS], y[ROWS];
+    struct test_reply from = test_post(
+        API_OP_TRAJECTORIES,
+        ONE "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":6,\"count\":121},\"output\":[\"z\"]}");
+    for (size_t k = 0; k < sizeof tried / sizeof *tried; k++) {
+        unsigned long long seed = 6;
+        char request[400];
+        for (int i = 0; i < ROWS; i++) {
+            double re = number(&from, "/z/re/", i, "/0");
+            double up = (1 + tried[k].stretch) * number(&from, "/z/im/", i, "/0");
+            double near = 1 + tried[k].tilt[0] * re + tried[k].tilt[1] * up;
+            double complex d = 300 + I * 200 + 800 * cexp(I * 0.05) * (re + I * up) / near - 350;
+            // bent by that part at 350 from the center
+            d *= 1 + tried[k].bent * pow(cabs(d) / 350, 2);
+            t[i] = number(&from, "/t/", i, "");
+            x[i] = 350 + creal(d) + 0.3 * noise(&seed), y[i] = cimag(d) + 0.3 * noise(&seed);
+        }
+        snprintf(request, sizeof request,
+                 GUESS
+                 "\"camera\":{\"scale\":800,\"origin\":[300,190],\"center\":[350,0],\"unknown\":["
+                 "\"rotation\",\"origin\",\"%s\"]}," SOUGHT "]",
+                 tried[k].unknown);
+        struct test_reply reply =
+            fitted(request, t, ROWS, (const char *[2]){"\"x\":1", "\"y\":1"}, (double *[2]){x, y});
+        double by =
+            tried[k].bent == 0 ? 1 : pow(test_reply_number(&reply, "/camera/reach") / 350, 2);
+        CHECK_SAYING(off(&reply, tried[k].name, by * tried[k].truth) < 4, "%s: %s", tried[k].name,
+                     reply.out.data);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&from);
+}
+
+#define DATA(series) "\"data\":{\"t\":[0,0.5,1],\"series\":[{" series ",\"values\":[1,0,1]}]}}"
+#define TWO                                                                                        \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"unknowns\":[{\"vary\":"    \
+    "\"length\",\"arm\":1}],"
+#define CART                                                                                       \
+    "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"pivot\":{\"cart\":{\"mass\":2}}}" \
+    ","                                                                                            \
+    "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}],"
+
+TEST(fits_refuse_measurements_that_a_pendulum_does_not_have) {
+    static const struct {
+        const char *body, *pointer, *says;
+    } rows[] = {
+        {TWO DATA("\"amplitude\":1"), "/data/series/0/amplitude", "only for a pendulum of one arm"},
+        {CART DATA("\"period\":1"), "/data/series/0/period", "without a spring and a cart"},
+        {TWO DATA("\"cart\":true"), "/data/series/0/cart", "needs a pivot on a cart"},
+        {TWO DATA("\"theta\":1,\"at\":0.2"), "/data/series/0/at", "only for accelerations"},
+        {TWO DATA("\"along\":1,\"unit\":\"deg\""), "/data/series/0/unit", "only for angles"},
+        {TWO DATA("\"along\":1,\"theta\":2"), "/data/series/0/along", "one quantity too many"},
+        {CART "\"data\":{\"modes\":[{\"mode\":1,\"omega\":3}]}}", "/data/modes", "on a cart"},
+        {TWO "\"start\":0,\"camera\":{\"unknown\":[\"shift\"]}," DATA("\"along\":1"),
+         "/camera/unknown/0", "accelerations"},
+        {TWO "\"fixed\":[{\"vary\":\"bias_across\",\"arm\":1}]," DATA("\"along\":1"),
+         "/fixed/0/vary", "needs measured accelerations across the arm"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        CHECK_REFUSED(API_OP_FITS, rows[i].body, rows[i].pointer, rows[i].says);
+}
