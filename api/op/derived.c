@@ -8,17 +8,17 @@
 
 enum { DERIVED_NUMBERS = 65536 }; /* numbers in a block of rows */
 
-/* steps per radian of the fastest arm; measured s per step and, with eight derivatives, per step
- * and arm */
+/* steps per radian of the fastest arm; s per step and, with eight derivatives, per step and arm,
+ * measured */
 static const double steps_a_radian = 4, step_seconds = 3.6e-6, arm_seconds = 7.2e-6;
 
-/* s per radian, and per radian and pair of arms, of eight derivatives of an ideal pendulum of 1 to
+/* s per radian, and per radian and pair of arms, for eight derivatives of an ideal pendulum of 1 to
  * 16 arms, measured */
 static const double ideal_seconds = 2e-6, pair_seconds = 0.9e-6;
 
 static const char *const fields[] = {"vary", "arm", "harmonic", NULL};
 
-/* reading */
+/* ---- reading */
 
 static struct pend_parameter derived_parameter(const struct api_target *target) {
     static const enum pend_parameter_kind kinds[API_VARY_COUNT] = {
@@ -106,7 +106,7 @@ double api_derived_seconds(const struct api_derived *derived, const struct api_t
            (step_seconds + tree->n * arm_seconds);
 }
 
-/* columns */
+/* ---- columns */
 
 static int derived_width(const struct api_derived *derived, int what) {
     return what >= PEND_DERIVED_KINETIC ? 0 : derived->n;
@@ -122,7 +122,7 @@ void api_derived_add(struct api_derived *derived, struct api_table *table, const
     api_table_add_inner(table, "derivatives", label, derived_width(derived, what), derived->count);
 }
 
-/* rows */
+/* ---- rows */
 
 /* the quantities to compute */
 static void derived_wanted(const struct api_derived *derived, char wanted[PEND_DERIVED + 1]) {
@@ -132,7 +132,7 @@ static void derived_wanted(const struct api_derived *derived, char wanted[PEND_D
         wanted[PEND_DERIVED_KINETIC] = wanted[PEND_DERIVED_POTENTIAL] = 1;
 }
 
-/* numbers of a quantity per row */
+/* number of values of a quantity per row */
 static size_t derived_numbers(const struct api_derived *derived, int what) {
     int width = derived_width(derived, what);
     return (size_t)(width ? width : 1) * (size_t)derived->count;
@@ -185,7 +185,7 @@ enum pend_status api_derived_begin(struct api_derived *derived, const struct pen
                                 error);
 }
 
-/* the total energy's derivatives, from row `from` on */
+/* computes the derivatives of the total energy, from row `from` on */
 static void derived_sum(const struct api_derived *derived, long from, long rows) {
     size_t count = (size_t)derived->count;
     const double *kinetic = derived->rows.derivative[PEND_DERIVED_KINETIC];

@@ -1,6 +1,6 @@
-/* The field `derivatives` of a request, and the columns of the answer that it adds.
+/* The field `derivatives` of a request, and the columns that it adds to the answer.
  * Leaves to others: the derivatives (core/derivatives), the outputs (samples, op_*).
- * Invariant: the columns of derivatives are parts of one name, in the order of the outputs, and
+ * Invariant: all columns of derivatives have the same name, with parts in the order of the outputs;
  * their last axis is the parameter, in the order of the request. */
 #pragma once
 
@@ -15,7 +15,7 @@ enum { API_DERIVED_MOST = 1000, API_DERIVED_LABEL = 24, API_DERIVED_TOTAL = PEND
 /* The quantities and the parameters of derivatives; all zero without derivatives. */
 struct api_derived {
     int n;
-    int count; /* parameters */
+    int count; /* number of parameters */
     struct pend_parameter *parameter;
     int columns;
     struct {
@@ -23,9 +23,9 @@ struct api_derived {
         char label[API_DERIVED_LABEL]; /* "phi", "z_re", "energy_total" */
     } column[API_COLUMNS / 2];
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_derivatives *motion;
-    long cap;      /* rows of a block */
+    long cap;      /* rows per block */
     double *block; /* the rows of all quantities */
     struct pend_derived_rows rows;
     double *total; /* NULL if not needed */
@@ -34,10 +34,10 @@ struct api_derived {
 /**
  * Reads the field `derivatives`.
  *
- * derived  out; released by api_derived_clear, also after a failure; count 0 if the field is
+ * derived  out; released by api_derived_clear, also after a failure; count is 0 if the field is
  *          missing.
  *
- * PEND_INVALID    every fault was added to the problem.
+ * PEND_INVALID    every error was added to the problem.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_derived_read(struct api_derived *derived,
@@ -45,16 +45,16 @@ PEND_MUST_CHECK enum pend_status api_derived_read(struct api_derived *derived,
                                                   const struct api_tree *tree,
                                                   struct api_problem *problem);
 
-/** Adds a fault if the motion's method does not support derivatives: only taylor in doubles does.
- */
+/** Adds an error if the motion's method does not support derivatives; only taylor in doubles
+ * does. */
 void api_derived_check_method(const struct api_derived *derived, const struct api_value *value,
                               const struct api_method *method, struct api_problem *problem);
 
 /** Frees all memory. */
 void api_derived_clear(struct api_derived *derived);
 
-/** Returns the estimated time of a motion in which the fastest arm turns by so many radians, s.
- * O(1). */
+/** Returns the estimated time, s, of a motion in which the fastest arm turns by a number of
+ * radians. O(1). */
 double api_derived_seconds(const struct api_derived *derived, const struct api_tree *tree,
                            double radians);
 
@@ -66,13 +66,13 @@ void api_derived_add(struct api_derived *derived, struct api_table *table, const
 /** Returns the bytes of memory of a computation with blocks of that many rows. O(1). */
 double api_derived_bytes(const struct api_derived *derived, const struct api_tree *tree, long rows);
 
-/** Returns the largest number of rows of a block, for `rows` in total. O(1). */
+/** Returns the number of rows per block, for `rows` rows in total. O(1). */
 long api_derived_cap(const struct api_derived *derived, long rows);
 
 /**
  * Creates the motion and the memory of its rows.
  *
- * cap  rows of a block.
+ * cap  rows per block.
  *
  * PEND_NO_MEMORY, and the failures of pend_derivatives_new.
  */
@@ -98,18 +98,19 @@ void api_derived_end(struct api_derived *derived);
 void api_derived_state(struct api_derived *derived, const double phi[], const double phi_low[],
                        const double rate[], double time, long row);
 
-/** Copies the numbers of all columns in a row of the block, one column after the other. Returns the
- * next place in `to`. */
+/** Copies the numbers of all columns in a row of the block, column by column. Returns the end in
+ * `to`. */
 double *api_derived_put(const struct api_derived *derived, long row, double to[]);
 
-/** Stores pointers to the columns' rows, `columns` of them. */
+/** Stores pointers to the rows of the columns, `columns` pointers. */
 void api_derived_columns(const struct api_derived *derived, const double *column[]);
 
 /** Returns the approximate angular frequency of the fastest arm, rad/s: that of the shortest arm,
- * higher with many arms below each other, and at least the start's rate; NULL: at rest. O(n). */
+ * higher with many arms below each other, and at least the rate of the start. start: NULL = at
+ * rest. O(n). */
 double api_swing(const struct api_tree *tree, const struct api_states *start);
 
-/** Returns the effect of terms on the number of steps, as rad/s of a swing that takes as many: a
- * fifth of the rate of springs and drives, a twentieth of the decay rate of friction. O(n +
- * harmonics). */
+/** Returns the effect of terms on the number of steps, as the rate of a swing that takes as many
+ * steps, rad/s: a fifth of the rate of springs and drives, a twentieth of the decay rate of
+ * friction. O(n + harmonics). */
 double api_terms_pace(const struct api_tree *tree);

@@ -30,8 +30,8 @@ static const enum pend_quantity meanings[] = {
     PEND_QUANTITY_FORCE,   PEND_QUANTITY_X,         PEND_QUANTITY_Y,     PEND_QUANTITY_DISTANCE,
     PEND_QUANTITY_KINETIC, PEND_QUANTITY_POTENTIAL, PEND_QUANTITY_ENERGY};
 
-/* the largest number of arms whose positions are computed: some 20 ms per step; the cost of one,
- * relative to that of an arm in a step */
+/* the most arms whose positions are computed, some 20 ms per step; the cost of one relative to that
+ * of an arm in a step */
 static const double followed_most = 20000, followed_times = 6;
 
 static const double value_most = 1e15;
@@ -40,7 +40,7 @@ static int present(const struct api_value *value) { return api_value_kind(value)
 
 /* ---- reading */
 
-/* the arms of a quantity */
+/* reads the arms of a quantity */
 static void read_arms(const struct api_events *events, struct pend_event *event,
                       const struct api_value *value, struct api_problem *problem) {
     struct api_value arm = api_value_member(value, "arm"), to = api_value_member(value, "to");
@@ -63,7 +63,7 @@ static void read_arms(const struct api_events *events, struct pend_event *event,
     if (second >= 0) event->other = events->tree->tree->place[second];
 }
 
-/* the level: a value, or a bound of the magnitude */
+/* reads the level: a value, or a bound of the magnitude */
 static void read_level(struct pend_event *event, const struct api_value *condition,
                        struct api_problem *problem) {
     static const char *const units[] = {"rad", "deg", NULL};
@@ -116,7 +116,7 @@ static void read_condition(struct api_events *events, const struct api_value *va
     events->stops |= event->stop > 0;
 }
 
-/* restrictions of other fields of a request with conditions */
+/* adds errors for other fields that exclude conditions */
 static void check_others(const struct api_events *events, const struct api_value *field,
                          const struct api_reading *reading, const struct api_states *start,
                          const struct api_method *method, int spans) {
@@ -147,7 +147,7 @@ static void check_others(const struct api_events *events, const struct api_value
                         api_format_json.media_type);
 }
 
-/* outputs that are not available if the rows are passages */
+/* adds errors for outputs that are not available if the rows are passages */
 static void check_rows(const struct api_events *events, const struct api_value *rows,
                        const struct api_value *root, struct api_problem *problem) {
     static const char *const absent[] = {"output", "trust", "derivatives"};
@@ -178,8 +178,8 @@ static void check_size(const struct api_events *events, const struct api_value *
                         rows, events->tree->n, 8 * rows * numbers, limits->answer_bytes);
 }
 
-/* counts the arms whose positions are computed: on the path to each tip, and all for energies,
- * which take three times as long */
+/* counts the arms whose positions are computed: those on the path to each tip, and for energies all
+ * of them, three times */
 static void count_followed(struct api_events *events, const struct api_value *field,
                            struct api_problem *problem) {
     const struct pend_tree *tree = events->tree->tree;
@@ -312,7 +312,7 @@ static void events_cut(const struct api_events *events, struct pend_times *times
     double first = pend_times_at(times, 0), stopped = pend_events_stopped(events->search);
     long good = 1, bad = times->count;
     if (isnan(stopped)) return;
-    // instants from `bad` on are later
+    // instants from `bad` on are later than that
     while (bad - good > 0) {
         long middle = good + (bad - good) / 2;
         if (fabs(pend_times_at(times, middle) - first) <= fabs(stopped))
@@ -323,7 +323,7 @@ static void events_cut(const struct api_events *events, struct pend_times *times
     times->count = good;
 }
 
-/* the next passages, as many as one piece of work yields */
+/* searches for the next passages, as many as one piece of work yields */
 static enum pend_status events_next(struct api_events *events, double first,
                                     struct pend_error *error) {
     double arms = events->tree->n * api_events_times(events) + 2.0 * events->count;
@@ -351,7 +351,7 @@ enum pend_status api_events_look(struct api_events *events, const struct api_sta
     return PEND_OK;
 }
 
-/* ---- telling */
+/* ---- results */
 
 void api_events_columns(const struct api_events *events, struct api_table *table) {
     assert(events->count <= API_EVENTS_MOST);
@@ -371,7 +371,7 @@ void api_events_columns(const struct api_events *events, struct api_table *table
     for (int i = 0; i < events->count; i++) table->rows += events->event[i].most;
 }
 
-/* the horizon of the passages and their number; a warning if it is before the end */
+/* adds the number of passages and their horizon, with a warning if that is before the end */
 static void events_tell_horizon(struct api_events *events, const struct pend_times *times,
                                 struct api_stats *stats) {
     double first = pend_times_at(times, 0), held = pend_events_held(events->search);
@@ -451,7 +451,7 @@ double api_events_times(const struct api_events *events) {
 double api_events_bytes(const struct api_events *events) {
     double n = events->tree ? api_tree_stored(events->tree) : 0, room = (double)events->room;
     if (!events->count) return 0;
-    // memory grows at most once per turn; meanwhile the old and the new block exist
+    // memory grows at most once per turn, during which the old and the new block exist
     room = 3 * fmax(room, FIRST_ROOM);
     return sizeof(double) * ((5 + 2 * n) * room + 2 * n + 90 * n * (events->count > 0)) + 40000.0 +
            90.0 * 64 * events->count;

@@ -1,7 +1,8 @@
-/* The conditions of the field `events`: reading them, and of a trajectory the search for their
- * passages, and these as JSON or as the rows of a table. Leaves to others: the search itself
- * (events/events), the rest of a trajectory (op_trajectories). Invariant: passages are kept
- * in the order of time, arms in the caller's. */
+/* The conditions of the field `events`: reading them, the search for their passages in a
+ * trajectory, and these passages as JSON or as the rows of a table.
+ * Leaves to others: the search itself (core/integrate/events), the rest of a trajectory
+ * (op_trajectories).
+ * Invariant: passages are in the order of time, arms in the caller's order. */
 #pragma once
 
 #include "api/encode/encode.h"
@@ -13,31 +14,32 @@
 enum { API_EVENTS_MOST = 64, API_EVENTS_COLUMNS = 7 };
 
 struct api_events {
-    int count;       /* of conditions; 0 = none */
-    int rows;        /* the answer's rows are the passages, not the instants */
-    int stops;       /* a condition may end the motion */
-    double followed; /* arms whose positions are computed in each step, total over conditions */
+    int count;       /* number of conditions; 0 = none */
+    int rows;        /* whether the answer's rows are passages instead of instants */
+    int stops;       /* whether a condition may end the motion */
+    double followed; /* number of arms whose positions are computed in each step, for all
+                      * conditions */
     struct pend_event event[API_EVENTS_MOST];
     const struct api_tree *tree;
     double step_cap;
-    const char *step_name; /* of the limit */
-    long usual;            /* default number of reported passages of a condition */
+    const char *step_name; /* name of the limit on steps */
+    long usual;            /* default number of passages that are reported per condition */
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_events *search;
     int searched;
     long found, room;
-    double *column[API_EVENTS_COLUMNS]; /* t, event, direction, phi, phid, and position and speed of
-                                         * a cart */
-    double *state;                      /* of all stored arms, angles and rates */
+    double *column[API_EVENTS_COLUMNS]; /* t, event, direction, phi, phid, and a cart's position and
+                                         * speed */
+    double *state;                      /* angles and rates of all stored arms */
     char warning[API_WARNING_TEXT];
 };
 
 /**
- * Reads only the conditions of the field `events`. `events` must have its tree and `usual`, and
- * zeros otherwise.
+ * Reads only the conditions of the field `events`. `events` must have its tree and `usual` set, and
+ * be zero otherwise.
  *
- * Every fault is added to the problem.
+ * Every error is added to the problem.
  */
 void api_events_read_list(struct api_events *events, const struct api_value *field,
                           const struct api_limits *limits, struct api_problem *problem);
@@ -46,10 +48,10 @@ void api_events_read_list(struct api_events *events, const struct api_value *fie
  * Reads the fields `events` and `rows`; released by api_events_clear.
  *
  * tree    the trajectory's, which must outlive the events.
- * start   its state; NULL if that is faulty.
- * times   its instants; none of them if they are faulty.
+ * start   its initial state; NULL if that is invalid.
+ * times   its instants; count 0 if they are invalid.
  *
- * Every fault is added to the problem.
+ * Every error is added to the problem.
  */
 void api_events_read(struct api_events *events, const struct api_reading *reading,
                      const struct api_tree *tree, const struct api_states *start,
@@ -61,8 +63,8 @@ void api_events_clear(struct api_events *events);
 /**
  * Continues the search until the turn is over or `searched` is set.
  *
- * times  the trajectory's; the search goes from the first to the last of them. If a condition ended
- *        the motion, the later ones are removed.
+ * times  instants of the trajectory; the search goes from the first to the last. If a condition
+ *        ends the motion, later instants are removed.
  *
  * PEND_NO_MEMORY, PEND_TOO_MANY_STEPS, and what pend_events_next returns.
  */
@@ -71,8 +73,7 @@ api_events_look(struct api_events *events, const struct api_states *start,
                 const struct api_method *method, struct pend_times *times,
                 const struct api_turn *turn, struct pend_error *error);
 
-/** Writes the passages as the rows of an answer, and the figures after them, until the turn is
- * over. */
+/** Writes the passages as the rows of an answer, then the statistics, until the turn is over. */
 PEND_MUST_CHECK enum pend_status
 api_events_write(struct api_events *events, const struct pend_times *times,
                  struct api_writer *writer, struct api_stats *stats, const struct api_turn *turn,
@@ -82,8 +83,8 @@ api_events_write(struct api_events *events, const struct pend_times *times,
  * rows; marks the number of rows as known only at the end. */
 void api_events_columns(const struct api_events *events, struct api_table *table);
 
-/** Adds the number of passages and the end of the motion, s, if a condition ended it. If passages
- * are the rows, adds the number of the search's steps and the horizon. */
+/** Adds the number of passages and, if a condition ended the motion, the time of that, s. If
+ * passages are the rows, adds the number of the search's steps and the horizon. */
 void api_events_tell(struct api_events *events, const struct pend_times *times,
                      struct api_stats *stats);
 
@@ -92,8 +93,9 @@ void api_events_tell(struct api_events *events, const struct pend_times *times,
 PEND_MUST_CHECK enum pend_status api_events_append(const struct api_events *events, int digits,
                                                    struct api_buffer *out);
 
-/** Returns the time of the search relative to that of the motion's steps; 0 without one. O(1). */
+/** Returns the time of the search relative to that of the motion's steps; 0 without a search.
+ * O(1). */
 double api_events_times(const struct api_events *events);
 
-/** Returns the bytes of passages until the next turn ends. O(1). */
+/** Returns the bytes of memory of the passages until the next turn ends. O(1). */
 double api_events_bytes(const struct api_events *events);

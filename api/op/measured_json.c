@@ -13,7 +13,8 @@ enum { NAMES_BYTES = 400, GAP_BYTES = 100, LISTED = 64, MANY_ROWS = 8 };
 
 static const double pi = 3.14159265358979323846;
 
-/* a zero counts as shifted beyond this many standard errors and this fraction of half a swing */
+/* an angle's zero counts as shifted if it is off by this many standard errors and this fraction of
+ * half a swing */
 static const double zero_errors = 4, zero_share = 0.01;
 
 /* a tip counts as moving on an arc if a parabola explains this fraction of its rise */
@@ -38,7 +39,7 @@ static const char *measured_names(const struct api_measured *table, char out[NAM
     return out;
 }
 
-/* reads `columns` of the request, names that replace the table's; returns their number */
+/* reads the request's `columns`, names that replace the table's; returns their number */
 static int read_given(const struct api_value *columns, struct api_csv_cell given[],
                       struct api_problem *problem) {
     struct api_value item = api_value_item(columns, 0);
@@ -58,7 +59,7 @@ static int read_given(const struct api_value *columns, struct api_csv_cell given
     return api_value_kind(columns) == API_MISSING ? 0 : count;
 }
 
-/* adds faults for given names that are not quantities of this pendulum */
+/* adds errors for given names that are not quantities of this pendulum */
 static void check_given(const struct api_measured *table, const struct api_value *columns,
                         struct api_problem *problem) {
     struct api_value item = api_value_item(columns, 0);
@@ -85,13 +86,13 @@ static int measured_repeats(const struct api_measured *table, const double row[]
     return 1;
 }
 
-/* counts repeated rows, and finds the direction of y: a tip that hangs below its pivot is lowest in
- * the middle of its swing */
+/* counts repeated rows, and determines the direction of y: a tip that hangs below its pivot is
+ * lowest in the middle of its swing */
 static void measured_rows(struct api_measured *table) {
     const struct api_csv *csv = &table->csv;
     double row[2][API_CSV_COLUMNS], n = 0, v = 0, uu = 0, uuv = 0, uuuu = 0;
     const char *at = csv->begin;
-    int line = csv->first - 1, last = 0, of[2] = {0, 0}; // x and y
+    int line = csv->first - 1, last = 0, of[2] = {0, 0}; // line numbers; columns of x and y
     for (int i = csv->columns - 1; i > 0; i--) {
         const struct api_csv_taken *taken = &table->roles.column[i];
         if (taken->arm == 1 && is_place(taken->role)) of[taken->role == API_CSV_Y] = i;
@@ -107,7 +108,7 @@ static void measured_rows(struct api_measured *table) {
         if (isnan(across) || isnan(along)) continue;
         n++, v += along, uu += across, uuv += across * along, uuuu += across * across;
     }
-    // fits y linearly against the square of x by least squares
+    // fits y as a linear function of x^2 by least squares
     double half = (x->high - x->low) / 2, bend = (n * uuv - uu * v) / (n * uuuu - uu * uu);
     table->downwards =
         of[0] && of[1] && n >= MANY_ROWS && bend * half * half < -bent_share * (y->high - y->low);
@@ -120,7 +121,7 @@ static void measured_zero(struct api_measured *table) {
         double center, error, reach;
         if (!api_csv_is_angle(taken->role)) continue;
         if (!api_csv_center(&table->csv.column[i], &center, &error, &reach)) continue;
-        if (!(reach * taken->unit < pi)) continue; // it turns over
+        if (!(reach * taken->unit < pi)) continue; // skip an angle that passes over the top
         double rest = taken->role == API_CSV_PHI ? -pi / 2 / taken->unit : 0;
         if (!(fabs(center - rest) > fmax(zero_errors * error, zero_share * reach))) continue;
         snprintf(table->advice, sizeof table->advice,
@@ -160,7 +161,7 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
                 "positions");
         return 0;
     }
-    // without a pendulum, its fault has been added already
+    // if the pendulum is invalid, an error has been added already
     if (!tree->n && problem->status) return 0;
     api_csv_guess(&table->roles, &table->csv, &hints);
     check_given(table, &columns, problem);
@@ -169,7 +170,7 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
     return !problem->status;
 }
 
-/* adds faults for missing numbers and for words among numbers; returns 0 after a fault */
+/* adds errors for missing numbers and for words among numbers; returns 0 after an error */
 static int measured_gap(const struct api_measured *table, char out[GAP_BYTES]) {
     *out = 0;
     for (int i = 0; i < table->csv.columns && !*out; i++) {
@@ -207,7 +208,7 @@ double *api_measured_rows(const struct api_measured *table) {
     const int width = table->csv.columns;
     const char *at = table->csv.begin;
     long count = 0;
-    // space for one more row, since the last one may be a repetition
+    // space for one more row, because the last one may be a repetition
     double *row = malloc((size_t)(table->csv.rows + 1) * (size_t)width * sizeof *row), *now = row;
     for (int line = 0; row && api_csv_row(&table->csv, &at, &line, now); now = row + count * width)
         count += !count || !measured_repeats(table, now, now - width);
@@ -263,7 +264,7 @@ static enum pend_status write_rows(const struct api_measured *table, int rows,
     return api_buffer_text(out, "]");
 }
 
-/* the value of column i in each row */
+/* writes the value of column i in each row */
 static enum pend_status write_values(const struct api_measured *table, const char *name, int i,
                                      const double *row, struct api_buffer *out) {
     PEND_TRY(api_out_open(out, name, '['));

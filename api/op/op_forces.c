@@ -43,7 +43,7 @@ enum {
     COLUMNS
 };
 
-/* constants of the estimated cost: s per number of the answer, and s more if it is text */
+/* constants of the estimated cost: s per number of the answer, and additional s if it is text */
 static const double number_seconds = 5e-8, text_seconds = 3e-8;
 
 enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
@@ -74,12 +74,12 @@ static const struct {
     [CART_REACTION] = {"cart", "reaction"},
 };
 
-/* one number per arm, or one per row */
+/* whether a column has one number per arm */
 static int column_of_arms(int column) {
     return column < KINETIC || (column > TOTAL && column < CART_ACC);
 }
 
-/* the quantity that a column's derivatives belong to */
+/* the quantity to which a column's derivatives belong */
 static const int derived_of[COLUMNS] = {
     [PHIDD] = PEND_DERIVED_ACC,
     [LAMBDA] = PEND_DERIVED_FORCE,
@@ -102,20 +102,20 @@ static const int derived_of[COLUMNS] = {
 
 struct forces {
     struct api_tree tree;
-    double time; /* s, at which drives are evaluated */
-    int count;   /* number of columns, of which the last ones are for real pendulums */
+    double time; /* s, the time at which drives are evaluated */
+    int count;   /* number of columns, of which the last ones exist only for real pendulums */
     struct api_states *states;
     struct api_derived derived;
     struct api_table table;
     const struct api_format *format;
 
-    /* once it runs; the arrays are one block that begins with work */
+    /* set once it runs; the arrays are in one block, which begins with `work` */
     struct api_writer *writer;
-    long next, cap; /* the first state that is not written yet; rows per block */
+    long next, cap; /* index of the first state that is not written; rows per block */
     void *work;
-    double *row[4];  /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in
-                        stored order each */
-    double *scratch; /* 4 n numbers */
+    double *row[4];  /* accelerations and forces of AT_ONCE states; the two parts of a vector;
+                      * stored order */
+    double *scratch; /* scratch of 4 n numbers */
     double *column[COLUMNS];
 };
 
@@ -128,9 +128,9 @@ static void forces_clear(void *state) {
     api_tree_clear(&forces->tree);
 }
 
-/* reading */
+/* ---- reading */
 
-/* sets the columns, and adds a fault if the answer would be too large */
+/* sets the columns, and adds an error if the answer would be too large */
 static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
     struct api_table *table = &forces->table;
     forces->count = forces->tree.cart ? COLUMNS : forces->tree.loads.terms ? CART_ACC : JOINT_ALONG;
@@ -142,7 +142,7 @@ static void forces_check_size(struct forces *forces, const struct api_reading *r
     api_reading_check_size(reading, table, reading->root, "states", "fewer at a time");
 }
 
-/* the number of states; 0 if that is a fault */
+/* the number of states; 0 after an error */
 static long forces_count(struct forces *forces, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     struct api_value one = api_value_member(reading->root, "state"),
@@ -168,7 +168,7 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
     return 0;
 }
 
-/* reads the states; allocates their memory only if the rest of the request has no fault and the
+/* reads the states; allocates memory for them only if the rest of the request has no error and the
  * answer is not too large */
 static enum pend_status forces_read_states(struct forces *forces,
                                            const struct api_reading *reading) {
@@ -213,7 +213,7 @@ static enum pend_status forces_read(void *state, const struct api_reading *readi
     return forces_read_parts(forces, reading);
 }
 
-/* running */
+/* ---- running */
 
 /* bytes of the scratch of the dynamics */
 static size_t forces_work(const struct forces *forces) {
@@ -254,7 +254,7 @@ static void forces_put(const struct forces *forces, const double row[], long i, 
     api_tree_put(&forces->tree, row, forces->column[column] + i * forces->tree.n);
 }
 
-/* true for a small swing about hanging, whose angles need the low-order part of phi */
+/* true for a small swing about hanging, whose angles need the low part of phi */
 static int forces_swing(int n, const double phi[], const double phi_low[]) {
     double largest = 0, low = 0;
     for (int k = 0; k < n; k++) {
@@ -264,7 +264,7 @@ static int forces_swing(int n, const double phi[], const double phi_low[]) {
     return low > 0 && largest <= PEND_TURNS_SMALL;
 }
 
-/* the accelerations and all forces of a real pendulum, into row i of the columns */
+/* computes the accelerations and all forces of a real pendulum into row i of the columns */
 static void forces_real(const struct forces *forces, const double phi[], const double rate[],
                         long i, double acc[], double force[]) {
     size_t n = (size_t)forces->tree.tree->n;
@@ -290,7 +290,7 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     const double *low = forces->states->phi_low + s * tree->n;
     const struct pend_loads *loads = &forces->tree.loads;
     double *re = forces->row[2], *im = forces->row[3];
-    // the first state of a group computes the accelerations and forces of all
+    // the first state of a group computes the accelerations and forces of all of them
     long behind = i % AT_ONCE, left = forces->table.rows - s;
     double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
     if (loads->terms)
@@ -325,7 +325,7 @@ static void forces_rest(double *phi, double *low) {
     *low = rest.low;
 }
 
-/* creates the derivatives of states; any instant and start would do, so it uses the first state */
+/* creates the derivatives of states, with the first state as an arbitrary start */
 static enum pend_status forces_begin_derived(struct forces *forces, struct pend_error *error) {
     struct pend_problem problem = {.tree = forces->tree.tree,
                                    .loads = forces->tree.loads,

@@ -21,37 +21,39 @@ static const char *const fields[] = {"pendulum", "initial", "start",  "duration"
 
 enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
 
-/* the longest duration; estimated cost in s per step and arm of one motion, and per product */
+/* longest duration; constants of the estimated cost: s per step and arm of one motion, s per
+ * product */
 static const double duration_most = 1e9, arm_seconds = 1e-6, product_seconds = 1e-9;
 
 /* radians by which the fastest arm turns between two orthonormalizations */
 static const double turn = 0.3;
 
-/* the growth, as a power of e, by which a rounding error of the start reaches the usual accuracy;
+/* the growth, as a power of e, by which the rounding error of a start reaches the usual accuracy;
  * accelerations relative to g / l below which a start at rest hardly moves */
 static const double lost_growth = 23, still = 0.01;
 
 struct lyapunov {
     struct api_tree tree;
     struct api_states *start;
-    double origin, duration, transient; /* s; the start in the request's time */
+    double origin, duration, transient; /* s; origin: the start in the request's time */
     int count;
     struct api_table table;
     const struct api_format *format;
     double step_cap;
-    const char *step_name; /* of the limit */
+    const char *step_name; /* name of the limit on steps */
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_lyapunov *exponents;
     struct api_writer *writer;
     double interval;
-    long a_row, skip;   /* intervals per row, and during the transient */
-    long intervals;     /* finished intervals, including the transient */
-    double *column[3];  /* t, the exponents and their errors of up to ROWS rows, one block */
-    long rows, written; /* rows in the block, and rows before it */
-    int balanced;       /* the start is at rest near an equilibrium */
+    long a_row, skip;   /* intervals per row; intervals of the transient */
+    long intervals;     /* number of finished intervals, including the transient */
+    double *column[3];  /* t, the exponents and their errors, for up to ROWS rows; pointers into one
+                         * block */
+    long rows, written; /* rows in the block, and rows written before it */
+    int balanced;       /* whether the start is at rest near an equilibrium */
     double grown;       /* logarithm of the growth during the transient */
-    double horizon;     /* s since the start, 0 = not reached */
+    double horizon;     /* s since the start; 0 = not reached */
     struct api_stats stats;
     char warning[API_WARNING_TEXT];
 };
@@ -67,7 +69,7 @@ static void lyapunov_clear(void *state) {
 
 /* --- reading --- */
 
-/* number of exponents: a number, or "all" */
+/* reads the number of exponents: a number, or "all" */
 static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_value *count,
                                 struct api_problem *problem) {
     const char *text = api_value_text(count);
@@ -116,7 +118,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* sets the columns, and adds a fault if the answer would be too large */
+/* sets the columns, and adds an error if the answer would be too large */
 static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
     double bytes = 8.0 * 6 * api_tree_stored(&lyapunov->tree) * (lyapunov->count + 1);
@@ -147,13 +149,13 @@ static enum pend_status lyapunov_read(void *state, const struct api_reading *rea
 
 /* --- running --- */
 
-/* intervals per row, so that none is longer than the fastest arm's `turn` */
+/* intervals per row, so that in none the fastest arm turns by more than `turn` */
 static double lyapunov_intervals(const struct lyapunov *lyapunov) {
     double row = lyapunov->duration / (double)lyapunov->table.rows;
     return fmax(1, ceil(row * api_swing(&lyapunov->tree, lyapunov->start) / turn));
 }
 
-/* determines whether the start is at rest with almost no acceleration, and without a drive */
+/* determines whether the start is at rest with almost no acceleration and without a drive */
 static enum pend_status lyapunov_balance(struct lyapunov *lyapunov,
                                          const struct pend_lyapunov_problem *start,
                                          struct pend_error *error) {
@@ -226,7 +228,7 @@ static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buf
 
 /* notes when the initial rounding error has grown to the usual accuracy */
 static void lyapunov_watch(struct lyapunov *lyapunov) {
-    // the next row is not filled yet
+    // the row that is not filled yet
     double *exponent = lyapunov->column[1] + lyapunov->rows * lyapunov->count;
     long over = lyapunov->intervals - lyapunov->skip, since = over > 0 ? over : lyapunov->intervals;
     if (lyapunov->horizon > 0) return;
@@ -236,7 +238,7 @@ static void lyapunov_watch(struct lyapunov *lyapunov) {
     if (grown >= lost_growth) lyapunov->horizon = (double)lyapunov->intervals * lyapunov->interval;
 }
 
-/* ends an interval, of the transient or of a row */
+/* completes an interval, of the transient or of a row */
 static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out,
                                       struct pend_error *error) {
     long over = ++lyapunov->intervals - lyapunov->skip;

@@ -1,7 +1,6 @@
 /* GET /v1/presets and /v1/presets/{name}: predefined pendulums, as complete requests.
  * Leaves to others: the pendulums themselves (presets.txt).
- * Invariant: pendulum, initial and times of a preset are the body of a good request to
- * /v1/trajectories. */
+ * Invariant: pendulum, initial and times of a preset form a valid request to /v1/trajectories. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -17,7 +16,7 @@ static const char begins[] = "\n{\"name\":\"", between[] = "\n\n";
 enum { PRESETS_MOST = 64, NAME_BYTES = 64 };
 
 struct presets {
-    const char *only; /* the requested preset; NULL: all */
+    const char *only; /* the requested preset; NULL = all */
 };
 
 /* the preset after `at`, or the first one if it is NULL; NULL after the last */

@@ -1,7 +1,7 @@
-/* POST /v1/sections: the instants at which an arm passes a direction, or that are a period of a
- * drive apart, with the state at them.
- * Leaves to others: reading (tree_json, state_json), the search (events/section), the
- * bytes (encode).
+/* POST /v1/sections: the instants at which an arm passes a direction, or that are one drive period
+ * apart, with the states at these instants.
+ * Leaves to others: reading (tree_json, state_json), the search (core/integrate/events/section),
+ * the bytes (encode).
  * Invariant: all passages are found before the first is written, so that the head of the answer
  * contains their number. */
 #include "api/op/op.h"
@@ -30,8 +30,8 @@ enum { T, PHI, PHID, COLUMNS = 6, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 
 
 static const double duration_most = 1e9, angle_most = 1e6;
 
-/* s, of a stroboscopic section; the largest number of periods in the searched time, which must be
- * exact as a double */
+/* s, shortest period of a stroboscopic section; most periods in the searched time, whose number
+ * must be exact as a double */
 static const double period_least = 1e-9, periods_most = 1e15;
 
 /* constants of the estimated cost: steps per radian of the fastest swing, s per step and arm */
@@ -40,23 +40,23 @@ static const double steps_a_radian = 4, arm_seconds = 2e-6;
 struct sections {
     struct api_tree tree;
     struct api_states *start;
-    double origin, duration; /* s; the start in the time of drives */
+    double origin, duration; /* s; origin: the start in the time of drives */
     double angle, angle_low, rtol, accuracy;
-    double period, first; /* s, of a stroboscopic section; period 0: a section at an arm's angle */
-    int arm;              /* stored number */
+    double period, first; /* s, of a stroboscopic section; period 0 = a section at an arm's angle */
+    int arm;              /* stored number of the arm */
     unsigned ways;
     struct api_table table;
-    int direction, cart; /* the indices of these columns, if any */
+    int direction, cart; /* the indices of these columns, if present */
     const struct api_format *format;
     double step_cap;
-    const char *step_name; /* of the limit */
+    const char *step_name; /* name of the limit on steps */
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_section *section;
     struct api_writer *writer;
-    long count, room; /* passages found, and capacity */
+    long count, room; /* number of passages found; capacity */
     double *column[COLUMNS];
-    double *state; /* 2 n, stored order */
+    double *state; /* 2 n numbers, stored order */
     int found_all;
     double until;
     struct api_stats stats;
@@ -75,7 +75,7 @@ static void sections_clear(void *state) {
 
 /* --- reading --- */
 
-/* the angle of the section, as phi in rad */
+/* reads the angle of the section, as phi in rad */
 static void sections_read_angle(struct sections *sections, const struct api_value *section,
                                 struct api_problem *problem) {
     static const char *const units[] = {"rad", "deg", NULL};
@@ -99,7 +99,7 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     sections->angle_low = from_theta ? hanging.low : 0;
 }
 
-/* the common period of the pendulum's drives */
+/* determines the common period of the pendulum's drives */
 static void sections_drive_period(struct sections *sections, const struct api_value *period,
                                   struct api_problem *problem) {
     const struct pend_loads *loads = &sections->tree.loads;
@@ -125,7 +125,7 @@ static void sections_drive_period(struct sections *sections, const struct api_va
                                                 "give the period in seconds");
 }
 
-/* a stroboscopic section */
+/* reads a stroboscopic section */
 static void sections_read_period(struct sections *sections, const struct api_value *section,
                                  struct api_problem *problem) {
     struct api_value period = api_value_member(section, "period"),
@@ -173,7 +173,7 @@ static void sections_read_section(struct sections *sections, const struct api_va
     sections->ways = ways[word];
 }
 
-/* the start and the duration of the motion */
+/* reads the start and the duration of the motion */
 static void sections_read_time(struct sections *sections, const struct api_value *root,
                                struct api_problem *problem) {
     struct api_value duration = api_value_member(root, "duration"),
@@ -216,7 +216,7 @@ static enum pend_status sections_read_parts(struct sections *sections,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* sets the columns, and adds a fault if the answer would be too large */
+/* sets the columns, and adds an error if the answer would be too large */
 static enum pend_status sections_check_size(struct sections *sections,
                                             const struct api_reading *reading) {
     struct api_table *table = &sections->table;
@@ -322,12 +322,12 @@ static enum pend_status sections_search(struct sections *sections, struct api_bu
                             (const double *const *)sections->column, out, error);
 }
 
-/* the horizon of the passages and their number; a warning if it is before the end */
+/* adds the number of passages and their horizon, with a warning if that is before the end */
 static void sections_tell_horizon(struct sections *sections) {
     double own = pend_section_held(sections->section),
            held = isnan(own) ? own : fmin(sections->origin + own, sections->until);
     long holding = 0;
-    if (isnan(held)) return; // the horizon is not estimated for joints that stick or hit a stop
+    if (isnan(held)) return; // there is no horizon for joints that stick or hit a stop
     while (holding < sections->count && sections->column[T][holding] <= held) holding++;
     api_stats_number(&sections->stats, "horizon", held);
     api_stats_whole(&sections->stats, "holding", holding);
@@ -369,8 +369,8 @@ static long sections_steps(const void *state) {
     return sections->section ? pend_section_steps(sections->section) : 0;
 }
 
-/* a search ends at its time or at its count; the end can be estimated once some passages were
- * found */
+/* a search ends at its time or at its number of passages; the latter end can be estimated once some
+ * passages were found */
 static void sections_progress(const void *state, double *steps, double *work) {
     enum { PASSAGES_KNOWN = 5 };
     const struct sections *sections = state;
@@ -383,7 +383,7 @@ static double sections_cost(const void *state) {
     const struct sections *sections = state;
     double rate = api_swing(&sections->tree, sections->start);
     double pace = rate + api_terms_pace(&sections->tree);
-    /* a search may end long before its time, at its count of passages, because an arm passes only
+    /* a search may end long before its time, at its number of passages, because an arm passes only
      * once or twice per turn or swing */
     double passages = (double)sections->table.rows;
     double most = sections->period > 0 ? passages * sections->period : 20 * passages / rate;
@@ -393,7 +393,7 @@ static double sections_cost(const void *state) {
            (api_tree_stored(&sections->tree) + 2) * arm_seconds;
 }
 
-/* rows are kept in a buffer that doubles when full; non-streaming formats get a copy */
+/* rows are in a buffer that doubles when full; representations that do not stream store a copy */
 static double sections_bytes(const void *state) {
     const struct sections *sections = state;
     double n = api_tree_stored(&sections->tree), numbers = api_table_numbers(&sections->table, 0);

@@ -1,6 +1,6 @@
-/* POST /v1/tables: what the columns of measured tables are taken for, before anything is fitted.
+/* POST /v1/tables: the roles of the columns of measured tables, before anything is fitted.
  * Leaves to others: the layout and the guesses (api/csv), the sentences (measured_json).
- * Invariant: a table is read as POST /v1/fits reads it. */
+ * Invariant: a table is read exactly as in POST /v1/fits. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -18,8 +18,8 @@ static const char *const included[] = {"data", NULL};
 
 struct tables {
     struct api_tree tree;
-    int data;   /* the measurements are answered too */
-    long cells; /* of all tables */
+    int data;   /* whether the answer contains the measurements */
+    long cells; /* number of cells of all tables */
     struct api_buffer answer;
 };
 
@@ -72,7 +72,7 @@ static enum pend_status tables_read(void *state, const struct api_reading *readi
                                          ? ANSWER_BYTES + 2L * MOST_CELLS * API_OUT_NUMBER_BYTES
                                          : ANSWER_BYTES);
     enum pend_status status = PEND_OK;
-    // without a pendulum the table names the arms
+    // without a pendulum, the table names the arms
     if (api_value_kind(&pendulum) != API_MISSING) status = api_reading_tree(reading, &tables->tree);
     if (status == PEND_NO_MEMORY || !api_field_object(&data, problem))
         return status == PEND_OK ? PEND_INVALID : status;

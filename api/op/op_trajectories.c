@@ -1,7 +1,7 @@
-/* POST /v1/trajectories: integrates a pendulum and answers samples of its motion.
+/* POST /v1/trajectories: integrates a pendulum and returns samples of its motion.
  * Leaves to others: reading the parts of a request (*_json, samples), the integration
  * (core/integrate/run/run), the bytes (encode).
- * Invariant: at most one block of samples is held besides the answer. */
+ * Invariant: besides the answer, at most one block of samples is in memory. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -24,15 +24,15 @@ static const char *const fields[] = {"pendulum", "initial", "times",    "method"
                                      "events",   "trust",   "accuracy", "derivatives", "rows",
                                      "number",   "none",    NULL};
 
-/* cost of a comparison with 32 digits, relative to the trajectory */
+/* cost of a comparison with 32 digits, relative to that of the trajectory */
 static const double trust_times = API_TRAJECTORY_TRUST_TIMES;
 
-/* evaluations of an arm per turn, about a millisecond */
+/* arm evaluations per turn, about a millisecond */
 static const double piece = 50000;
 
 enum {
     MOST_PARTS = 1000000,
-    CARRIED = 7 /* increment if trajectory_carry, or `carry` of core, changes */
+    CARRIED = 7 /* to be increased if trajectory_carry, or `carry` of core, changes */
 };
 
 struct trajectory {
@@ -46,20 +46,21 @@ struct trajectory {
     struct api_table table;
     const struct api_format *format;
     long step_cap;
-    const char *step_name;  /* of the limit */
-    double trust_tolerance; /* rad, 0 = not wanted */
-    double until; /* fraction of the progress at which this part of a job ends; 1 = the last or only
-                     part */
-    double earlier; /* s, used by the earlier parts */
+    const char *step_name;  /* name of the limit on steps */
+    double trust_tolerance; /* rad; 0 = no comparison */
+    double until;   /* fraction of the progress at which this part of a job ends; 1 for the last or
+                     * only part */
+    double earlier; /* s used by the earlier parts */
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_run *run;
-    struct pend_trust *trust; /* NULL if no comparison was requested, or if it is complete */
+    struct pend_trust *trust; /* NULL if no comparison was requested, or once it is complete */
     struct api_samples *samples;
     struct api_writer *writer;
-    long due, made; /* rows of `samples` that are not written yet, and those with derivatives */
-    int ended;      /* the run has ended; derivatives may still be missing */
-    int computed;   /* all samples are computed; the comparison and the output remain */
+    long due, made; /* numbers of rows of `samples` that are not written yet, and of those with
+                     * derivatives */
+    int ended;      /* whether the run has ended; derivatives may still be missing */
+    int computed;   /* whether all samples are computed; the comparison and the output remain */
     double trust_until;
     struct api_stats stats;
     struct api_trajectory_told told;
@@ -144,7 +145,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* adds a fault for an answer that would be too large, judged by its rows and columns */
+/* adds an error for an answer that would be too large, judging by its rows and columns */
 static enum pend_status trajectory_check_size(struct trajectory *trajectory,
                                               const struct api_reading *reading) {
     struct api_table *table = &trajectory->table;
@@ -187,7 +188,7 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
                                    .step_cap = trajectory->step_cap,
                                    .accuracy = method->accuracy};
     PEND_TRY(pend_run_new(&trajectory->run, method->method, &problem, error));
-    problem.accuracy = 0; // the comparison is exact
+    problem.accuracy = 0; // the comparison replaces the estimate
     if (trajectory->trust_tolerance > 0)
         PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem,
                                 trajectory->trust_tolerance, error));
@@ -207,7 +208,7 @@ static struct api_trajectory_size trajectory_size(const struct trajectory *traje
         trajectory->step_cap};
 }
 
-/* writes the figures once, so that they are the same in every piece of the answer */
+/* writes the statistics once, so that they are the same in every piece of the answer */
 static void trajectory_tell(struct trajectory *trajectory, const struct api_turn *turn) {
     struct pend_run_stats stats = pend_run_stats(trajectory->run);
     struct api_stats *figures = &trajectory->stats;
@@ -235,14 +236,14 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
                          rint((seconds + trajectory->earlier) * 1e6) / 1e6);
 }
 
-/* how much of the samples and their derivatives is computed, 0 .. 1 */
+/* the fraction of the samples and their derivatives that is computed, 0 .. 1 */
 static double trajectory_sampled(const struct trajectory *trajectory) {
     double sampled = pend_run_stats(trajectory->run).progress;
     if (!trajectory->derived.motion) return sampled;
     return fmin(sampled, pend_derivatives_progress(trajectory->derived.motion));
 }
 
-/* how much of the computation is done, 0 .. 1 */
+/* the fraction of the computation that is done, 0 .. 1 */
 static double trajectory_progress(const struct trajectory *trajectory) {
     double sampled = trajectory_sampled(trajectory);
     if (trajectory->trust_tolerance <= 0) return sampled;
@@ -254,7 +255,7 @@ static double trajectory_progress(const struct trajectory *trajectory) {
 static enum pend_status trajectory_compare(struct trajectory *trajectory,
                                            struct pend_error *error) {
     int done = 0;
-    // an evaluation in 32 digits takes some ten times as long
+    // an evaluation in 32 digits takes about ten times as long
     enum pend_status status = pend_trust_next(trajectory->trust, piece / 10, &done, error);
     if (status != PEND_OK || !done) return status;
     trajectory->trust_until = pend_trust_until(trajectory->trust);
@@ -262,7 +263,7 @@ static enum pend_status trajectory_compare(struct trajectory *trajectory,
     return PEND_OK;
 }
 
-/* names the limit behind a failure, and the way out */
+/* names the limit that caused a failure, and a remedy */
 static void name_limit(const struct trajectory *trajectory, enum pend_status status,
                        struct pend_error *error) {
     size_t used = strlen(error->text);
@@ -333,7 +334,7 @@ static enum pend_status trajectory_finish(struct trajectory *trajectory,
                  : PEND_OK;
 }
 
-/* searches for events, then begins the answer; without a writer if the turn ends first */
+/* searches for events, then starts the answer; there is no writer yet if the turn ends first */
 static enum pend_status trajectory_open(struct trajectory *trajectory, const struct api_turn *turn,
                                         struct pend_error *error) {
     struct api_events *events = &trajectory->events;
@@ -376,7 +377,9 @@ static enum pend_status trajectory_run(void *state, const struct api_turn *turn,
 
 static long trajectory_parts(const void *state) {
     const struct trajectory *trajectory = state;
-    if (trajectory->events.count) return 1; // found events are not passed to the next part
+    if (trajectory->events.count)
+        return 1; // events that were found are not passed to the next
+                  // part
     return pend_run_carries(trajectory->method.method) ? MOST_PARTS : 1;
 }
 
@@ -432,7 +435,7 @@ static double trajectory_bytes(const void *state) {
     return api_trajectory_cost_bytes(trajectory_size(state));
 }
 
-/* a client that asks for trust gets it or a refusal, in every representation */
+/* a client that requests `trust` gets it or a refusal, in every representation */
 static int trajectory_stats_first(const void *state) {
     return ((const struct trajectory *)state)->trust_tolerance > 0;
 }

@@ -15,7 +15,8 @@ static const char *const fields[] = {"pendulum", NULL};
 
 struct trees {
     struct api_tree tree;
-    int matrices; /* the answer includes S and B: the tree is within the limit for them */
+    int matrices; /* whether the answer includes S and B, because the tree is within the limit for
+                   * them */
 };
 
 static void trees_clear(void *state) {
@@ -32,7 +33,8 @@ static enum pend_status trees_read(void *state, const struct api_reading *readin
     return status;
 }
 
-/* the masses of the arms' sub-trees, with those of rods and bodies, in the caller's order */
+/* computes the masses of the arms' sub-trees, with those of rods and bodies, in the caller's
+ * order */
 static void sum_masses(const struct api_tree *tree, double row[]) {
     const struct pend_tree *stored = tree->tree;
     const struct pend_loads *loads = &tree->loads;

@@ -1,6 +1,6 @@
 /* POST /v1/trials: a law between two columns of a table of trials: a line y = a + b x, a power
  * y = a x^b, or the period of an ideal pendulum, 2 pi sqrt(l / g) / agm(1, cos(amplitude / 2))
- * (Gauss). Each is a straight line between X and Y, whose least squares have a closed form.
+ * (Gauss). Each is a straight line in suitable X and Y, so that least squares have a closed form.
  * Leaves to others: fits of motions (op/fit).
  * Invariant: trials without y are predicted and do not count. */
 #include "api/op/op.h"
@@ -23,14 +23,16 @@ static const char *const names[][2] = {{"slope", "intercept"}, {"exponent", "fac
 
 struct trial {
     double number[COLUMNS]; /* m, kg, rad, s; NaN = not measured */
-    double x, y, weight;    /* X, Y and 1 / variance of Y, 0 = not measured */
-    double slow;            /* agm(1, cos(amplitude / 2)): small swings are slower by it */
+    double x, y, weight;    /* X, Y and 1 / (variance of Y); 0 = not measured */
+    double slow;            /* agm(1, cos(amplitude / 2)), the ratio of a small swing's period to
+                             * that of this swing */
 };
 
-/* Y = mean + slope (X - center); w, xx: the weights, and those of squares about the center */
+/* Y = mean + slope (X - center); w: sum of the weights; xx: weighted sum of squares about the
+ * center */
 struct trials {
     int law, x, y;
-    double sigma; /* of each y; 0 = not known */
+    double sigma; /* standard deviation of y; 0 = unknown */
     long count, used;
     struct trial *trial;
     double center, mean, slope, w, xx, chi_squared;
@@ -48,7 +50,7 @@ static void trial_read(struct trials *trials, const struct api_value *item, doub
     for (int k = 0; k < COLUMNS; k++) {
         struct api_value value = api_value_member(item, columns[k]);
         t->number[k] = NAN;
-        // null is an empty cell
+        // null stands for an empty cell
         if (api_value_kind(&value) != API_NULL)
             (void)api_value_read_number(&value, 0, k == AMPLITUDE ? 3.14 / degree : 1e9, unit[k],
                                         &t->number[k], problem);
@@ -72,7 +74,7 @@ static void trials_fit(struct trials *trials) {
     double xy = 0;
     for (const struct trial *t = trials->trial; t < end; t++) {
         trials->used += t->weight > 0, trials->w += t->weight;
-        // a pendulum's line goes through the origin
+        // the line of a pendulum goes through the origin
         if (trials->law == PENDULUM || !(t->weight > 0)) continue;
         trials->center += (t->x - trials->center) * t->weight / trials->w;
         trials->mean += (t->y - trials->mean) * t->weight / trials->w;
@@ -141,7 +143,7 @@ static enum pend_status trials_run(void *state, const struct api_turn *turn, int
     *done = 1;
     int unknowns = r->law == PENDULUM ? 1 : 2;
     long freedom = r->used - unknowns;
-    // without a sigma the residuals say it, if there is one to spare
+    // without a sigma the variance comes from the residuals, if there are enough
     double scale = r->sigma > 0 ? r->sigma * r->sigma : r->chi_squared / (double)freedom;
     double slope_error = freedom < 0 || isnan(scale) ? NAN : sqrt(scale / r->xx);
     double mean_error = unknowns > 1 ? slope_error * sqrt(r->xx / r->w) : 0;

@@ -7,7 +7,7 @@
 
 #include "core/tree/rules.h"
 
-/* the sources of the numbers of a column */
+/* where the numbers of a column come from */
 enum source {
     PHI,
     RATE,
@@ -59,13 +59,13 @@ static const struct {
 
 static const char *const output_start[] = {"phi", "phid", "lambda", NULL};
 
-/* numbers a row: one for each arm or controller, or one in all */
+/* numbers per row: one for each arm or controller, or a single one */
 static int source_width(const struct api_outputs *outputs, enum source source, int n) {
     if (source == CONTROL) return outputs->controllers;
     return source >= KINETIC ? 0 : n;
 }
 
-/* reading */
+/* ---- reading */
 
 static int output_find(const char *name) {
     for (int i = 0; i < API_OUTPUTS; i++)
@@ -130,7 +130,7 @@ void api_outputs_control(struct api_outputs *outputs, const struct api_tree *tre
                             "has \"control\", but the pendulum has no controller");
 }
 
-/* columns */
+/* ---- columns */
 
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table) {
     assert(n >= 1 && outputs->count >= 0);
@@ -144,7 +144,7 @@ void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_ta
     }
 }
 
-/* work and heat are wanted */
+/* whether work or heat is requested */
 static int outputs_exchange(const struct api_outputs *outputs) {
     for (int i = 0; i < outputs->count; i++)
         if (output_table[outputs->output[i]].source[0] == WORK) return 1;
@@ -188,7 +188,7 @@ void api_outputs_derived(const struct api_outputs *outputs, const struct api_val
     }
 }
 
-/* the sources that the outputs need, each as true or false */
+/* determines which sources the outputs need */
 static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURCES]) {
     memset(wanted, 0, SOURCES);
     for (int i = 0; i < outputs->count; i++)
@@ -196,7 +196,7 @@ static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURC
             wanted[output_table[outputs->output[i]].source[p]] = 1;
 }
 
-/* gives each wanted source its array in a block that begins at `base`, after t; returns how many
+/* gives each needed source its array in a block that begins at `base`, after t; returns how many
  * numbers they take */
 static size_t samples_place(const struct api_outputs *outputs, const char wanted[SOURCES], int n,
                             long cap, double *base, double *array[SOURCES]) {
@@ -209,7 +209,7 @@ static size_t samples_place(const struct api_outputs *outputs, const char wanted
     return used;
 }
 
-/* rows of a block: its numbers as text are about 300 KiB */
+/* rows per block, so that its numbers are about 300 KiB as text */
 static long samples_cap(size_t numbers, long rows) {
     long cap = BLOCK_NUMBERS / (long)numbers;
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;

@@ -14,29 +14,30 @@ enum { API_OUTPUTS = 14 };
 struct api_outputs {
     int count;
     int output[API_OUTPUTS];
-    int controllers; /* of the pendulum */
+    int controllers; /* number of controllers of the pendulum */
 };
 
 /**
  * Reads the names of outputs; the default is phi, phid, lambda.
  *
- * Every fault is added to the problem.
+ * Every error is added to the problem.
  */
 void api_outputs_read(struct api_outputs *outputs, const struct api_value *value,
                       struct api_problem *problem);
 
-/** Non-zero if the place of a cart is among the outputs. O(1). */
+/** Returns non-zero if the position of a cart is one of the outputs. O(1). */
 int api_outputs_cart(const struct api_outputs *outputs);
 
-/** Faults the output `control` of a pendulum without controllers, and notes how many it has. */
+/** Adds an error if the output `control` is requested for a pendulum without controllers; stores
+ * their number. */
 void api_outputs_control(struct api_outputs *outputs, const struct api_tree *tree,
                          const struct api_value *value, struct api_problem *problem);
 
-/** Sets the columns of the outputs for n arms, t first; the rest of the table is unchanged. */
+/** Sets the columns of the outputs for n arms, t first; the rest of the table is not changed. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);
 
-/** Adds the columns of the derivatives of the outputs, behind those of the outputs themselves. Work
- * and heat have none: asking for them is a fault. */
+/** Adds the columns of the derivatives of the outputs, after those of the outputs themselves. Adds
+ * an error if work or heat is requested, which have no derivatives. */
 void api_outputs_derived(const struct api_outputs *outputs, const struct api_value *value,
                          struct api_derived *derived, struct api_table *table,
                          struct api_problem *problem);
@@ -45,22 +46,22 @@ void api_outputs_derived(const struct api_outputs *outputs, const struct api_val
 struct api_samples {
     struct pend_samples samples;
     int n;
-    double *total; /* NULL = not wanted */
+    double *total; /* NULL if not requested */
     const double *column[API_COLUMNS];
 };
 
 /**
  * Allocates samples.
  *
- * samples  out; NULL on failure; ends with api_samples_free.
- * rows     of the whole table; a block has at most so many, and fewer the more arms there are.
+ * samples  out; NULL on failure; released by api_samples_free.
+ * rows     of the whole table; a block has at most that many, and fewer if there are many arms.
  *
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status
 api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n, long rows);
 
-/** Frees the samples; nothing happens if they are NULL. */
+/** Frees the samples; NULL is accepted. */
 void api_samples_free(struct api_samples **samples);
 
 /** Computes the outputs that are functions of other outputs, in the rows that are filled. */

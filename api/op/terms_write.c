@@ -24,7 +24,7 @@ static int has_harmonics(const struct pend_terms *terms, int drives) {
     return h < terms->harmonics && terms->harmonic[h].drives == drives;
 }
 
-/* the table that drives an arm; NULL = there is none */
+/* the table that drives an arm; NULL if there is none */
 static const struct pend_table *drive_table(const struct pend_terms *terms, int drives) {
     for (int i = 0; terms->rules && i < terms->rules->tables; i++)
         if (terms->rules->table[i].drives == drives) return &terms->rules->table[i];
@@ -85,7 +85,7 @@ static enum pend_status write_part(const struct pend_loads *loads,
     return pair[1] != 0 ? api_out_numbers(out, name, 2, pair, 0) : api_out_number(out, name, x, 0);
 }
 
-/* Coulomb friction of stored arm k; name: the member for the sliding friction */
+/* writes Coulomb friction of stored arm k; name: the member for the sliding friction */
 static enum pend_status write_coulomb(const struct pend_rules *rules, const char *name, int k,
                                       struct api_buffer *out) {
     if (!rules || !rules->holding || rules->holding[k] == 0) return PEND_OK;
@@ -157,7 +157,7 @@ static enum pend_status write_pivot(const struct pend_loads *loads, struct api_b
     return api_buffer_text(out, "}");
 }
 
-/* the force along the rail: a number, or a constant and harmonics */
+/* writes the force along the rail: a number, or a constant and harmonics */
 static enum pend_status write_cart_force(const struct pend_loads *loads, struct api_buffer *out) {
     double constant = pend_terms_get(loads->terms, loads->value, PEND_TERM_TORQUE, 0);
     int waves = has_harmonics(loads->terms, 0);

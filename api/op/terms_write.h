@@ -1,5 +1,5 @@
 /* Writing the terms of a real pendulum in the format of requests.
- * Leaves to others: the arms themselves (op_trees), reading it (read/terms_json).
+ * Leaves to others: the arms themselves (tree_write), reading the text (read/terms_json).
  * Invariant: reading the text gives the same list of numbers, bit for bit. */
 #pragma once
 
@@ -21,5 +21,5 @@ PEND_MUST_CHECK enum pend_status api_terms_write_whole(const struct pend_tree *t
                                                        const struct pend_loads *loads,
                                                        struct api_buffer *out);
 
-/** Returns the largest number of bytes of all this text. O(1). */
+/** Returns an upper bound of the bytes of this text. O(1). */
 double api_terms_write_bytes(const struct pend_loads *loads);

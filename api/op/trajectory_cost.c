@@ -7,14 +7,14 @@
 
 #include "core/tree/rules.h"
 
-enum { SAMPLE_NUMBERS = 16384 /* of a block of samples */ };
+enum { SAMPLE_NUMBERS = 16384 /* numbers in a block of samples */ };
 
-/* constants of the estimated cost: s per step, s per step and arm, s per number of the answer as
+/* constants of the estimated cost: s per step; s per step and arm; s per number of the answer, as
  * text and in binary form */
 static const double step_seconds = 1e-6, arm_seconds = 3e-7, text_seconds = 4e-8,
                     binary_seconds = 1.5e-8;
 
-/* Steps, in units of a step of taylor's cost, at default tolerances: per radian of the fastest
+/* Steps at default tolerances, in units of the cost of a step of taylor: per radian of the fastest
  * swing, per radian of a spring or a drive, and per decay by 1/e due to friction. */
 static const struct trajectory_steps {
     const char *method;
@@ -24,15 +24,15 @@ static const struct trajectory_steps {
                 {"symplectic", 1.2, 1, 0}, {"radau", 4, 1, 0}},
   steps_of_others = {"", 20, 20, 1};
 
-/* the time between two pieces and of the step that ends one, in steps */
+/* cost, in steps, of the change between two pieces and of the step that ends one */
 static const double steps_a_piece = 1.6;
 
-/* the relative time of 32 digits, of the fixed step, and of a comparison with 32 digits in addition
- * to the trajectory */
+/* relative time of 32 digits, and of the fixed step; time of a comparison with 32 digits in
+ * addition to the trajectory */
 static const double extended_times = 25, symplectic_times = 17,
                     trust_times = API_TRAJECTORY_TRUST_TIMES;
 
-/* steps per second of motion; fade: those due to friction */
+/* steps per second of the motion; fade: those that friction causes */
 static double trajectory_pace(const struct api_trajectory_size *size, double *fade) {
     const struct pend_loads *loads = &size->tree->loads;
     const struct trajectory_steps *steps = &steps_of_others;
@@ -49,9 +49,9 @@ static double trajectory_span(const struct api_trajectory_size *size) {
     return pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
 }
 
-/* friction bounds most of the steps, and they are more than radau would take */
+/* whether friction causes most of the steps, and more of them than radau would take */
 static int trajectory_fades(const struct api_trajectory_size *size) {
-    enum { MANY = 1000, ARMS = 256 }; // limits of the matrices of radau
+    enum { MANY = 1000, ARMS = 256 }; // limits of radau's matrices
     static const double most = 0.9;
     double fade, pace = trajectory_pace(size, &fade);
     return fade > most * pace && trajectory_span(size) * fade > MANY && size->tree->n <= ARMS;
@@ -74,7 +74,8 @@ int api_trajectory_stiff(struct api_trajectory_size size, long steps, char text[
     return 1;
 }
 
-/* s per step of radau: its stages, the derivatives by all arms, the factors of four matrices */
+/* s per step of radau: its stages, the derivatives with respect to all arms, the factors of four
+ * matrices */
 static double trajectory_implicit(double n) {
     static const double step = 3e-5, arm = 1e-5, pair = 5e-7, triple = 6e-9;
     return step + n * (arm + n * (pair + n * triple));
@@ -103,8 +104,8 @@ double api_trajectory_cost_seconds(struct api_trajectory_size size) {
            numbers * (size.format->digits ? text_seconds : binary_seconds);
 }
 
-/* Bytes of a method per arm of an ideal and of a real pendulum: its series, stages and scratch;
- * small trees are padded to whole lanes. `linear` supports ideal ones only. */
+/* Bytes per arm of an ideal and of a real pendulum that a method needs: series, stages and scratch;
+ * small trees are padded to whole lanes. `linear` supports only ideal pendulums. */
 static const struct trajectory_room {
     const char *method;
     double ideal, real;
@@ -116,10 +117,11 @@ static const struct trajectory_room {
   room_of_comparison = {"", 30000, 60000};
 static const double lane_arms = 16, method_bytes = 32768;
 
-/* numbers of `linear` per pair of arms: its modes, and their orthogonalization */
+/* numbers per pair of arms that `linear` needs: its modes, and their orthogonalization */
 static const double linear_numbers = 2.2;
 
-/* the same for radau: the derivatives of accelerations, and four complex matrices */
+/* numbers per pair of arms that radau needs: the derivatives of accelerations, and four complex
+ * matrices */
 static const double radau_numbers = 10;
 
 static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
@@ -144,7 +146,7 @@ double api_trajectory_cost_bytes(struct api_trajectory_size size) {
     if (size.method->method == &pend_method_radau) square = radau_numbers * sizeof(double) * n * n;
     double list = size.times->list ? (double)size.times->times.count * sizeof(double) : 0;
     double block = fmin(SAMPLE_NUMBERS, (double)size.table->rows * (row + 8)) + row + 8;
-    if (size.events->count) an_arm *= 2; // a search has its own stepper
+    if (size.events->count) an_arm *= 2; // a search for events has its own stepper
     return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
            api_tree_bytes(size.tree) + api_states_bytes(size.start) +
            trajectory_derived_bytes(&size) + api_events_bytes(size.events) +

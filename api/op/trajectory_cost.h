@@ -22,19 +22,20 @@ struct api_trajectory_size {
     const struct api_events *events;
     const struct api_table *table;
     const struct api_format *format;
-    int trusts; /* it is compared with 32 digits */
+    int trusts; /* whether it is compared with 32 digits */
     long step_cap;
 };
 
 /** Returns the estimated time of computation, s. O(n + harmonics). */
 double api_trajectory_cost_seconds(struct api_trajectory_size size);
 
-/** Returns a way to make it shorter, "ask for ..."; NULL: a shorter time or a looser tolerance. O(n
- * + harmonics). */
+/** Returns a way to shorten it, "ask for ..."; NULL if that is a shorter time or a looser
+ * tolerance. O(n + harmonics). */
 const char *api_trajectory_way_out(struct api_trajectory_size size);
 
-/** If friction caused most of `steps` steps, writes this into `text`, with a method that would take
- * far fewer, and returns non-zero. Otherwise returns 0 and writes nothing. O(n + harmonics). */
+/** If friction caused most of `steps` steps, writes a warning into `text`, with a method that would
+ * take far fewer, and returns non-zero. Otherwise returns 0 and writes nothing. O(n +
+ * harmonics). */
 int api_trajectory_stiff(struct api_trajectory_size size, long steps, char text[API_WARNING_TEXT]);
 
 /** Returns an upper bound of the bytes of memory. O(harmonics). */

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Returns the horizon, consistent with the exact comparison of angles: with the same tolerance it
- * is the result of the comparison; otherwise an estimate on the wrong side of that result is
- * replaced. */
+/* Returns the horizon, made consistent with the exact comparison of angles. If that has the same
+ * tolerance, the horizon is its result; otherwise an estimate on the wrong side of that result is
+ * replaced by it. */
 static double told_horizon(const struct api_trajectory_motion *motion, double horizon) {
     double exact = motion->trust_until, start = pend_times_at(motion->times, 0);
     double accuracy = motion->method->accuracy, tolerance = motion->tolerance;
@@ -16,7 +16,7 @@ static double told_horizon(const struct api_trajectory_motion *motion, double ho
     return later == (tolerance < accuracy) ? exact : horizon;
 }
 
-/* writes the horizon, and a warning if that or the exact comparison ends before the last instant */
+/* adds the horizon, and a warning if it or the exact comparison ends before the last instant */
 static void tell_horizon(struct api_trajectory_told *told,
                          const struct api_trajectory_motion *motion,
                          const struct pend_run_stats *run, struct api_stats *stats) {
@@ -38,7 +38,7 @@ static void tell_horizon(struct api_trajectory_told *told,
     if (told->horizon[0]) api_stats_warning(stats, "warning_horizon", told->horizon);
 }
 
-/* warns about a linear motion that begins far from small swings: the neglected terms are of third
+/* adds a warning if a linear motion starts far from small swings; the neglected terms are of third
  * order */
 static void tell_linear(struct api_trajectory_told *told,
                         const struct api_trajectory_motion *motion, struct api_stats *stats) {
@@ -58,7 +58,7 @@ static void tell_linear(struct api_trajectory_told *told,
     api_stats_warning(stats, "warning_linear", told->linear);
 }
 
-/* writes the drift of the energy, and a warning where that was not kept */
+/* adds the drift of the energy, and a warning if it is large */
 static void tell_energy(struct api_trajectory_told *told, const struct pend_method *method,
                         double drift, struct api_stats *stats) {
     static const double lost = 0.01;

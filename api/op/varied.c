@@ -5,7 +5,8 @@
 
 #include "api/read/terms_fields.h"
 
-/* after the terms of arms: in the order of enum pend_term_one, then the numbers of harmonics */
+/* names after those of the arms' terms: in the order of enum pend_term_one, then the numbers of
+ * harmonics */
 static const char *const names[API_VARIED - PEND_TERM_OWN_ROWS] = {
     "drag_per_mass",    "pivot_acceleration_x", "pivot_acceleration_y", "cart_angle",
     "torque_amplitude", "torque_omega",         "torque_phase",         "pivot_x_amplitude",
@@ -62,21 +63,21 @@ static void target_arm(const struct api_value *value, const struct api_tree *tre
     }
     const char *text = api_value_text(value);
     if (tree->cart && text && !strcmp(text, "cart")) {
-        out->arm = 0; // the first stored arm
+        out->arm = 0; // a cart is the first stored arm
         return;
     }
     int arm = api_tree_read_arm(tree, value, problem);
     if (arm >= 0) out->arm = tree->tree->place[arm];
 }
 
-/* all names, ended by NULL */
+/* lists all names, ended by NULL */
 static void target_names(const char *list[API_VARY_TERM + API_VARIED + 1]) {
     for (int i = 0; i < API_VARY_TERM; i++) list[i] = quantities[i];
     for (int i = 0; i < API_VARIED; i++) list[API_VARY_TERM + i] = api_varied_name(i);
     list[API_VARY_TERM + API_VARIED] = NULL;
 }
 
-/* finds the number of a term, which the pendulum must have */
+/* finds the value of a term, which the pendulum must have */
 static void target_term(const struct api_value *value, const struct api_value *vary, int term,
                         const struct api_tree *tree, struct api_target *out,
                         struct api_problem *problem) {

@@ -1,6 +1,6 @@
 /* The numbers of a pendulum that can vary between members or be parameters of derivatives, by name.
  * Leaves to others: axes and draws (members_json), the terms (core/tree/terms).
- * Invariant: a name, together with an arm or a harmonic if it needs one, stands for one number of
+ * Invariant: a name, together with an arm or a harmonic if it needs one, identifies one number in
  * the list of terms. */
 #pragma once
 
@@ -16,7 +16,7 @@ enum api_quantity {
     API_VARY_MASS,
     API_VARY_GRAVITY,
     API_VARY_TERM,   /* a number of a real pendulum (varied) */
-    API_VARY_ENERGY, /* energy of a member's start (members_energy); not a parameter of
+    API_VARY_ENERGY, /* energy of a member's start (members_energy); cannot be a parameter of
                       * derivatives */
     API_VARY_COUNT
 };
@@ -28,14 +28,14 @@ enum { API_VARIED = PEND_TERM_OWN_ROWS + PEND_TERM_OWN_ONES + 9 };
 struct api_target {
     enum api_quantity quantity;
     int arm;   /* stored number; -1 for a number of the whole pendulum */
-    int place; /* of a term's number in the list */
+    int place; /* index of a term's number in the list */
 };
 
 /**
  * Reads an object's fields `vary`, `arm` and `harmonic`; ignores other fields.
  *
- * Returns 1; 0 and a fault if `vary` is missing or unknown. After other faults, such as of the arm
- * or of a number that the pendulum does not have, `arm` or `place` is -1. O(harmonics).
+ * Returns 1, or 0 after an error if `vary` is missing or unknown. After other errors, such as an
+ * unknown arm or a number that the pendulum does not have, `arm` or `place` is -1. O(harmonics).
  */
 int api_target_read(struct api_target *target, const struct api_value *value,
                     const struct api_tree *tree, struct api_problem *problem);
@@ -43,18 +43,18 @@ int api_target_read(struct api_target *target, const struct api_value *value,
 /** Returns name number i, 0 .. API_VARIED - 1: "damping", "pivot_y_amplitude". O(1). */
 const char *api_varied_name(int i);
 
-/** Returns true if the name, "phi", "phid" or "mass" is also that of a number of a cart. O(1). */
+/** Returns true if the name ("phi", "phid" or "mass") is also that of a number of a cart. O(1). */
 int api_varied_of_cart(const char *name);
 
 /** Returns true if the name needs an arm. O(1). */
 int api_varied_of_arm(int i);
 
 /**
- * Finds the place of a number in the list of a pendulum's terms.
+ * Finds the index of a number in the list of a pendulum's terms.
  *
  * arm       the stored number, -1 for names that need none.
  * harmonic  from 1; for names without harmonics it is 1.
  *
- * Returns the place; -1 if the pendulum does not have the number. O(harmonics).
+ * Returns the index; -1 if the pendulum does not have the number. O(harmonics).
  */
 int api_varied_place(const struct api_tree *tree, int i, int arm, int harmonic);

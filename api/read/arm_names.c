@@ -7,9 +7,9 @@
 #include "api/json/did_you_mean.h"
 
 enum {
-    NUMBER_BYTES = 12, /* an arm's number as text */
+    NUMBER_BYTES = 12, /* bytes of an arm's number as text */
     NEAR_NAMES = 1000, /* in a larger tree, misspelt names get no suggestion */
-    NEAR_FAULTS = 20   /* nor if there are already more faults than this */
+    NEAR_FAULTS = 20   /* after more errors than this, misspelt names get no suggestion */
 };
 
 enum pend_status api_arm_names_init(struct api_arm_names *names, int n) {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum { CONTROLLERS_MOST = 16, DELAY_MOST = 100, INSTANTS_MOST = 100000, LAWS_MOST = 4 };
-/* s, the least and the longest time between two samples */
+/* s, shortest and longest period of a controller */
 static const double control_finest = 1e-9, control_longest = 1e6;
 
 /* a controller while it is read */
@@ -15,8 +15,8 @@ struct control_reading {
     const struct api_controlled *of;
     struct api_problem *problem;
     struct pend_controller *controller;
-    int outputs; /* number of delayed outputs of all controllers; gains may have a column for each
-                  */
+    int outputs; /* number of delayed outputs of all controllers, for each of which the gains may
+                  * have a column */
     enum pend_status status;
 };
 
@@ -27,7 +27,8 @@ int api_control_place(const struct api_controlled *of, int i) {
     return of->tree->place[i % n] + (i >= n ? all : 0);
 }
 
-/* makes room for `count` more elements of `size`; NULL without memory, which it notes */
+/* reserves space for `count` more elements of `size` bytes; returns NULL, and notes it, if memory
+ * is short */
 static void *room_for(struct control_reading *r, void **list, size_t have, size_t count,
                       size_t size) {
     void *grown = realloc(*list, (have + count) * size);
@@ -47,7 +48,7 @@ static double *more_numbers(struct control_reading *r, size_t count, size_t *at)
     return made;
 }
 
-/* one row of a schedule; a state's is put into stored order */
+/* reads a row of a schedule; a row that is a state is put into stored order */
 static void read_row(struct control_reading *r, const struct api_value *value, int width, int state,
                      double row[]) {
     static const char *const each[] = {"gain", "number of the state"};
@@ -58,7 +59,7 @@ static void read_row(struct control_reading *r, const struct api_value *value, i
     free(given);
 }
 
-/* instants that ascend, or a fault */
+/* reads instants in ascending order; adds an error for others */
 static const double *read_instants(struct control_reading *r, const struct api_value *t,
                                    int *count) {
     if (!api_field_needed(t, r->problem)) return NULL;
@@ -73,7 +74,8 @@ static const double *read_instants(struct control_reading *r, const struct api_v
     return good ? list : NULL;
 }
 
-/* reads a row, or {"t", "value"} with a row for each instant; `wide` is another allowed width */
+/* reads a single row, or {"t", "value"} with one row per instant; `wide` is another allowed
+ * width */
 static void read_schedule(struct control_reading *r, const struct api_value *value, int width,
                           int wide, int state, struct pend_schedule *schedule) {
     static const char *const names[] = {"t", "value", NULL};
@@ -122,7 +124,7 @@ static void read_feedback(struct control_reading *r, const struct api_value *val
     if (zero) memset(zero, 0, (size_t)rows * sizeof *zero);
 }
 
-/* reads numbers by their names, such as the gains of a law; missing ones are 0 */
+/* reads numbers by name, such as the gains of a law; missing numbers are 0 */
 static void read_named(struct control_reading *r, const struct api_value *value,
                        const char *const names[], int count, struct pend_law *law) {
     law->gains.width = count;
@@ -173,7 +175,7 @@ static void read_swing_up(struct control_reading *r, const struct api_value *val
                         "must be a \"feedback\": its reference defines where it takes over");
 }
 
-/* reads the law of a controller; returns its index, -1 if it is faulty */
+/* reads the law of a controller; returns its index, -1 after an error */
 static int read_law(struct control_reading *r, const struct api_value *value, int depth) {
     static const char *const kinds[] = {"feedback", "pid", "swing_up", NULL};
     struct pend_law law = {.next = -1};
@@ -245,7 +247,7 @@ static void read_controller(struct control_reading *r, const struct api_value *v
     if (api_field_needed(&law, r->problem)) c->law = read_law(r, &law, 0);
 }
 
-/* gains of delayed outputs require that all controllers have the same delay */
+/* checks that gains of delayed outputs occur only if all controllers have the same delay */
 static void check_waiting(const struct control_reading *r, const struct api_value *value) {
     const struct api_rules *rules = r->rules;
     int wide = 0, alike = 1;

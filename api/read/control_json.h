@@ -1,6 +1,6 @@
-/* Reading the controllers of a pendulum: `control`.
+/* Reads the controllers of a pendulum: the field `control`.
  * Leaves to others: what their laws compute (core/integrate/pieces/control).
- * Invariant: every fault is added; numbers are in stored order. */
+ * Invariant: every error is added; numbers are in stored order. */
 #pragma once
 
 #include "api/read/rules_json.h"
@@ -11,7 +11,8 @@ struct api_tree;
 struct api_controlled {
     const struct pend_tree *tree;
     int cart; /* non-zero: stored arm 0 is a cart */
-    /* reads an arm by its number or name; the caller's number from 0, or -1 and a fault */
+    /* reads an arm by its number or name; returns the caller's number from 0, or -1 after an
+     * error */
     int (*arm)(const struct api_tree *whole, const struct api_value *value,
                struct api_problem *problem);
     const struct api_tree *whole;
@@ -22,7 +23,7 @@ struct api_controlled {
 int api_control_place(const struct api_controlled *of, int i);
 
 /**
- * Reads controllers; a missing value is none.
+ * Reads controllers; without a value there are none.
  *
  * PEND_NO_MEMORY  faults are added to the problem. O(numbers).
  */

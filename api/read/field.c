@@ -14,7 +14,7 @@ int api_field_needed(const struct api_value *value, struct api_problem *problem)
     return 0;
 }
 
-/* adds "must be ..., got ..." to a value of the right kind that is not allowed */
+/* adds "must be ..., got ..." for a value of the right kind that is not allowed */
 static int field_beyond(const struct api_value *value, const char *expected,
                         struct api_problem *problem) {
     char found[API_FOUND_BYTES];
@@ -24,7 +24,7 @@ static int field_beyond(const struct api_value *value, const char *expected,
     return -1;
 }
 
-/* adds "must be ..., got ..." to a value of another kind */
+/* adds "must be ..., got ..." for a value of another kind */
 static int field_wrong(const struct api_value *value, const char *expected,
                        struct api_problem *problem) {
     char found[API_FOUND_BYTES];
@@ -41,7 +41,7 @@ int api_field_object(const struct api_value *value, struct api_problem *problem)
     return 0;
 }
 
-/* adds a fault for each item that is not a number, and copies the valid ones among the first n */
+/* adds an error for each item that is not a number, and copies the valid ones among the first n */
 static int field_items(const struct api_value *value, int n, double out[],
                        struct api_problem *problem) {
     int good = 1;
@@ -55,7 +55,7 @@ static int field_items(const struct api_value *value, int n, double out[],
     return good;
 }
 
-/* adds a fault for a value that is not a list of n numbers, or of any number of them if n is 0 */
+/* adds an error unless the value is a list of n numbers, or of any number of them if n is 0 */
 static int field_no_list(const struct api_value *value, int n, struct api_problem *problem) {
     char expected[64] = "an array of numbers";
     if (n) snprintf(expected, sizeof expected, "an array of %d number%s", n, n == 1 ? "" : "s");
@@ -107,7 +107,7 @@ int api_field_truth(const struct api_value *value, int *out, struct api_problem 
     return 1;
 }
 
-/* adds "must be one of ..., got ..." to a text */
+/* adds "must be one of ..., got ..." for a text */
 static int field_unknown(const struct api_value *value, const char *expected,
                          struct api_problem *problem) {
     char found[API_FOUND_BYTES];
@@ -117,8 +117,8 @@ static int field_unknown(const struct api_value *value, const char *expected,
     return -1;
 }
 
-/* writes the words that contain a part, or all words if it is empty, as a list that fits the text;
- * returns their number */
+/* writes the words that contain `part`, or all words if it is empty, as a list that fits; returns
+ * their number */
 static int field_list_words(const char *const words[], const char *part, char *list, size_t bytes) {
     static const char more[] = ", and others";
     size_t used = 0;
@@ -138,8 +138,8 @@ static int field_list_words(const char *const words[], const char *part, char *l
     return count;
 }
 
-/* Adds a fault for a text that is none of the words. It names the word that was probably meant, the
- * words that contain the text, or all of them. */
+/* Adds an error for a text that is not in the list of words. It names the word that was probably
+ * meant, the words that contain the text, or all of them. */
 static void field_fault_word(const struct api_value *value, const char *const words[],
                              struct api_problem *problem) {
     enum { LEAST_PART = 3, MOST_OFFERED = 8 };

@@ -71,7 +71,7 @@ void api_method_read(struct api_method *method, const struct api_value *root,
     api_value_usual_number(&rtol, range->rtol_default);
     (void)read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max,
                        &method->rtol, problem);
-    // the default of each tolerance is the value of the other
+    // the default of each tolerance is the value of the other tolerance
     api_value_usual_number(
         &atol, pend_method_atol(range, method->rtol > 0 ? method->rtol : range->rtol_default));
     method->atol_given = read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min,

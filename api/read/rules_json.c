@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* s, the least time between two instants of a table */
+/* s, the shortest time between two instants of a table */
 static const double table_finest = 1e-9;
 
 void api_rules_clear(struct api_rules *rules) {
@@ -18,7 +18,7 @@ void api_rules_clear(struct api_rules *rules) {
     *rules = (struct api_rules){0};
 }
 
-/* a list of numbers of a table; NULL if it is faulty */
+/* reads a list of numbers of a table; returns NULL after an error */
 static const double *table_numbers(const struct api_value *list, int *count,
                                    struct api_problem *problem) {
     *count = api_value_count(list);
@@ -28,7 +28,7 @@ static const double *table_numbers(const struct api_value *list, int *count,
     return *count ? api_value_numbers(list, count) : NULL;
 }
 
-/* adds a fault unless the instants ascend by at least a nanosecond */
+/* adds an error unless the instants ascend by at least a nanosecond */
 static int table_ascends(const struct api_value *list, const double t[], int count,
                          struct api_problem *problem) {
     for (int i = 1; i < count; i++) {
@@ -84,7 +84,7 @@ enum pend_status api_rules_read_table(struct api_rules *rules, int drives,
     return PEND_OK;
 }
 
-/* rows of numbers of joints, initially without effect */
+/* allocates rows of numbers of joints, initially without effect */
 static enum pend_status rules_joints(struct api_rules *rules, int n) {
     size_t row = (size_t)n + 1;
     if (rules->joint) return PEND_OK;
@@ -148,7 +148,7 @@ enum pend_status api_rules_read_stop(struct api_rules *rules, int n, int arm,
     return PEND_OK;
 }
 
-/* copies `bytes` to *at, which moves on by a multiple of 8 */
+/* copies `bytes` to *at, and advances *at by them, rounded up to a multiple of 8 */
 static void *rules_put(char **at, const void *from, size_t bytes) {
     char *to = *at;
     if (bytes) memcpy(to, from, bytes);
@@ -156,7 +156,7 @@ static void *rules_put(char **at, const void *from, size_t bytes) {
     return to;
 }
 
-/* a row of numbers of joints in stored order */
+/* copies a row of numbers of joints into stored order */
 static const double *rules_row(const struct api_rules *rules, const struct pend_tree *tree,
                                enum api_joint_row row, char **at) {
     double *to = (double *)(void *)*at;

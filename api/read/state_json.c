@@ -9,7 +9,7 @@
 #include "core/modes/modes.h"
 #include "core/tree/turns.h"
 
-/* numbers of 32 digits */
+/* a number of 32 digits */
 struct exact {
     double high, low;
 };
@@ -23,17 +23,16 @@ static const double DEGREES_MOST = 1e15;
 static const char *const state_fields[] = {"phi",       "phid", "theta", "thetad", "mode",
                                            "amplitude", "unit", "cart",  NULL};
 
-/* the forms of a state: the field that selects it, its second field, and the direction from which
- * the angle is measured */
+/* the forms of a state: the field that selects the form, its second field, and the direction from
+ * which the angle is measured */
 static const struct {
     const char *angle, *rate;
-    int from_hanging; /* phi = angle - pi/2 */
+    int from_hanging; /* whether phi = angle - pi/2 */
 } state_forms[] = {{"phi", "phid", 0}, {"theta", "thetad", 1}, {"mode", "amplitude", 0}};
 
 enum { FORM_COUNT = 3, FORM_MODE = 2 };
 
-/* the largest number of arms of a real pendulum that starts in a mode: with friction or drag, and
- * without */
+/* the most arms of a real pendulum that starts in a mode: with friction or drag, and without */
 enum { MODE_ARMS_DAMPED = 100, MODE_ARMS_STILL = 300 };
 
 enum pend_status api_states_new(struct api_states **states, long count, int n) {
@@ -85,13 +84,13 @@ static struct exact exact_turn(struct exact scale, double x, struct exact offset
     return sum;
 }
 
-/* reads n numbers, given in the caller's order, scaled and shifted into the stored order; low
- * may be NULL */
+/* reads n numbers in the caller's order, scales and shifts them, and stores them in stored order;
+ * `low` may be NULL */
 static void read_angles(const struct api_value *value, const struct api_tree *tree,
                         struct exact scale, struct exact offset, double out[], double low[],
                         struct api_problem *problem) {
     int count, lone = api_value_kind(value) == API_NUMBER;
-    // the arms of a refused tree are unknown
+    // the number of arms of a rejected tree is unknown
     if (lone && !tree->n) return;
     int good = api_field_numbers(value, tree->n, "arm", NULL, problem);
     const double one = api_value_number(value);
@@ -111,7 +110,7 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
     }
 }
 
-/* the modes of a real pendulum are all computed together */
+/* checks the size of a real pendulum, whose modes are all computed together */
 static void check_real_mode(const struct api_tree *tree, const struct api_value *mode,
                             struct api_problem *problem) {
     int most = pend_loads_lose(&tree->loads) ? MODE_ARMS_DAMPED : MODE_ARMS_STILL;
@@ -128,7 +127,7 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
                       const struct api_limits *limits, struct api_problem *problem) {
     long number = 0;
     double size = 0;
-    long most = tree->n ? api_tree_stored(tree) : (long)limits->arms; // plus a cart
+    long most = tree->n ? api_tree_stored(tree) : (long)limits->arms; // and a cart
     (void)api_field_whole(mode, 1, most, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
@@ -143,8 +142,8 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     states->amplitude[i] = scale * size;
 }
 
-/* the form whose first field is present, FORM_COUNT for none; adds faults for fields of a second
- * form and for fields whose partner is missing */
+/* the form whose first field is present, FORM_COUNT if there is none; adds errors for fields of a
+ * second form and for fields whose partner is missing */
 static int state_form(const struct api_value *value, struct api_problem *problem) {
     int found = FORM_COUNT;
     for (int form = 0; form < FORM_COUNT; form++) {
@@ -177,7 +176,7 @@ static int read_degrees(const struct api_value *value, struct api_problem *probl
     return unit;
 }
 
-/* a state by its angles and rates, from the real axis or from hanging */
+/* reads a state given by angles and rates, from the real axis or from hanging */
 static void read_turns(struct api_states *states, long i, const struct api_value *angle,
                        const struct api_value *rate, int degrees, int from_hanging,
                        const struct api_tree *tree, struct api_problem *problem) {
@@ -193,7 +192,7 @@ static void read_turns(struct api_states *states, long i, const struct api_value
                 states ? states->rate_low + first : NULL, problem);
 }
 
-/* position and speed of a cart on its rail, m and m/s: stored arm 0 */
+/* reads position, m, and speed, m/s, of a cart on its rail, which is stored arm 0 */
 static void read_cart(struct api_states *states, long i, const struct api_value *cart,
                       const struct api_tree *tree, struct api_problem *problem) {
     static const char *const names[] = {"x", "v", NULL};
@@ -249,7 +248,7 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     assert(!states || api_states_valid(states));
 }
 
-/* computes the modes that the states refer to, and those between them */
+/* computes the modes to which the states refer, and those between them */
 static enum pend_status states_modes(struct pend_modes **modes, const struct api_states *states,
                                      const struct api_tree *tree, struct pend_error *error) {
     int low = states->n, high = 0;
@@ -267,8 +266,8 @@ static enum pend_status states_modes(struct pend_modes **modes, const struct api
     return high ? pend_modes_select(modes, tree->tree, &request, error) : PEND_OK;
 }
 
-/* the states in modes of a real pendulum: its equilibrium near hanging, plus the real part of the
- * mode's shape, with the rates of that mode */
+/* computes the states given as modes of a real pendulum: its equilibrium near hanging, plus the
+ * real part of the mode's shape, with the rates of that mode */
 static enum pend_status states_settle_real(struct api_states *states, const struct api_tree *tree,
                                            struct pend_error *error) {
     size_t n = (size_t)states->n;

@@ -1,6 +1,6 @@
-/* Reading states of a tree from JSON: angles and velocities, or one of the tree's modes.
+/* Reads states of a tree from JSON: angles and velocities, or one of the tree's modes.
  * Leaves to others: the tree (tree_json), the use of the states (op_*).
- * Invariant: states are in the tree's stored order and hold no pointer into the document. */
+ * Invariant: states are in the tree's stored order and contain no pointer into the document. */
 #pragma once
 
 #include "api/read/tree_json.h"
@@ -10,23 +10,23 @@
 struct api_states {
     int n;
     long count;
-    double *phi, *rate;         /* count x n, rad and rad/s */
-    double *phi_low, *rate_low; /* count x n, the rounding errors of phi and rate */
-    double *amplitude;          /* count, rad */
-    int *mode;                  /* count, from 1; 0 = given by its angles */
-    int mode_least, mode_most;  /* of the modes that remain to be computed; 0 = none */
+    double *phi, *rate;         /* count x n: rad and rad/s */
+    double *phi_low, *rate_low; /* count x n: the rounding errors of phi and rate */
+    double *amplitude;          /* count: amplitudes of the modes, rad */
+    int *mode;                  /* count: numbers of the modes, from 1; 0 = given by its angles */
+    int mode_least, mode_most;  /* range of the modes that are still to be computed; 0 = none */
 };
 
 /**
  * Allocates states at rest with phi = 0.
  *
- * states  out; NULL on failure; ends with api_states_free.
+ * states  out; NULL on failure; released by api_states_free.
  *
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_states_new(struct api_states **states, long count, int n);
 
-/** Frees states; nothing happens if they are NULL. */
+/** Frees states; NULL is accepted. */
 void api_states_free(struct api_states **states);
 
 /** Returns true if the arrays have the right sizes; for assertions. O(1). */
@@ -41,10 +41,10 @@ double api_states_bytes(const struct api_states *states);
  *
  * states   NULL = only check the value, as far as possible without a tree.
  * value    an object; if missing, the state at rest with phi = 0.
- * tree     the result of api_tree_read; of a faulty tree the known parts are used.
+ * tree     the result of api_tree_read; of an invalid tree the known parts are used.
  * limits   the largest number of arms whose modes may be computed.
  *
- * Every fault is added to the problem. O(n).
+ * Every error is added to the problem. O(n).
  */
 void api_states_read(struct api_states *states, long i, const struct api_value *value,
                      const struct api_tree *tree, const struct api_limits *limits,

@@ -5,9 +5,10 @@
 
 #define MORE_THAN_0 4.9406564584124654e-324
 
-/* m/s, of drag: a body of a centimeter in air at this speed has a Reynolds number of 7, far below
- * those at which drag is quadratic; from 0.1 m/s on it changes the drag by less than 0.5 %. Steps
- * near a turning point are of the order of speed / acceleration, a millisecond. */
+/* m/s, default speed of the drag law. At this speed a body of a centimeter in air has a Reynolds
+ * number of 7, far below those at which drag is quadratic; from 0.1 m/s on it changes the drag by
+ * less than 0.5 %. Steps near a turning point have a length of about speed / acceleration, a
+ * millisecond. */
 static const double usual_drag_speed = 0.01;
 
 static const struct api_terms_row fields[API_TERMS_FIELDS] = {
@@ -65,6 +66,6 @@ const char *api_terms_varied(enum pend_term_row row) {
 
 double api_terms_usual(enum pend_term_row row) {
     if (row == PEND_TERM_AT_X) return NAN;
-    if (row == PEND_TERM_FRICTION_SPEED) return 1; /* of arms without friction */
+    if (row == PEND_TERM_FRICTION_SPEED) return 1; /* for arms without friction */
     return row == PEND_TERM_DRAG_SPEED ? usual_drag_speed : 0;
 }

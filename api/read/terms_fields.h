@@ -31,22 +31,23 @@ enum { API_TERMS_PARTS = 3 };
 
 /* A number or a point of a field. */
 struct api_terms_part {
-    const char *name; /* in the field's object; NULL if the field is not an object */
+    const char *name; /* name in the field's object; NULL if the field is not an object */
     enum pend_term_row row;
     int point;  /* two rows: a number along the arm, or [along, across] */
     int needed; /* required */
     double least;
     const char *unit; /* NULL after the last part */
-    /* the name of its number, or of the two numbers of a point, in axes and draws of ensembles,
-     * derivatives and fits */
+    /* the name, or the two names of a point, under which it occurs in axes and draws of ensembles,
+     * in derivatives and fits */
     const char *varied[2];
 };
 
 enum api_terms_kind {
-    API_TERMS_PLAIN,  /* its one part */
+    API_TERMS_PLAIN,  /* the field's single part */
     API_TERMS_OBJECT, /* an object with its parts */
-    API_TERMS_DRIVE,  /* its one part, or an object of that, "constant", "harmonics" and "table" */
-    API_TERMS_RUBS,   /* an object with its parts, or Coulomb friction: without a "speed" */
+    API_TERMS_DRIVE,  /* the field's single part, or an object of that, "constant", "harmonics" and
+                       * "table" */
+    API_TERMS_RUBS,   /* an object with its parts, or Coulomb friction, which has no "speed" */
     API_TERMS_STOPS   /* an object of rules, without parts */
 };
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* storing numbers */
+/* ---- storing numbers */
 
 static void terms_put(struct api_terms *terms, enum pend_term_row row, int i, double x) {
     double usual = api_terms_usual(row), *number = terms->row[row];
@@ -23,7 +23,7 @@ static void terms_put(struct api_terms *terms, enum pend_term_row row, int i, do
     number[i] = x;
 }
 
-/* the next harmonic; NULL without memory */
+/* returns the next harmonic; NULL if memory is short */
 static struct api_harmonic *terms_harmonic(struct api_terms *terms, int drives) {
     assert(terms->harmonics <= terms->room && drives <= terms->n);
     if (terms->harmonics == terms->room) {
@@ -41,7 +41,7 @@ static struct api_harmonic *terms_harmonic(struct api_terms *terms, int drives) 
     return &terms->harmonic[terms->harmonics++];
 }
 
-/* reading fields */
+/* ---- reading fields */
 
 static void read_point(struct api_terms *terms, const struct api_terms_part *part, int i,
                        const struct api_value *value) {
@@ -128,7 +128,7 @@ static void read_harmonics(struct api_terms *terms, int drives, const struct api
         read_harmonic(terms, drives, &item);
 }
 
-/* reads the parts of a drive, which are added up */
+/* the parts of a drive, which are added up */
 static const char *const drive_names[] = {"constant", "harmonics", "table", NULL};
 
 /* reads the member `table` of a drive */
@@ -160,7 +160,7 @@ static void read_drive(struct api_terms *terms, const struct api_terms_row *fiel
     }
 }
 
-/* dry friction without a "speed" is Coulomb's */
+/* whether dry friction is Coulomb's, which has no "speed" */
 static int is_coulomb(const struct api_value *value) {
     return api_value_kind(value) == API_OBJECT &&
            api_value_kind(API_MEMBER(value, "speed")) == API_MISSING;
@@ -204,7 +204,7 @@ static void read_field(struct api_terms *terms, int f, int i, const struct api_v
     if (fault_count(terms->problem) > faults) terms->given[i] |= 1U << API_TERMS_FAULTY;
 }
 
-/* the whole */
+/* ---- the whole pendulum */
 
 void api_terms_init(struct api_terms *terms, int n, struct api_problem *problem) {
     assert(n >= 1 && !strcmp(field_names[API_TERMS_STOP], api_terms_row(API_TERMS_STOP)->name));
@@ -231,8 +231,7 @@ void api_terms_read_arm(struct api_terms *terms, const struct api_value *arm) {
 static void read_list(struct api_terms *terms, int f, const struct api_value *list) {
     char found[API_FOUND_BYTES];
     enum api_kind kind = api_value_kind(list);
-    // with one arm the entry need not be in a list, because some encoders of arrays write it that
-    // way
+    // with one arm the entry need not be in a list, because some encoders of arrays omit it
     if (terms->n == 1 && (kind == API_NUMBER || kind == API_OBJECT)) {
         read_field(terms, f, 0, list);
         return;
@@ -274,7 +273,7 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
     }
 }
 
-/* the force along the rail: a number, or a constant and harmonics */
+/* reads the force along the rail: a number, or a constant and harmonics */
 static void read_cart_force(struct api_terms *terms, const struct api_value *force) {
     struct api_value constant = *force;
     if (api_value_kind(force) == API_OBJECT) {
@@ -368,7 +367,7 @@ void api_terms_read_whole(struct api_terms *terms, const struct api_value *pendu
 
 int api_terms_bare(const struct api_terms *terms, int i) {
     assert(i >= 0 && i < terms->n);
-    // after memory ran out no number is reliable, so only that is reported
+    // if memory ran out, numbers may be missing, so only that is reported
     if (terms->status != PEND_OK) return 1;
     return api_terms_has(terms, API_TERMS_ROD, i) || api_terms_has(terms, API_TERMS_BODY, i);
 }

@@ -1,4 +1,4 @@
-/* The list of terms that a pendulum has, from what was read of its arms.
+/* The list of terms of a pendulum, from what was read of its arms.
  * Leaves to others: reading (terms_json), the layout (core/tree/terms). */
 #include "api/read/terms_json.h"
 
@@ -16,7 +16,7 @@ static int arm_hung(const struct api_terms *terms, const struct pend_tree *tree,
            (terms->row[PEND_TERM_AT_Y] && terms->row[PEND_TERM_AT_Y][i] != 0);
 }
 
-/* lays out the list; *made stays NULL if nothing is in it */
+/* lays out the list; *made stays NULL if the list would be empty */
 static enum pend_status terms_lay_out(const struct api_terms *terms, const struct pend_tree *tree,
                                       struct pend_terms **made, int place[]) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
@@ -82,7 +82,7 @@ static void terms_fill(const struct api_terms *terms, const struct pend_tree *tr
                sizeof terms->harmonic->part);
 }
 
-/* the destination of the faults of the list */
+/* where errors of the list are reported */
 struct list_faults {
     const struct api_terms *terms;
     const struct pend_tree *tree;
@@ -91,8 +91,8 @@ struct list_faults {
     int count;
 };
 
-/* the ranges were checked one by one; the remaining fault is an arm without inertia, a consequence
- * if the arm has another fault */
+/* the ranges were checked one by one; the remaining error is an arm without inertia, which may
+ * follow from another error of the arm */
 static void list_fault(void *context, const struct pend_terms_fault *found) {
     struct list_faults *faults = context;
     int i = found->arm >= 0 && found->row >= 0 ? faults->tree->order[found->arm] : -1;
@@ -101,7 +101,7 @@ static void list_fault(void *context, const struct pend_terms_fault *found) {
     faults->count++;
 }
 
-/* checks the numbers of a list together; returns the faults */
+/* checks the numbers of a list together; returns the number of errors */
 static int list_check(struct list_faults *faults, const struct pend_terms *made,
                       const double value[]) {
     double sum = faults->tree->subtree_mass[0];

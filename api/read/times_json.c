@@ -7,15 +7,15 @@
 
 static const char *const times_fields[] = {"start", "stop", "step", "count", NULL};
 
-static const double divides_within = 1e-9; /* of the number of steps */
+static const double divides_within = 1e-9; /* relative to the number of steps */
 
-/* a grid as in the request */
+/* a grid as the request describes it */
 struct grid {
     double start, stop, step;
-    long count; /* 0 = defined by its step */
+    long count; /* 0 = the grid is defined by its step */
 };
 
-/* the span for which start + span is exactly stop, if such a double exists nearby */
+/* the span for which start + span is exactly stop, if a double near it does this */
 static double grid_span(double start, double stop) {
     double span = stop - start, up = nextafter(span, INFINITY), down = nextafter(span, -INFINITY);
     if (start + span != stop && start + up == stop) return up;
@@ -23,8 +23,8 @@ static double grid_span(double start, double stop) {
     return span;
 }
 
-/* writes the step as an integer divided by 1, 10, 100, ..., if it is such a decimal; its instants
- * are then correctly rounded */
+/* if the step is a decimal, writes it as an integer divided by 1, 10, 100, ...; the instants are
+ * then correctly rounded */
 static int grid_is_decimal(double step, struct pend_times *times) {
     double divisor = 1;
     for (int places = 0; places <= 15; places++, divisor *= 10) {
@@ -37,8 +37,7 @@ static int grid_is_decimal(double step, struct pend_times *times) {
     return 0;
 }
 
-/* the instants of a grid by its step; the direction is known to be right and the count to be
- * within the limit */
+/* sets the instants of a grid by its step, whose direction and count are already checked */
 static void grid_by_step(const struct grid *grid, struct pend_times *times) {
     double step = copysign(grid->step, grid->stop - grid->start),
            ratio = (grid->stop - grid->start) / step;
@@ -66,7 +65,7 @@ static void fault_count(const struct api_value *value, double count,
         count, api_limits_name(limits, &limits->samples), limits->samples);
 }
 
-/* adds a fault for a step away from stop, or with too many instants */
+/* adds an error for a step away from stop, or with too many instants */
 static void check_step(const struct api_value *value, const struct grid *grid,
                        const struct api_limits *limits, struct api_problem *problem) {
     double span = grid->stop - grid->start, count = floor(fabs(span / grid->step)) + 1;
@@ -95,7 +94,7 @@ static void check_count(const struct api_value *value, const struct grid *grid,
                         grid->count);
 }
 
-/* adds a fault for a grid that has both a step and a count, or neither */
+/* adds an error for a grid that has both a step and a count, or neither */
 static void check_one(const struct api_value *value, const struct api_value *count, int by_step,
                       int by_count, struct api_problem *problem) {
     if (by_step && by_count)
@@ -106,7 +105,7 @@ static void check_one(const struct api_value *value, const struct api_value *cou
         api_value_fault(value, problem, API_CODE_MISSING "must have a \"step\" or a \"count\"");
 }
 
-/* reads start and stop; returns false if one of them is faulty */
+/* reads start and stop; returns false after an error */
 static int read_ends(struct grid *grid, const struct api_value *value,
                      struct api_problem *problem) {
     struct api_value start = api_value_member(value, "start"),
@@ -144,7 +143,7 @@ static void read_grid(struct api_times *times, const struct api_value *value,
         grid_by_step(&grid, &times->times);
 }
 
-/* adds a fault for every instant that does not continue in the direction of the first two */
+/* adds an error for every instant that does not continue in the direction of the first two */
 static void check_list(const struct api_value *value, int count, const double list[],
                        struct api_problem *problem) {
     double direction = count > 1 && list[1] < list[0] ? -1 : 1;

@@ -1,4 +1,4 @@
-/* Reading the requested instants from JSON: a grid by its step or its count, or a list.
+/* Reads the requested instants from JSON: a grid by its step or its count, or a list.
  * Leaves to others: computing samples at them (core/integrate/run/run).
  * Invariant: instants that were read are finite, strictly monotonic within the resolution of
  * doubles, and within the limits. */
@@ -10,7 +10,7 @@
 
 struct api_times {
     struct pend_times times;
-    double *list; /* owned; times.list is the same, or NULL for a grid */
+    double *list; /* owned; times.list is the same pointer, or NULL for a grid */
 };
 
 /**
@@ -22,7 +22,7 @@ struct api_times {
  *        exactly at stop if the step divides the span to 1e-9. Backwards in time a step may have
  *        either sign.
  *
- * PEND_INVALID   every fault was added to the problem.
+ * PEND_INVALID   every error was added to the problem.
  * PEND_NO_MEMORY
  * O(1) for a grid, O(count) for a list.
  */

@@ -13,7 +13,7 @@
 
 enum form { FORM_ARMS, FORM_LISTS, FORM_PAPER, FORM_COUNT };
 
-/* the fields of each form, and the field that gets the faults found by core */
+/* the fields of each form, and the field at which errors found by core are reported */
 static const struct {
     const char *summary;
     const char *field[3];
@@ -42,27 +42,27 @@ static const char *const tree_fields[] = {
 static const char *const arm_fields[] = {"name", "parent",          "length",
                                          "mass", API_TERMS_OF_ARMS, NULL};
 
-/* a tree while it is read */
+/* the state of reading a tree */
 struct tree_reading {
     const struct api_value *pendulum;
     struct api_problem *problem;
-    char at[API_POINTER_BYTES]; /* the pendulum's own pointer */
+    char at[API_POINTER_BYTES]; /* the pointer of the pendulum itself */
     enum form form;
     int n;
-    double *length, *mass;  /* n each; NAN = has a fault already */
+    double *length, *mass;  /* n each; NAN = an error was added already */
     struct api_terms terms; /* the terms beyond the ideal pendulum */
-    unsigned char *bare;    /* n flags: the mass at the tip may be 0; NULL = nowhere */
-    int *parent; /* n, from 0, -1 = the pivot, API_ARM_FAULTY; the three are one block, and length
-                    begins it */
+    unsigned char *bare;    /* n flags: the mass at the tip may be 0; NULL = it never may */
+    int *parent; /* n numbers from 0, -1 = the pivot, or API_ARM_FAULTY; the three arrays are one
+                  * block, which begins with length */
 };
 
-/* faults */
+/* ---- errors */
 
 static long fault_count(const struct api_problem *problem) {
     return problem->count + problem->beyond;
 }
 
-/* adds a fault at entry i (and j) of a field of the form, -1 = at the field as a whole */
+/* adds an error at entry i (and j) of a field of the form, or with -1 at the field as a whole */
 static void tree_fault(const struct tree_reading *reading, const char *field, int i, int j,
                        const char *text) {
     char pointer[API_POINTER_BYTES + 64];
@@ -88,7 +88,7 @@ static void tree_fault(const struct tree_reading *reading, const char *field, in
         api_problem_fault(reading->problem, pointer, API_CODE_OUT_OF_RANGE "%s", text);
 }
 
-/* true for a fault that was added before, or follows from one that was */
+/* true for an error that was added before, or follows from one that was */
 static int fault_is_known(const struct tree_reading *reading, enum pend_field field, int i) {
     if (field == PEND_FIELD_LENGTH) return i >= 0 && isnan(reading->length[i]);
     if (field == PEND_FIELD_MASS) return i >= 0 && isnan(reading->mass[i]);
@@ -99,7 +99,7 @@ static int fault_is_known(const struct tree_reading *reading, enum pend_field fi
     return 0;
 }
 
-/* adds a fault that core found */
+/* adds an error that core found */
 static void tree_report(void *context, enum pend_field field, int i, int j, const char *text) {
     const struct tree_reading *reading = context;
     const char *name = forms[reading->form].blamed[field];
@@ -107,20 +107,20 @@ static void tree_report(void *context, enum pend_field field, int i, int j, cons
         tree_fault(reading, name, i, j, text ? text : "is at fault");
 }
 
-/* adds a fault that terms_json found */
+/* adds an error that terms_json found */
 static void term_fault(void *context, const char *field, int i, const char *text) {
     const struct tree_reading *reading = context;
     int mass = !strcmp(field, "mass");
     tree_fault(reading, mass ? forms[reading->form].blamed[PEND_FIELD_MASS] : field, i, -1, text);
 }
 
-/* a mass may be missing or null where a rod or a body has one */
+/* whether a mass may be missing or null, because a rod or a body has mass */
 static int mass_is_spared(const struct tree_reading *reading, const struct api_value *mass, int i) {
     enum api_kind kind = api_value_kind(mass);
     return (kind == API_MISSING || kind == API_NULL) && api_terms_bare(&reading->terms, i);
 }
 
-/* the form with names */
+/* ---- the form with names */
 
 /* reads a length or a mass; core checks its range */
 static double arm_number(const struct api_value *field, struct api_problem *problem) {
@@ -159,7 +159,7 @@ static enum pend_status read_arms(struct tree_reading *reading, const char ***ke
     return status;
 }
 
-/* the forms of lists */
+/* ---- the forms with lists */
 
 static void read_list(const struct tree_reading *reading, const char *name, double out[]) {
     struct api_value field = api_value_member(reading->pendulum, name);
@@ -168,7 +168,7 @@ static void read_list(const struct tree_reading *reading, const char *name, doub
         (void)api_field_numbers(&field, reading->n, "arm", out, reading->problem);
 }
 
-/* reads the list of masses; a mass at the tip is optional for some arms */
+/* reads the list of masses, in which a mass at the tip is optional for some arms */
 static void read_bare_masses(const struct tree_reading *reading) {
     struct api_value field = api_value_member(reading->pendulum, "mass"), item;
     int spared = 0, n = reading->n;
@@ -191,7 +191,7 @@ static void read_bare_masses(const struct tree_reading *reading) {
             mass_is_spared(reading, &item, item.index) ? 0 : arm_number(&item, reading->problem);
 }
 
-/* parents as numbers from 1, 0 = the pivot */
+/* reads parents as numbers from 1, 0 = the pivot */
 static enum pend_status read_parents(struct tree_reading *reading) {
     double *number = malloc((size_t)reading->n * sizeof *number);
     if (!number) return PEND_NO_MEMORY;
@@ -251,12 +251,12 @@ static enum pend_status read_path(struct tree_reading *reading) {
     for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = API_ARM_FAULTY;
     return status == PEND_INVALID
                ? PEND_OK
-               : status; /* the faults were added; the rest is still to be checked */
+               : status; /* errors were added; the rest of the request is still to be checked */
 }
 
-/* the whole */
+/* ---- the whole tree */
 
-/* the form whose fields are present, or FORM_COUNT; adds faults for fields of a second form */
+/* the form whose fields are present, or FORM_COUNT; adds errors for fields of a second form */
 static enum form tree_form(const struct api_value *pendulum, struct api_problem *problem) {
     enum form found = FORM_COUNT;
     for (int i = 0; i < FORM_COUNT * 3; i++) {
@@ -279,8 +279,8 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
     return found;
 }
 
-/* the length of the form's first list, or 1 for a number; 0 if no list has items, which is a fault
- * of its own */
+/* the length of the form's first list, or 1 for a number; 0 if no list has items, which is reported
+ * separately */
 static int tree_count(const struct tree_reading *reading) {
     int lone = 0;
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
@@ -292,7 +292,7 @@ static int tree_count(const struct tree_reading *reading) {
     return lone;
 }
 
-/* adds a fault at the first list of a form without arms */
+/* adds an error at the first list of a form without arms */
 static void fault_empty(const struct tree_reading *reading) {
     char found[API_FOUND_BYTES];
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
@@ -319,13 +319,13 @@ static enum pend_status read_form(struct tree_reading *reading, const char ***na
     return reading->form == FORM_LISTS ? read_parents(reading) : read_path(reading);
 }
 
-/* the flags of the arms whose tips may have no mass */
+/* sets the flags of the arms that need no mass at the tip */
 static void bare_arms(const struct tree_reading *reading) {
     for (int i = 0; i < reading->n; i++)
         reading->bare[i] = (unsigned char)api_terms_bare(&reading->terms, i);
 }
 
-/* a cart becomes arm n, after the caller's arms, and carries all arms at the pivot */
+/* makes a cart arm n, after the caller's arms, which carries all arms at the pivot */
 static void hang_on_cart(struct tree_reading *reading) {
     int n = reading->n;
     assert(n >= 1 && reading->terms.cart.given);
@@ -341,7 +341,7 @@ static void hang_on_cart(struct tree_reading *reading) {
 static enum pend_status read_whole(struct tree_reading *reading, struct api_tree *tree) {
     struct pend_fault_sink sink = {tree_report, reading, API_PROBLEM_FAULTS};
     size_t n = (size_t)reading->n;
-    // and a cart
+    // n + 1, because there may be a cart
     reading->length = malloc((n + 1) * (2 * sizeof(double) + sizeof(int) + 1));
     if (!reading->length) return PEND_NO_MEMORY;
     reading->mass = reading->length + n + 1;
@@ -398,7 +398,7 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     return status == PEND_OK && fault_count(problem) > faults ? PEND_INVALID : status;
 }
 
-/* whether the parsed fields agree with the tree that was built from them */
+/* checks that the parsed fields agree with the tree that was built from them */
 PEND_VALIDATOR tree_read_valid(const struct api_tree *tree) {
     return tree->n >= 0 &&
            (!tree->tree || (tree->tree->n == api_tree_stored(tree) && tree->n >= 1)) &&
@@ -443,7 +443,7 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) 
     return scratch;
 }
 
-/* the caller's number, from 0, of an arm given by its number or its name; -1 if there is none */
+/* the caller's number, from 0, of an arm given by its number or name; -1 if there is none */
 static int tree_find(const struct api_tree *tree, const struct api_value *value) {
     const char *text = api_value_text(value);
     double number = api_value_number(value);

@@ -1,7 +1,7 @@
-/* Reading a pendulum tree from JSON, in any of its three forms; every fault has a pointer into the
+/* Reads a pendulum tree from JSON, in any of its three forms; every error has a pointer into the
  * form that the client used.
  * Leaves to others: checking and building the tree (core/tree/tree), its state (state_json).
- * Invariant: a tree that was read is valid, within the limits, and holds no pointer into the
+ * Invariant: a tree that was read is valid, within the limits, and contains no pointer into the
  * document. */
 #pragma once
 
@@ -11,27 +11,27 @@
 #include "core/tree/tree.h"
 
 struct api_tree {
-    int n;    /* arms, in the caller's order; 0 if their number is unknown */
-    int cart; /* 1 = the pivot is on a cart: arm n of the tree, its first stored one */
+    int n;    /* number of arms, in the caller's order; 0 = unknown */
+    int cart; /* 1 = the pivot is on a cart, which is arm n of the tree and its first stored arm */
     struct pend_loads loads; /* gravity, terms and drives of the tree */
     struct pend_terms
-        *terms;    /* terms of a real pendulum, to which `loads` points; NULL = it is ideal */
-    double *value; /* their numbers, terms->count of them */
+        *terms;    /* terms of a real pendulum, to which `loads` points; NULL = an ideal pendulum */
+    double *value; /* values of the terms, terms->count numbers */
     struct pend_rules
-        *rules; /* rules of a motion in pieces, to which the terms point; NULL = it is smooth */
-    struct pend_tree *tree; /* NULL if the description is faulty */
-    const char **names;     /* n names, or NULL if no arm has a name; the name of an arm without
-                               one is its number, from "1" */
+        *rules; /* rules of a motion in pieces, to which the terms point; NULL = one piece */
+    struct pend_tree *tree; /* NULL if the description is invalid */
+    const char **names;     /* n names, or NULL if no arm has one; an arm without a name has its
+                             * number as name, from "1" */
 };
 
 /**
  * Reads a tree.
  *
  * tree      out; released by api_tree_clear, also after a failure. n and loads are set if known,
- *           even if other fields are faulty, so that the rest of the request can be checked.
- * pendulum  the value in the document; a missing one is a fault.
+ *           even if other fields are invalid, so that the rest of the request can be checked.
+ * pendulum  the value in the document; an error is added if it is missing.
  *
- * PEND_INVALID   every fault was added to the problem.
+ * PEND_INVALID   every error was added to the problem.
  * PEND_NO_MEMORY
  * O(n log n) for arms with names, O(n) for lists, O(n^2) for a path matrix.
  */
@@ -40,17 +40,17 @@ PEND_MUST_CHECK enum pend_status api_tree_read(struct api_tree *tree,
                                                const struct api_limits *limits,
                                                struct api_problem *problem);
 
-/** Returns the number of coordinates of a tree, which is the size of its states: its arms, and a
+/** Returns the number of coordinates of a tree, which is the size of its states: its arms and a
  * cart. O(1). */
 static inline int api_tree_stored(const struct api_tree *tree) { return tree->n + tree->cart; }
 
-/** Copies a row in stored order to one of n numbers in the caller's order, without a cart. O(n). */
+/** Copies a row in stored order to n numbers in the caller's order, without a cart. O(n). */
 void api_tree_put(const struct api_tree *tree, const double row[], double out[]);
 
 /** Frees the tree, its terms and its names. */
 void api_tree_clear(struct api_tree *tree);
 
-/** Returns the largest number of bytes of memory of a tree, without the text of its names. O(1). */
+/** Returns the most bytes of memory of a tree, not counting the text of its names. O(1). */
 double api_tree_bytes(const struct api_tree *tree);
 
 /** Returns the caller's number, from 0, of the parent of the caller's arm i; -1 for the pivot and
@@ -64,14 +64,14 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]);
 /**
  * Reads an arm, given by its number from 1 or by its name.
  *
- * Returns the caller's number, from 0; -1 if the value is missing or not an arm, which are faults,
- * or if the tree is faulty.
+ * Returns the caller's number, from 0; -1 if the value is missing or not an arm, for which an error
+ * is added, or if the tree is invalid.
  */
 int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value,
                       struct api_problem *problem);
 
 /**
- * Adds a fault if the tree has terms beyond the ideal pendulum's.
+ * Adds an error if the tree has terms beyond those of an ideal pendulum.
  *
  * value  the field that requires an ideal pendulum.
  * what   the purpose, for the message: "a start in a mode".
@@ -80,10 +80,10 @@ void api_tree_ideal(const struct api_tree *tree, const struct api_value *value, 
                     struct api_problem *problem);
 
 /**
- * Adds a fault if the modes cannot be used: gravity must be positive, and their computation may not
- * take longer than that of all modes of max-mode-arms arms.
+ * Adds an error if the modes cannot be used: gravity must be positive, and their computation must
+ * not take longer than that of all modes of max-mode-arms arms.
  *
- * value  the field that asks for the modes.
+ * value  the field that requests the modes.
  * count  number of modes.
  * what   the purpose, for the message: "a start in a mode".
  */

@@ -7,8 +7,8 @@
 #include "api/call/call.h"
 #include "api/op/op.h"
 
-/* The largest answer and request that are held: in a page, what it can show; in a process, a large
- * buffer of its memory. */
+/* The largest answer and the largest request. A page cannot show more; in a process it is a large
+ * buffer. */
 #ifdef __wasm__
 #define DOOR_ANSWER_BYTES (64 << 20)
 #else
@@ -38,7 +38,7 @@ static int door_operation(const char *name) {
     return -1;
 }
 
-/* takes the next text of the room; NULL if none ends there */
+/* takes the next text of the request buffer; NULL if no NUL ends it */
 static const char *door_text(size_t *at) {
     assert(*at <= door.room_bytes);
     const char *text = door.room + *at;
@@ -55,7 +55,7 @@ int door_open(void) {
     const char *argument = name ? door_text(&at) : NULL;
     const char *accept = argument ? door_text(&at) : NULL;
     int id = accept ? door_operation(name) : -1;
-    // two operations have one name: with an argument it is the second
+    // two operations have the same name; with an argument the second is meant
     if (id == API_OP_PRESETS && *argument) id = API_OP_PRESET;
     if (id < 0) return DOOR_UNKNOWN;
     int body = api_op_at((enum api_op_id)id)->body;
@@ -67,7 +67,8 @@ int door_open(void) {
                                   .body_bytes = body ? door.room_bytes - at : 0};
     api_limits_init(&door.limits);
 #ifndef __wasm__
-    // who computes in an own process is bounded by the machine, as pendulum --local is
+    // the computation runs in the caller's own process, so only the machine limits it, as with
+    // pendulum --local
     for (int i = 0; api_limits_row(i); i++)
         *api_limits_value(&door.limits, i) = api_limits_row(i)->most;
 #endif

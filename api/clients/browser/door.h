@@ -1,9 +1,10 @@
-/* The engine without a server, as a WebAssembly module and as the shared library libpendulum.so: a
- * caller has a request answered in its own process, by the code that answers it in a server.
+/* The engine without a server, as a WebAssembly module and as the shared library libpendulum.so. A
+ * caller has requests answered in its own process, by the code that answers them in a server.
  * Leaves to others: the mechanics and the request (core, api), threads (the page's worker, the
  * caller), libraries that a browser lacks (missing, and the script's imports).
- * Invariant: one request is open at a time in each thread; the same request has the bytes that a
- * server answers, without compute_seconds: of the module, a server of the base instruction set. */
+ * Invariant: each thread has one open request at a time. A request gets the same bytes as from a
+ * server, without compute_seconds; the module's are those of a server with the base instruction
+ * set. */
 #pragma once
 
 #include <stddef.h>
@@ -15,47 +16,47 @@
 #endif
 
 /**
- * Makes room for a request of so many bytes, which door_open reads: the operation ("trajectories"),
- * its argument ("" = none) and the field Accept, each with a NUL behind it, then the body.
+ * Reserves memory for a request of `bytes` bytes, which door_open reads: the operation
+ * ("trajectories"), its argument ("" = none) and the field Accept, each terminated by a NUL, then
+ * the body.
  *
- * Returns where to write it, valid until the next call; NULL without memory.
+ * Returns the address to which to write it, valid until the next call; NULL if memory is short.
  */
 DOOR_EXPORT(door_room) char *door_room(size_t bytes);
 
 enum { DOOR_UNKNOWN = -1, DOOR_FULL = -2 };
 
-/** Opens the request that lies in the room, and closes the one before. Returns an enum
- * api_progress, DOOR_UNKNOWN if there is no such operation or the text is cut short, DOOR_FULL
- * without memory. */
+/** Opens the request in that memory, and closes the previous one. Returns an enum api_progress,
+ * DOOR_UNKNOWN if there is no such operation or the text is incomplete, DOOR_FULL if memory is
+ * short. */
 DOOR_EXPORT(door_open) int door_open(void);
 
-/** Returns the estimate of the computation that is open, s on the server's machine; 0 for one that
- * was refused. */
+/** Returns the estimated time of the open computation, s on the server's reference machine; 0 for a
+ * refused request. */
 DOOR_EXPORT(door_cost) double door_cost(void);
 
-/** Lets the answer be taken in pieces, if its representation can: a failure from now on breaks it.
- */
+/** Allows the answer to be taken in pieces, if its representation can be streamed. From now on a
+ * failure breaks the answer. */
 DOOR_EXPORT(door_promise) void door_promise(void);
 
-/** Computes about a block of samples, or another piece of some milliseconds. Returns an enum
- * api_progress. */
+/** Computes about a block of samples, or for some milliseconds. Returns an enum api_progress. */
 DOOR_EXPORT(door_run) int door_run(void);
 
 /** Returns the bytes of the answer that were not taken yet, valid until the next call. */
 DOOR_EXPORT(door_data) const char *door_data(void);
 
-/** Returns how many there are. */
+/** Returns the number of these bytes. */
 DOOR_EXPORT(door_bytes) size_t door_bytes(void);
 
-/** Forgets the bytes that door_data told. */
+/** Removes the bytes that door_data returned. */
 DOOR_EXPORT(door_taken) void door_taken(void);
 
-/** Returns the HTTP status of the answer: final once a run has returned API_DONE. */
+/** Returns the HTTP status of the answer, which is final once door_run has returned API_DONE. */
 DOOR_EXPORT(door_status) int door_status(void);
 
-/** Returns the answer's header fields, "Name: value" a line, ended by a NUL; valid until the next
- * call. NULL without memory. */
+/** Returns the answer's header fields, one "Name: value" per line, terminated by a NUL; valid until
+ * the next call. NULL if memory is short. */
 DOOR_EXPORT(door_head) const char *door_head(void);
 
-/** Ends the request and frees what it holds; without one nothing happens. */
+/** Ends the request and frees its memory; without a request it does nothing. */
 DOOR_EXPORT(door_close) void door_close(void);

@@ -1,10 +1,11 @@
-/* What the engine uses of libraries that Debian has not for WebAssembly, where it is little: four
- * questions of cJSON's about a tree that the engine has built itself, and a stable sort. And the
- * tables of what is asked of a server: operations, methods and representations that engine.mk
- * leaves out; whoever uses one calls `elsewhere`.
- * Leaves to others: functions that are left out, which the module imports; the script refuses them
- * and `elsewhere`, so that a server is asked.
- * Invariant: the same order and the same nodes as the libraries', for all that the engine asks. */
+/* Replacements for the parts of libraries that Debian does not have for WebAssembly: four functions
+ * of cJSON on trees that the engine has built itself, and a stable sort. Also the tables of what is
+ * left to a server, the operations, methods and representations that engine.mk leaves out; using
+ * one calls `elsewhere`.
+ * Leaves to others: omitted functions that the module imports; the script rejects them and
+ * `elsewhere`, and then asks a server.
+ * Invariant: sorting order and nodes are the same as the libraries', as far as the engine uses
+ * them. */
 #include "api/clients/browser/missing.h"
 
 #include <cjson/cJSON.h>
@@ -39,7 +40,8 @@ cJSON *cJSON_GetObjectItemCaseSensitive(const cJSON *object, const char *name) {
 
 cJSON_bool cJSON_IsTrue(const cJSON *node) { return node && (node->type & 0xff) == cJSON_True; }
 
-/* sorts by merging halves, as glibc does: what is equal stays in its order. O(count log count). */
+/* Sorts by merging halves, as glibc does, so that equal items keep their order. O(count log
+ * count). */
 static void sort(char *data, char *spare, size_t count, size_t size,
                  int (*order)(const void *, const void *, void *), void *context) {
     size_t half = count / 2, low = 0, high = half;
@@ -62,7 +64,7 @@ void qsort_r(void *data, size_t count, size_t size,
     free(spare);
 }
 
-/* imported: does not return */
+/* imported; does not return */
 void elsewhere(void);
 
 static double elsewhere_bytes(const struct api_table *table) {
@@ -78,7 +80,7 @@ static enum pend_status elsewhere_open(void **stepper, const struct pend_problem
     return PEND_INVALID;
 }
 
-/* what it may be asked is judged by the server */
+/* a server checks what the request may contain */
 #define METHOD(id, title)                                                                          \
     const struct pend_method pend_method_##id = {.name = title,                                    \
                                                  .summary = "",                                    \
@@ -105,7 +107,7 @@ FORMAT(mat, "application/x-matlab-data", 1);
 FORMAT(png, "image/png", 2);
 FORMAT(raw, "", 1);
 
-/* the door opens none of these */
+/* the engine opens none of these operations */
 #define OPERATION(id) const struct api_op api_op_##id = {.name = ""}
 OPERATION(ensembles);
 OPERATION(lyapunov);

@@ -1,6 +1,6 @@
 /* pendulum: motions, modes and maps of pendulum trees from a shell, by a server or without one.
- * Leaves to others: the body (request), the answer's way (remote, local, sink).
- * Invariant: exit status 0 means that the whole answer is where it was wanted. */
+ * Leaves to others: the body (request), receiving and writing the answer (remote, local, sink).
+ * Invariant: exit status 0 means that the whole answer is where the user wanted it. */
 #include <assert.h>
 #include <ctype.h>
 #include <getopt.h>
@@ -41,7 +41,7 @@ static const char usage[] =
     "                      your secret\n"
     "      --patience S    how long to retry a busy server (60)\n";
 
-/* options that are a text, as letters and as places of `text` */
+/* options with a value, as letters and as indices into `text` */
 enum {
     LETTERS = 256,
     AS = LETTERS,
@@ -99,7 +99,7 @@ static const struct {
              {"png", "image/png"},
              {"bin", "application/octet-stream"}};
 
-struct line { /* what the command line says */
+struct line { /* the parsed command line */
     struct cli_remote remote;
     struct cli_fields fields;
     const char *out, *text[TEXTS - LETTERS];
@@ -113,9 +113,11 @@ static const char *said(const struct line *line, int letter) {
 
 static const char *accepted(const struct line *line) {
     const char *dot = line->out ? strrchr(line->out, '.') : NULL;
-    if (dot && (strchr(dot, '/') || !dot[1])) dot = NULL; /* of a directory */
+    if (dot && (strchr(dot, '/') || !dot[1])) dot = NULL; /* the dot belongs to a directory */
     const char *form = said(line, AS) ? said(line, AS) : dot ? dot + 1 : NULL;
-    if (!form) return "text/csv, application/json;q=0.5"; /* not every operation has a table */
+    if (!form)
+        return "text/csv, application/json;q=0.5"; /* not every operation has a table as its
+                                                    * answer */
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
         if (!strcasecmp(forms[i].ending, form)) return forms[i].media_type;
     cli_end(CLI_USAGE,
@@ -123,7 +125,8 @@ static const char *accepted(const struct line *line) {
             form);
 }
 
-/* a start is a member of `initial`, a text or a list; method and duration are of the request */
+/* an initial value is a member of `initial`, as a text or a list; method and duration belong to the
+ * request */
 static void start(struct cli_fields *fields, const char *name, const char *value) {
     char whole[40];
     snprintf(whole, sizeof whole, "initial.%s", name);
@@ -141,7 +144,7 @@ static void read_options(struct line *line, int argc, char *argv[]) {
     while ((letter = getopt_long(argc, argv, "o:s:f:hV", options, &which)) != -1) {
         switch (letter) {
         case 0:
-            break; /* it has set its variable */
+            break; /* getopt has set the option's variable */
         case 'o':
             line->out = optarg;
             break;
@@ -174,7 +177,7 @@ static void read_options(struct line *line, int argc, char *argv[]) {
     if (line->remote.token && !*line->remote.token) line->remote.token = NULL;
 }
 
-/* the JSON at a path, in memory */
+/* requests a path and returns its JSON */
 static struct api_json *state(struct line *line, const char *method, const char *path,
                               const struct api_buffer *body, const char *key) {
     struct cli_exchange exchange = {
@@ -193,7 +196,7 @@ static struct api_json *state(struct line *line, const char *method, const char 
     return document;
 }
 
-/* a member that is a text; "" where it is none */
+/* a member that is a text; "" if there is none */
 static const char *member(const struct api_value *object, const char *name) {
     struct api_value value = api_value_member(object, name);
     const char *found = api_value_text(&value);
@@ -210,14 +213,15 @@ static double number(const struct api_json *document, const char *name) {
     return api_value_number(&value);
 }
 
-/* ids are letters and digits; jobs live on a server */
+/* checks that an id consists of letters and digits, and that a server is used, because jobs need
+ * one */
 static void check_id(const char *id) {
     if (!*id || id[strspn(id, "abcdefghijklmnopqrstuvwxyz0123456789-")])
         cli_end(CLI_USAGE, "%s is not the id of a job", id);
     if (here) cli_end(CLI_USAGE, "--local has no jobs");
 }
 
-/* waits for the end of a job, and brings its results */
+/* waits for the end of a job, and downloads its results */
 static void get(struct line *line, const char *id) {
     check_id(id);
     char path[200], kept[33];
@@ -243,7 +247,7 @@ static void get(struct line *line, const char *id) {
     cli_sink_open(&sink, "", NULL);
     cli_remote_ask(&line->remote, &exchange, &sink);
     cli_sink_close(&sink);
-    /* a server's word becomes part of a name of a file: letters and digits of it */
+    /* the server's word becomes part of a file name, so only letters and digits of it are used */
     size_t length = 0;
     for (const char *c = exchange.etag; *c && length < sizeof kept - 1; c++)
         if (isalnum((unsigned char)*c)) kept[length++] = *c;
@@ -255,7 +259,7 @@ static void get(struct line *line, const char *id) {
     cli_sink_close(&sink);
 }
 
-/* a request, computed here, there, or there as a job */
+/* sends a request, or computes it in this process, or submits it as a job */
 static void ask(struct line *line, const char *route, const char *file) {
     struct api_buffer body;
     struct cli_sink sink;
@@ -289,7 +293,7 @@ static void ask(struct line *line, const char *route, const char *file) {
     api_buffer_clear(&body);
 }
 
-/* an ensemble over two axes */
+/* requests an ensemble over two axes */
 static void map(struct line *line, const char *file) {
     char grid[700], of[100];
     if (!said(line, X) || !said(line, Y)) cli_end(CLI_USAGE, "a map has two axes, --x and --y");
@@ -302,7 +306,7 @@ static void map(struct line *line, const char *file) {
     free(x), free(y);
 }
 
-/* appends a part to a path's query, each byte of the value as it may stand there */
+/* appends a parameter to a path's query, with the value percent-encoded */
 static void filter(char *path, size_t room, const char *name, const char *value) {
     size_t at = strlen(path);
     if (!value) return;
@@ -354,12 +358,12 @@ static void cancel(struct line *line, const char *id) {
 
 static const struct {
     const char *name;
-    int words; /* behind it */
+    int words; /* number of words after it */
     void (*work)(struct line *line, const char *word);
 } commands[] = {{"run", 1, run},   {"modes", 1, modes}, {"map", 1, map},
                 {"jobs", 0, jobs}, {"get", 1, get},     {"cancel", 1, cancel}};
 
-/* ends the program with what is wrong with its words */
+/* ends the program with an explanation of a wrong command line */
 static void mistaken(int count, char **word) {
     for (size_t i = 0; count > 0 && i < sizeof commands / sizeof *commands; i++)
         if (!strcmp(word[0], commands[i].name))

@@ -10,13 +10,13 @@
 
 #include "api/clients/cli/request.h"
 
-/* an exchange at one try of it */
+/* one attempt of an exchange */
 struct attempt {
     CURL *curl;
     struct cli_sink *sink;
-    long status; /* 0 = the first byte of the body has not come */
+    long status; /* 0 = no byte of the body has arrived */
     int began, page;
-    long long told; /* MiB that the last line of progress has said */
+    long long told; /* MiB in the last line of progress */
 };
 
 static double now(void) {
@@ -25,7 +25,7 @@ static double now(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* whether the answer is a page, which no route of the interface answers with */
+/* whether the answer is a web page, which no route of the interface returns */
 static int is_page(CURL *curl) {
     const char *kind = NULL;
     curl_easy_getinfo(curl, CURLINFO_CONTENT_TYPE, &kind);
@@ -62,7 +62,7 @@ static void header(struct curl_slist **list, const char *name, const char *value
     *list = longer;
 }
 
-/* warnings that stand beside an answer which has no place for them */
+/* prints warnings in header fields, for answers that cannot contain them */
 static void warn(CURL *curl) {
     struct curl_header *field;
     for (size_t i = 0; curl_easy_header(curl, "X-Warning", i, CURLH_HEADER | CURLH_TRAILER, -1,
@@ -73,7 +73,7 @@ static void warn(CURL *curl) {
 
 enum { URL_BYTES = 2000, BEARER_BYTES = 4200 };
 
-/* the URL without a slash too many, and the field's value of the token */
+/* composes the URL, without a double slash, and the header field with the token */
 static void address(const struct cli_remote *remote, const struct cli_exchange *exchange,
                     char url[URL_BYTES], char bearer[BEARER_BYTES]) {
     const char *token = remote->token ? remote->token : "";
@@ -107,7 +107,7 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
     curl_easy_setopt(curl, CURLOPT_URL, url);
     curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
-    curl_easy_setopt(curl, CURLOPT_TCP_KEEPALIVE, 1L); /* a server that is gone is noticed */
+    curl_easy_setopt(curl, CURLOPT_TCP_KEEPALIVE, 1L); /* notices a server that is gone */
     curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, exchange->method);
     curl_easy_setopt(curl, CURLOPT_NOBODY, (long)!strcmp(exchange->method, "HEAD"));
     curl_easy_setopt(curl, CURLOPT_HTTPHEADER, fields);
@@ -129,18 +129,19 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
     return code;
 }
 
-/* whether the server refuses for the moment */
+/* whether the server refuses temporarily */
 static int busy(long status) { return status == 429 || (status >= 502 && status <= 504); }
 
-/* whether a try has brought what is wanted; ends the program where no other try will */
+/* whether an attempt was successful; ends the program if another attempt would not help */
 static int settled(const struct attempt *attempt, CURLcode code) {
     if (attempt->status == 416 && attempt->sink->have > 0) {
         struct curl_header *field;
         long long whole = -1;
         if (!curl_easy_header(attempt->curl, "Content-Range", 0, CURLH_HEADER, -1, &field))
             sscanf(field->value, "bytes */%lld", &whole);
-        if (whole == attempt->sink->have) return 1; /* nothing was missing */
-        cli_sink_again(attempt->sink);              /* it was of another answer */
+        if (whole == attempt->sink->have) return 1; /* the file was already complete */
+        cli_sink_again(attempt->sink);              /* the file had the beginning of another
+                                                     * answer */
         return 0;
     }
     if (code != CURLE_OK || busy(attempt->status)) return 0;
@@ -150,8 +151,8 @@ static int settled(const struct attempt *attempt, CURLcode code) {
 
 #define WHERE "set its address by PENDULUM_URL or --server"
 
-/* Ends the program where a server was never there: its address is wrong. One that has answered may
- * have gone for a moment. */
+/* Ends the program if a server has never answered, because then its address is wrong. A server that
+ * has answered may be down for a moment. */
 static void look_for(struct cli_remote *remote, const struct attempt *attempt, CURLcode code) {
     curl_off_t begun = 0; /* 0 = there was no connection */
     curl_easy_getinfo(attempt->curl, CURLINFO_PRETRANSFER_TIME_T, &begun);

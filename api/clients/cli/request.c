@@ -77,7 +77,7 @@ void cli_refuse(long status, const struct api_buffer *text) {
     exit(CLI_REFUSED);
 }
 
-/* parses a document; exits with the problem's detail. It prints nothing if `what` is NULL */
+/* parses a document; exits with the problem's detail, but prints nothing if `what` is NULL */
 static struct api_json *parsed(const char *text, size_t bytes, const char *what) {
     struct api_problem problem;
     struct api_json *document = NULL;
@@ -129,7 +129,7 @@ void cli_assign(struct cli_fields *fields, const char *assignment) {
     free(name);
 }
 
-/* adds what has to be JSON */
+/* adds a value that must be JSON */
 static void strict(struct cli_fields *fields, const char *name, const char *json) {
     struct api_json *document = parsed(json, strlen(json), name);
     api_json_free(&document);
@@ -144,7 +144,8 @@ void cli_list(struct cli_fields *fields, const char *name, const char *numbers) 
     free(text);
 }
 
-/* a number at *text, up to one of the characters of `ends`; *text moves behind that */
+/* reads a number at *text that ends at one of the characters of `ends`; *text moves past that
+ * character */
 static const char *number(const char **text, const char *ends, const char *whole, size_t *length) {
     const char *begin = *text;
     char *end;
@@ -193,7 +194,8 @@ char *cli_axis(const char *text) {
     return copy;
 }
 
-/* whether the command line has `name` of `object`, or with NULL anything of it */
+/* whether the command line has member `name` of `object`, or, if `name` is NULL, any member of
+ * it */
 static int has(const struct cli_fields *fields, const char *object, const char *name, int first) {
     for (int i = first; i < fields->count; i++)
         if (!strcmp(fields->field[i].object, object) &&
@@ -202,7 +204,7 @@ static int has(const struct cli_fields *fields, const char *object, const char *
     return 0;
 }
 
-/* an object: the members of a value that stay, and those of the command line */
+/* writes an object: the members of a value that are kept, and those of the command line */
 static void merged(struct api_buffer *out, const struct api_value *value, const char *object,
                    const struct cli_fields *fields) {
     assert(api_buffer_valid(out) && *object);
@@ -219,7 +221,7 @@ static void merged(struct api_buffer *out, const struct api_value *value, const 
     cli_need(api_buffer_add(out, "}", 1) == PEND_OK);
 }
 
-/* every byte of a file */
+/* reads a whole file */
 static void slurp(struct api_buffer *text, const char *path) {
     FILE *file = strcmp(path, "-") ? fopen(path, "rb") : stdin;
     if (!file) cli_die("%s: %s", path, strerror(errno));
@@ -249,14 +251,15 @@ void cli_table(struct cli_fields *fields, const char *path) {
 
 void cli_body(struct api_buffer *out, const char *path, const struct cli_fields *fields) {
     struct api_buffer text;
-    assert(out->bytes == 0); /* a comma is written by what stands before it */
+    assert(out->bytes == 0); /* the last byte of the buffer decides whether a comma is written */
     api_buffer_init(&text, MOST_BYTES);
     slurp(&text, path);
     struct api_json *document = parsed(text.data, text.bytes, path);
     struct api_value root = api_json_root(document);
     if (api_value_kind(&root) != API_OBJECT) cli_die("%s does not contain a JSON object", path);
     struct api_value pendulum = api_value_member(&root, "pendulum");
-    struct api_value trials = api_value_member(&root, "trials"); // these need no pendulum
+    struct api_value trials = api_value_member(&root, "trials"); // requests with these fields need
+                                                                 // no pendulum
     int tried = api_value_kind(&trials) != API_MISSING;
     int alone = (api_value_kind(&pendulum) == API_MISSING) > tried;
     cli_need(api_buffer_add(out, "{", 1) == PEND_OK);

@@ -1,5 +1,5 @@
-/* A request's body from a file and from what the command line says on top of it.
- * Leaves to others: what the fields mean (api/op): a name that is not known here is passed on.
+/* A request's body, composed of a file and the options on the command line.
+ * Leaves to others: the meaning of the fields (api/op); unknown names are passed on.
  * Invariant: every number of the file keeps its value to the last bit; a body is JSON. */
 #pragma once
 
@@ -7,7 +7,7 @@
 
 enum { CLI_FIELDS = 100 };
 
-/* Members that replace or join those of the file. */
+/* Members that replace members of the file or are added to them. */
 struct cli_fields {
     int count;
     struct {
@@ -28,21 +28,21 @@ void cli_end(int status, const char *format, ...) __attribute__((format(printf, 
 /** Prints a warning of the computation on standard error. */
 void cli_warn(const char *text);
 
-/** Ends the program unless `good`, which is what an allocation or a write to memory gave. */
+/** Ends the program unless `good`, the result of an allocation or of a write to memory. */
 void cli_need(int good);
 
-/** Ends the program with CLI_REFUSED and the words of a problem in JSON: its detail, and each fault
- * in a line, with the option in place of its field. */
+/** Ends the program with CLI_REFUSED and the words of a problem in JSON: its detail, then one line
+ * per error, with the option instead of its field. */
 void cli_refuse(long status, const struct api_buffer *problem) __attribute__((noreturn));
 
-/** Adds NAME or OBJECT.NAME; a value that is not JSON becomes a text. Dies where there are too
- * many. */
+/** Adds NAME or OBJECT.NAME; a value that is not JSON becomes a text. Ends the program if there are
+ * too many. */
 void cli_field(struct cli_fields *fields, const char *name, const char *value);
 
-/** Frees what was added. */
+/** Frees the fields. */
 void cli_fields_clear(struct cli_fields *fields);
 
-/** Adds NAME=VALUE; dies without the sign. */
+/** Adds NAME=VALUE; ends the program if there is no =. */
 void cli_assign(struct cli_fields *fields, const char *assignment);
 
 /** Adds the list "1,2,3" as an array. */
@@ -51,12 +51,13 @@ void cli_list(struct cli_fields *fields, const char *name, const char *numbers);
 /** Adds `times`: "0:5:0.01" is start, stop, step; "0:5/501" start, stop, count; else a list. */
 void cli_times(struct cli_fields *fields, const char *text);
 
-/** Adds the table in a file as `data.csv`; "-" is standard input. Dies where it is no text. */
+/** Adds the table in a file as `data.csv`; "-" is standard input. Ends the program if it is not
+ * text. */
 void cli_table(struct cli_fields *fields, const char *path);
 
-/** Returns the axis "theta1:-3:3:512" as JSON, to be freed; dies where it is none. */
+/** Returns the axis "theta1:-3:3:512" as JSON, to be freed; ends the program if it is invalid. */
 char *cli_axis(const char *text);
 
-/** Appends the body. path: of the file with a request or with a pendulum alone; "-" is standard
- * input. Dies where it cannot be read or is not JSON. */
+/** Appends the body. path: a file with a request or only a pendulum; "-" is standard input. Ends
+ * the program if it cannot be read or is not JSON. */
 void cli_body(struct api_buffer *out, const char *path, const struct cli_fields *fields);

@@ -13,9 +13,9 @@
 
 #include "api/clients/cli/request.h"
 
-static char *volatile unfinished; /* a temporary file that no later run continues */
+static char *volatile unfinished; /* a temporary file that no later run can continue */
 
-/* Removes the temporary file. Calls only what a signal handler may call. */
+/* Removes the temporary file. Calls only functions that are safe in a signal handler. */
 static void tidy(void) {
     char *path = unfinished;
     unfinished = NULL;
@@ -46,8 +46,8 @@ static int same_file(const struct stat *a, const struct stat *b) {
     return a->st_dev == b->st_dev && a->st_ino == b->st_ino;
 }
 
-/* Opens a file that holds the beginning of a download, for this process alone. Another process may
- * rename or remove it between open and flock; then the name leads to another file. */
+/* Opens a file that contains the beginning of a download, with a lock. Another process may rename
+ * or remove it between open and flock; then the name belongs to another file. */
 static int open_kept(const char *part) {
     struct stat named, opened;
     for (;;) {
@@ -61,7 +61,7 @@ static int open_kept(const char *part) {
     }
 }
 
-/* Creates a temporary file under a name of its own. */
+/* Creates a temporary file under a unique name. */
 static int open_new(char *part) {
     int fd = mkostemp(part, O_CLOEXEC);
     if (fd < 0) return -1;
@@ -73,8 +73,8 @@ static int open_new(char *part) {
     return fd;
 }
 
-/* Gives a file the owner and the mode of the one that it will replace. Only root may give a file
- * away; others keep at least the group where they are its members. */
+/* Gives a file the owner and the mode of the file that it will replace. Only root can change the
+ * owner; others keep at least the group, if they are its members. */
 static void open_like(int fd, const struct stat *target) {
     int given = fchown(fd, target->st_uid, target->st_gid) == 0 ||
                 fchown(fd, (uid_t)-1, target->st_gid) == 0;
@@ -82,8 +82,8 @@ static void open_like(int fd, const struct stat *target) {
         cli_die("the file's mode: %s", strerror(errno));
 }
 
-/* The path of the file to replace, without symbolic links; to be freed. Root too is refused a file
- * that nobody may write. */
+/* The path of the file to replace, without symbolic links; to be freed. A file that nobody may
+ * write is refused, even to root. */
 static char *open_real(const char *path, const struct stat *target) {
     char *real = target ? realpath(path, NULL) : strdup(path);
     struct stat link;
@@ -95,7 +95,7 @@ static char *open_real(const char *path, const struct stat *target) {
     return real;
 }
 
-/* Opens the temporary file of a regular file, which may not exist yet. */
+/* Opens the temporary file for a regular file, which need not exist yet. */
 static void open_part(struct cli_sink *sink, const struct stat *target, const char *kept) {
     char *real = open_real(sink->path, target);
     size_t size = strlen(real) + sizeof ".part-" + (kept ? strlen(kept) : sizeof "XXXXXX");
@@ -121,7 +121,7 @@ void cli_sink_open(struct cli_sink *sink, const char *path, const char *kept) {
         int exists = stat(path, &target) == 0;
         if (!exists && errno != ENOENT) cli_die("%s: %s", path, strerror(errno));
         if (exists && fstat(STDOUT_FILENO, &out) == 0 && same_file(&target, &out)) {
-            sink->file = stdout; /* "/dev/stdout", or the file that the shell redirects to */
+            sink->file = stdout; /* "/dev/stdout", or the file to which the shell redirects */
         } else if (exists && !S_ISREG(target.st_mode)) {
             sink->file = fopen(path, "wb");
             if (!sink->file) cli_die("%s: %s", path, strerror(errno));
@@ -136,7 +136,7 @@ void cli_sink_again(struct cli_sink *sink) {
     assert(cli_sink_valid(sink));
     sink->text.bytes = 0;
     if (sink->have == 0) return;
-    /* what standard output held before is not ours to cut off, even where it is a file */
+    /* what standard output already contained must not be removed, even if it is a file */
     if (!sink->part || fflush(sink->file) != 0 || ftruncate(fileno(sink->file), 0) != 0)
         cli_die("the answer was cut off after %lld bytes", sink->have);
     rewind(sink->file);
@@ -160,7 +160,7 @@ void cli_sink_add(struct cli_sink *sink, const char *data, size_t bytes) {
 void cli_sink_close(struct cli_sink *sink) {
     assert(cli_sink_valid(sink) && (!sink->part || sink->file));
     int failed = sink->file && fflush(sink->file) != 0;
-    /* the rename comes before the lock ends, so that no other process takes up a whole file */
+    /* renamed before the lock is released, so that no other process continues a complete file */
     if (sink->part) failed |= fsync(fileno(sink->file)) != 0 || rename(sink->part, sink->path) != 0;
     if (failed) cli_die("%s: %s", sink->path ? sink->path : "standard output", strerror(errno));
     unfinished = NULL;

@@ -21,11 +21,11 @@ static const char *const fields[] = {
     "digits",   "picture", "accuracy",    "start",   "events", "rows",   "derivatives",
     "columns",  "number",  "none",        "within",  NULL};
 
-/* estimated cost: steps per radian of the fastest swing; s per arm and squared order; s per number;
- * the time of a member that is computed alone, relative to a member in lanes */
+/* constants of the estimated cost: steps per radian of the fastest swing; s per arm and squared
+ * order; s per number; time of a member computed alone, relative to one in lanes */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9, alone = 8;
 
-/* the largest number of doubles in one member's raw rows, which limits the memory of a range */
+/* the most doubles in one member's raw rows, which limits the memory of a range */
 static const double member_numbers = 1 << 24;
 
 void api_ensemble_free(struct api_ensemble **ensemble) {
@@ -40,7 +40,7 @@ void api_ensemble_free(struct api_ensemble **ensemble) {
     *ensemble = NULL;
 }
 
-/* reading */
+/* ---- reading */
 
 static void read_method(struct api_ensemble *e, const struct api_reading *reading) {
     static const char *const methods[] = {"taylor", NULL};
@@ -120,8 +120,8 @@ static void set_columns(struct api_ensemble *e) {
     e->derived_at = (long)api_table_numbers(table, 0);
 }
 
-/* unknown values of a failed member are NaN, except its number, status and instants, and times of
- * events that never happen */
+/* marks numbers that may be missing: for a failed member all except its number, status and
+ * instants; and times of events that never happen */
 static void set_gaps(struct api_table *table) {
     static const char *const known[] = {"member", "status", "t"};
     for (int c = 0; c < table->count; c++) {
@@ -132,7 +132,7 @@ static void set_gaps(struct api_table *table) {
     }
 }
 
-/* adds the columns of derivatives, and faults if no observable has derivatives */
+/* adds the columns of derivatives; adds an error if no observable has derivatives */
 static void set_derived(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value list = api_value_member(reading->root, "derivatives");
     struct api_problem *problem = reading->problem;
@@ -153,7 +153,7 @@ static void set_derived(struct api_ensemble *e, const struct api_reading *readin
                                                 "and \"trajectory\": ask for one of them");
 }
 
-/* adds faults for too many rows, too much memory and too much time */
+/* adds errors for too many rows, too much memory or too much time */
 static void check_size(struct api_ensemble *e, const struct api_reading *reading) {
     const struct api_limits *limits = reading->limits;
     struct api_table *table = &e->seen.table;
@@ -191,7 +191,7 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
             cost, api_limits_name(limits, &limits->compute_seconds), limits->compute_seconds);
 }
 
-/* adds faults for observables of a cart if the pendulum has no cart */
+/* adds errors for observables of a cart if the pendulum has no cart */
 static void check_cart(const struct api_ensemble *e, const struct api_reading *reading) {
     const char *name = e->instants ? "output" : "observables";
     struct api_value list = api_value_member(reading->root, name);
@@ -201,7 +201,7 @@ static void check_cart(const struct api_ensemble *e, const struct api_reading *r
                     "has \"cart\", but the pendulum has no cart: give one in \"pivot\"");
 }
 
-/* whether a name selects a column: "final" and "final_phi" do */
+/* whether a name selects a column; both "final" and "final_phi" do */
 static int is_named(const struct api_column *column, const char *name) {
     size_t bytes = strlen(column->name);
     if (strncmp(name, column->name, bytes) != 0) return 0;
@@ -209,7 +209,7 @@ static int is_named(const struct api_column *column, const char *name) {
     return name[bytes] == '_' && column->part && !strcmp(name + bytes + 1, column->part);
 }
 
-/* marks the columns that a name selects; a name without a column is a fault */
+/* marks the columns that a name selects; adds an error if there are none */
 static void choose_named(const struct api_table *table, const struct api_value *name,
                          char chosen[API_COLUMNS], struct api_problem *problem) {
     char all[API_COLUMNS_TEXT];
@@ -223,7 +223,7 @@ static void choose_named(const struct api_table *table, const struct api_value *
                     API_CODE_UNKNOWN_NAME "is not a column of this answer, which has %.160s", all);
 }
 
-/* keeps only the requested columns, or all, and notes their positions in raw rows */
+/* keeps the requested columns, or all, and notes their positions in raw rows */
 static void choose_columns(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value list = api_value_member(reading->root, "columns");
     struct api_table *table = &e->seen.table;
@@ -252,8 +252,8 @@ static void choose_columns(struct api_ensemble *e, const struct api_reading *rea
     }
 }
 
-/* what a motion in pieces has no answer to: derivatives and horizons through jumps, settling
- * without a target */
+/* adds errors for what motions in pieces do not support: derivatives and horizons across jumps,
+ * settling without a target */
 static void check_pieces(const struct api_ensemble *e, const struct api_reading *reading) {
     const struct api_value *root = reading->root, *seen = API_MEMBER(root, "observables");
     const struct pend_rules *rules = e->tree.rules;
@@ -319,7 +319,7 @@ enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
     return status;
 }
 
-/* properties */
+/* ---- properties */
 
 long api_ensemble_count(const struct api_ensemble *e) { return e->members.count; }
 
@@ -342,7 +342,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     double steps = 1 + steps_a_radian * radians * 28 / order;
     struct pend_ensemble_problem problem = {.until = PEND_UNTIL_TIME};
     api_observables_ask(&e->seen, &problem);
-    // many members end early or are skipped; a neighbour costs as much again
+    // many members end early or are skipped; a neighbour doubles the time
     if (problem.until != PEND_UNTIL_TIME) steps *= 0.3;
     if (problem.observe & PEND_OBSERVE_LYAPUNOV) steps *= 2;
     steps += pend_rules_pieces(e->tree.rules, tree->n, e->duration, rate);
@@ -359,14 +359,14 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
             steps * tree->n * order * order * pair_seconds + numbers * number_seconds);
 }
 
-/* the instants of a member with derivatives, including the first */
+/* number of a member's instants with derivatives, including the first */
 static long rows_of(const struct api_ensemble *e) { return e->instants ? api_ensemble_rows(e) : 2; }
 
 double api_ensemble_bytes(const struct api_ensemble *e) {
     double n = api_tree_stored(&e->tree),
            list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
     double varied = api_members_bytes(&e->members);
-    // numbers of terms for each lane, and more series; both also for a neighbour
+    // numbers of terms for each lane, and additional series; both also for a neighbour
     if (e->tree.loads.terms) varied += 16 * sizeof(double) * e->tree.loads.terms->count;
     double arm_bytes = e->tree.loads.terms ? 58000 : 22000;
     if (e->instants) varied += api_member_samples_bytes(&e->tree);

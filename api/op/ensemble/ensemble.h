@@ -1,5 +1,5 @@
-/* A checked request for an ensemble: its members, their columns, the estimated cost, and the rows
- * of the answer.
+/* A checked request for an ensemble: its members, the columns, the estimated cost, and the rows of
+ * the answer.
  * Leaves to others: the computation of the rows (member_range), the bytes of the answer (encode).
  * Invariant: it does not change after it is prepared. */
 #pragma once
@@ -11,7 +11,7 @@
 #include "api/op/op.h"
 #include "api/read/times_json.h"
 
-/* the largest number of members of a range (member_range) */
+/* the most members of a range (member_range) */
 enum { API_ENSEMBLE_RANGE = 16384 };
 
 /* A request as it was read. */
@@ -22,31 +22,32 @@ struct api_ensemble {
     struct api_times times;
     struct api_events events;
     struct api_derived derived;
-    long events_at, derived_at; /* the columns in a member's row at which its passages and
+    long events_at, derived_at; /* columns of a member's row at which its passages and its
                                  * derivatives begin */
-    double *instants;           /* s, from the first one on; NULL without a trajectory */
+    double *instants;           /* s, the instants relative to the first; NULL without a
+                                 * trajectory */
     double origin, duration, rtol, atol, accuracy; /* s, start and duration of members */
-    long step_cap, numbers;                        /* numbers of a raw row */
+    long step_cap, numbers;                        /* numbers: how many a raw row has */
     long offset[API_COLUMNS];                      /* starts of the answer's columns in a raw row */
 };
 
 /**
  * Reads and checks a request.
  *
- * ensemble  out; NULL on failure; ends with api_ensemble_free.
+ * ensemble  out; NULL on failure; released by api_ensemble_free.
  *
- * PEND_INVALID   every fault was added to the problem.
+ * PEND_INVALID   every error was added to the problem.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
                                                   const struct api_reading *reading);
 
-/** Frees an ensemble; nothing happens if it is NULL. No range of it may be in use. */
+/** Frees an ensemble; NULL is accepted. No range of it may be in use. */
 void api_ensemble_free(struct api_ensemble **ensemble);
 
 /**
- * Computes the states that were given as modes. Call it once, before the first range; then ranges
- * may be computed on any number of threads.
+ * Computes the states that were given as modes. Call it once, before the first range. Afterwards
+ * ranges may be computed on any number of threads.
  *
  * Fails as api_states_settle does.
  */
@@ -64,14 +65,14 @@ const struct api_table *api_ensemble_table(const struct api_ensemble *ensemble);
  * passages, the largest possible number. */
 long api_ensemble_rows(const struct api_ensemble *ensemble);
 
-/** Returns the doubles of a raw row. */
+/** Returns the number of doubles in a raw row. */
 long api_ensemble_numbers(const struct api_ensemble *ensemble);
 
-/** Returns the estimated time of so many members, s. */
+/** Returns the estimated time of `members` members, s. */
 double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
 
-/** Returns the bytes of memory of the ensemble and the computation of a range, without the raw
- * rows. O(1). */
+/** Returns the bytes of memory of the ensemble and of computing a range, without the raw rows.
+ * O(1). */
 double api_ensemble_bytes(const struct api_ensemble *ensemble);
 
 /**

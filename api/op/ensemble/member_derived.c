@@ -4,18 +4,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* arm-evaluations per call: about half a millisecond */
+/* arm evaluations per call, about half a millisecond */
 static const double piece = 25000;
 
 struct api_member_derived {
     struct api_member_derived_of of;
-    struct api_derived derived; /* a copy that holds the rows of the current member */
-    struct pend_tree tree;      /* of the member */
+    struct api_derived derived; /* a copy that contains the rows of the current member */
+    struct pend_tree tree;      /* the member's own tree */
     struct pend_member member;
-    double *subtree, *room; /* room: of api_members_fill */
-    double ends[2];         /* s */
+    double *subtree, *room; /* room: scratch of api_members_fill */
+    double ends[2];         /* s, both ends of the motion */
     long rows;
-    int skipped; /* the row of the first instant, which is not reported, is complete */
+    int skipped; /* whether the row of the first instant, which is not reported, is complete */
 };
 
 static size_t terms_of(const struct api_tree *tree) {
@@ -56,7 +56,7 @@ double api_member_derived_bytes(const struct api_derived *derived, const struct 
            api_derived_bytes(derived, tree, api_derived_cap(derived, instants));
 }
 
-/* the pendulum and the start of a member */
+/* sets the pendulum and the start of a member */
 static void fill(struct api_member_derived *d, long member) {
     const struct api_tree *tree = d->of.tree;
     size_t bytes = (size_t)tree->tree->n * sizeof(double);

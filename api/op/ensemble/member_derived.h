@@ -1,20 +1,20 @@
-/* The derivatives of an ensemble's members, one member after the other, of the final state or at
- * the instants of a trajectory.
+/* The derivatives of an ensemble's members, one member after another: of the final state, or at the
+ * instants of a trajectory.
  * Leaves to others: the columns (observables), the motions (core/ensemble), the order of members
  * (member_range).
- * Invariant: a member's derivatives depend on the request and its number alone. */
+ * Invariant: a member's derivatives depend only on the request and the member's number. */
 #pragma once
 
 #include "api/op/derived.h"
 #include "api/op/ensemble/members_fill.h"
 #include "api/read/times_json.h"
 
-/* The computation's input, which must outlive it. */
+/* The input of the computation, which must outlive it. */
 struct api_member_derived_of {
     const struct api_derived *derived; /* parameters and columns */
     const struct api_tree *tree;
     const struct api_members *members;
-    const struct pend_times *times; /* of trajectories; NULL: the end of the duration */
+    const struct pend_times *times; /* instants of trajectories; NULL = the end of the duration */
     double origin, duration;        /* s, start and duration of members */
     double rtol, atol;
     long step_cap;
@@ -25,18 +25,18 @@ struct api_member_derived;
 /**
  * Allocates the memory of one member.
  *
- * made  out; NULL on failure; ends with api_member_derived_free.
+ * made  out; NULL on failure; released by api_member_derived_free.
  *
  * PEND_NO_MEMORY  O(n + terms).
  */
 PEND_MUST_CHECK enum pend_status api_member_derived_new(struct api_member_derived **made,
                                                         const struct api_member_derived_of *of);
 
-/** Frees it; nothing happens if it is NULL. */
+/** Frees the computation; NULL is accepted. */
 void api_member_derived_free(struct api_member_derived **derived);
 
-/** Returns the bytes of a computation for members with so many instants, including the first one.
- * O(harmonics). */
+/** Returns the bytes of a computation for members with a number of instants, including the first
+ * one. O(harmonics). */
 double api_member_derived_bytes(const struct api_derived *derived, const struct api_tree *tree,
                                 long instants);
 
@@ -54,11 +54,11 @@ PEND_MUST_CHECK enum pend_status api_member_derived_begin(struct api_member_deri
 /**
  * Continues the member for about half a millisecond.
  *
- * raw     place of the derivatives of its first row; finite numbers in the order of the columns.
+ * raw     out: the derivatives of its first row, finite numbers in the order of the columns.
  * stride  numbers from one row to the next.
  * made    in and out: number of complete rows, 0 at the first call; finished once it is `rows`.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  of this member only.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  for this member only.
  */
 PEND_MUST_CHECK enum pend_status api_member_derived_next(struct api_member_derived *derived,
                                                          double raw[], long stride, long *made);

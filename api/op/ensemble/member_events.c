@@ -3,12 +3,12 @@
 #include <assert.h>
 #include <limits.h>
 
-/* measured cost in s per step: of a condition, and of computing the position of an arm */
+/* measured cost, s per step: of a condition, and of computing the position of an arm */
 static const double condition_seconds = 0.5e-6, followed_seconds = 4e-6;
 
 static const double never = -1;
 
-/* default number of passages of a condition whose passages are the rows */
+/* default number of passages of each condition if passages are the rows */
 enum { COUNT_USUAL = 1000 };
 
 void api_member_events_read(struct api_events *events, const struct api_reading *reading,
@@ -20,7 +20,7 @@ void api_member_events_read(struct api_events *events, const struct api_reading 
     struct api_problem *problem = reading->problem;
     int word = 0;
     if (api_field_word(&rows, words, &word, problem) > 0 && !word) api_value_usual(&rows);
-    // with observables, passages are counted and the first one is stored
+    // next to observables, passages are counted and the first one is stored
     *events =
         (struct api_events){.tree = tree, .rows = word, .usual = word ? COUNT_USUAL : LONG_MAX};
     api_events_read_list(events, &field, reading->limits, problem);
@@ -79,7 +79,7 @@ double api_member_events_most(const struct api_events *events) {
     return most;
 }
 
-/* numbers of a condition's columns */
+/* how many numbers the columns of a condition have */
 static int numbers(const struct api_events *events) {
     return 3 + 2 * events->tree->n + 2 * events->tree->cart;
 }
@@ -92,7 +92,7 @@ void api_member_events_blank(const struct api_events *events, double unknown, do
     if (events->stops) at[all] = never;
 }
 
-/* copies a state in the caller's order; returns the next place */
+/* copies a state in the caller's order; returns the end */
 static double *put_state(const struct api_tree *tree, const double x[], double at[]) {
     assert(tree->n + tree->cart == tree->tree->n);
     for (int k = tree->cart; k < tree->tree->n; k++) at[tree->tree->order[k]] = x[k];

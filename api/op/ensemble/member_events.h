@@ -1,7 +1,7 @@
 /* The passages of the conditions on an ensemble's members, as columns: the first of each condition
  * next to the member's observables, or all of them as rows.
  * Leaves to others: reading the conditions (events_json), the search (core/ensemble).
- * Invariant: numbers are finite; a passage that never came has the time -1 and zeros. */
+ * Invariant: numbers are finite; a passage that did not occur has the time -1 and zeros. */
 #pragma once
 
 #include "api/op/events_json.h"
@@ -12,7 +12,7 @@
  * tree        the ensemble's, which must outlive the events.
  * trajectory  non-zero: trajectories are requested, which excludes conditions.
  *
- * Every fault is added to the problem.
+ * Every error is added to the problem.
  */
 void api_member_events_read(struct api_events *events, const struct api_reading *reading,
                             const struct api_tree *tree, int trajectory);
@@ -23,7 +23,7 @@ void api_member_events_columns(const struct api_events *events, struct api_table
 /** Returns the largest number of reported passages of a member. O(conditions). */
 double api_member_events_most(const struct api_events *events);
 
-/** Initializes the columns of passages to none; at: the first of them in a member's row. */
+/** Initializes the columns of passages to "none". at: the first of them in a member's row. */
 void api_member_events_blank(const struct api_events *events, double unknown, double at[]);
 
 /** Stores a passage in the columns of its member. phi, rate: the state, stored order. */

@@ -12,18 +12,19 @@
 struct api_member_range {
     const struct api_ensemble *ensemble;
     struct pend_ensemble *work;
-    struct api_member_derived *derived; /* NULL = not requested */
+    struct api_member_derived *derived; /* NULL if not requested */
     long first, count, slice;
-    int moved;           /* all motions are complete; derivatives remain */
-    long differentiated; /* members whose derivatives are complete */
-    long due, rows;      /* of the current member: rows that need derivatives, and complete ones */
+    int moved;           /* whether all motions are complete, so that only derivatives remain */
+    long differentiated; /* number of members whose derivatives are complete */
+    long due, rows;      /* rows of the current member: how many need derivatives, and how many are
+                          * complete */
     struct api_member_range_stats stats;
     double *raw;
-    long *found;   /* passages of each member, if they are the rows */
-    double *start; /* of the current member: angles, rates, lengths, masses, numbers of terms */
-    double *room;  /* of api_members_fill */
-    struct api_member_samples *samples; /* the rows of trajectories; NULL where there are none */
-    int shapes; /* the rows depend on numbers of the pendulum that differ between members */
+    long *found;   /* number of passages of each member, if they are the rows */
+    double *start; /* the current member's angles, rates, lengths, masses and numbers of terms */
+    double *room;  /* scratch of api_members_fill */
+    struct api_member_samples *samples; /* the rows of trajectories; NULL if there are none */
+    int shapes; /* whether the rows depend on numbers of the pendulum that differ between members */
 };
 
 static double *range_row(const struct api_member_range *range, long member, long row) {
@@ -59,7 +60,7 @@ static void range_hit(void *context, long i, const struct pend_hit *hit, const d
                                range_row(range, i, 0) + range->ensemble->events_at);
 }
 
-/* marks the later passages of a failed member as unknown in its rows */
+/* marks passages after a member's failure as unknown in its rows */
 static void range_doubt(const struct api_member_range *range, long i, enum pend_status status) {
     const struct api_ensemble *e = range->ensemble;
     if (status == PEND_OK || !e->events.count) return;
@@ -69,7 +70,7 @@ static void range_doubt(const struct api_member_range *range, long i, enum pend_
         range_row(range, i, row)[1] = api_observables_status(status);
 }
 
-/* a member's start, and its pendulum, in the range's own arrays */
+/* fills in a member's start and its pendulum in the range's own arrays */
 static struct pend_member range_start(const struct api_member_range *range, long i) {
     const struct api_ensemble *e = range->ensemble;
     const struct pend_tree *tree = e->tree.tree;
@@ -122,7 +123,8 @@ static void range_unknown(double at[], long count) {
     for (long i = 0; i < count; i++) at[i] = NAN;
 }
 
-/* fills the rows that a failed member did not reach: its number, its status, the time, and NaN */
+/* fills the rows that a failed member did not reach with its number, its status, the time, and
+ * NaN */
 static void range_blank(const struct api_member_range *range, long i, enum pend_status status,
                         double reached) {
     const struct api_ensemble *e = range->ensemble;
@@ -136,8 +138,8 @@ static void range_blank(const struct api_member_range *range, long i, enum pend_
     }
 }
 
-/* true if a member that reached its end has a row with a number that is not finite, which the row's
- * status reports */
+/* true if a member that reached its end has a row with a non-finite number, which the row's status
+ * reports */
 static int range_bad(const struct api_member_range *range, long i) {
     const struct api_ensemble *e = range->ensemble;
     long rows = e->instants ? api_ensemble_rows(e) : 0, row = 0;
@@ -160,7 +162,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
         if (outcome->status != PEND_OK) range_blank(range, i, outcome->status, outcome->time);
         return 0;
     }
-    /* the start is generated again only if the answer contains it */
+    /* generate the start again only if the answer contains it */
     struct pend_member start = {.phi = NULL};
     if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS))
         start = range_start(range, i);
@@ -177,7 +179,7 @@ int api_member_range_valid(const struct api_member_range *range) {
            stats->failed + stats->lost <= stats->finished;
 }
 
-/* sets the outputs that are computed for members */
+/* sets which outputs are computed for members */
 static void range_ask(const struct api_ensemble *e, struct pend_ensemble_problem *problem) {
     if (!e->events.rows) api_observables_ask(&e->seen, problem);
     if (!e->events.count) return;
@@ -188,7 +190,7 @@ static void range_ask(const struct api_ensemble *e, struct pend_ensemble_problem
     problem->event = e->events.event;
 }
 
-/* removes the gaps between the passages of the members; returns their number */
+/* removes the gaps between the passages of successive members; returns the number of passages */
 static long range_close(const struct api_member_range *range) {
     const struct api_ensemble *e = range->ensemble;
     if (!e->events.rows) return range->count * api_ensemble_rows(e);
@@ -202,7 +204,7 @@ static long range_close(const struct api_member_range *range) {
     return rows;
 }
 
-/* prepares the derivatives of members, one after the other */
+/* prepares the derivatives of the members, one after another */
 static enum pend_status range_differ(struct api_member_range *range) {
     const struct api_ensemble *e = range->ensemble;
     struct api_member_derived_of of = {.derived = &e->derived,
@@ -221,7 +223,7 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
                                       long first, long count, double raw[],
                                       struct pend_error *error) {
     size_t n = (size_t)e->tree.tree->n;
-    assert(!e->members.states->mode_most); /* api_ensemble_prepare was called */
+    assert(!e->members.states->mode_most); /* api_ensemble_prepare must have been called */
     assert(first >= 0 && count <= e->members.count - first);
     size_t terms = e->tree.loads.terms ? (size_t)e->tree.loads.terms->count : 0;
     size_t own = ((4 + API_ENERGY_ROOM) * n + terms) * sizeof(double),
@@ -276,14 +278,14 @@ void api_member_range_free(struct api_member_range **range) {
     *range = NULL;
 }
 
-/* the rows of a member before its motion failed */
+/* the number of a member's rows before its motion failed */
 static long range_good(const struct api_member_range *range, long member) {
     long rows = 0, all = api_ensemble_rows(range->ensemble);
     while (rows < all && range_row(range, member, rows)[1] == 0) rows++;
     return rows;
 }
 
-/* rows after the last valid one have no derivatives, and their status is that of the failure */
+/* sets rows after the last valid one to missing derivatives and the status of the failure */
 static void range_spoil(const struct api_member_range *range, long member, long good) {
     const struct api_ensemble *e = range->ensemble;
     for (long row = good; row < api_ensemble_rows(e); row++) {
@@ -293,7 +295,7 @@ static void range_spoil(const struct api_member_range *range, long member, long 
     }
 }
 
-/* removes the derivatives of a member's pending rows after they failed */
+/* discards the derivatives of a member's pending rows after a failure */
 static void range_undo(struct api_member_range *range, long member, enum pend_status status) {
     const struct api_ensemble *e = range->ensemble;
     range->stats.failed += range_good(range, member) == api_ensemble_rows(e);

@@ -11,7 +11,7 @@ struct api_member_range;
 /**
  * Starts the members first .. first + count - 1.
  *
- * range  out; NULL on failure; ends with api_member_range_free.
+ * range  out; NULL on failure; released by api_member_range_free.
  * raw    out, count x rows x numbers doubles, row after row; the caller's, complete once the range
  *        is done. Every number in it is finite: -1 for an event that never happened, 0 for values
  *        that a failed member did not reach. Rows of passages follow each other without gaps.
@@ -23,10 +23,10 @@ PEND_MUST_CHECK enum pend_status api_member_range_new(struct api_member_range **
                                                       long first, long count, double raw[],
                                                       struct pend_error *error);
 
-/** True if its counts are within the ensemble; for assertions. O(1). */
+/** Returns true if its counts are within the ensemble; for assertions. O(1). */
 int api_member_range_valid(const struct api_member_range *range);
 
-/** Frees a range, complete or not; nothing happens if it is NULL. */
+/** Frees a range, complete or not; NULL is accepted. */
 void api_member_range_free(struct api_member_range **range);
 
 /** Continues the computation for about half a millisecond and sets `done` once it is complete. The
@@ -34,11 +34,11 @@ void api_member_range_free(struct api_member_range **range);
 PEND_MUST_CHECK enum pend_status api_member_range_go(struct api_member_range *range, int *done,
                                                      struct pend_error *error);
 
-/* Finished members, failed ones among these, and integration steps so far. */
+/* Counts so far: finished members, failed ones among these, and integration steps. */
 struct api_member_range_stats {
     long finished, failed, steps;
-    long lost; /* members that finished but whose horizon is before their end */
-    long rows; /* of a complete range; for passages the number found */
+    long lost; /* number of finished members whose horizon is before their end */
+    long rows; /* number of rows of a complete range; for passages the number found */
 };
 
 /** Returns the counts so far. O(1). */

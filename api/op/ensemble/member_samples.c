@@ -8,13 +8,13 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/tree/turns.h"
 
-/* the outputs, in the order of their columns; from PHIDD on they are computed */
+/* the outputs, in the order of their columns; those from PHIDD on are computed from the others */
 enum output { PHI, PHID, THETA, THETAD, LAMBDA, CART, PHIDD, Z, ZD, ENERGY, OUTPUTS };
 
 static const char *const names[OUTPUTS + 1] = {"phi",   "phid", "theta", "thetad", "lambda", "cart",
                                                "phidd", "z",    "zd",    "energy", NULL};
 
-/* the names of an output's parts; their number; whether they have one number per arm */
+/* per output: names of its parts; their number; whether each has one number per arm */
 static const struct {
     const char *part[3];
     int parts, arms;
@@ -26,20 +26,20 @@ static const struct {
     [ZD] = {{"re", "im"}, 2, 1}, [ENERGY] = {{"kinetic", "potential", "total"}, 3, 0},
 };
 
-/* s, of accelerations of an ideal and of a real pendulum per arm, and of positions, speeds and
- * energies per arm, measured */
+/* s per arm, measured: of accelerations of an ideal and of a real pendulum, and of positions,
+ * velocities and energies */
 static const double ideal_seconds = 40e-9, real_seconds = 400e-9, place_seconds = 30e-9;
 
 struct api_member_samples {
     const struct api_tree *tree;
     unsigned outputs;
-    struct pend_tree own; /* of the member */
+    struct pend_tree own; /* the member's own tree */
     struct pend_loads loads;
     double *subtree, *acc, *force, *re, *im, *low, *scratch; /* scratch: 4 n values */
     void *work;
 };
 
-enum { ROWS = 6 + 4 }; /* of n values */
+enum { ROWS = 6 + 4 }; /* number of arrays of n values */
 
 unsigned api_member_outputs_read(const struct api_value *list, struct api_problem *problem) {
     unsigned found = api_field_words(list, names, problem);
@@ -131,7 +131,7 @@ void api_member_samples_pendulum(struct api_member_samples *samples,
 struct row {
     const struct api_tree *tree;
     double *at;
-    int bad; /* a number was not finite */
+    int bad; /* whether a number was not finite */
 };
 
 static void row_put(struct row *row, double x) {
@@ -139,7 +139,7 @@ static void row_put(struct row *row, double x) {
     *row->at++ = isfinite(x) ? x : NAN;
 }
 
-/* n values, from stored to the caller's order, without a cart */
+/* appends n values, from stored to the caller's order, without a cart */
 static void row_arms(struct row *row, const double x[]) {
     const struct api_tree *tree = row->tree;
     assert(tree->n + tree->cart == tree->tree->n);
@@ -150,7 +150,8 @@ static void row_arms(struct row *row, const double x[]) {
     row->at += tree->n;
 }
 
-/* angular accelerations; for a small swing from its angles from hanging, which phi cannot hold */
+/* computes the angular accelerations; for a small swing from angles from hanging, which have more
+ * digits than phi */
 static const double *accelerate(struct api_member_samples *samples, double t, const double phi[],
                                 const double rate[], const double theta[]) {
     const struct pend_tree *tree = &samples->own;
@@ -220,8 +221,8 @@ static void row_write(struct api_member_samples *samples, double member, const s
     if (row.bad) numbers[1] = 1;
 }
 
-/* the energies at the instants, if requested; for an ideal pendulum together, because several sines
- * at once take less time */
+/* computes the energies at all instants, if requested; together for an ideal pendulum, because that
+ * is faster */
 static void states_energy(struct api_member_samples *samples,
                           const struct api_member_states *states,
                           struct pend_energy energy[API_MEMBER_ROWS]) {

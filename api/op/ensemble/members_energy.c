@@ -6,7 +6,7 @@
 
 #include "core/dynamics/kinematics_at.h"
 
-/* relative to the scale of energies: the largest difference by rounding between two sums of one
+/* relative to the scale of energies: the largest rounding difference between two sums of one
  * energy */
 static const double rounding = 1e-14;
 
@@ -27,7 +27,7 @@ int api_energy_target(struct api_target *target, const struct api_value *value,
     return 1;
 }
 
-/* kinetic and potential energy with the rates times a factor */
+/* kinetic and potential energy if the rates are multiplied by a factor */
 static struct pend_energy energy_at(const struct pend_tree *tree, const struct pend_member *member,
                                     double factor, double rate[], double scratch[]) {
     for (int k = 0; k < tree->n; k++) rate[k] = factor * member->rate[k];
@@ -35,11 +35,11 @@ static struct pend_energy energy_at(const struct pend_tree *tree, const struct p
                                      scratch);
 }
 
-/* the factor f >= 0 with a f^2 + b f = gap; NaN if there is none */
+/* the factor f >= 0 that solves a f^2 + b f = gap; NaN if there is none */
 static double energy_factor(double a, double b, double gap) {
     if (!(a > 0)) return gap == 0 ? 1 : NAN;
     double root = sqrt(b * b + 4 * a * gap);
-    // if this overflowed, the factor below would be 0 and give another energy
+    // after an overflow, the factor below would be 0 and give another energy
     if (!isfinite(root)) return NAN;
     double factor = b > 0 ? 2 * gap / (b + root) : (root - b) / (2 * a);
     return factor >= 0 && isfinite(factor) ? factor : NAN;
@@ -51,7 +51,7 @@ void api_energy_reach(const struct pend_tree *tree, struct pend_member *member, 
     double *rate = room + n, *scratch = rate + n;
     struct pend_tree own = pend_member_tree(tree, member, room);
     assert(n >= 1 && member->phi && member->rate);
-    // with a moving pivot, rates of 0 have kinetic energy, and their sign matters
+    // if the pivot moves, there is kinetic energy at rates of 0, and the sign of the rates matters
     struct pend_energy still = energy_at(&own, member, 0, rate, scratch),
                        ahead = energy_at(&own, member, 1, rate, scratch),
                        back = energy_at(&own, member, -1, rate, scratch);

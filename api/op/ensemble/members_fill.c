@@ -15,7 +15,7 @@ int api_members_shapes(const struct api_members *members) {
     return members->sets && api_sets_shapes(members->sets);
 }
 
-/* the value of a variation in a member; `step` of an axis */
+/* the value of a variation in a member; `step` is the index on an axis */
 static double member_value(const struct api_members *members, const struct api_variation *of,
                            long i, long step, uint32_t place) {
     uint64_t member = (uint64_t)(members->first + i);
@@ -23,7 +23,7 @@ static double member_value(const struct api_members *members, const struct api_v
         return of->from + (of->to - of->from) * pend_rng_uniform(members->seed, member, place);
     if (of->spread == API_SPREAD_NORMAL)
         return of->from + of->to * pend_rng_normal(members->seed, member, place);
-    // exact at both ends
+    // exact at both ends of the axis
     double part = of->count > 1 ? (double)step / (double)(of->count - 1) : 0;
     double x =
         step == of->count - 1 && of->count > 1 ? of->to : of->from + (of->to - of->from) * part;
@@ -65,7 +65,7 @@ static void member_set(const struct api_members *members, struct pend_member *me
     }
 }
 
-/* sets the numbers of a listed member; returns its energy, NaN if it has none of its own */
+/* sets the numbers of a listed member; returns its energy, NaN if it has none */
 static double member_sets(const struct api_members *members, long i, struct pend_member *member) {
     double energy = NAN;
     const struct api_set *end = api_sets_end(members->sets, i);

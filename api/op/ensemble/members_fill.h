@@ -1,6 +1,6 @@
-/* The members of an ensemble once they are read, and the start of one of them.
- * Leaves to others: reading them (members_json), listed numbers (members_set), starts on an energy
- * (members_energy).
+/* The members of an ensemble after reading, and the start of one of them.
+ * Leaves to others: reading them (members_json), listed numbers (members_set), starts with a given
+ * energy (members_energy).
  * Invariant: member i is a function of the request and i alone. */
 #pragma once
 
@@ -14,33 +14,33 @@
 struct api_variation {
     enum api_quantity quantity;
     int arm;   /* stored number; -1 for a number of the whole pendulum */
-    int place; /* of a term's number in the list */
+    int place; /* index of a term's number in the list */
     enum { API_SPREAD_LINEAR, API_SPREAD_LOG, API_SPREAD_UNIFORM, API_SPREAD_NORMAL } spread;
-    double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal one;
-                        logarithms with LOG */
-    long count;      /* of an axis */
-    int tied;        /* varies together with the variation before it */
+    double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal draw;
+                      * logarithms with LOG */
+    long count;      /* number of values on an axis */
+    int tied;        /* whether it varies together with the previous variation */
 };
 
 enum { API_AXES = 8 }; /* the most axes of a grid */
 
 struct api_members {
     long count;                /* number of members */
-    long first;                /* of draws: the number of the first member */
-    struct api_states *states; /* one for each member, or a common one */
-    int listed;                /* there is one state for each member */
+    long first;                /* for draws: the number of the first member */
+    struct api_states *states; /* one state per member, or a common one */
+    int listed;                /* whether there is one state per member */
     int variations;
-    struct api_variation *variation; /* axes, the first varies fastest, each followed by those tied
-                                      * to it; or draws */
+    struct api_variation *variation; /* draws; or axes, of which the first varies fastest, each
+                                      * followed by the variations tied to it */
     int axes;
     long axis_count[API_AXES];
-    struct api_sets *sets; /* numbers of listed members; NULL = they have none */
-    int on_energy;         /* some members start on a given energy */
-    double energy;         /* J, of all members without an energy of their own; NaN = none */
-    int shown;             /* number of varying numbers of terms */
-    int *shown_place;      /* their places in the list of terms */
+    struct api_sets *sets; /* numbers of listed members; NULL if they have none */
+    int on_energy;         /* whether some members start with a given energy */
+    double energy;         /* J, for members without an energy of their own; NaN = none */
+    int shown;             /* number of term values that vary */
+    int *shown_place;      /* their indices in the list of terms */
     uint64_t seed;
-    const struct pend_terms *terms; /* of the pendulum, NULL for an ideal one; not owned */
+    const struct pend_terms *terms; /* of the pendulum; NULL if it is ideal; not owned */
 };
 
 /** Returns non-zero if lengths, masses, gravity or numbers of terms differ between members.
@@ -50,7 +50,7 @@ int api_members_shapes(const struct api_members *members);
 /**
  * Writes the start and the start time of member i into arrays that contain the tree's own lengths,
  * masses, gravity and numbers of terms. An invalid random number, such as a negative length,
- * becomes NaN; so do rates that cannot reach the energy.
+ * becomes NaN, and so do rates that cannot reach the energy.
  *
  * room  API_ENERGY_ROOM values per arm of the tree.
  * O(n + variations).

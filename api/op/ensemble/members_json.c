@@ -14,12 +14,12 @@ static const char *const random_fields[] = {"count", "seed", "first", "draw", NU
 static const char *const member_fields[] = {"initial", "length", "mass", "gravity",
                                             "energy",  "set",    NULL};
 
-/* the largest number of paths tied to an axis; the largest number of the first member, which must
- * be exact as a double */
+/* most paths tied to an axis; largest number of the first member, which must be exact as a
+ * double */
 enum { TIED_MOST = 64 };
 static const long first_most = (1l << 53) - (1l << 32);
 
-/* the context of a variation */
+/* the context in which a variation is read */
 struct reading {
     const struct api_tree *tree;
     const struct api_limits *limits;
@@ -31,7 +31,7 @@ static int is_size(enum api_quantity quantity) {
     return quantity == API_VARY_LENGTH || quantity == API_VARY_MASS;
 }
 
-/* reads quantity, arm and unit; returns the factor that converts the given numbers to SI */
+/* reads quantity, arm and unit; returns the factor that converts given numbers to SI units */
 static double read_target(const struct api_value *value, const struct reading *reading,
                           struct api_variation *out) {
     static const char *const units[] = {"rad", "deg", NULL};
@@ -49,7 +49,7 @@ static double read_target(const struct api_value *value, const struct reading *r
     return degrees ? M_PI / 180 : 1;
 }
 
-/* reads a number that must be present; a size must be positive */
+/* reads a number that must be present, and for a size positive */
 static void read_end(const struct api_value *value, const struct api_variation *of, double scale,
                      double *out, struct api_problem *problem) {
     double x = 0;
@@ -61,7 +61,7 @@ static void read_end(const struct api_value *value, const struct api_variation *
     *out = scale * x;
 }
 
-/* the ends of an axis over a term must be valid for the term */
+/* adds an error for an end of an axis that is not a valid value of the term */
 static void check_end(const struct api_value *value, const struct api_variation *of, double x,
                       const struct reading *reading) {
     if (of->quantity != API_VARY_TERM || of->place < 0 || !reading->tree->loads.terms) return;
@@ -73,7 +73,7 @@ static void check_end(const struct api_value *value, const struct api_variation 
                     x);
 }
 
-/* the path of a number along an axis */
+/* reads the path of a number along an axis */
 static void read_path(const struct api_value *value, const struct reading *reading,
                       struct api_variation *out) {
     static const char *const scales[] = {"linear", "log", NULL};
@@ -126,7 +126,7 @@ static void read_draw(const struct api_value *value, const struct reading *readi
                         API_CODE_ORDER "must not be less than \"low\", got %g", second);
 }
 
-/* true if an earlier variation has the same number; phi and theta are the same, and so are their
+/* true if an earlier variation varies the same number; phi and theta are the same, and so are their
  * rates */
 static int is_repeated(const struct api_members *members, int at) {
     const struct api_variation *a = &members->variation[at];
@@ -140,7 +140,7 @@ static int is_repeated(const struct api_members *members, int at) {
     return 0;
 }
 
-/* appends a variation, which must not vary the same number as an earlier one */
+/* appends a variation; adds an error if an earlier one varies the same number */
 static void keep_variation(struct api_members *members, const struct api_value *value, int before,
                            const struct reading *reading) {
     if (!before && !reading->problem->status && is_repeated(members, members->variations))
@@ -149,7 +149,7 @@ static void keep_variation(struct api_members *members, const struct api_value *
     members->variations++;
 }
 
-/* an axis and the paths that are tied to it */
+/* reads an axis and the paths tied to it */
 static void read_axis(struct api_members *members, const struct api_value *value,
                       const struct reading *reading) {
     struct api_value count = api_value_member(value, "count"),
@@ -176,8 +176,8 @@ static void read_axis(struct api_members *members, const struct api_value *value
     }
 }
 
-/* the largest number of variations in a list, including those tied to axes; -1 and a fault if it is
- * too large */
+/* an upper bound of the number of variations in a list, including those tied to axes; -1 and an
+ * error if it is too large */
 static int count_variations(const struct api_value *list, int most, int draws,
                             const struct reading *reading) {
     int count = api_value_count(list), all = count;
@@ -271,7 +271,7 @@ static enum pend_status read_random(struct api_members *members, const struct ap
     return read_variations(members, &draw, (int)most, 1, reading);
 }
 
-/* creates the states of a list, named `what`; its length must be within the limits */
+/* creates the states of a list named `what`; its length must be within the limits */
 static enum pend_status begin_list(struct api_members *members, const struct api_value *list,
                                    const char *what, const struct reading *reading) {
     long count = api_value_count(list);
@@ -298,7 +298,7 @@ static enum pend_status read_states(struct api_members *members, const struct ap
     return PEND_OK;
 }
 
-/* a listed member: its start, or the common one, and its own numbers */
+/* reads a listed member: its start, or the common one, and its own numbers */
 static enum pend_status read_member(struct api_members *members, const struct api_value *member,
                                     const struct api_value *initial,
                                     const struct reading *reading) {
@@ -311,8 +311,8 @@ static enum pend_status read_member(struct api_members *members, const struct ap
     return api_sets_read(members->sets, member->index, member, reading->tree, reading->problem);
 }
 
-/* checks memory: each member has all numbers of a start, although it may take only two characters
- * in the request */
+/* checks memory: a member of two characters in the request needs space for all numbers of a
+ * start */
 static void check_room(const struct api_value *list, const struct reading *reading) {
     const struct api_limits *limits = reading->limits;
     double state = 4.0 * api_tree_stored(reading->tree) + 2,
@@ -327,7 +327,7 @@ static void check_room(const struct api_value *list, const struct reading *readi
 static enum pend_status read_members(struct api_members *members, const struct api_value *list,
                                      const struct api_value *initial,
                                      const struct reading *reading) {
-    // report a fault in the common start only once
+    // report an error in the common start only once
     api_states_read(NULL, 0, initial, reading->tree, reading->limits, reading->problem);
     check_room(list, reading);
     if (reading->problem->status) return PEND_INVALID;
@@ -373,7 +373,7 @@ static int can_move(const struct api_members *members, long i) {
     return members->sets && api_sets_moves(members->sets, i);
 }
 
-/* members with a given energy must be able to move */
+/* adds errors for members with a given energy that cannot move */
 static void check_moves(const struct api_members *members, const struct api_value *at,
                         const struct reading *reading) {
     for (long i = 0; i < members->states->count; i++) {
@@ -411,7 +411,7 @@ static void read_energy(struct api_members *members, const struct api_value *roo
         check_moves(members, api_value_kind(&energy) == API_MISSING ? root : &energy, reading);
 }
 
-/* lists the varying numbers of terms, each once */
+/* lists the term values that vary, each once */
 static enum pend_status list_shown(struct api_members *members) {
     size_t most = (size_t)members->variations;
     if (members->sets && members->terms) most = (size_t)members->terms->count;

@@ -1,5 +1,5 @@
-/* Reading the members of an ensemble from JSON: a list of states, or of members with their own
- * numbers, a grid of values, or random draws.
+/* Reads the members of an ensemble from JSON: a list of states, or of members with numbers of their
+ * own; a grid of values; or random draws.
  * Leaves to others: a listed member's numbers (members_set), a member's start (members_fill), the
  * observables (observables), the computation (ensemble).
  * Invariant: no pointer into the document is kept. */
@@ -12,9 +12,9 @@
  *
  * members  out; released by api_members_clear, also after a failure.
  * root     the request's object.
- * tree     the result of api_tree_read; of a faulty tree the known parts are used.
+ * tree     the result of api_tree_read; of an invalid tree the known parts are used.
  *
- * PEND_INVALID   every fault was added to the problem.
+ * PEND_INVALID   every error was added to the problem.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
@@ -26,6 +26,6 @@ PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
 /** Frees what the members own. */
 void api_members_clear(struct api_members *members);
 
-/** Returns the bytes of memory of variations and of listed members' numbers, without the states.
- * O(1). */
+/** Returns the bytes of memory of the variations and of listed members' numbers, without the
+ * states. O(1). */
 double api_members_bytes(const struct api_members *members);

@@ -9,11 +9,11 @@
 static const char *const set_fields[] = {"vary", "arm", "harmonic", "value", "unit", NULL};
 
 struct api_sets {
-    long members, read; /* number of members in total, and so far */
+    long members, read; /* number of members, and of members read so far */
     size_t count, cap;
     struct api_set *set;
-    unsigned quantities; /* bit q: some member has a number of quantity q */
-    size_t from[];       /* the first number of each member, and the end of the last */
+    unsigned quantities; /* bit q is set if some member has a number of quantity q */
+    size_t from[];       /* index of the first number of each member, and the end of the last */
 };
 
 enum pend_status api_sets_new(struct api_sets **sets, long members) {
@@ -63,13 +63,13 @@ static enum pend_status read_sizes(struct api_sets *sets, const struct api_value
     return PEND_OK;
 }
 
-/* true if the number is identified */
+/* true if a number with this name exists */
 static int is_found(const struct api_target *target) {
     if (target->quantity == API_VARY_GRAVITY || target->quantity == API_VARY_ENERGY) return 1;
     return target->quantity == API_VARY_TERM ? target->place >= 0 : target->arm >= 0;
 }
 
-/* the fault of a number, NULL if it is valid */
+/* the error of a number, NULL if it is valid */
 static const char *value_fault(const struct api_target *target, const struct api_tree *tree,
                                double x) {
     int size = target->quantity == API_VARY_LENGTH || target->quantity == API_VARY_MASS;
@@ -80,7 +80,7 @@ static const char *value_fault(const struct api_target *target, const struct api
                : "is out of range for this number of a pendulum";
 }
 
-/* one number by its name */
+/* reads a number given by its name */
 static enum pend_status read_set(struct api_sets *sets, const struct api_value *value,
                                  const struct api_tree *tree, struct api_problem *problem) {
     static const char *const units[] = {"rad", "deg", NULL};
@@ -108,7 +108,7 @@ static enum pend_status read_set(struct api_sets *sets, const struct api_value *
                     degrees ? M_PI / 180 * x : x);
 }
 
-/* a number with its own field */
+/* reads a number that has a field of its own */
 static enum pend_status read_one(struct api_sets *sets, const struct api_value *value,
                                  const char *unit, enum api_quantity quantity,
                                  struct api_problem *problem) {

@@ -1,6 +1,6 @@
-/* The own numbers of listed members of an ensemble: lengths, masses, gravity, numbers of terms, and
- * the energy at the start.
- * Leaves to others: the members' starts, and the use of numbers (members_json).
+/* The numbers of listed members of an ensemble: lengths, masses, gravity, values of terms, and the
+ * energy at the start.
+ * Leaves to others: the members' starts, and the use of the numbers (members_json).
  * Invariant: the numbers of member i are contiguous, in the order of the request; no pointer into
  * the document is kept. */
 #pragma once
@@ -10,48 +10,47 @@
 /* One number. */
 struct api_set {
     enum api_quantity quantity;
-    int at; /* stored number of the arm; place of a term's number; else -1 */
+    int at; /* stored number of the arm, or index of a term's number, or -1 */
     double x;
 };
 
 struct api_sets;
 
-/** Creates an empty list of so many members; released by api_sets_free. PEND_NO_MEMORY */
+/** Creates a list for `members` members, without numbers; released by api_sets_free.
+ * PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status api_sets_new(struct api_sets **sets, long members);
 
-/** Frees the numbers; nothing happens if they are NULL. */
+/** Frees the numbers; NULL is accepted. */
 void api_sets_free(struct api_sets **sets);
 
 /**
- * Reads `length`, `mass`, `gravity`, `energy` and `set` of member i; members are read in their
- * order.
+ * Reads `length`, `mass`, `gravity`, `energy` and `set` of member i; members must be read in order.
  *
  * tree  the result of api_tree_read.
  *
- * Every fault is added to the problem. PEND_NO_MEMORY. O(n + numbers).
+ * Every error is added to the problem. PEND_NO_MEMORY. O(n + numbers).
  */
 PEND_MUST_CHECK enum pend_status api_sets_read(struct api_sets *sets, long i,
                                                const struct api_value *member,
                                                const struct api_tree *tree,
                                                struct api_problem *problem);
 
-/** Returns the first number of member i, and one past its last. O(1). */
+/** Returns the address of the first number of member i, and the second function that after its
+ * last. O(1). */
 const struct api_set *api_sets_begin(const struct api_sets *sets, long i);
 const struct api_set *api_sets_end(const struct api_sets *sets, long i);
 
-/** Returns non-zero if some member has an energy; if member i has one; if it has a rate; if some
- * member has a length, a mass, a gravity or a term's number of its own. O(1), but for one member
- * O(its numbers). */
+/** Return non-zero if some member has an energy; if member i has one; if it has a rate; if some
+ * member has its own length, mass, gravity or term value. O(1), for one member O(its numbers). */
 int api_sets_energies(const struct api_sets *sets);
 int api_sets_energy(const struct api_sets *sets, long i);
 int api_sets_moves(const struct api_sets *sets, long i);
 int api_sets_shapes(const struct api_sets *sets);
 
 /**
- * Lists the places of terms' numbers that some member has, in the order in which they are first
- * named.
+ * Lists the indices of term values that some member has, in the order of their first occurrence.
  *
- * count  numbers of the terms; the size of `places`.
+ * count  number of the terms' values; the size of `places`.
  *
  * PEND_NO_MEMORY. O(numbers + count).
  */

@@ -4,12 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-/* an observable's columns: names, parts, and whether they have one number per arm */
+/* an observable's columns: names, parts, and which parts have one number per arm */
 struct columns {
     const char *name;
     const char *part[3];
     int arms[3];
-    unsigned times; /* bit i: part i is a time that may be missing */
+    unsigned times; /* bit i is set if part i is a time that may be missing */
 };
 
 /* in the order of enum api_observable */
@@ -31,7 +31,7 @@ static const struct columns observables[API_SEE_COUNT] = {
     [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
 };
 
-/* the time of an event that never happened: a member's time starts at 0 */
+/* the time of an event that never happened; times of a member start at 0 */
 static const double never = -1;
 
 const char *api_observables_name(enum api_observable observable) {
@@ -69,7 +69,7 @@ int api_observables_cart(const struct api_observables *seen) {
     return (int)(seen->wanted >> API_SEE_CART & 1) | api_member_outputs_cart(seen->output);
 }
 
-/* the start of a member includes that of its cart */
+/* adds the position and speed of a cart, which are part of a member's start */
 static void add_cart(struct api_table *table, int observable) {
     if (observable == API_SEE_START) {
         api_table_add(table, "start", "cart_x", 0);
@@ -123,7 +123,8 @@ void api_observables_ask(const struct api_observables *seen,
                          struct pend_ensemble_problem *problem) {
     const unsigned flips = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS;
     const unsigned given =
-        1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // known without integrating a member
+        1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // observables that are known without
+                                                        // integrating a member
     unsigned wanted = seen->wanted & ~given;
     problem->observe = 0;
     if (wanted & flips) problem->bound = M_PI;
@@ -134,7 +135,8 @@ void api_observables_ask(const struct api_observables *seen,
     if (wanted >> API_SEE_SETTLED & 1) problem->settle = seen->within;
     if (wanted >> API_SEE_LYAPUNOV & 1) problem->observe |= PEND_OBSERVE_LYAPUNOV;
     if (!wanted || wanted & ~flips) return;
-    // nothing else depends on the end: members need not be integrated further than necessary
+    // no other observable depends on the end, so members need not be integrated further than
+    // necessary
     problem->spare = 1;
     if (!(wanted >> API_SEE_FLIPS & 1))
         problem->until = wanted >> API_SEE_FLIP_TIME & 1 ? PEND_UNTIL_ALL : PEND_UNTIL_FIRST;
@@ -148,8 +150,8 @@ int api_observables_status(enum pend_status status) {
                                            : 3;
 }
 
-/* copies n values from stored to the caller's order; missing or infinite values become `gap`: NaN,
- * or `never` for times */
+/* copies n values from stored to the caller's order; missing or infinite values become `gap`, which
+ * is NaN, or `never` for times */
 static double *put(double *at, const struct api_tree *tree, const double x[], double gap) {
     const int *order = tree->tree->order;
     for (int k = tree->cart; k < tree->tree->n; k++)
@@ -162,14 +164,14 @@ static double *put_one(double *at, double x, double gap) {
     return at + 1;
 }
 
-/* the caller's number of a stored arm, 0 for none if the motion is known */
+/* copies the caller's number of a stored arm; 0 for no arm, if the motion is known */
 static double *put_arm(double *at, const struct api_tree *tree,
                        const struct pend_outcome *outcome) {
     double none = outcome->status == PEND_OK ? 0 : NAN;
     return put_one(at, outcome->arm < 0 ? none : tree->tree->order[outcome->arm] + 1, NAN);
 }
 
-/* position and speed of a cart at the end */
+/* copies position and speed of a cart at the end */
 static double *put_cart(double *at, const struct pend_outcome *outcome) {
     assert(!outcome->phi == !outcome->rate);
     at = put_one(at, outcome->phi ? outcome->phi[0] : NAN, NAN);
@@ -188,7 +190,7 @@ static double *put_parameters(double *at, const struct api_tree *tree,
     return tree->cart ? put_one(at, start->mass[0], NAN) : at;
 }
 
-/* the varying numbers of terms, in the order of the request */
+/* copies the varying term values, in the order of the request */
 static double *put_varied(const struct api_members *members, const struct pend_member *start,
                           double *at) {
     for (int v = 0; v < members->shown; v++)
@@ -234,7 +236,7 @@ static double *write_one(enum api_observable observable, const struct api_tree *
     }
 }
 
-/* true if all of n numbers are finite; false if there was no step */
+/* true if n numbers are finite; false also if there was no step */
 static int observables_finite(const double x[], int n) {
     for (int k = 0; x && k < n; k++)
         if (!isfinite(x[k])) return 0;

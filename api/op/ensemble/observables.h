@@ -1,8 +1,8 @@
-/* The observables of an ensemble's members: their names, their columns, and the place of each
- * number in a raw row.
+/* The observables of an ensemble's members: names, columns, and the position of each number in a
+ * raw row.
  * Leaves to others: computing them (core/ensemble/ensemble), writing rows into an answer
  * (ensemble).
- * Invariant: a raw row holds the numbers of the table's columns in their order, with arms in the
+ * Invariant: a raw row has the numbers of the table's columns in their order, with arms in the
  * caller's order. */
 #pragma once
 
@@ -33,18 +33,19 @@ enum api_observable {
 };
 
 struct api_observables {
-    unsigned wanted; /* bit i for observable i */
-    unsigned output; /* of a trajectory (member_samples) */
+    unsigned wanted; /* bit i: observable i is requested */
+    unsigned output; /* bits of the outputs of a trajectory (member_samples) */
     struct api_table table;
-    double within;                     /* rad, of API_SEE_SETTLED */
-    int at[API_SEE_COUNT];             /* first column of each wanted observable */
-    const struct api_members *members; /* whose variations are in the parameters; not owned */
+    double within;                     /* rad, bound of API_SEE_SETTLED */
+    int at[API_SEE_COUNT];             /* index of the first column of each requested observable */
+    const struct api_members *members; /* the members, whose variations are reported as parameters;
+                                        * not owned */
 };
 
 /**
  * Reads `observables`, and `output` for trajectories; the default is the final state.
  *
- * Every fault is added to the problem.
+ * Every error is added to the problem.
  */
 void api_observables_read(struct api_observables *seen, const struct api_value *root,
                           struct api_problem *problem);
@@ -53,8 +54,8 @@ void api_observables_read(struct api_observables *seen, const struct api_value *
  * trajectories. O(1). */
 int api_observables_cart(const struct api_observables *seen);
 
-/** Sets the columns for n arms; the number of rows is unchanged. members: must outlive `seen`; the
- * numbers of terms that vary become a part of the parameters. */
+/** Sets the columns for n arms; the number of rows is not changed. members: must outlive `seen`;
+ * term values that vary are reported as parameters. */
 void api_observables_columns(struct api_observables *seen, int n,
                              const struct api_members *members);
 
@@ -69,15 +70,15 @@ int api_observables_derived(struct api_observables *seen, struct api_derived *de
 /** Returns the name of an observable. */
 const char *api_observables_name(enum api_observable observable);
 
-/** Sets the fields of an ensemble's problem so that it computes the wanted observables and no
+/** Sets the fields of an ensemble's problem so that it computes the requested observables and no
  * others. */
 void api_observables_ask(const struct api_observables *seen, struct pend_ensemble_problem *problem);
 
 /**
  * Writes the row of a member.
  *
- * member  its number, the first number of the row.
- * start   its start as the ensemble was given it, in stored order.
+ * member  number of the member, which is the first number of the row.
+ * start   the start that was passed to the ensemble, in stored order.
  * row     out, api_table_numbers doubles.
  */
 void api_observables_write(const struct api_observables *seen, const struct api_tree *tree,

@@ -1,9 +1,9 @@
-/* POST /v1/ensembles: many trajectories of one pendulum, reduced to what was asked for, or
+/* POST /v1/ensembles: many trajectories of one pendulum, reduced to the requested observables, or
  * whole.
  * Leaves to others: the request (ensemble), the ranges of members (member_range), the bytes
  * (encode).
- * Invariant: one range of members of raw rows is held besides the answer; rows come in the order
- * of the members. */
+ * Invariant: besides the answer, the raw rows of one range of members are in memory; rows are in
+ * the order of the members. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -26,12 +26,13 @@ struct ensembles {
     struct api_table table;
     const struct api_format *format;
 
-    /* once it runs */
+    /* set once it runs */
     struct api_writer *writer;
-    struct api_member_range *range; /* the range being computed, else NULL */
-    double *raw;                    /* its rows */
-    long range_most, first, count;  /* members per range of members, and in this range */
-    long begin, end;                /* members that are computed: all, or a part's */
+    struct api_member_range *range; /* the range that is being computed, or NULL */
+    double *raw;                    /* raw rows of the range */
+    long range_most, first, count;  /* members per range; first member and number of members of the
+                                     * current range */
+    long begin, end;                /* members to compute: all, or those of a part */
     long written, rows;             /* rows of the range: written, and available */
     long failed, steps, lost;
     struct api_stats stats;
@@ -67,7 +68,7 @@ static void ensembles_part(void *state, long number, long parts) {
     op->end = (long)((double)count * (double)(number + 1) / (double)parts);
 }
 
-/* doubles per member, and members per range */
+/* numbers per member and members per range */
 static double ensembles_numbers(const struct ensembles *op) {
     return (double)api_ensemble_rows(op->ensemble) * (double)api_ensemble_numbers(op->ensemble);
 }
@@ -88,7 +89,7 @@ static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer 
     return api_writer_new(&op->writer, op->format, &op->table, out);
 }
 
-/* continues the present range, or begins the next one */
+/* continues the current range, or starts the next one */
 static enum pend_status ensembles_compute(struct ensembles *op, struct pend_error *error) {
     int done = 0;
     if (!op->range) {
@@ -120,14 +121,14 @@ static enum pend_status ensembles_write(struct ensembles *op, struct api_buffer 
     return PEND_OK;
 }
 
-/* writes the figures once, so that they are the same in every piece of the answer */
+/* writes the statistics once, so that they are the same in every piece of the answer */
 static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     api_stats_text(&op->stats, "method", "taylor");
     api_stats_whole(&op->stats, "members", op->end - op->begin);
     api_stats_whole(&op->stats, "failed", op->failed);
     api_stats_whole(&op->stats, "lost", op->lost);
     api_stats_whole(&op->stats, "steps", op->steps);
-    // without the number, which would count only this part
+    // without the number, because that would count only this part
     if (op->lost)
         api_stats_warning(
             &op->stats, "warning_horizon",

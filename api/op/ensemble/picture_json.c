@@ -4,9 +4,9 @@
 
 static const char *const fields[] = {"of", "arm", "scale", NULL};
 
-enum { PIXELS_MOST = 16384 }; /* of a side */
+enum { PIXELS_MOST = 16384 }; /* most pixels along one side */
 
-/* observables that can be drawn, and those of them that suit a logarithmic scale: times and tiny
+/* observables that can be drawn; of these, those that suit a logarithmic scale: times and tiny
  * numbers */
 static const unsigned drawn =
     1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS |
@@ -15,7 +15,7 @@ static const unsigned drawn =
 static const unsigned logarithmic = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
                                     1u << API_SEE_SIGN_CHANGE | 1u << API_SEE_ENERGY_DRIFT;
 
-/* the named observable, or the first that can be drawn; -1 and a fault if there is none */
+/* the named observable, or the first that can be drawn; -1 and an error if there is none */
 static int picture_of(const struct api_observables *seen, const struct api_value *of,
                       const struct api_value *picture, struct api_problem *problem) {
     const char *names[API_SEE_COUNT + 1] = {0};

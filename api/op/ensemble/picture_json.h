@@ -1,5 +1,4 @@
-/* Reading the contents of a picture of an ensemble from JSON: the observable, the arm and the
- * scale.
+/* Reads what a picture of an ensemble shows: the observable, the arm and the scale.
  * Leaves to others: drawing it (encode_png).
  * Invariant: a valid picture is a column of the table of a grid with two axes. */
 #pragma once
@@ -12,9 +11,9 @@
  * Reads `picture`, and sets the table's picture if the representation is one. The default is the
  * first observable that can be drawn, of the first arm.
  *
- * seen  with its columns set.
+ * seen  its columns are set.
  *
- * Every fault is added to the problem.
+ * Every error is added to the problem.
  */
 void api_picture_read(struct api_observables *seen, const struct api_members *members,
                       const struct api_tree *tree, const struct api_reading *reading);

@@ -9,18 +9,18 @@
 #include "api/read/terms_fields.h"
 
 enum {
-    EQUATIONS_LISTED = 20,   /* largest number of arms whose matrices and lists of formulas are
-                              * written in full */
+    EQUATIONS_LISTED = 20,   /* most arms whose matrices and lists of formulas are written in
+                              * full */
     EQUATIONS_LEFT_OUT = 10, /* numbers shown at the start of a longer list */
     EQUATIONS_LINE = 10,     /* numbers per line of a program */
-    EQUATIONS_MATRIX = 10,   /* columns that pmatrix has in amsmath */
-    EQUATIONS_SHORT = 2      /* largest number of arms whose row of (aaa) fits on a line */
+    EQUATIONS_MATRIX = 10,   /* most columns of pmatrix in amsmath */
+    EQUATIONS_SHORT = 2      /* most arms for which a row of (aaa) fits on a line */
 };
 
-/* the index of a loop; also that of the numbers of a list */
+/* the index of a loop, or of the numbers in a list */
 enum index { ROW, COLUMN, HARMONIC, NOTHING };
 
-/* the syntax of lists in a form */
+/* the syntax of lists in a text form */
 struct form {
     const char *text, *comma, *wrap; /* the template; separator of numbers; line break */
     int joined, latex;
@@ -31,26 +31,27 @@ static const struct form forms[] = {
     [API_EQUATIONS_PYTHON] = {api_equations_python, ", ", "\n    ", 0, 0},
     [API_EQUATIONS_CURL] = {api_equations_curl, ",", "", 1, 0}};
 
-/* a position in a text */
+/* the context in which a name is expanded */
 struct place {
     const struct api_equations *equations;
     const struct pend_tree *tree;
-    const struct pend_terms *terms; /* NULL = ideal */
+    const struct pend_terms *terms; /* NULL = an ideal pendulum */
     const double *value;
     const struct form *form;
-    int at[NOTHING]; /* the caller's arm of the row and of the column, the harmonic; -1 = none */
-    int first;       /* the innermost loop is in its first iteration */
-    int k, arg;      /* the current iteration or number of a name, and its argument */
+    int at[NOTHING]; /* the caller's arm of the row and of the column; the harmonic; -1 = none */
+    int first;       /* whether the innermost loop is in its first iteration */
+    int k, arg;      /* the current iteration or number of a name, and the name's argument */
 };
 
-/* a name of the templates */
+/* a name that templates can use */
 struct name {
     const char *name;
-    int (*count)(const struct place *p);     /* iterations of a section, numbers of a list; NULL =
-                                              * 1 */
-    enum index index;                        /* the index that `count` counts */
-    int (*holds)(const struct place *p);     /* whether iteration k is included; NULL = always */
-    double (*number)(const struct place *p); /* number k; NULL = a section */
+    int (*count)(const struct place *p);     /* number of iterations of a section, or of numbers in
+                                              * a list; NULL = 1 */
+    enum index index;                        /* the index over which `count` counts */
+    int (*holds)(const struct place *p);     /* returns whether iteration k is included; NULL =
+                                              * always */
+    double (*number)(const struct place *p); /* returns number k; NULL = the name is a section */
     int arg;
 };
 
@@ -59,7 +60,7 @@ struct name {
 static int arms(const struct place *p) { return p->equations->tree->n; }
 static int masses(const struct place *p) {
     return 3 * arms(p);
-} /* inertias of tips, rods and bodies */
+} /* counts the inertias of tips, rods and bodies */
 static int harmonics(const struct place *p) { return p->terms ? p->terms->harmonics : 0; }
 static int is_real(const struct place *p) { return p->terms != NULL; }
 static int is_first(const struct place *p) { return p->first; }
@@ -71,7 +72,7 @@ static int is_short(const struct place *p) { return arms(p) <= EQUATIONS_SHORT; 
 static int is_hung(const struct place *p) { return p->terms->hung[p->tree->place[p->at[ROW]]]; }
 static int on_cart(const struct place *p) { return pend_terms_cart(p->terms); }
 
-/* some arm has a number of a row; those of a cart are in the same row */
+/* whether some arm, or a cart, has a number of this row */
 static int has(const struct place *p, enum pend_term_row row) {
     int there = p->terms && p->terms->row[row] >= 0, has = there && !on_cart(p);
     for (int k = 1; there && k < p->terms->n && !has; k++)
@@ -79,7 +80,8 @@ static int has(const struct place *p, enum pend_term_row row) {
     return has;
 }
 
-/* harmonic k drives a torque; otherwise the pivot or the cart, which come first */
+/* whether harmonic k drives a torque; otherwise it drives the pivot or the cart, which come
+ * first */
 static int drives_torque(const struct place *p, int k) {
     return p->terms->harmonic[k].drives >= on_cart(p);
 }
@@ -110,12 +112,12 @@ static int has_joints(const struct place *p) {
            has_motor(p);
 }
 
-/* arm i is on the path from the pivot to the tip of arm k, including k */
+/* whether arm i is on the path from the pivot to the tip of arm k, including k */
 static int carries(const struct place *p, int i, int k) {
     const int *place = p->tree->place;
     return place[i] <= place[k] && place[k] < p->tree->end[place[i]];
 }
-/* one is in the other's sub-tree: S^T diag(m) S is 0 elsewhere */
+/* whether one arm is in the other's sub-tree: S^T diag(m) S is 0 elsewhere */
 static int are_related(const struct place *p, int i, int k) {
     return carries(p, i, k) || carries(p, k, i);
 }
@@ -144,13 +146,13 @@ static double phi(const struct place *p) { return p->equations->phi[p->tree->pla
 static double rate(const struct place *p) { return p->equations->rate[p->tree->place[p->k]]; }
 static double of_term(const struct place *p) { return of_arm(p, (enum pend_term_row)p->arg, p->k); }
 
-/* inertias of rods and bodies about their centers */
+/* inertia of a rod or body about its center */
 static double inertia(const struct place *p) {
     double l = length(p);
     return of_arm(p, PEND_TERM_ROD, p->k) * l * l / 12 + of_arm(p, PEND_TERM_INERTIA, p->k);
 }
 
-/* attachment point of arm k on its parent, and whether it is the tip */
+/* coordinates of the attachment point of arm k on its parent, and whether it is the tip */
 enum { HANG_X, HANG_Y, HANG_TIP };
 static double hang(const struct place *p) {
     int above = api_tree_parent(p->equations->tree, p->k);
@@ -160,7 +162,7 @@ static double hang(const struct place *p) {
     return above < 0 || p->arg == HANG_Y ? 0 : length_of(p, above);
 }
 
-/* the masses: of the tips, then rods, then bodies */
+/* properties of a mass; the masses are those of the tips, then rods, then bodies */
 enum { MASS_ARM, MASS_X, MASS_Y, MASS_KG };
 static double mass_part(const struct place *p, int part) {
     int i = p->k % arms(p), kind = p->k / arms(p);
@@ -173,9 +175,9 @@ static double mass_part(const struct place *p, int part) {
 static double of_mass(const struct place *p) { return mass_part(p, p->arg); }
 static int is_mass(const struct place *p) { return p->k < arms(p) || mass_part(p, MASS_KG) > 0; }
 
-/* the parts of a harmonic are amplitude, omega and phase */
+/* the parts of a harmonic: amplitude, omega, phase */
 static double wave(const struct place *p) { return p->value[p->terms->harmonic[p->k].at + p->arg]; }
-/* the caller's number of the arm; of the pivot 1 = upwards */
+/* the caller's number of the driven arm; for the pivot 1 = upwards */
 static double driven(const struct place *p) {
     int drives = p->terms->harmonic[p->k].drives;
     return drives < 0 ? drives == PEND_DRIVE_PIVOT_Y : p->tree->order[drives] + 1;
@@ -193,7 +195,7 @@ static double cart_mass(const struct place *p) { return p->tree->mass[0]; }
 static double cart_x(const struct place *p) { return p->equations->phi[0]; }
 static double cart_v(const struct place *p) { return p->equations->rate[0]; }
 
-/* entries of S and of B = S^-T */
+/* entries of S, and of B = S^-T */
 static double entry_of_s(const struct place *p) { return carries(p, p->at[COLUMN], p->at[ROW]); }
 static double entry_of_b(const struct place *p) {
     if (is_diagonal(p)) return 1;
@@ -207,7 +209,7 @@ static double high(const struct place *p) {
 }
 
 static const struct name names[] = {
-    // the most frequent names
+    // the most frequent names come first
     {"i", arms, ROW, NULL, from_1, 0},
     {"j", arms, COLUMN, NULL, from_1, 0},
     // conditions and loops
@@ -237,7 +239,7 @@ static const struct name names[] = {
     {"others", arms, COLUMN, others, NULL, 0},
     {"driving", harmonics, HARMONIC, of_row, NULL, 0},
     {"moving", harmonics, HARMONIC, of_pivot, NULL, 0},
-    // numbers: a list, or the current number in a loop over it
+    // numbers: a list, or in a loop over it the current number
     {"n", NULL, NOTHING, NULL, number_of_arms, 0},
     {"gravity", NULL, NOTHING, NULL, gravity, 0},
     {"low", NULL, NOTHING, NULL, low, 0},
@@ -281,7 +283,7 @@ static int is_name(const char *name, const char *wanted, int length) {
     return *name == *wanted && strncmp(name, wanted, (size_t)length) == 0 && !name[length];
 }
 
-/* looks a name up in the table, or among the numbers of arms as in ensembles */
+/* looks a name up in the table, or among the names of arms' numbers in ensembles */
 static struct name name_find(const char *wanted, int length) {
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (is_name(names[i].name, wanted, length)) return names[i];
@@ -292,7 +294,7 @@ static struct name name_find(const char *wanted, int length) {
     return names[0];
 }
 
-/* inside its loop, or with a single entry, a list is written as one number */
+/* whether a list is written as one number: inside its loop, or if it has a single entry */
 static int name_single(const struct place *p, const struct name *name) {
     return !name->count || (name->index != NOTHING && p->at[name->index] >= 0);
 }
@@ -335,7 +337,8 @@ static enum pend_status write_number(const struct place *p, double number, struc
                           : PEND_OK;
 }
 
-/* the numbers and their separators; for a formula's long list the first and the last ones */
+/* writes the numbers and their separators; a formula shows only the first and last of a long
+ * list */
 static enum pend_status write_list(struct place *p, const struct name *name,
                                    struct api_buffer *out) {
     int count = name->count(p), written = 0;
@@ -354,7 +357,8 @@ static enum pend_status write_list(struct place *p, const struct name *name,
     return PEND_OK;
 }
 
-/* (m_{2}+m_{3}): the masses in the sub-tree of the deeper one of the row's and the column's arm */
+/* writes (m_{2}+m_{3}): the masses in the sub-tree of the deeper one of the row's and the column's
+ * arm */
 static enum pend_status write_masses(const struct place *p, struct api_buffer *out) {
     int i = p->at[ROW], j = p->at[COLUMN], arm = j >= 0 && carries(p, i, j) ? j : i;
     int place = p->tree->place[arm], many = p->tree->end[place] > place + 1, written = 0;
@@ -365,7 +369,8 @@ static enum pend_status write_masses(const struct place *p, struct api_buffer *o
     return many ? api_buffer_text(out, ")") : PEND_OK;
 }
 
-/* <<name>> is a number, a list or a text; <<+name>> is a number after other numbers of a sum */
+/* expands a name: <<name>> is a number, a list or a text; <<+name>> is a number that follows others
+ * in a sum */
 static enum pend_status equations_name(void *context, const char *wanted, int length,
                                        struct api_buffer *out) {
     struct place *p = context;

@@ -1,14 +1,15 @@
 /* A pendulum's equations of motion: the values of the names in the templates.
  * Leaves to others: the text (equations_text), sections and loops (template).
  * Invariant: programs contain only numbers of the request, never its texts, such as arm names.
- * Terms that a pendulum does not have occur in no program, and only in the formula of M.
+ * Programs have no terms that the pendulum lacks; formulas have them only in that of M.
  *
- * Derivation for real pendulums. With u = e^{i phi} the joints are at z0 + C u, where C = S H and H
- * has at (k, the arm that carries k) the complex number at which k hangs there; the tips are at
- * z0 + Z u, Z = C + diag(l). Every mass, at tips, rods and bodies alike, is at z0 + P u, its row of
- * P the row of C of its arm, and its own place on the arm added there. Then
+ * Derivation for real pendulums. With u = e^{i phi} the joints are at z0 + C u, where C = S H, and
+ * entry (k, parent of k) of H is the complex number at which k is attached to its parent; the tips
+ * are at z0 + Z u, Z = C + diag(l). The masses of tips, rods and bodies are at z0 + P u. A row of P
+ * is the row of C of the mass's arm, with the position of the mass on the arm added in the arm's
+ * column. Then
  *     M = diag(conj u) P^H diag(m) P diag(u) + diag(J)
- * has the inertias J of rods and bodies about their centers beside the masses, and with h = P^H m
+ * contains the inertias J of rods and bodies about their centers, and with h = P^H m
  *     Re M phi'' = Im M phi'^2 - Im(conj(u) h (z0'' + i g)) + Q.
  * Torques tau of the joints act on their arm and back on the one that carries it: B tau, and the
  * angles between arms are B^T phi. A force F on the tips gives Im(conj(u) Z^H F), and drag per mass
@@ -26,32 +27,32 @@
 #include "api/read/state_json.h"
 
 enum {
-    API_EQUATIONS_EXPLICIT = 8, /* largest number of arms for which the entries are written out by
-                                 * default */
-    API_EQUATIONS_MOST = 20     /* largest number of arms for which they can be */
+    API_EQUATIONS_EXPLICIT = 8, /* most arms for which all entries are written out by default */
+    API_EQUATIONS_MOST = 20     /* most arms for which they can be written out */
 };
 
 enum api_equations_form {
     API_EQUATIONS_LATEX,  /* a formula in the letters of the paper, plain amsmath */
-    API_EQUATIONS_MATLAB, /* M, phidd (aaa) and lambda (bbb) as functions; ode45 and two plots */
-    API_EQUATIONS_PYTHON, /* the same; functions need NumPy, the program SciPy and Matplotlib */
-    API_EQUATIONS_CURL    /* a shell command that requests the motion from this machine */
+    API_EQUATIONS_MATLAB, /* functions for M, phidd (aaa) and lambda (bbb); ode45 and two plots */
+    API_EQUATIONS_PYTHON, /* the same in Python; the functions need NumPy, the program SciPy and
+                           * Matplotlib */
+    API_EQUATIONS_CURL    /* a shell command that requests the motion from this server */
 };
 
 struct api_equations {
     const struct api_tree *tree;
-    const double *phi, *rate; /* the start in stored order, finite */
-    int is_explicit;          /* every entry is written out; only of an ideal pendulum */
+    const double *phi, *rate; /* the start in stored order; finite */
+    int is_explicit;          /* whether every entry is written out; only for ideal pendulums */
 };
 
-/** Returns the name of formula i: "aaa"; NULL beyond the last one. The last one, "loads", is only
- * for real pendulums. */
+/** Returns the name of formula i, such as "aaa"; NULL beyond the last one, "loads", which only real
+ * pendulums have. */
 const char *api_equations_formula(const struct api_tree *tree, int i);
 
 /**
  * Appends the text of a form.
  *
- * formula  of LaTeX: its name; else NULL.
+ * formula  name of the formula for LaTeX; otherwise NULL.
  *
  * Fails as api_buffer_room does. O(n + harmonics); n^3 if every entry is written out.
  */

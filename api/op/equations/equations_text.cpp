@@ -1,6 +1,6 @@
 #include "api/op/equations/equations_text.h"
 
-/* C++ has raw strings: the text needs no quotes and no escapes */
+/* C++ has raw strings, in which the text needs no quotes and no escapes */
 const char api_equations_latex[] =
 #include "api/op/equations/latex.txt"
     ;

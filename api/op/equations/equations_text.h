@@ -1,6 +1,6 @@
-/* The templates of programs, formulas and of a request, each of a file of text.
- * Leaves to others: filling them in (template), what their names mean (equations_names).
- * Invariant: each begins with the end of a line. */
+/* The templates of programs, formulas and requests, each from a text file.
+ * Leaves to others: filling them in (template), the values of their names (equations).
+ * Invariant: each begins with a line end. */
 #pragma once
 
 #ifdef __cplusplus

@@ -66,7 +66,7 @@ static enum pend_status equations_read(void *state, const struct api_reading *re
     return equations_read_parts(equations, reading);
 }
 
-/* appends a form as a member */
+/* appends a text form as a member */
 static enum pend_status equations_say(struct equations *equations, enum api_equations_form form,
                                       const char *formula, const char *name,
                                       struct api_buffer *out) {
@@ -106,12 +106,12 @@ static enum pend_status equations_run(void *state, const struct api_turn *turn, 
     return equations_write(equations, turn->out);
 }
 
-/* the text of one form at a time, and the answer: some hundred characters per arm, some ten per
- * pair of arms if every entry is written out */
+/* memory for the text of one form at a time, and for the answer: some hundred characters per arm,
+ * some ten per pair of arms if every entry is written out */
 static double equations_bytes(const void *state) {
     const struct equations *equations = state;
     double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;
-    // the numbers of terms occur in three programs
+    // the values of terms occur in three programs
     return API_OP_SMALL_BYTES + 4 * api_terms_write_bytes(&equations->tree.loads) + 2048 * n +
            2048 * square + api_tree_bytes(&equations->tree) + api_states_bytes(equations->start);
 }

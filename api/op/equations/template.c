@@ -4,16 +4,17 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { TEMPLATE_TAG = 40 }; /* bytes of a tag */
+enum { TEMPLATE_TAG = 40 }; /* most bytes of a tag */
 
-/* the start of a string within at .. end, or end; after end there is a NUL or more text */
+/* the first occurrence of a string within at .. end, or end; the text continues after end, or is
+ * terminated by a NUL */
 static const char *template_find(const char *at, const char *end, const char *wanted) {
     size_t length = strlen(wanted);
     while ((at = memchr(at, *wanted, (size_t)(end - at))) && strncmp(at, wanted, length) != 0) at++;
     return at ? at : end;
 }
 
-/* text between tags */
+/* appends text between tags */
 static enum pend_status template_literal(const struct api_template *template, const char *at,
                                          const char *end, struct api_buffer *out) {
     while (template->joined && at < end) {
@@ -24,7 +25,7 @@ static enum pend_status template_literal(const struct api_template *template, co
     return api_buffer_add(out, at, (size_t)(end - at));
 }
 
-/* the position after a tag, and after the end of its line if it is alone there */
+/* the position after a tag, or after the line end if the tag is alone on its line */
 static const char *template_behind(const char *tag, const char *stop) {
     return tag[-1] == '\n' && stop[2] == '\n' ? stop + 3 : stop + 2;
 }
@@ -32,7 +33,7 @@ static const char *template_behind(const char *tag, const char *stop) {
 static enum pend_status template_part(const struct api_template *template, const char *at,
                                       const char *end, struct api_buffer *out);
 
-/* a section whose tag is at tag .. stop; moves `at` to its end */
+/* expands a section whose tag is at tag .. stop; moves `at` to the end of the section */
 static enum pend_status template_section(const struct api_template *template, const char **at,
                                          const char *stop, const char *end,
                                          struct api_buffer *out) {
@@ -70,7 +71,7 @@ static enum pend_status template_part(const struct api_template *template, const
 
 enum pend_status api_template_fill(const struct api_template *template, const char *section,
                                    struct api_buffer *out) {
-    // a template starts with the end of a line
+    // a template starts with a line end
     const char *at = template->text + 1, *end = strchr(at, '\0');
     if (section) {
         char tag[TEMPLATE_TAG];

@@ -1,6 +1,6 @@
-/* Reading a fit from JSON: measurements, the camera and the unknowns.
+/* Reads a request for a fit from JSON: measurements, the camera and the unknowns.
  * Leaves to others: the fit (core/fit), its answer (op_fits).
- * Invariant: the parsed fit holds no pointer into the document. */
+ * Invariant: the parsed fit contains no pointer into the document. */
 #pragma once
 
 #include "api/op/fit/fits_camera.h"
@@ -10,7 +10,7 @@
  *
  * fit  out; must be cleared by api_fit_clear, also after a failure.
  *
- * PEND_INVALID    every fault was added to the problem.
+ * PEND_INVALID    every error was added to the problem.
  * PEND_NO_MEMORY  O(measurements).
  */
 PEND_MUST_CHECK enum pend_status api_fit_read(struct api_fit *fit,
@@ -20,8 +20,8 @@ PEND_MUST_CHECK enum pend_status api_fit_read(struct api_fit *fit,
 void api_fit_clear(struct api_fit *fit);
 
 /**
- * Sets the knees of a loss: from the given standard deviations, else from robust estimates of a
- * fit's residuals; a further fit then starts from the values of that fit.
+ * Sets the knees of a loss: from the given standard deviations, or from robust estimates of a fit's
+ * residuals. In the second case the next fit starts from the values of that fit.
  *
  * result  the result of a fit; NULL = none yet.
  *

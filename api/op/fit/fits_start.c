@@ -45,7 +45,7 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
     return problem;
 }
 
-/* the index of the unknown for a number; -1 = none */
+/* the index of the unknown that stands for a number; -1 = none */
 static int start_sought(const struct api_fit *fit, enum pend_parameter_kind kind, int at, int run) {
     for (int j = 0; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *u = &fit->unknown[j];
@@ -56,7 +56,7 @@ static int start_sought(const struct api_fit *fit, enum pend_parameter_kind kind
 }
 
 /* Estimates the starts that were not given. Arms without measurements hang at rest. `seen`, runs x
- * n, gets the run and the index of the unknown for each number found. */
+ * n, is set for each arm that is measured in a run. */
 static void start_guess(struct api_fit *fit, unsigned char seen[]) {
     struct pend_fit_problem problem = api_fit_problem(fit);
     const struct pend_tree *tree = fit->tree.tree;
@@ -89,13 +89,13 @@ static void start_unknowns(struct api_fit *fit) {
         u->start = u->camera >= PEND_FIT_CAMERA ? fit->offset[u->camera - PEND_FIT_CAMERA]
                    : u->camera >= 0             ? fit->camera[u->camera]
                                                 : (angle ? fit->start->phi : fit->start->rate)[at];
-        // an estimate outside the bounds starts just inside the nearest one
+        // an estimate outside the bounds is moved just inside the nearest bound
         if (!(u->start > u->low)) u->start = fmin(u->low + 1e-3, 0.5 * (u->low + u->high));
         if (!(u->start < u->high)) u->start = fmax(u->high - 1e-3, 0.5 * (u->low + u->high));
     }
 }
 
-/* copies fixed numbers of the request into the start, and marks in `seen` the sought ones */
+/* copies fixed numbers of the request into the start, and marks in `seen` which are not fixed */
 static void start_fixed(struct api_fit *fit, const struct api_value *list, unsigned char seen[],
                         struct api_problem *problem) {
     int before = fit->unknowns;
@@ -112,7 +112,7 @@ static void start_fixed(struct api_fit *fit, const struct api_value *list, unsig
     fit->unknowns = before;
 }
 
-/* numbers of starts that were estimated and are not yet unknowns become unknowns */
+/* makes unknowns of the estimated numbers of starts that are not unknowns yet */
 static void start_free(struct api_fit *fit, const unsigned char seen[]) {
     static const char *const names[2][2] = {{"theta", "thetad"}, {"phi", "phid"}}; // of a cart
     long numbers = fit->start->count * fit->start->n, count = 0, more = 0;
@@ -124,7 +124,7 @@ static void start_free(struct api_fit *fit, const unsigned char seen[]) {
             struct pend_parameter by = {rate ? PEND_PARAMETER_RATE : PEND_PARAMETER_PHI, k};
             if (!seen[i] || start_sought(fit, by.kind, k, run) >= 0) continue;
             if (!pass && ++more) continue;
-            // no measurement would remain to determine the errors
+            // no measurement would be left over to determine the errors
             if (fit->unknowns + more >= count || fit->unknowns + 1 > API_FIT_UNKNOWNS) return;
             int j = fit->unknowns++;
             double start = (rate ? fit->start->rate : fit->start->phi)[i % numbers];
@@ -162,14 +162,14 @@ enum pend_status api_fit_settle(struct api_fit *fit, const struct api_value *fix
 
 /* ---- fixed numbers */
 
-/* writes an item of a list, "mass of arm 2 in run 1"; if no arm is named, all arms */
+/* writes an item of a list, "mass of arm 2 in run 1"; without an arm, "all arms" */
 static enum pend_status write_name(const char *name, int arm, int run, struct api_buffer *out) {
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_format(out, arm ? "\"%s of arm %d" : "\"%s of all arms", name, arm));
     return run ? api_buffer_format(out, " in run %d\"", run) : api_buffer_text(out, "\"");
 }
 
-/* lists the arms whose number is fixed, or all arms; `term`: -1 = none */
+/* lists the arms whose number is fixed, or all arms; `term` is -1 if it is not a term */
 static enum pend_status write_arms(const struct api_fit *fit, const char *name,
                                    enum pend_parameter_kind kind, int term, int run,
                                    struct api_buffer *out) {

@@ -14,7 +14,7 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit);
  * starts of runs without `initial`, from the data. Estimated angles and rates become unknowns after
  * the others, except those of the list `fixed`, which may give their values.
  *
- * Every fault is added to the problem. PEND_NO_MEMORY  O(arms runs rows columns).
+ * Every error is added to the problem. PEND_NO_MEMORY  O(arms runs rows columns).
  */
 PEND_MUST_CHECK enum pend_status api_fit_settle(struct api_fit *fit, const struct api_value *fixed,
                                                 struct api_problem *problem);

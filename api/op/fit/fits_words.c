@@ -19,8 +19,8 @@ static const char *const ends[] = {[PEND_FIT_CONVERGED] = "converged",
                                             [PEND_FIT_UNDECIDED] = "undecided",
                                             [PEND_FIT_REJECTED] = "rejected"};
 
-/* a test rejects below the first p-value; above the second, chi-squared is too small to be chance
- */
+/* a test rejects the model below the first p-value; above the second, chi-squared is too small to
+ * be chance */
 static const double words_level = 1e-3, words_small = 1 - 1e-6;
 
 enum pend_status api_fit_write_direction(const struct api_fit *fit, const double direction[],
@@ -48,7 +48,7 @@ enum pend_status api_fit_write_direction(const struct api_fit *fit, const double
     return api_out_text(out, NULL, text);
 }
 
-/* says how long the motions follow the data if no minimum was found */
+/* writes how long the motions follow the data if no minimum was found */
 static int end_follows(const struct api_fit *fit, const struct pend_fit_result *r, char text[]) {
     int whole = 0;
     double last = fit->t[fit->rows - 1];
@@ -83,7 +83,7 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
                          r->iterations >= fit->iterations ? ", more \"iterations\"" : "");
 }
 
-/* the mode with the largest relative error of its frequency; 0 = all are reached */
+/* the mode whose frequency has the largest relative error; 0 = all are reached */
 static int end_mode(const struct api_fit *fit, const struct pend_fit_result *r, double *off,
                     double *asked) {
     int mode = 0;
@@ -98,7 +98,7 @@ static int end_mode(const struct api_fit *fit, const struct pend_fit_result *r, 
     return mode;
 }
 
-/* adds frequencies that are not reached, and whether the fit can be checked */
+/* appends frequencies that are not reached, and whether the fit can be checked */
 static int end_checked(const struct api_fit *fit, const struct pend_fit_result *r, char text[],
                        size_t bytes) {
     double off, asked;
@@ -120,14 +120,14 @@ static int end_checked(const struct api_fit *fit, const struct pend_fit_result *
                     known ? "" : ", and has no standard errors");
 }
 
-/* the measurement with the largest residual, in sigmas if known, within one run */
+/* appends the measurement with the largest residual, in sigmas if known, within one run */
 static void end_farthest(const struct api_fit *fit, const struct pend_fit_result *r, char text[],
                          size_t bytes) {
     static const char *const names[] = {
         [PEND_FIT_PHI] = "the angle of arm", [PEND_FIT_X] = "x of arm", [PEND_FIT_Y] = "y of arm"};
     double most = 0;
     int known = pend_fit_known(&fit->column[0]), angle = fit->column[0].kind == PEND_FIT_PHI;
-    // residuals in sigmas, angles and positions cannot be compared with each other
+    // without sigmas, residuals of angles and positions cannot be compared
     for (int c = 1; c < fit->columns - fit->modes; c++)
         if (pend_fit_known(&fit->column[c]) != known ||
             (!known && angle != (fit->column[c].kind == PEND_FIT_PHI)))
@@ -146,7 +146,7 @@ static void end_farthest(const struct api_fit *fit, const struct pend_fit_result
         }
 }
 
-/* says which tests reject the model, and whether the errors are valid */
+/* writes which tests reject the model, and whether the errors are valid */
 static int end_rejected(const struct pend_fit_result *r, char text[], size_t bytes) {
     int at = 0, tests = 0;
     double spread = r->chi_squared / (double)r->freedom;
@@ -175,7 +175,7 @@ static int end_rejected(const struct pend_fit_result *r, char text[], size_t byt
                          "%s Standard errors are increased, up to %.3g times.", end, r->widened);
 }
 
-/* a minimum */
+/* writes the sentence about a minimum */
 static void end_minimum(const struct api_fit *fit, const struct pend_fit_result *r, char text[]) {
     int modes = fit->columns == fit->modes, strange = r->model == PEND_FIT_REJECTED;
     const char *begin = r->model == PEND_FIT_ACCEPTED ? "a minimum, whose motion follows the data"

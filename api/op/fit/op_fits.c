@@ -1,7 +1,7 @@
 /* POST /v1/fits: parameters of a pendulum from measurements of its motion.
  * Leaves to others: reading (fits_json), the fit (core/fit), arms as JSON (tree_write).
- * Invariant: the answer says how the fit ended; an error that is not known is null. The answer is
- * JSON only, so a job stores no rows but the JSON after them. */
+ * Invariant: the answer says how the fit ended; an unknown error is null. The answer is JSON only,
+ * so a job stores only JSON and no rows. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -21,10 +21,10 @@
 #include "api/op/tree_write.h"
 #include "core/fit/fit.h"
 
-/* most further fits; each sets the knees of the loss from the residuals of the last */
+/* most further fits; each sets the knees of the loss from the residuals of the previous fit */
 enum { FITS_SETTLED = 8 };
 
-/* the most that hints may cost beyond the motions of the fit itself: motions, and estimated s */
+/* most motions, and estimated s, that hints may cost beyond the motions of the fit itself */
 enum { HINT_MOTIONS = 1800, HINT_SECONDS = 5 };
 
 /* most outliers that are listed */
@@ -33,12 +33,12 @@ enum { FITS_OUTLIERS = 50 };
 struct fits {
     struct api_fit asked;
     const struct api_format *format;
-    struct api_table table; /* an empty table: the answer is JSON only */
+    struct api_table table; /* an empty table, because the answer is JSON only */
     struct pend_fit *fit;
-    int begun;                     /* the first step is done */
-    struct pend_fit_result result; /* separate memory, once the hints exist */
+    int begun;                     /* whether the first step is done */
+    struct pend_fit_result result; /* stored separately once the hints exist */
     struct api_hints *hints;
-    int settled; /* number of fits before this one, each with its own knees of the loss */
+    int settled; /* number of earlier fits, each with other knees of the loss */
 };
 
 static void fits_clear(void *state) {
@@ -102,7 +102,7 @@ static enum pend_status write_residuals(const struct fits *fits, const struct pe
     return status == PEND_OK ? api_buffer_text(out, "]") : status;
 }
 
-/* writes the residuals of modes if there are several runs */
+/* writes the residuals of modes, if there are several runs */
 static enum pend_status write_modes(const struct fits *fits, const struct pend_fit_result *r,
                                     struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
@@ -168,7 +168,7 @@ static enum pend_status write_run(const struct fits *fits, const struct pend_fit
     return write_request(fits, run, out);
 }
 
-/* a single run is written into the answer itself, several runs as a list */
+/* writes a single run into the answer itself, several runs as a list */
 static enum pend_status write_runs(const struct fits *fits, const struct pend_fit_result *r,
                                    struct api_buffer *out) {
     if (fits->asked.runs == 1) return write_run(fits, r, 0, out);
@@ -236,7 +236,8 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
         PEND_TRY(api_buffer_text(out, "]"));
     }
     PEND_TRY(write_outliers(&fits->asked, r, out));
-    for (int old = 0; old < 2; old++) { // not_told: the deprecated name
+    for (int old = 0; old < 2; old++) { // under `unidentifiable`, and under its deprecated name
+                                        // not_told
         PEND_TRY(api_out_open(out, old ? "not_told" : "unidentifiable", '['));
         for (int d = 0; d < r->blind; d++)
             PEND_TRY(api_fit_write_direction(&fits->asked, r->direction + d * fits->asked.unknowns,
@@ -277,8 +278,9 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
 /* ---- running */
 
 /* Estimated cost: about fifty motions with derivatives, 20 steps per arm and swing. A step takes 10
- * us per arm and eight unknowns; 2 us for an ideal pendulum. With measured modes, all modes are
- * computed twice per unknown, at 80 ns per cube of arms; 2 ns for an ideal pendulum. */
+ * us per arm and eight unknowns, or 2 us for an ideal pendulum. If modes are measured, all modes
+ * are computed twice per unknown, at 80 ns per cube of the number of arms, or 2 ns for an ideal
+ * pendulum. */
 static double fits_cost(const void *state) {
     const struct api_fit *asked = &((const struct fits *)state)->asked;
     assert(asked->rows >= 1 && asked->tree.n >= 1);
@@ -300,7 +302,7 @@ static double fits_cost(const void *state) {
            (20 * n * swings * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
 }
 
-/* starts the hints of a finished fit */
+/* starts the hints for a finished fit */
 static enum pend_status fits_hint(struct fits *fits, const struct pend_fit_result *result,
                                   const struct api_turn *turn, int *over) {
     double motions = fmin(HINT_MOTIONS, 50 * HINT_SECONDS / fits_cost(fits));
@@ -312,12 +314,12 @@ static enum pend_status fits_hint(struct fits *fits, const struct pend_fit_resul
     return PEND_OK;
 }
 
-/* the iterations of one turn; a failure of the first motion is a fault of the start values */
+/* does the iterations of one turn; a failure of the first motion is an error in the start values */
 static enum pend_status fits_step(struct fits *fits, const struct api_turn *turn, int *over,
                                   struct pend_error *error) {
     do {
         enum pend_status status = pend_fit_step(fits->fit, over, error);
-        // a likely mistake in the table explains more than the end of the search
+        // a likely mistake in the table explains more than how the search ended
         if (status != PEND_OK && status != PEND_NO_MEMORY && error && *fits->asked.advice)
             snprintf(error->text, sizeof error->text, "no motion follows these data: %s",
                      fits->asked.advice);

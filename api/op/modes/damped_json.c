@@ -10,7 +10,7 @@
 #include "core/modes/rest.h"
 #include "core/tree/turns.h"
 
-/* those of a cart only for a pendulum on a cart */
+/* columns of a cart exist only for a pendulum on a cart */
 enum column {
     MODE,
     OMEGA,
@@ -45,11 +45,11 @@ static const struct {
     [IM] = {"vectors", "im"},
 };
 
-/* growth rate that rounding errors may cause, relative to the fastest mode */
+/* growth rate, relative to the fastest mode, that may be due to rounding */
 static const double damped_still = 1e-9;
 
-/* s per square of arms without a matrix, undamped and damped; and s per cube of arms, for matrices
- * of 2 n rows */
+/* s per square of the number of arms without a matrix, undamped and damped; s per cube, with
+ * matrices of 2 n rows */
 static const double still_seconds = 1e-6, lossy_seconds = 1e-5, damped_seconds = 2.5e-7;
 
 static int damped_loses(const struct api_damped *damped) {
@@ -92,7 +92,7 @@ void api_damped_clear(struct api_damped *damped) {
 
 /* ---- running */
 
-/* the numbers of mode j */
+/* fills in the numbers of mode j */
 static void damped_fill(const struct api_damped *damped, int j) {
     const struct pend_damped *found = damped->found;
     size_t row = (size_t)j * (size_t)damped->tree->n, from = (size_t)j * (size_t)found->n;
@@ -111,8 +111,8 @@ static void damped_fill(const struct api_damped *damped, int j) {
     api_tree_put(damped->tree, found->im + from, damped->column[IM] + row);
 }
 
-/* the rate of a joint in a swing of the mode, 0.1 rad at the arm with the largest amplitude,
- * relative to the speed up to which its dry friction is linear */
+/* the rate of a joint in a swing of the mode, of 0.1 rad at the arm with the largest amplitude,
+ * relative to the speed up to which dry friction is linear */
 static double damped_rub(const struct api_damped *damped, int j, int k) {
     static const double swing = 0.1;
     const struct pend_damped *found = damped->found;
@@ -124,7 +124,7 @@ static double damped_rub(const struct api_damped *damped, int j, int k) {
                             0);
 }
 
-/* whether the equilibrium is stable; warnings for neglected or linearized terms */
+/* adds whether the equilibrium is stable, and warnings for neglected or linearized terms */
 static void damped_tell(struct api_damped *damped) {
     static const double rub_most = 0.3;
     const struct pend_damped *found = damped->found;
@@ -161,7 +161,7 @@ static void damped_tell(struct api_damped *damped) {
     api_stats_warning(damped->stats, "warning_pivot", damped->warning[1]);
 }
 
-/* continues the search; *found once there are rows to write */
+/* continues the search; sets *found once there are rows to write */
 static enum pend_status damped_find(struct api_damped *damped, int *found,
                                     struct pend_error *error) {
     const struct api_tree *tree = damped->tree;
@@ -185,7 +185,7 @@ static enum pend_status damped_find(struct api_damped *damped, int *found,
     return PEND_OK;
 }
 
-/* an array of rows, one per mode */
+/* writes an array of rows, one per mode */
 static enum pend_status damped_rows(const struct api_damped *damped, const char *name,
                                     const double row[], struct api_buffer *out) {
     int n = damped->tree->n;
@@ -195,7 +195,7 @@ static enum pend_status damped_rows(const struct api_damped *damped, const char 
     return api_buffer_text(out, "]");
 }
 
-/* the cart's part of the equilibrium and of the shapes */
+/* writes the cart's entries of the equilibrium and of the shapes */
 static enum pend_status damped_cart(const struct api_damped *damped, struct api_buffer *out) {
     int rows = (int)damped->table->rows, digits = damped->table->digits;
     if (!damped->tree->cart) return PEND_OK;
@@ -214,7 +214,7 @@ static enum pend_status damped_vectors(const struct api_damped *damped, struct a
     return api_buffer_text(out, "}");
 }
 
-/* the requested matrices, with a cart as the last row and column */
+/* writes the requested matrices; a cart has the last row and column */
 static enum pend_status damped_matrices(const struct api_damped *damped, struct api_buffer *out,
                                         struct pend_error *error) {
     const struct api_tree *tree = damped->tree;
@@ -234,7 +234,7 @@ static enum pend_status damped_matrices(const struct api_damped *damped, struct 
     return PEND_OK;
 }
 
-/* the equilibrium, then lists with one entry per mode, then the shapes */
+/* writes the equilibrium, then lists with one entry per mode, then the shapes */
 static enum pend_status damped_json(const struct api_damped *damped, struct api_buffer *out,
                                     struct pend_error *error) {
     int digits = damped->table->digits;

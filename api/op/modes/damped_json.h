@@ -9,8 +9,8 @@
 #include "api/read/tree_json.h"
 #include "core/modes/damped.h"
 
-/* The largest number of arms whose modes are computed, with friction and without; and as poles of a
- * response, which are computed in one turn. */
+/* The most arms whose modes are computed: with friction, without, and as poles of a response, which
+ * are computed in one turn. */
 enum {
     API_DAMPED_ARMS = 1000,
     API_STILL_ARMS = 2000,
@@ -21,25 +21,26 @@ enum {
 /* The requested answer, and the results. */
 struct api_damped {
     const struct api_tree *tree; /* with terms; not owned */
-    const double *phi; /* n: start of the search for the equilibrium, stored order; not owned */
+    const double
+        *phi; /* n angles: start of the search for the equilibrium, stored order; not owned */
     const struct api_format *format;
     struct api_table *table; /* one row per mode; not owned */
-    int vectors;             /* the answer includes the shapes */
-    const char *include;     /* PEND_MATRIX_COUNT flags: the requested matrices; not owned */
+    int vectors;             /* whether the answer includes the shapes */
+    const char *include;     /* PEND_MATRIX_COUNT flags: which matrices are requested; not owned */
     struct pend_damped *found;
-    double *column[API_COLUMNS];     /* one block */
-    const double *told[API_COLUMNS]; /* those in the answer */
+    double *column[API_COLUMNS];     /* pointers into one block */
+    const double *told[API_COLUMNS]; /* the columns that the answer contains */
     struct api_writer *writer;
     struct api_stats *stats; /* not owned */
     char warning[2][API_WARNING_TEXT];
-    int row; /* the next row of the table, or part of the JSON */
+    int row; /* the next row of the table, or the next piece of the JSON */
 };
 
 /**
  * Prepares an answer.
  *
- * damped  out, but for table and stats; must be cleared by api_damped_clear.
- * table   its rows are the largest possible number, two per arm.
+ * damped  out, except table and stats; must be cleared by api_damped_clear.
+ * table   its number of rows is the largest possible, two per arm.
  */
 void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],
                      const struct api_format *format, int digits, int vectors,
@@ -58,7 +59,7 @@ void api_damped_clear(struct api_damped *damped);
 PEND_MUST_CHECK enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *out,
                                                 int *done, struct pend_error *error);
 
-/** Returns the estimated time of the computation, s, and in the other function its memory, bytes.
- * O(1). */
+/** Returns the estimated time of the computation, s; the second function its memory, bytes. O(1).
+ */
 double api_damped_cost(const struct api_damped *damped);
 double api_damped_bytes(const struct api_damped *damped);

@@ -133,7 +133,7 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
                         api_format_json.media_type, reading->format->media_type);
 }
 
-/* reads the fields that choose how the answer is written */
+/* reads the fields that determine the form of the answer */
 static void read_style(struct api_modes *modes, const struct api_value *root,
                        struct api_problem *problem) {
     static const char *const names[] = {"first", "mass", "max", NULL};
@@ -148,8 +148,8 @@ static void read_style(struct api_modes *modes, const struct api_value *root,
     modes->request.normalize = rules[rule];
 }
 
-/* restrictions of the modes of a real pendulum: its equilibrium is searched, and all modes are
- * computed */
+/* adds errors for requests that modes of a real pendulum do not support: its equilibrium is
+ * computed, and so are all modes */
 static void check_real(const struct api_modes *modes, const struct api_reading *reading) {
     static const char *const absent[] = {"select", "normalize"};
     static const char *const way[] = {

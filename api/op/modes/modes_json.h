@@ -1,7 +1,7 @@
-/* Reading a request for modes from JSON: the tree, its equilibrium, the selection of modes, and the
+/* Reads a request for modes from JSON: the tree, its equilibrium, the selection of modes, and the
  * contents of the answer.
  * Leaves to others: the modes and the size of the answer (op_modes).
- * Invariant: holds no pointer into the document. */
+ * Invariant: contains no pointer into the document. */
 #pragma once
 
 #include "api/op/op.h"
@@ -11,12 +11,12 @@
 
 struct api_modes {
     struct api_tree tree;
-    struct api_states *start;          /* NULL = no start was given */
-    struct pend_modes_request request; /* without loads, vectors and up */
+    struct api_states *start;          /* NULL if no start was given */
+    struct pend_modes_request request; /* loads, vectors and up are not set */
     unsigned char *up; /* n flags in stored order, 1 for upright arms; NULL if all hang */
-    int vectors;       /* the answer includes the vectors */
-    int digits;        /* significant digits of the answer, 0 = as many as needed */
-    char include[PEND_MATRIX_COUNT]; /* non-zero for the requested matrices */
+    int vectors;       /* whether the answer includes the vectors */
+    int digits;        /* significant digits of the answer; 0 = as many as needed */
+    char include[PEND_MATRIX_COUNT]; /* flags: which matrices are requested */
 };
 
 /**
@@ -24,7 +24,7 @@ struct api_modes {
  *
  * modes  out; released by api_modes_clear, also after a failure.
  *
- * Every fault is added to the reading's problem.
+ * Every error is added to the reading's problem.
  *
  * PEND_NO_MEMORY
  */

@@ -1,8 +1,9 @@
-/* POST /v1/controllers: gains of sampled feedback about an equilibrium, and what they do.
+/* POST /v1/controllers: gains of sampled feedback about an equilibrium, and the properties of the
+ * closed loop.
  * Leaves to others: the loop (core/control), the equilibrium and its modes (core/modes), running a
  * controller (trajectories).
- * Invariant: states and gains are in the caller's order: all theta, all thetad, the cart's place
- * and speed, the outputs that wait, newest first. */
+ * Invariant: states and gains are in the caller's order: all theta, all thetad, the cart's position
+ * and velocity, the delayed outputs, newest first. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -29,11 +30,12 @@ static const double row_seconds = 2e-7;
 struct controllers {
     struct api_tree tree;
     struct api_states *start;
-    int inputs, sensors, *input, *sensor; /* stored arms; one block */
+    int inputs, sensors, *input, *sensor; /* stored arms of the actuators and sensors; pointers into
+                                           * one block */
     double period;
-    double *phi, *q,
-        *r;        /* the equilibrium, the weights of the state and of the inputs; one block */
-    double *gains; /* the given gains; NULL = they are computed */
+    double *phi, *q, *r; /* the equilibrium, the weights of the state and of the inputs; pointers
+                          * into one block */
+    double *gains;       /* the given gains; NULL if they are to be computed */
     long delay, digits;
 };
 
@@ -78,8 +80,8 @@ static int read_places(const struct controllers *c, const struct api_value *valu
     return count;
 }
 
-/* adds a fault that names the torques needed to balance a pendulum that is not in equilibrium at
- * the requested state */
+/* adds an error that states which torques would hold a pendulum that is not in equilibrium at the
+ * requested angles */
 static void fault_rest(const struct controllers *c, const double torque[], const double size[],
                        const struct api_value *value, struct api_problem *problem) {
     char text[400], scratch[16];
@@ -119,15 +121,15 @@ static enum pend_status read_rest(struct controllers *c, const struct api_value 
         length += tree->len[k];
     }
     if (status != PEND_OK || !(far <= near)) fault_rest(c, torque, size, value, problem);
-    // weights: 1 rad for angles, one pendulum length for the cart, and the torque that holds the
-    // pendulum horizontal
+    // default weights: 1 rad for angles, one pendulum length for the cart, and the torque that
+    // holds the pendulum horizontal
     for (size_t k = 0; k < n; k++) c->q[k] = 1;
     if (c->tree.cart) c->q[0] = 1 / (length * length);
     for (int j = 0; j < c->inputs; j++) c->r[j] = 1 / pow(size[c->input[j]], 2);
     return PEND_OK;
 }
 
-/* weights of the state and of the inputs */
+/* reads the weights of the state and of the inputs */
 static void read_weights(struct controllers *c, const struct api_value *root,
                          struct api_problem *problem) {
     int rows = 2 * stored(c);
@@ -151,7 +153,7 @@ static void read_weights(struct controllers *c, const struct api_value *root,
         }
 }
 
-/* gains to be examined: one row per actuator, or a single row for one actuator */
+/* reads gains to be examined: one row per actuator; a single actuator needs no list of rows */
 static enum pend_status read_gains(struct controllers *c, const struct api_value *root,
                                    struct api_problem *problem) {
     struct api_value gains = api_value_member(root, "gains"), item = api_value_item(&gains, 0);
@@ -182,7 +184,7 @@ static enum pend_status read_gains(struct controllers *c, const struct api_value
     return PEND_OK;
 }
 
-/* checks that need a valid tree */
+/* makes the checks that need a valid tree */
 static enum pend_status read_loop(struct controllers *c, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
@@ -239,21 +241,21 @@ static enum pend_status controllers_read(void *state, const struct api_reading *
 
 /* ---- running */
 
-/* the results, in one block */
+/* the results, pointers into one block */
 struct found {
     struct pend_loop *loop;
     struct pend_damped *modes;
     struct api_stats stats;
     char warning[API_WARNING_TEXT];
-    double *gains, *multiplier, *reach, *seen; /* multipliers: re, im */
-    double *row;                               /* of rows numbers */
+    double *gains, *multiplier, *reach, *seen; /* multiplier: real, then imaginary parts */
+    double *row;                               /* scratch of `rows` numbers */
 };
 
 static int unstable(const struct found *f) {
     return !(hypot(f->multiplier[0], f->multiplier[f->loop->rows]) < 1);
 }
 
-/* the index of a mode that does not decay and that the actuators cannot change; -1 = none */
+/* the index of a mode that does not decay and that the actuators cannot reach; -1 = none */
 static int found_lost(const struct found *f) {
     double fastest = 0;
     for (int j = 0; j < f->modes->count; j++)
@@ -304,7 +306,7 @@ static enum pend_status found_gains(const struct controllers *c, struct found *f
     return PEND_OK;
 }
 
-/* a row of a matrix in the caller's order and in natural units */
+/* writes a row of a matrix in the caller's order and in natural units */
 static enum pend_status write_row(const struct controllers *c, const struct found *f,
                                   const char *name, const double row[], int count,
                                   struct api_buffer *out) {
@@ -312,7 +314,7 @@ static enum pend_status write_row(const struct controllers *c, const struct foun
     return api_out_numbers(out, name, count, f->row, (int)c->digits);
 }
 
-/* the matrices A and B of one sampling period */
+/* writes the matrices A and B of one sampling period */
 static enum pend_status write_plant(const struct controllers *c, const struct found *f,
                                     struct api_buffer *out) {
     const struct pend_loop *loop = f->loop;
@@ -334,7 +336,7 @@ static enum pend_status write_plant(const struct controllers *c, const struct fo
     return PEND_OK;
 }
 
-/* begins an object in a list */
+/* starts an object in a list */
 static enum pend_status write_brace(struct api_buffer *out) {
     PEND_TRY(api_out_comma(out));
     return api_buffer_text(out, "{");
@@ -366,7 +368,7 @@ static enum pend_status write_control(const struct controllers *c, const struct 
     return api_buffer_text(out, "]");
 }
 
-/* the indices of the modes below the bound */
+/* writes the indices of the modes below the bound */
 static enum pend_status write_missed(const struct found *f, const char *name, const double part[],
                                      struct api_buffer *out) {
     int count = 0;
@@ -457,7 +459,7 @@ static double controllers_cost(const void *state) {
     return pow(controllers_rows(state), 3) * row_seconds;
 }
 
-/* memory of the matrices of the loop and of the doubling algorithm, and the text of A and B */
+/* memory of the matrices of the loop and of the Riccati equation, and of the text of A and B */
 static double controllers_bytes(const void *state) {
     const struct controllers *c = state;
     double rows = controllers_rows(c);

@@ -27,8 +27,7 @@ enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, 
 static const char *const scalar_names[] = {"mode",      "omega", "frequency", "period", "growth",
                                            "amplitude", "phase", "rising",    "falling"};
 
-/* the largest number of modes that are decomposed, or of numbers that are written, before the clock
- * is read */
+/* most modes that are decomposed, or numbers that are written, before the clock is read */
 enum { PIECE_MODES = 32, PIECE_NUMBERS = 8192 };
 
 struct modes {
@@ -36,22 +35,23 @@ struct modes {
     const struct api_format *format;
     struct api_table table; /* the answer in every representation except JSON */
     struct pend_modes_search *search;
-    struct api_damped damped; /* used instead of all the following for a real pendulum */
-    double *near;             /* n: start of the search for its equilibrium; NULL for an ideal
-                               * one */
+    struct api_damped damped; /* for a real pendulum; used instead of everything below */
+    double *near;             /* n angles: start of the search for the equilibrium; NULL for an
+                               * ideal pendulum */
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_modes *found;
-    int split;               /* number of modes that the start was decomposed into so far */
-    double *scratch;         /* one block: */
-    double *scalar[SCALARS]; /* one number a mode */
-    double *line;            /* n numbers, or rows of the table */
+    int split;               /* number of modes into which the start has been decomposed so far */
+    double *scratch;         /* one block, which contains the following arrays */
+    double *scalar[SCALARS]; /* one number per mode */
+    double *line;            /* n numbers, or several rows of the table */
     long lines;              /* capacity of `line` in rows of the table */
     struct api_writer *writer;
     struct api_stats stats;
-    char last;            /* last byte of the JSON so far, written by the next turn; 0 = none */
-    int filled;           /* the arrays with one number per mode are computed */
-    int begun, part, row; /* written next: a row of the vectors (part 0) or of matrix part - 1 */
+    char last;            /* last byte of the JSON so far, which the next turn writes; 0 = none */
+    int filled;           /* whether the arrays with one number per mode are computed */
+    int begun, part, row; /* what is written next: a row of the vectors (part 0) or of matrix part -
+                           * 1 */
 };
 
 static void modes_clear(void *state) {
@@ -65,9 +65,9 @@ static void modes_clear(void *state) {
     api_modes_clear(&modes->asked);
 }
 
-/* reading */
+/* ---- reading */
 
-/* the columns of the table, one row per mode */
+/* sets the columns of the table, which has one row per mode */
 static void modes_columns(struct modes *modes) {
     static const enum scalar always[] = {MODE, OMEGA, FREQUENCY};
     struct api_table *table = &modes->table;
@@ -80,7 +80,7 @@ static void modes_columns(struct modes *modes) {
     if (modes->asked.vectors) api_table_add(table, "vectors", NULL, modes->asked.tree.n);
 }
 
-/* adds faults if the answer or the computation of modes would be too large */
+/* adds errors if the answer or the computation of modes would be too large */
 static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
     static const char fewer[] =
         "fewer modes by \"select\", or only the frequencies by \"vectors\": false";
@@ -131,7 +131,8 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
     return PEND_OK;
 }
 
-/* modes of a real pendulum: the equilibrium is searched from all arms hanging, or from a start */
+/* prepares the modes of a real pendulum: the equilibrium is sought from all arms hanging, or from a
+ * start */
 static enum pend_status modes_begin_real(struct modes *modes, const struct api_reading *reading) {
     size_t n = (size_t)api_tree_stored(&modes->asked.tree);
     modes->near = malloc(n * sizeof *modes->near);
@@ -162,7 +163,7 @@ static enum pend_status modes_read(void *state, const struct api_reading *readin
     return modes_read_parts(modes, reading);
 }
 
-/* running */
+/* ---- running */
 
 /* allocates one block: some rows, and the arrays with one number per mode */
 static enum pend_status modes_allocate(struct modes *modes, struct pend_error *error) {
@@ -199,7 +200,7 @@ static void modes_fill(const struct modes *modes) {
         modes->scalar[PERIOD][k] = swings > 0 ? 2 * M_PI / swings : 0;
         modes->scalar[GROWTH][k] = omega < 0 ? -omega : 0;
         if (!modes->asked.start) continue;
-        /* modes_split has written the numbers of either kind to amplitude and phase */
+        /* modes_split has written both kinds of numbers to amplitude and phase */
         modes->scalar[RISING][k] = omega < 0 ? modes->scalar[AMPLITUDE][k] : 0;
         modes->scalar[FALLING][k] = omega < 0 ? modes->scalar[PHASE][k] : 0;
         if (omega < 0) modes->scalar[AMPLITUDE][k] = modes->scalar[PHASE][k] = 0;
@@ -222,7 +223,7 @@ static enum pend_status modes_split(struct modes *modes, struct pend_error *erro
                                 modes->scalar[AMPLITUDE] + done, modes->scalar[PHASE] + done);
 }
 
-/* a vector in the caller's order */
+/* copies a vector in the caller's order */
 static void modes_vector(const struct modes *modes, int mode, double line[]) {
     assert(mode >= 0 && mode < modes->found->count);
     const struct pend_tree *tree = modes->asked.tree.tree;
@@ -230,7 +231,8 @@ static void modes_vector(const struct modes *modes, int mode, double line[]) {
     for (int k = 0; k < tree->n; k++) line[tree->order[k]] = vector[k];
 }
 
-/* sum 1/omega^2 = l_tot/g, where growing modes and upright arms count negatively */
+/* writes the identity sum 1/omega^2 = l_tot/g, in which growing modes and upright arms count
+ * negatively */
 static enum pend_status write_identity(const struct modes *modes, struct api_buffer *out) {
     const struct pend_tree *tree = modes->asked.tree.tree;
     double sum = 0, lengths = 0, all = tree->length_total / modes->asked.tree.loads.gravity;
@@ -248,14 +250,14 @@ static enum pend_status write_identity(const struct modes *modes, struct api_buf
     return api_buffer_text(out, "}");
 }
 
-/* the number of a name among the scalars, SCALARS for none */
+/* the index of a name among the scalars; SCALARS if there is none */
 static int scalar_of(const char *name) {
     int i = 0;
     while (i < SCALARS && strcmp(scalar_names[i], name)) i++;
     return i;
 }
 
-/* JSON: all lists with one entry per mode */
+/* for JSON: writes all lists with one entry per mode */
 static enum pend_status write_lists(const struct modes *modes, struct api_buffer *out) {
     const struct api_table *table = &modes->table;
     int identity = modes->asked.request.select == PEND_SELECT_ALL;
@@ -274,7 +276,7 @@ static int part_wanted(const struct modes *modes, int part) {
     return part ? modes->asked.include[part - 1] : modes->asked.vectors;
 }
 
-/* JSON: the next row of the vectors or of a matrix, or the end */
+/* for JSON: writes the next row of the vectors or of a matrix, or the end */
 static enum pend_status write_row(struct modes *modes, struct api_buffer *out, int *done) {
     int n = modes->asked.tree.n, part = modes->part, rows = part ? n : modes->found->count;
     if (part > PEND_MATRIX_COUNT) {
@@ -299,7 +301,7 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
     return api_out_numbers(out, NULL, n, modes->line, modes->table.digits);
 }
 
-/* other representations: the next rows of the table, or the next piece after them */
+/* for other representations: writes the next rows of the table, or the next piece after them */
 static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, int *done,
                                    struct pend_error *error) {
     const struct api_table *table = &modes->table;
@@ -327,7 +329,7 @@ static enum pend_status modes_found(struct modes *modes, struct pend_error *erro
     return modes_allocate(modes, error);
 }
 
-/* a piece of the search, of the decomposition, or of the answer */
+/* does a piece of the search, of the decomposition, or of the answer */
 static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out, int *done,
                                     struct pend_error *error) {
     int found = 0;
@@ -359,8 +361,8 @@ static enum pend_status modes_run_real(struct modes *modes, const struct api_tur
     return PEND_OK;
 }
 
-/* JSON's commas depend on the last byte of the buffer, but the caller may remove the bytes of a
- * turn after it. Therefore the next turn writes the last byte of a turn. */
+/* JSON's commas depend on the last byte of the buffer, but the caller may remove a turn's bytes
+ * after it. Therefore the last byte of a turn is written by the next turn. */
 static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     struct modes *modes = state;
@@ -381,7 +383,7 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
     return PEND_OK;
 }
 
-/* writes the modes found again, as JSON */
+/* writes the modes that were found once more, as JSON */
 static void modes_json(void *state) {
     struct modes *modes = state;
     api_writer_free(&modes->writer);

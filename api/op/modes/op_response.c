@@ -1,8 +1,9 @@
-/* POST /v1/response: amplitude and phase of a driven pendulum over frequency, and its poles.
+/* POST /v1/response: amplitude and phase of a driven pendulum as functions of frequency, and its
+ * poles.
  * Leaves to others: reading (response_json), the response (core/modes/response), the poles
  * (core/modes/damped), the bytes (encode).
  * Invariant: a frequency without a finite response has the amplitude -1, which JSON and CSV write
- * as missing; its phase is 0. */
+ * as missing, and the phase 0. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -20,11 +21,11 @@
 #include "core/modes/rest.h"
 
 enum { OMEGA, FREQUENCY, FIRST_PART };
-/* cost: s per arm and frequency, s per cube of arms for all poles; limits: rad of a small swing;
- * fraction of the linear range of dry friction or drag */
+/* cost: s per arm and frequency; s per cube of the number of arms for all poles. Limits: rad of a
+ * small swing; fraction of the linear range of dry friction or drag */
 static const double sweep_seconds = 6e-7, pole_seconds = 2.5e-7, swing_most = 0.3, rub_most = 0.3;
 
-/* the columns of each output: names of amplitude and phase, and their quantity */
+/* the columns of each output: names of amplitude and phase, and the quantity */
 static const struct {
     enum api_response_output output;
     const char *amplitude, *phase;
@@ -47,16 +48,20 @@ struct response {
     const struct api_format *format;
     struct api_table table;
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_response *found;
     struct pend_damped *poles;
-    double *block, *column[API_COLUMNS];                              /* all rows */
-    double *part, *re[PEND_RESPONSE_PARTS], *im[PEND_RESPONSE_PARTS]; /* of some frequencies */
-    double *couple;                                                   /* 2 n: of the drive */
-    long computed, written, unknown; /* rows; those without a finite response */
-    double swing, swing_at;          /* rad, the largest swing; rad/s, its frequency */
-    double rub,
-        rub_at; /* ratio to the speed up to which friction is linear; rad/s, its frequency */
+    double *block, *column[API_COLUMNS];                              /* columns of all rows, in one
+                                                                       * block */
+    double *part, *re[PEND_RESPONSE_PARTS], *im[PEND_RESPONSE_PARTS]; /* results for a group of
+                                                                       * frequencies */
+    double *couple;                                                   /* 2 n: torques of the drive,
+                                                                       * re and im */
+    long computed, written, unknown; /* numbers of rows: computed, written, and without a finite
+                                      * response */
+    double swing, swing_at;          /* the largest swing, rad, and its frequency, rad/s */
+    double rub, rub_at; /* the largest ratio to the speed up to which friction is linear; its
+                         * frequency, rad/s */
     struct api_writer *writer;
     struct api_stats stats;
     char warning[4][API_WARNING_TEXT];
@@ -112,7 +117,7 @@ static enum pend_status response_read(void *state, const struct api_reading *rea
 
 /* ---- running */
 
-/* memory of the rows, and of a group of frequencies */
+/* allocates the rows, and memory for a group of frequencies */
 static enum pend_status response_allocate(struct response *response, struct pend_error *error) {
     size_t rows = (size_t)response->table.rows, n = (size_t)api_tree_stored(&response->asked.tree);
     size_t numbers = (size_t)api_table_numbers(&response->table, 0);
@@ -147,7 +152,7 @@ static enum pend_status response_begin(struct response *response, struct pend_er
                            pend_response_rest(response->found), error);
 }
 
-/* the harmonics of the pendulum, those of one frequency or all */
+/* sets the drive to the harmonics of the pendulum: those of one frequency, or all */
 static void response_own(const struct response *response, double omega,
                          struct pend_response_drive *drive) {
     const struct pend_terms *terms = response->asked.tree.loads.terms;
@@ -185,8 +190,8 @@ static struct pend_response_drive response_drive(const struct response *response
     return drive;
 }
 
-/* ratio of a tip's motion to the pivot's, in the pivot's direction; -1 if the pivot does not move
- */
+/* ratio of a tip's motion to that of the pivot, in the pivot's direction; -1 if the pivot does not
+ * move */
 static double response_passed(const struct response *response,
                               const struct pend_response_drive *drive, size_t at) {
     double size = 0, re = 0, im = 0;
@@ -200,7 +205,7 @@ static double response_passed(const struct response *response,
     return size > 0 ? hypot(re, im) / size : -1;
 }
 
-/* the amplitudes and phases of one quantity, of the arms or of the cart */
+/* computes the amplitudes and phases of one quantity, of the arms or of the cart */
 static void response_swing(const struct response *response, size_t from, int defined, int column,
                            double amplitude[], double phase[]) {
     const struct api_tree *tree = &response->asked.tree;
@@ -232,7 +237,7 @@ static double response_rub(const struct response *response, int k, size_t from, 
     return pend_rest_beyond(loads, k, omega * hypot(x, y), way);
 }
 
-/* the numbers of a row from lane `lane` */
+/* fills in a row with the results of lane `lane` */
 static void response_row(struct response *response, long row, int lane, int defined,
                          const struct pend_response_drive *drive) {
     const struct api_tree *tree = &response->asked.tree;
@@ -256,13 +261,13 @@ static void response_row(struct response *response, long row, int lane, int defi
         if (rub > response->rub) response->rub = rub, response->rub_at = omega;
     }
     if (!response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) return;
-    // a driven pivot excludes a cart
+    // there is no cart if the pivot is driven
     double *passed = response->column[c] + (size_t)row * n;
     for (size_t k = 0; k < n; k++)
         passed[order[k]] = defined ? response_passed(response, drive, from + k) : -1;
 }
 
-/* the next frequencies: a group side by side, or one with its own drives */
+/* computes the next frequencies: a group side by side, or one with drives of its own */
 static void response_compute(struct response *response) {
     double omega[PEND_RESPONSE_LANES];
     unsigned char defined[PEND_RESPONSE_LANES];
@@ -284,7 +289,7 @@ static void response_compute(struct response *response) {
     response->computed += count;
 }
 
-/* passes the rows that were computed to the writer */
+/* passes the computed rows to the writer */
 static enum pend_status response_write(struct response *response, struct api_buffer *out,
                                        struct pend_error *error) {
     const double *data[API_COLUMNS];
@@ -335,7 +340,7 @@ static void response_tell(struct response *response, const struct api_turn *turn
     api_stats_warning(stats, "warning_swing", response->warning[2]);
 }
 
-/* the poles, as lists with one entry each; `work` has space for a number of each */
+/* writes the poles, as lists with one entry each; `work` has space for one number per pole */
 static enum pend_status response_poles(const struct pend_damped *poles, int digits, double work[],
                                        struct api_buffer *out) {
     PEND_TRY(api_out_open(out, "poles", '{'));
@@ -366,7 +371,7 @@ static enum pend_status response_more(const struct response *response, struct ap
     return api_buffer_text(out, "}");
 }
 
-/* the next frequencies, or the next piece after them */
+/* computes the next frequencies, or writes the next piece after them */
 static enum pend_status response_piece(struct response *response, const struct api_turn *turn,
                                        int *done, struct pend_error *error) {
     if (!response->writer)
@@ -391,7 +396,7 @@ static enum pend_status response_run(void *state, const struct api_turn *turn, i
     return PEND_OK;
 }
 
-/* writes the computed rows again, as JSON */
+/* writes the computed rows once more, as JSON */
 static void response_json(void *state) {
     struct response *response = state;
     api_writer_free(&response->writer);
@@ -412,7 +417,7 @@ static double response_cost(const void *state) {
            (response->asked.poles ? n * n * n * pole_seconds : 0);
 }
 
-/* all rows, the sweeps of a group of frequencies, dense matrices of the poles; and a copy of the
+/* all rows, the sweeps of a group of frequencies, dense matrices for the poles; and a copy of the
  * rows for representations that do not stream */
 static double response_bytes(const void *state) {
     const struct response *response = state;

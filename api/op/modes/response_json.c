@@ -88,7 +88,7 @@ static void read_cart(struct api_response *asked, const struct api_value *value,
                                          amplitude_most, "N", &asked->couple, problem) > 0;
 }
 
-/* the pendulum's own harmonics */
+/* reads the drive by the pendulum's own harmonics */
 static void read_own(struct api_response *asked, const struct api_value *value,
                      struct api_problem *problem) {
     const struct pend_terms *terms = asked->tree.loads.terms;
@@ -166,7 +166,7 @@ static enum pend_status read_list(struct api_response *asked, const struct api_v
     return PEND_OK;
 }
 
-/* adds faults for the combination of ends, count and scale of a range */
+/* adds errors for invalid combinations of ends, count and scale of a range */
 static void check_range(const struct api_response *asked, const struct api_value *value,
                         struct api_problem *problem) {
     struct api_value count = api_value_member(value, "count");
@@ -214,7 +214,7 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* the different frequencies of the pendulum's own harmonics */
+/* lists the different frequencies of the pendulum's own harmonics */
 static enum pend_status read_apart(struct api_response *asked) {
     const struct pend_terms *terms = asked->tree.loads.terms;
     asked->apart = 1;
@@ -256,9 +256,9 @@ double api_response_omega(const struct api_response *asked, long i) {
                               : asked->from + (asked->to - asked->from) * part;
 }
 
-/* ---- what is told */
+/* ---- outputs */
 
-/* true if the pivot is displaced */
+/* true if the drive displaces the pivot */
 static int shakes(const struct api_response *asked) {
     const struct pend_terms *terms = asked->tree.loads.terms;
     if (!asked->own) return asked->arm < 0;

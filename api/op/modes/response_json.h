@@ -1,13 +1,13 @@
-/* Reading a request for a response: the drives, the frequencies and the outputs.
+/* Reads a request for a response: the drives, the frequencies and the outputs.
  * Leaves to others: the tree (tree_json), the response (core/modes/response), the answer
  * (op_response).
- * Invariant: every fault is added; a valid request has a drive and a frequency. */
+ * Invariant: every error is added; a valid request has a drive and a frequency. */
 #pragma once
 
 #include "api/op/op.h"
 #include "api/read/state_json.h"
 
-/* The outputs, of each arm unless noted; names of the field `output`. */
+/* The outputs, one number per arm unless noted; names of the field `output`. */
 enum api_response_output {
     API_RESPONSE_PHI,
     API_RESPONSE_Z,
@@ -15,21 +15,22 @@ enum api_response_output {
     API_RESPONSE_JOINT_FORCE,
     API_RESPONSE_TIP_FORCE,
     API_RESPONSE_TRANSMISSIBILITY,
-    API_RESPONSE_CART, /* one number, its position */
+    API_RESPONSE_CART, /* one number, the cart's position */
     API_RESPONSE_OUTPUTS
 };
 
 struct api_response {
     struct api_tree tree;
     struct api_states *start; /* start of the search for the equilibrium; NULL = all arms hang */
-    int own;                  /* driven by the pendulum's own harmonics */
-    int apart;                /* each harmonic at its own frequency; these are the rows */
-    int given;                /* an amplitude is given, so that the response has a scale */
-    double pivot[2];          /* m, of x and y; else: */
-    int arm;                  /* stored, -1 = none; 0 = the cart, if there is one */
-    double couple;            /* N m; N on a cart */
+    int own;                  /* whether the drive is the pendulum's own harmonics */
+    int apart;                /* whether each harmonic is a row, at its own frequency */
+    int given;                /* whether an amplitude is given, so that the response has a scale */
+    double pivot[2];          /* m, amplitudes of x and y; or a torque: */
+    int arm;                  /* stored number of the arm, -1 = none; 0 = the cart, if there is
+                               * one */
+    double couple;            /* N m; for a cart N */
     long rows;
-    double *list;    /* rows frequencies, rad/s; NULL = a range: */
+    double *list;    /* `rows` frequencies, rad/s; NULL = a range: */
     double from, to; /* rad/s */
     int logarithmic;
     unsigned char output[API_RESPONSE_OUTPUTS];
@@ -42,13 +43,13 @@ extern const char *const api_response_outputs[API_RESPONSE_OUTPUTS + 1];
 /**
  * Reads the request; released by api_response_clear, also after a failure.
  *
- * PEND_INVALID   every fault was added.
+ * PEND_INVALID   every error was added.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_response_read(struct api_response *asked,
                                                    const struct api_reading *reading);
 
-/** Frees what was read. */
+/** Frees the request. */
 void api_response_clear(struct api_response *asked);
 
 /** Returns the frequency of row i, rad/s. O(1). */

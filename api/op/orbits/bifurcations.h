@@ -1,6 +1,6 @@
-/* The bifurcations found by a search for orbits: their memory and their representation.
+/* The bifurcations found by a search for orbits: storing them and writing them.
  * Leaves to others: the search (core/orbits), the orbits (op_orbits).
- * Invariant: bifurcations are in their order on the branch; angles and rates are in the caller's
+ * Invariant: bifurcations are in their order along the branch; angles and rates are in the caller's
  * order. */
 #pragma once
 
@@ -14,16 +14,16 @@ struct api_bifurcation {
     enum pend_orbits_kind kind;
     long after; /* number of orbits before it */
     double period, energy, value;
-    double *state; /* n angles, n rates */
+    double *state; /* n angles, then n rates */
 };
 
 struct api_bifurcations {
     const struct pend_tree *tree;
     int driven;
-    const char *varies; /* the name of the varied number, NULL = none */
+    const char *varies; /* name of the varied number; NULL = none */
     int count, places;
     struct api_bifurcation *item;
-    double *block; /* of the columns */
+    double *block; /* memory of the columns */
 };
 
 /**
@@ -39,7 +39,7 @@ PEND_MUST_CHECK enum pend_status api_bifurcations_add(struct api_bifurcations *l
 /** Frees the memory. */
 void api_bifurcations_clear(struct api_bifurcations *list);
 
-/** Returns an upper bound of their bytes, including the columns if requested. O(1). */
+/** Returns an upper bound of the bytes of memory, including the columns if requested. O(1). */
 double api_bifurcations_bytes(const struct api_bifurcations *list, int columns);
 
 /** Adds the columns of a table whose rows are bifurcations. */
@@ -57,7 +57,7 @@ PEND_MUST_CHECK enum pend_status api_bifurcations_columns(struct api_bifurcation
                                                           const double *column[]);
 
 /**
- * Saves all of them to a checkpoint, or restores them into an empty list.
+ * Saves the list to a checkpoint, or restores it into an empty list.
  *
  * PEND_NO_MEMORY
  * PEND_INVALID  the restored data are not such a list.
@@ -65,6 +65,6 @@ PEND_MUST_CHECK enum pend_status api_bifurcations_columns(struct api_bifurcation
 PEND_MUST_CHECK enum pend_status api_bifurcations_carry(struct api_bifurcations *list,
                                                         struct pend_checkpoint *checkpoint);
 
-/** Writes them as a list in JSON, the member `bifurcations`. */
+/** Writes the list as the JSON member `bifurcations`. */
 PEND_MUST_CHECK enum pend_status api_bifurcations_write(const struct api_bifurcations *list,
                                                         int digits, struct api_buffer *out);

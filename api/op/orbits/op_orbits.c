@@ -23,17 +23,17 @@ enum {
     MAIN_COLUMNS = 9,
     FIRST_ROOM = 64,
     MOST_PARTS = 1000,
-    CARRIED = 2 /* increment if orbits_carry, or `carry` of core, changes */
+    CARRIED = 2 /* to be increased if orbits_carry, or `carry` of core, changes */
 };
 
-/* estimated cost. s per arm, step and eight derivatives: ideal, real, many arms; s per arm and step
- * of a plain motion. Maps per orbit: alone, and on a branch with its bifurcations; more for each
- * further one */
+/* constants of the estimated cost. s per arm, step and eight derivatives: ideal, real, many arms; s
+ * per arm and step of a plain motion. Maps per orbit: alone, and on a branch with its bifurcations;
+ * additional maps for each further one */
 static const double ideal_seconds = 3.5e-6, real_seconds = 1.2e-5, arms_cached = 25,
                     plain_seconds = 2e-6, maps_alone = 3.5, maps_on_branch = 4, maps_an_arm = 0.4,
                     steps_least = 8, steps_an_arm = 0.55;
 
-/* the approximate largest number of bytes passed from one part of a job to the next */
+/* approximate maximum of bytes that one part of a job passes to the next */
 static const double carried_bytes = 1 << 30;
 
 struct orbits {
@@ -41,19 +41,19 @@ struct orbits {
     const struct api_format *format;
     struct api_table table;
     double step_cap;
-    const char *step_name; /* of the limit */
+    const char *step_name; /* name of the limit on steps */
 
-    /* once it runs */
+    /* set once it runs */
     struct pend_orbits *search;
-    double *start; /* of driven pendulums: 2 n */
+    double *start; /* for driven pendulums: start of 2 n numbers */
     long count, room;
     double *column[API_COLUMNS];
     struct api_bifurcations bifurcations;
     int found_all, written;
-    double until; /* the fraction of all steps at which this part ends; the last part never reaches
-                     it */
-    int last;     /* this is the last part, which writes all rows */
-    double earlier; /* s, used by the earlier parts */
+    double until; /* the fraction of all steps at which this part ends; the last part does not reach
+                   * it */
+    int last;     /* whether this is the last part, which writes all rows */
+    double earlier; /* s used by the earlier parts */
     enum pend_orbits_end end;
     struct api_writer *writer;
     struct api_stats stats;
@@ -100,7 +100,7 @@ static enum pend_status orbits_read(void *state, const struct api_reading *readi
     orbits->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = api_orbits_read(&orbits->asked, reading);
     if (status == PEND_OK) {
-        // between two orbits each kind of bifurcation may occur
+        // each kind of bifurcation may occur between two orbits
         orbits->table.rows = orbits->asked.problem.branch ? orbits->asked.problem.points : 1;
         if (orbits->asked.rows) orbits->table.rows *= 3;
         orbits->bifurcations = (struct api_bifurcations){.tree = orbits->asked.tree.tree,
@@ -138,7 +138,7 @@ static enum pend_status orbits_begin(struct orbits *orbits, struct pend_error *e
     return pend_orbits_new(&orbits->search, &problem, error);
 }
 
-/* grows the memory of rows if it is full */
+/* grows the memory of the rows if it is full */
 static enum pend_status orbits_grow(struct orbits *orbits, struct pend_error *error) {
     return api_table_grow(&orbits->table, orbits->count, FIRST_ROOM, &orbits->room, orbits->column,
                           error);
@@ -166,7 +166,7 @@ static enum pend_status orbits_keep(struct orbits *orbits, const struct pend_orb
     return PEND_OK;
 }
 
-/* the rows are bifurcations: orbits are only counted */
+/* if bifurcations are the rows, orbits are only counted */
 static enum pend_status orbits_found(struct orbits *orbits, const struct pend_orbit *orbit,
                                      struct pend_error *error) {
     if (!orbits->asked.rows) return orbits_keep(orbits, orbit, error);
@@ -174,8 +174,8 @@ static enum pend_status orbits_found(struct orbits *orbits, const struct pend_or
     return PEND_OK;
 }
 
-/* a bifurcation is located after the orbit beyond it; one at which a branch begins precedes all
- * orbits */
+/* stores a bifurcation. It is located after the orbit beyond it was found; one at which a branch
+ * begins precedes all orbits */
 static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orbit *orbit,
                                     struct pend_error *error) {
     long after = orbits->count ? orbits->count - 1 : 0;
@@ -183,7 +183,7 @@ static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orb
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for bifurcations");
 }
 
-/* continues the search; at its end the table is complete */
+/* continues the search; when it ends, the table is complete */
 static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *error) {
     enum pend_orbits_found found;
     PEND_TRY(pend_orbits_next(orbits->search, &found, error));
@@ -203,7 +203,7 @@ static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *
     return PEND_OK;
 }
 
-/* ---- telling */
+/* ---- results */
 
 static void orbits_tell(struct orbits *orbits, const struct api_turn *turn) {
     struct api_stats *stats = &orbits->stats;
@@ -229,7 +229,7 @@ static enum pend_status orbits_more(const struct orbits *orbits, struct api_buff
     return api_buffer_text(out, "}");
 }
 
-/* the rows of the answer */
+/* writes the rows of the answer */
 static enum pend_status orbits_rows(struct orbits *orbits, const struct api_turn *turn,
                                     struct pend_error *error) {
     const double *column[API_COLUMNS];
@@ -243,7 +243,7 @@ static enum pend_status orbits_rows(struct orbits *orbits, const struct api_turn
     return api_writer_block(orbits->writer, orbits->table.rows, column, turn->out, error);
 }
 
-/* the next piece of the answer */
+/* writes the next piece of the answer */
 static enum pend_status orbits_write(struct orbits *orbits, const struct api_turn *turn, int *done,
                                      struct pend_error *error) {
     if (!orbits->writer)
@@ -257,7 +257,7 @@ static enum pend_status orbits_write(struct orbits *orbits, const struct api_tur
     return *done && orbits->format == &api_format_json ? orbits_more(orbits, turn->out) : PEND_OK;
 }
 
-/* true at the end of a part that another one follows */
+/* true at the end of a part that is followed by another */
 static int orbits_over(struct orbits *orbits, const struct api_turn *turn) {
     const struct pend_orbit_problem *p = &orbits->asked.problem;
     long steps;
@@ -283,7 +283,7 @@ static enum pend_status orbits_run(void *state, const struct api_turn *turn, int
     return PEND_OK;
 }
 
-/* writes the rows again, as JSON */
+/* writes the rows once more, as JSON */
 static void orbits_json(void *state) {
     struct orbits *orbits = state;
     api_writer_free(&orbits->writer);
@@ -303,7 +303,7 @@ static void orbits_progress(const void *state, double *steps, double *work) {
     *work = orbits->search ? pend_orbits_progress(orbits->search) : 0;
 }
 
-/* a part for each step; fewer if many rows have to be passed from one to the next */
+/* one part per step, or fewer if many rows have to be passed on */
 static long orbits_parts(const void *state) {
     const struct orbits *orbits = state;
     const struct pend_orbit_problem *p = &orbits->asked.problem;
@@ -319,7 +319,7 @@ static void orbits_part(void *state, long number, long parts) {
     orbits->last = number + 1 == parts;
 }
 
-/* passes everything found so far; the last part writes it */
+/* saves or restores everything found so far, which the last part writes */
 static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkpoint,
                                      struct pend_error *error) {
     struct orbits *orbits = state;
@@ -331,7 +331,7 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
     pend_checkpoint_counts(checkpoint, &count, 1);
     pend_checkpoint_row(checkpoint, &orbits->earlier, 1);
     if (puts && !pend_checkpoint_puts(checkpoint)) return PEND_INVALID;
-    // no search finds more; restored counts must not exceed it
+    // restored counts must not exceed what a search can find
     if (puts && count > (long)orbits->table.rows) return PEND_INVALID;
     PEND_TRY(pend_orbits_carry(orbits->search, checkpoint));
     PEND_TRY(api_bifurcations_carry(&orbits->bifurcations, checkpoint));
@@ -339,7 +339,7 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
         if (orbits->asked.rows) continue;
         PEND_TRY(orbits_grow(orbits, error));
     }
-    /* the checkpoint refused before: there is no memory for its rows */
+    /* memory for the restored rows ran out, so the checkpoint is refused */
     if (orbits->count < count) return PEND_INVALID;
     for (int c = 0; c < orbits->table.count && !orbits->asked.rows; c++) {
         size_t width = (size_t)api_column_numbers(&orbits->table.column[c]);
@@ -348,7 +348,7 @@ static enum pend_status orbits_carry(void *state, struct pend_checkpoint *checkp
     return PEND_OK;
 }
 
-/* steps of a motion over the periods of a drive, counted as for sections */
+/* number of steps of a motion over `periods` periods of a drive, estimated as for sections */
 static double orbits_driven_steps(const struct api_orbits *asked, double periods) {
     double rate =
         api_swing(&asked->tree, NULL) + pend_loads_rate(&asked->tree.loads, asked->tree.tree);
@@ -360,7 +360,7 @@ static double orbits_cost(const void *state) {
     const struct pend_orbit_problem *p = &asked->problem;
     double n = asked->tree.n, passes = ceil(2 * n / 8), swing = M_PI;
     double maps = p->branch ? maps_on_branch + maps_an_arm * n : maps_alone;
-    // each branch may take as long, and the next one has twice the period
+    // each branch may take as long, and the next branch has twice the period
     double branches = p->switches ? exp2(fmin(p->switches, 3)) * (p->switches + 1) : 1;
     double arm = asked->tree.loads.terms ? real_seconds : ideal_seconds * (1 + n / arms_cached);
     if (p->driven) {
@@ -374,7 +374,7 @@ static double orbits_cost(const void *state) {
     return branches * maps * points * (steps_least + steps_an_arm * n) * passes * n * arm;
 }
 
-/* rows are kept in a buffer that doubles when full; non-streaming formats get a copy */
+/* rows are in a buffer that doubles when full; representations that do not stream store a copy */
 static double orbits_bytes(const void *state) {
     const struct orbits *orbits = state;
     struct pend_orbit_problem problem = orbits->asked.problem;

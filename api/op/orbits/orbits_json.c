@@ -16,14 +16,14 @@ static const char *const branch_fields[] = {"vary", "arm", "harmonic", "to", NUL
 enum { POINTS_USUAL = 300, SETTLE_MOST = 100000 };
 static const double pi = 3.14159265358979323846;
 
-/* limits: the smallest swing in rad that doubles can distinguish from rest, the largest swing, the
- * largest energy in J; the longest step, and the default steps of a branch and of one orbit */
+/* limits: smallest swing, rad, that doubles distinguish from rest; largest swing; largest energy,
+ * J; longest step; default steps of a branch and of one orbit */
 static const double amplitude_least = 1e-4, amplitude_most = 1000, energy_most = 1e300;
 static const double step_most = 1, step_usual = 0.1, step_alone = 0.3;
 
 static int present(const struct api_value *value) { return api_value_kind(value) != API_MISSING; }
 
-/* adds faults for fields that do not apply to orbits of such a pendulum */
+/* adds errors for fields that do not apply to orbits of such a pendulum */
 static void fault_others(const struct api_value *root, const char *const names[], const char *why,
                          struct api_problem *problem) {
     for (int i = 0; names[i]; i++) {
@@ -32,7 +32,7 @@ static void fault_others(const struct api_value *root, const char *const names[]
     }
 }
 
-/* ---- between two rests */
+/* ---- orbits between two states of rest */
 
 static void read_amplitude(struct api_orbits *asked, const struct api_value *root,
                            struct api_problem *problem) {
@@ -92,14 +92,14 @@ static void read_brake(struct api_orbits *asked, const struct api_value *root,
         api_value_usual(&branch);
 }
 
-/* ---- driven */
+/* ---- orbits of driven pendulums */
 
 static const enum pend_parameter_kind kinds[] = {[API_VARY_LENGTH] = PEND_PARAMETER_LENGTH,
                                                  [API_VARY_MASS] = PEND_PARAMETER_MASS,
                                                  [API_VARY_GRAVITY] = PEND_PARAMETER_GRAVITY,
                                                  [API_VARY_TERM] = PEND_PARAMETER_TERM};
 
-/* the varied number, except the frequency of the drive */
+/* reads the varied number, unless it is the frequency of the drive */
 static void read_varied(struct api_orbits *asked, const struct api_value *branch,
                         struct api_problem *problem) {
     struct api_value vary = api_value_member(branch, "vary");
@@ -133,7 +133,7 @@ static double value_from(const struct api_orbits *asked) {
     return by.kind == PEND_PARAMETER_TERM ? asked->tree.value[by.at] : asked->tree.loads.gravity;
 }
 
-/* the last value must be valid for the pendulum, and differ from the first one */
+/* adds an error if the last value is invalid for the pendulum or equals the first */
 static void check_end(const struct api_orbits *asked, const struct api_value *to,
                       struct api_problem *problem) {
     double from = value_from(asked), last = asked->problem.to;
@@ -218,7 +218,7 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     return PEND_OK;
 }
 
-/* the bifurcations at which to switch branches */
+/* reads the bifurcations at which to switch branches */
 static void read_switch(struct api_orbits *asked, const struct api_value *root,
                         struct api_problem *problem) {
     struct api_value list = api_value_member(root, "switch");
@@ -251,7 +251,7 @@ static void read_switch(struct api_orbits *asked, const struct api_value *root,
     asked->problem.switches = count;
 }
 
-/* the kind of rows of the answer */
+/* reads which rows the answer has */
 static void read_rows(struct api_orbits *asked, const struct api_value *root,
                       struct api_problem *problem) {
     static const char *const words[] = {"orbits", "bifurcations", NULL};

@@ -17,7 +17,7 @@ const char *api_orbits_end(enum pend_orbits_end end) {
     return ends[end];
 }
 
-/* the reason for which no other branch was found at a bifurcation */
+/* writes why no other branch was found at a bifurcation */
 static void told_apart(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     static const char *const whys[PEND_ORBITS_KINDS] = {
         [PEND_ORBITS_FOLD] =
@@ -30,7 +30,7 @@ static void told_apart(const struct pend_orbits *search, char text[API_WARNING_T
              whys[pend_orbits_orbit(search).kind]);
 }
 
-/* why the branch came back to the parameter value where it started */
+/* writes why the branch came back to the parameter value where it started */
 static void told_back(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     static const char *const others[PEND_ORBITS_KINDS] = {
         [PEND_ORBITS_BRANCH] = "orbits of another branch",
@@ -49,7 +49,7 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
                  "requested end");
 }
 
-/* the effect of equal branches on the orbits found */
+/* writes the effect of equal branches on the orbits found */
 static void told_twins(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     int twin[2], against, likes = pend_orbits_twins(search, twin, &against);
     size_t used = strlen(text);

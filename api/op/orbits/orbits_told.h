@@ -1,16 +1,16 @@
-/* The end of a search for orbits, in a word and in a sentence.
+/* How a search for orbits ended, as a word and as a sentence.
  * Leaves to others: the search (core/orbits), the answer (op_orbits).
- * Invariant: a sentence has no comma and no quote, like warnings. */
+ * Invariant: a sentence has no comma and no quote, as in warnings. */
 #pragma once
 
 #include "api/encode/encode.h"
 #include "core/orbits/orbits.h"
 
-/** Returns the word for an end. O(1). */
+/** Returns the word for an end of a search. O(1). */
 const char *api_orbits_end(enum pend_orbits_end end);
 
 /**
- * Writes the end of a finished search as a sentence.
+ * Writes a sentence on how a finished search ended.
  *
  * orbits  number of orbits found.
  */
