@@ -19,18 +19,18 @@
 #include "server/work/workers.h"
 
 enum {
-    DAEMON_FILES = 64 + 64, /* open files besides the connections and the sockets that linger */
-    DAEMON_END_MS = 5000    /* how long the last answers are seen off */
+    DAEMON_FILES = 64 + 64, /* open files besides those of connections and of lingering sockets */
+    DAEMON_END_MS = 5000    /* longest wait for the last answers to be sent */
 };
 
 struct srv_daemon {
     struct srv_service service;
     struct srv_watch *watch;
     struct srv_workers *workers;
-    struct srv_http *http, *probes; /* for all; for probes and metrics, or NULL */
+    struct srv_http *http, *probes; /* for all routes; for probes and metrics only, or NULL */
     double connections;             /* as configured; the system may allow fewer */
-    int64_t drained;                /* ns: since when it drains; 0 = it does not */
-    int probe_fd;                   /* -1 = none, or probes has it */
+    int64_t drained;                /* ns: start of the drain; 0 = not draining */
+    int probe_fd;                   /* -1 = none, or `probes` owns it */
     char url[SRV_URL_BYTES], probe_url[SRV_URL_BYTES];
     char lack[SRV_CONFIG_TEXT]; /* missing layers of the sandbox; "" = none */
 };
@@ -71,7 +71,7 @@ static int daemon_audit(struct srv_daemon *daemon, const struct srv_config *conf
     return 0;
 }
 
-/* the listener of probes and metrics, if there is to be one */
+/* starts the listener of probes and metrics, if one is configured */
 static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_error *error) {
     int fd = daemon->probe_fd;
     daemon->probe_fd = -1;

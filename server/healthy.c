@@ -14,7 +14,7 @@
 
 enum { HEALTHY_SECONDS = 2, HEALTHY_HOST = 256 };
 
-/* a socket of this family that is connected, or -1 with errno set; no step takes for ever */
+/* returns a connected socket of this family, or -1 with errno set; every step has a timeout */
 static int healthy_connect(int family, const struct sockaddr *address, socklen_t bytes) {
     const struct timeval patience = {.tv_sec = HEALTHY_SECONDS};
     int fd = socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -38,8 +38,7 @@ static int healthy_unix(const char *path) {
     return healthy_connect(AF_UNIX, (const struct sockaddr *)&address, sizeof address);
 }
 
-/* connects to what listens at HOST:PORT; every address (*, 0.0.0.0, [::]) has loopback among them
- */
+/* connects to the listener at HOST:PORT; a wildcard address (*, 0.0.0.0, [::]) includes loopback */
 static int healthy_internet(const char *address) {
     const struct addrinfo hints = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM};
     struct addrinfo *list;
@@ -53,7 +52,7 @@ static int healthy_internet(const char *address) {
     }
     snprintf(host, sizeof host, "%.*s", (int)(bytes - 2 * (size_t)bracketed), address + bracketed);
     int every = !host[0] || !strcmp(host, "*") || !strcmp(host, "0.0.0.0") || !strcmp(host, "::");
-    /* without a name the resolver means loopback, of both families */
+    /* without a name the resolver returns loopback, for both families */
     if (getaddrinfo(every ? NULL : host, colon + 1, &hints, &list)) {
         errno = EADDRNOTAVAIL;
         return -1;

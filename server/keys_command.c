@@ -35,7 +35,7 @@ static const char command_usage[] =
 struct command {
     const char *keys, *name, *role, *quota, *expires;
     char token[SRV_KEY_TOKEN]; /* out: a new key */
-    int changed;               /* out: keys */
+    int changed;               /* out: number of changed keys */
     int64_t now;
 };
 

@@ -33,16 +33,17 @@ struct main_ears {
 };
 
 #if defined(__x86_64__) && defined(__CET__)
-/* The C library's start objects have no landing marks for indirect branches, so the linker would
- * drop the note that all others have. The Makefile names these in their place. */
+/* The C library's start objects are not marked as compatible with indirect-branch tracking (IBT),
+ * so the linker would drop that mark from the program. The Makefile names these functions in their
+ * place. */
 void srv_main_entry(void);
 void srv_main_nothing(void);
 __attribute__((naked, used)) void srv_main_entry(void) { __asm__("jmp _start"); }
 __attribute__((used)) void srv_main_nothing(void) {}
 #endif
 
-/* every stream that is closed would be the next file that is opened: the listening socket, or
- * the store */
+/* opens /dev/null for each closed standard stream, whose number the next opened file, such as the
+ * listening socket or the store, would get otherwise */
 static int main_streams(void) {
     for (int fd = 0; fd <= STDERR_FILENO; fd++)
         if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd) return 0;
@@ -97,7 +98,7 @@ static int main_ends(const struct main_ears *ears, int number) {
     return ears->terminal && poll(&terminal, 1, 0) > 0 && terminal.revents & (POLLHUP | POLLERR);
 }
 
-/* reads all options again; those that are bad change nothing */
+/* reloads all options; invalid ones change nothing */
 static void main_reload(struct srv_daemon *daemon, int argc, char **argv) {
     struct pend_error error = {.text = ""};
     struct srv_config next;

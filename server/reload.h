@@ -1,13 +1,12 @@
-/* Options that change while the server runs: SIGHUP reads them again from the file, the
- * environment and the command line.
+/* Options that change while the server runs: SIGHUP reloads them from the file, the environment and
+ * the command line.
  * Leaves to others: reading them (config), signals (main).
- * Invariant: either all new values are in force or none is: an option that is wrong changes
- * nothing. */
+ * Invariant: either all new values take effect or none does: an invalid option changes nothing. */
 #pragma once
 
 #include "server/work/service.h"
 
-/** True for an option that may change without a restart, by its name. */
+/** Returns true for the name of an option that can change without a restart. */
 int srv_reload_may(const char *name);
 
 /** Opens the file of the request lines. Returns its descriptor; -1 for no lines; -2, with errno
@@ -18,8 +17,8 @@ int srv_reload_log(const struct srv_config *config);
 int srv_reload_audit(const struct srv_config *config);
 
 /**
- * Puts new options in force and names them in the log; options that need a restart are named too
- * and keep their values. The file of the log is opened again.
+ * Applies new options and names them in the log; options that need a restart are named too and keep
+ * their values. The log's file is reopened.
  *
  * next  loaded by srv_config_load.
  *

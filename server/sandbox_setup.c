@@ -23,7 +23,7 @@ static void sandbox_variable(struct srv_sandbox_files *files, enum srv_sandbox_u
     if (value && value[0]) srv_sandbox_add(files, use, value);
 }
 
-/* files that libpq reads: in the user's home, and those that its environment variables name */
+/* adds files that libpq reads: in the user's home, and those that its environment variables name */
 static void sandbox_database(struct srv_sandbox_files *files) {
     static const char *const own[] = {"/.pgpass", "/.pg_service.conf", "/.postgresql"};
     static const char *const names[] = {"PGPASSFILE", "PGSERVICEFILE", "PGSYSCONFDIR", "PGSSLCERT",
@@ -38,7 +38,7 @@ static void sandbox_database(struct srv_sandbox_files *files) {
     files->connects = 1;
 }
 
-/* the database, and SQLite's temporary files */
+/* adds the database, and SQLite's temporary files */
 static enum pend_status sandbox_store(struct srv_sandbox_files *files,
                                       const struct srv_config *config, struct pend_error *error) {
     char url[SRV_CONFIG_TEXT];
@@ -57,7 +57,7 @@ static enum pend_status sandbox_store(struct srv_sandbox_files *files,
     return PEND_OK;
 }
 
-/* all places that the options name, and files that the C library reads */
+/* adds all places that the options name, and files that the C library reads */
 static enum pend_status sandbox_places(struct srv_sandbox_files *files,
                                        const struct srv_config *config, struct pend_error *error) {
     static const char *const system[] = {"/etc", "/usr", "/lib", "/lib64", "/proc", "/sys", "/run"};

@@ -1,6 +1,6 @@
-/* Makes the parts of a service in the order in which they need each other, and frees them.
+/* Creates the parts of a service in the order of their dependencies, and frees them.
  * Leaves to others: threads and sockets (daemon).
- * Invariant: parts are freed in the reverse order, also after a failure on the way. */
+ * Invariant: parts are freed in the reverse order, also after a failure half-way. */
 #pragma once
 
 #include "server/work/service.h"
@@ -27,9 +27,9 @@ PEND_MUST_CHECK enum pend_status srv_service_setup_init(struct srv_service *serv
 PEND_MUST_CHECK enum pend_status srv_service_setup_jobs(struct srv_service *service,
                                                         struct pend_error *error);
 
-/** Ends what srv_service_setup_jobs started; after srv_part_runner_drain, when no thread asks
- * the storage any more. */
+/** Ends what srv_service_setup_jobs started; call it after srv_part_runner_drain, when no thread
+ * queries the storage any more. */
 void srv_service_setup_jobs_end(struct srv_service *service);
 
-/** Frees what srv_service_setup_init made. */
+/** Frees what srv_service_setup_init created. */
 void srv_service_setup_clear(struct srv_service *service);

@@ -8,7 +8,7 @@
 
 /* A wall clock reading as text, cached because most of the text stays the same for a second. */
 struct srv_stamp {
-    int64_t second; /* of the text; 0 at first */
+    int64_t second; /* the second that the text shows; 0 = none yet */
     char text[25];  /* 2026-01-31T09:30:00.125Z */
 };
 

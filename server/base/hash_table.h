@@ -1,7 +1,7 @@
 /* The server's one hash table: nodes inside the objects of a table, found by keys of any bytes.
  * Leaves to others: the objects and the memory of their keys, locks, the number of objects.
- * Invariant: a client that does not know the salt cannot choose keys that share a row; two nodes
- * of a table never have the same key. */
+ * Invariant: a client that does not know the salt cannot choose keys that share a row (a bucket);
+ * two nodes of a table never have the same key. */
 #pragma once
 
 #include <stddef.h>
@@ -11,31 +11,29 @@
 
 enum { SRV_HASH_ROWS = 4096 };
 
-/* An object's place in a table; `key` and `bytes` are set by the owner and stay as they are while
- * the node is in a table, the rest belongs to the table. */
+/* An object's node in a table. The owner sets `key` and `bytes`, and does not change them while the
+ * node is in a table; the other members belong to the table. */
 struct srv_hash_node {
     const void *key;
-    size_t bytes; /* of the key */
+    size_t bytes; /* length of the key */
     uint64_t hash;
-    struct srv_hash_node *next; /* of the same row */
+    struct srv_hash_node *next; /* next node in the same row */
 };
 
 struct srv_hash_table {
     uint64_t salt;
-    size_t count; /* nodes */
+    size_t count; /* number of nodes */
     struct srv_hash_node *row[SRV_HASH_ROWS];
 };
 
 /** Initializes an empty table; `salt` is a number that clients do not know. */
 void srv_hash_table_init(struct srv_hash_table *table, uint64_t salt);
 
-/**
- * Returns a hash of some bytes: eight bytes at a time are multiplied by the salt, and the product
- * of 128 bits is folded. O(bytes), about a nanosecond per eight bytes.
- */
+/** Returns a hash of some bytes: multiplies eight bytes at a time by the salt, and folds the
+ * 128-bit product. O(bytes), about a nanosecond per eight bytes. */
 uint64_t srv_hash_bytes(uint64_t salt, const void *key, size_t bytes);
 
-/** Returns the hash of a key in a table, which is srv_hash_bytes by the table's salt. Needs no
+/** Returns the hash of a key in a table, which is srv_hash_bytes with the table's salt. Needs no
  * lock. */
 uint64_t srv_hash_table_hash(const struct srv_hash_table *table, const void *key, size_t bytes);
 
@@ -49,5 +47,6 @@ void srv_hash_table_add(struct srv_hash_table *table, struct srv_hash_node *node
 /** Removes a node that is in the table. O(1). */
 void srv_hash_table_remove(struct srv_hash_table *table, struct srv_hash_node *node);
 
-/** Counts the nodes anew and checks that each is in the row of its key. O(rows and nodes). */
+/** Returns true if `count` is the number of nodes, and each node is in the row of its key. O(rows
+ * and nodes). */
 int srv_hash_table_valid(const struct srv_hash_table *table);

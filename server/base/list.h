@@ -1,4 +1,4 @@
-/* The server's one list: links inside the objects of a list, closed to a ring.
+/* The server's one list: links inside the objects of a list, closed to form a ring.
  * Leaves to others: the objects, locks.
  * Invariant: an object is in at most one list by each of its links; a link that is in no list is
  * {NULL, NULL}, and so is an empty list that was never used. */
@@ -14,7 +14,7 @@ struct srv_list {
     struct srv_list *next, *previous;
 };
 
-/* Visits the links of a list in their order; the list must not change during the loop. */
+/* Visits the links of a list in order; the list must not change during the loop. */
 #define SRV_LIST_EACH(link, list)                                                                  \
     for (struct srv_list *link = (list)->next; link && link != (list); link = link->next)
 
@@ -58,7 +58,7 @@ static inline struct srv_list *srv_list_take(struct srv_list *list) {
     return first;
 }
 
-/** Appends all links of one list to another, in their order; the first list is then empty. */
+/** Appends all links of one list to another, in order; `from` is then empty. */
 static inline void srv_list_move(struct srv_list *from, struct srv_list *to) {
     for (struct srv_list *link; (link = srv_list_take(from));) srv_list_append(to, link);
 }

@@ -18,33 +18,34 @@
 #include "server/base/condition.h"
 
 enum {
-    LOG_BYTES = 1 << 20, /* room for lines that are not yet written, each stream */
-    LOG_PIECE = 4096,    /* bytes a write: a writable pipe takes them without waiting (PIPE_BUF) */
-    LOG_FILE = 1 << 17,  /* bytes a write to a file, which never waits */
-    LOG_NAP_MS = 20,     /* lines of this long are written together */
-    LOG_PATIENCE_MS = 1000, /* how long the end of the log waits for a reader */
-    LOG_TEXT = 1024         /* bytes of one message */
+    LOG_BYTES = 1 << 20,    /* most bytes of lines that wait to be written, per stream */
+    LOG_PIECE = 4096,       /* bytes per write; a writable pipe accepts them without blocking
+                             * (PIPE_BUF) */
+    LOG_FILE = 1 << 17,     /* bytes per write to a file, which never blocks */
+    LOG_NAP_MS = 20,        /* lines that arrive within this time are written together */
+    LOG_PATIENCE_MS = 1000, /* longest wait for a reader when the log ends */
+    LOG_TEXT = 1024         /* most bytes of a message */
 };
 
 /* Lines wait in `filling`; the thread swaps it with `writing` and writes that without the lock. */
 struct log_stream {
-    atomic_int fd; /* the thread's to write to; -1 = lines are left out */
-    size_t piece;  /* bytes a write */
+    atomic_int fd; /* the descriptor to which the thread writes; -1 = lines are dropped */
+    size_t piece;  /* bytes per write */
     struct api_buffer filling, writing;
     long dropped;
-    int turning, turn; /* its lines are to go to the descriptor `turn` from now on */
+    int turning, turn; /* if `turning` is set, later lines go to the descriptor `turn` */
 };
 
 struct srv_log {
     pthread_mutex_t lock;
     pthread_cond_t wake;
     pthread_t thread;
-    int idle, stopping; /* idle: the thread waits for a first line */
+    int idle, stopping; /* idle: the thread waits for the first line */
     struct log_stream requests, audit, messages;
     struct srv_stamp stamp;
 };
 
-/* waits for the stream in short slices; at shutdown only briefly */
+/* waits, in short slices, until the stream is writable; at shutdown only briefly */
 static int log_writable(struct srv_log *log, int fd, int *patience) {
     for (;;) {
         int ready = poll(&(struct pollfd){.fd = fd, .events = POLLOUT}, 1, 100);
@@ -72,7 +73,7 @@ static void log_write(struct srv_log *log, struct log_stream *stream, int *patie
 }
 
 #ifndef NDEBUG
-/* the buffer has whole lines only; call with the lock held */
+/* the buffer contains whole lines only; called with the lock held */
 static int log_stream_valid(const struct log_stream *stream) {
     const struct api_buffer *lines = &stream->filling;
     return lines->bytes <= LOG_BYTES && stream->dropped >= 0 &&
@@ -80,7 +81,7 @@ static int log_stream_valid(const struct log_stream *stream) {
 }
 #endif
 
-/* takes the lines over for writing; called with the lock */
+/* swaps the buffers, so that the waiting lines can be written; called with the lock held */
 static void log_swap(struct log_stream *stream, const char *before, const char *after) {
     assert(!stream->writing.bytes && log_stream_valid(stream));
     struct api_buffer full = stream->filling;
@@ -111,7 +112,8 @@ static void log_stream_to(struct log_stream *stream, int fd) {
     if (old > STDERR_FILENO && old != fd) close(old);
 }
 
-/* with the lock, by the thread: lines that came before are written */
+/* completes a redirection after the earlier lines were written; called by the thread, with the lock
+ * held */
 static void log_turned(struct log_stream *stream) {
     if (!stream->turning || (stream->filling.bytes && atomic_load(&stream->fd) >= 0)) return;
     log_stream_to(stream, stream->turn);
@@ -127,7 +129,7 @@ static void *log_main(void *argument) {
         while (log_empty(log) && !log->stopping)
             srv_condition_wait(&log->wake, &log->lock, SRV_CONDITION_NEVER);
         log->idle = 0;
-        /* let some lines come together, unless a message is waiting */
+        /* let some lines gather, unless a message is waiting */
         int64_t until = srv_clock_now() + (int64_t)LOG_NAP_MS * 1000000;
         while (!log->stopping && !log->messages.filling.bytes &&
                srv_condition_wait(&log->wake, &log->lock, until))
@@ -182,7 +184,7 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
 void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd) {
     struct log_stream *stream = kind == SRV_LOG_AUDIT ? &log->audit : &log->requests;
     pthread_mutex_lock(&log->lock);
-    /* an earlier new file that was never used */
+    /* the file of an earlier redirection, which was never used */
     if (stream->turning && stream->turn > STDERR_FILENO) close(stream->turn);
     stream->turning = 1;
     stream->turn = fd;
@@ -207,7 +209,7 @@ void srv_log_free(struct srv_log **log) {
     free(gone);
 }
 
-/* bytes at the start of a text that JSON needs not escape */
+/* number of bytes at the start of a text that JSON need not escape */
 static size_t log_plain(const char *text) {
     size_t bytes = 0;
     while ((unsigned char)text[bytes] >= ' ' && (unsigned char)text[bytes] < 0x7f &&
@@ -233,8 +235,8 @@ static enum pend_status log_text(struct api_buffer *out, const char *key, const 
     return PEND_OK;
 }
 
-/* value / unit with the given number of decimals, at least 0; printf would take longer than the
- * rest of the line */
+/* appends value / unit with `decimals` >= 0 decimals; printf would take longer than the rest of the
+ * line */
 static enum pend_status log_number(struct api_buffer *out, const char *key, int64_t value,
                                    int decimals) {
     char digits[32], *at = digits + sizeof digits;
@@ -274,7 +276,7 @@ static enum pend_status log_line(struct srv_log *log, const struct srv_log_reque
     return api_buffer_text(out, "}\n");
 }
 
-/* ends the adding of a line, with the lock: a line that found no room is taken back and counted */
+/* completes a line, with the lock held: a line that did not fit is removed and counted */
 static void log_added(struct srv_log *log, struct log_stream *stream, size_t before,
                       enum pend_status status) {
     assert(before <= stream->filling.bytes);
@@ -313,7 +315,7 @@ static enum pend_status log_audit_line(struct srv_log *log,
 void srv_log_audit_entry(struct srv_log *log, const struct srv_log_audit_entry *entry) {
     pthread_mutex_lock(&log->lock);
     size_t before = log->audit.filling.bytes;
-    /* an entry that arrives during the change of files goes to the new one */
+    /* an entry that arrives during a redirection goes to the new file */
     if ((log->audit.turning ? log->audit.turn : atomic_load(&log->audit.fd)) >= 0)
         log_added(log, &log->audit, before, log_audit_line(log, entry));
     pthread_mutex_unlock(&log->lock);

@@ -11,37 +11,37 @@
 
 struct srv_log;
 
-/* One completed request. Texts may hold any bytes: they are escaped. */
+/* A completed request. Texts may contain any bytes: they are escaped. */
 struct srv_log_request {
     const char *id, *client, *method, *target;
-    const char *token;                 /* a short form of its digest; NULL without one */
+    const char *token;                 /* short form of the token's digest; NULL = no token */
     const char *agent, *trace, *cache; /* each may be NULL */
-    int status;                        /* HTTP status of the answer; 0 if none was begun */
+    int status;                        /* HTTP status of the answer; 0 if no answer was started */
     const char *outcome;               /* how it ended: "answered", "left", ... */
-    size_t bytes_in, bytes_out;        /* bodies */
+    size_t bytes_in, bytes_out;        /* sizes of the bodies */
     int64_t wait, compute,
         total;  /* ns: in the queue, with a worker, from the request line to the end */
-    long steps; /* of the computation */
+    long steps; /* steps of the computation */
 };
 
 /* An entry of the audit log. Texts may contain any bytes. */
 struct srv_log_audit_entry {
     const char *id;   /* id of the request; "" = none */
-    const char *who;  /* key, token, account, address; "operator" for who runs the process */
-    const char *role; /* "" without one */
-    const char *what; /* "DELETE /v1/jobs/{id}", "keys" */
-    const char *of;   /* the job's or scene's id, a number of keys; NULL = nothing of that kind */
+    const char *who;  /* key, token, account, address; "operator" runs the process */
+    const char *role; /* "" = none */
+    const char *what; /* the action: "DELETE /v1/jobs/{id}", "keys" */
+    const char *of;   /* its object: the id of a job or scene, or a number of keys; NULL = none */
     int status;       /* HTTP status; 0 = not a request */
     const char *outcome; /* "done", "refused" or "failed" */
 };
 
-/* The streams that may be turned to other files. */
+/* The streams that can be redirected to other files. */
 enum srv_log_kind { SRV_LOG_REQUESTS, SRV_LOG_AUDIT };
 
 /**
  * Starts a log and its thread.
  *
- * requests  file descriptor for the request lines, -1 to leave them out.
+ * requests  file descriptor for the request lines, -1 = none.
  * messages  file descriptor for the messages.
  *
  * The log takes ownership of both, and closes them when it is freed or redirected, except the
@@ -51,8 +51,8 @@ enum srv_log_kind { SRV_LOG_REQUESTS, SRV_LOG_AUDIT };
  */
 PEND_MUST_CHECK enum pend_status srv_log_new(struct srv_log **log, int requests, int messages);
 
-/** Writes the lines of one kind to another file descriptor from now on, -1 to leave them out. It is
- * taken as by srv_log_new. Audit entries are dropped until then. Any thread. */
+/** Redirects the lines of one kind to another file descriptor from now on; -1 drops them. The log
+ * takes ownership as in srv_log_new. Audit entries are dropped until the first call. Any thread. */
 void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd);
 
 /** Writes the remaining lines, waits at most about a second for a reader, and ends the thread. */

@@ -6,9 +6,11 @@
 
 enum {
     MEMORY_LOOK_MS = 100,
-    MEMORY_FREE = 24 << 20, /* bytes that may lie free */
-    MEMORY_LARGE = 4 << 20, /* bytes of a block that comes from the system, and goes back to it */
-    MEMORY_TRIM = 16 << 20  /* bytes at the end of the heap that go back at once */
+    MEMORY_FREE = 24 << 20, /* above so much free memory, some is returned to the system */
+    MEMORY_LARGE = 4 << 20, /* blocks above this size come from the system, and are returned to it
+                             * when freed */
+    MEMORY_TRIM = 16 << 20  /* free memory at the end of the heap above this size is returned at
+                             * once */
 };
 
 void srv_memory_settle(int threads) {

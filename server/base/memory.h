@@ -25,7 +25,7 @@ enum srv_memory_kind {
 };
 
 struct srv_memory {
-    atomic_llong all, kind[SRV_MEMORY_KINDS]; /* bytes */
+    atomic_llong all, kind[SRV_MEMORY_KINDS]; /* bytes in total, and by kind */
     atomic_llong allocated; /* allocated bytes at the last query of the allocator */
     atomic_llong looked;    /* ns: time of that query */
 };
@@ -44,16 +44,12 @@ static inline long long srv_memory_all(const struct srv_memory *memory) {
     return atomic_load(&memory->all);
 }
 
-/**
- * Sets the allocator up, once, before the first thread: few arenas, so that what one thread freed
- * serves another and address space is not taken for nothing; large blocks from the system, so that
- * they go back to it.
- */
+/** Configures the allocator; call it once, before the first thread starts. There are few arenas, so
+ * that memory freed by one thread serves another and no address space is wasted; large blocks come
+ * from the system, so that they are returned to it. */
 void srv_memory_settle(int threads);
 
-/**
- * Reads the allocator's figures, at most every tenth of a second, and returns free memory to the
- * system if there is much of it. Some ten microseconds; a millisecond if much is returned. Any
- * thread.
- */
+/** Reads the allocator's statistics, at most every tenth of a second, and returns free memory to
+ * the system if there is much of it. Takes about ten microseconds, or a millisecond if much is
+ * returned. Any thread. */
 void srv_memory_look(struct srv_memory *memory);

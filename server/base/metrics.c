@@ -75,7 +75,7 @@ static enum pend_status metrics_head(struct api_buffer *out, const char *name, c
     return api_buffer_format(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
 }
 
-/* Writes a row as far as its value; the first row of a name has HELP and TYPE before it. */
+/* Writes a row up to its value, preceded by HELP and TYPE if it is the first row of its name. */
 static enum pend_status metrics_row(struct api_buffer *out, const struct metrics_row *row,
                                     int first, const char *type) {
     if (first || strcmp(row->name, row[-1].name))

@@ -81,9 +81,9 @@
     X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")             \
     X(started, "process_start_time_seconds", "", "When the process began, in seconds since 1970")
 
-/* Histograms of seconds: field, stage; those of requests and those of jobs. */
+/* Histograms of durations: field, stage; those of requests, then those of jobs. */
 #define SRV_STAGES(X)                                                                              \
-    X(queue, "queue") /* from the whole request to a worker */                                     \
+    X(queue, "queue") /* from the complete request to a worker */                                  \
     X(compute, "compute")                                                                          \
     X(write, "write") /* from the answer's first byte to its last */                               \
     X(total, "total")
@@ -93,7 +93,8 @@
 
 enum {
     SRV_METRIC_BUCKETS = 19, /* the last is +Inf */
-    SRV_METRIC_ROUTES = 96,  /* the last is of unknown routes; the router asserts the number */
+    SRV_METRIC_ROUTES = 96,  /* number of routes; the last stands for unknown routes; the router
+                              * asserts the number */
     SRV_METRIC_STATUS = 600
 };
 
@@ -123,17 +124,17 @@ static inline void srv_metrics_count(atomic_ullong *counter, unsigned long long 
     atomic_fetch_add_explicit(counter, count, memory_order_relaxed);
 }
 
-/** Adds a duration to a histogram; 0 and less are ignored, because the stage was not reached. */
+/** Counts a request of a route by its HTTP status; 0 = no answer. Any thread. */
 void srv_metrics_request(struct srv_metrics *metrics, int route, int status);
 
-/** Returns the resident memory of the process in bytes; 0 if the system does not provide it. */
+/** Adds a duration to a histogram; 0 and less are ignored, because the stage was not reached. */
 void srv_metrics_time(struct srv_histogram *histogram, int64_t ns);
 
-/** Resident memory of the process, in bytes; 0 if unknown. */
+/** Returns the resident memory of the process in bytes; 0 if unknown. */
 double srv_metrics_resident(void);
 
 /**
- * Writes everything in Prometheus' text format (version 0.0.4).
+ * Writes all metrics in Prometheus' text format (version 0.0.4).
  *
  * label  the label of route i, as "POST /v1/trees"; NULL beyond the last.
  *

@@ -1,27 +1,29 @@
-/* Fair turns in three levels: roads (addresses, rooms) take turns, the lanes (clients) of a road
- * take turns, and a lane is first in, first out. The queue, the storage and class rooms use them.
+/* Fair scheduling on three levels: roads (addresses, rooms) take turns, the lanes (clients) of a
+ * road take turns, and a lane is first in, first out. The queue, the storage and class rooms use
+ * them.
  * Leaves to others: locks, the waiting objects, bounds.
  * Invariant: a road is linked while one of its lanes is, a lane while something waits in it. */
 #pragma once
 
 #include "server/base/list.h"
 
-enum { SRV_TURNS_ROW = 8 /* most turns in a row of one road */ };
+enum { SRV_TURNS_ROW = 8 /* most consecutive turns of a road */ };
 
 /* The roads that wait. Initialized as {0}. */
 struct srv_turns {
-    struct srv_list roads; /* the ring of roads that wait; the next one first */
+    struct srv_list roads; /* the ring of roads in which something waits; the next one first */
 };
 
 /* Initialized as {0}; its memory may be freed while nothing in it waits. */
 struct srv_turns_road {
-    struct srv_list link, lanes; /* among the roads; the ring of its lanes that wait */
-    int busy, turns; /* the number of these lanes; turns since the road became the first */
+    struct srv_list link, lanes; /* link in the ring of roads; the ring of its lanes in which
+                                  * something waits */
+    int busy, turns; /* number of these lanes; turns used since the road became the first */
 };
 
-/* As a road. It belongs to one road while something waits in it. */
+/* Initialized as {0}. It belongs to one road while something waits in it. */
 struct srv_turns_lane {
-    struct srv_list link, waiting; /* in the lanes of its road; the waiting links */
+    struct srv_list link, waiting; /* link among the lanes of its road; the waiting links */
 };
 
 /** Appends a link to its lane. */
@@ -35,7 +37,7 @@ void srv_turns_remove(struct srv_turns_road *road, struct srv_turns_lane *lane,
 /**
  * Returns the link whose turn it is, which still waits: the caller removes it. NULL if none waits.
  *
- * The roads take turns, each as many in a row as it has lanes that wait, at most SRV_TURNS_ROW; the
- * lanes of a road take turns; the first link of a lane is returned. O(1).
+ * The roads take turns; a road has as many consecutive turns as it has waiting lanes, at most
+ * SRV_TURNS_ROW. The lanes of a road take turns, and a lane is first in, first out. O(1).
  */
 struct srv_list *srv_turns_next(struct srv_turns *turns);

@@ -232,7 +232,7 @@ static enum pend_status event_write(const struct srv_class_item *item, struct ap
     const struct api_class_item told = {item->name, item->version, item->changed, item->body,
                                         item->bytes};
     PEND_TRY(api_buffer_format(text, "event: item\nid: %lld\ndata:", (long long)item->version));
-    /* a colon, after which no comma is written */
+    /* "data:" ends in a colon, after which no comma is written */
     PEND_TRY(api_class_item_write(&told, text));
     return api_buffer_text(text, "\n\n");
 }
@@ -344,7 +344,8 @@ static size_t page_gather(struct class_topic *look, enum class_level level) {
     return 0;
 }
 
-/* A backlog gets one page per query, and the pages that new changes leave. */
+/* Requests the pages of one query, new changes first. A backlog gets one page, and the pages that
+ * new changes leave. */
 static void pages_gather(struct class_topic *look) {
     size_t bytes = page_gather(look, CLASS_OLD);
     for (int level = CLASS_NEW; level < CLASS_LEVELS;) {
@@ -356,8 +357,7 @@ static void pages_gather(struct class_topic *look) {
 }
 
 /* Gives a listener the text of a page, or a copy if others need it too. Returns 0 if memory is
- * short.
- */
+ * short. */
 static int page_text(struct class_listener *at, struct class_page *page) {
     if (page->reader && page->text.bytes)
         return api_buffer_add(&at->page, page->text.data, page->text.bytes) == PEND_OK;

@@ -104,7 +104,7 @@ void srv_class_reports_room(struct srv_exchange *exchange) {
 
 /* The table, or the histogram of answers whose names begin with `name`. */
 struct reports_report {
-    struct srv_class_report report; /* first */
+    struct srv_class_report report; /* must be the first member */
     struct api_class_names names;
     struct api_class_tally tally;
     char name[SRV_CLASS_NAME];

@@ -11,7 +11,7 @@
 #include "server/store/store_class_pupils.h"
 #include "server/work/admission.h"
 
-/* Limits of wrong codes (burst, rate per second): from one address, from its /24 network (/48 of
+/* Limits for wrong codes (burst, rate per second): from one address, from its /24 network (/48 of
  * IPv6), and globally. Beyond the first limits the client has to wait; beyond the second ones only
  * rooms that know the address accept codes. There are 2^30 codes. */
 enum { REQUEST_ADDRESS, REQUEST_NETWORK, REQUEST_ALL, REQUEST_SOURCES };

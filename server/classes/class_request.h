@@ -68,18 +68,14 @@ int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, 
  * has no random numbers. */
 int srv_class_request_token(struct srv_store_request *asked);
 
-/**
- * Looks up the room to join before any code is counted, so that a correct code is accepted after
+/** Looks up the room to join before any code is counted, so that a correct code is accepted after
  * wrong ones. While wrong codes come faster than mistakes explain, the room must know the address:
  * it was created there, its teacher last wrote from there, or a pupil joined from there. A function
- * for srv_store_request; SRV_STORED_NONE if the room is not found or not accepted.
- */
+ * for srv_store_request; SRV_STORED_NONE if the room is not found or not accepted. */
 enum srv_stored srv_class_request_look(struct srv_store *store, struct srv_store_call *call);
 
-/**
- * Reads a room's code at the beginning of a path, up to the next slash, and capitalizes it. Returns
- * 0 if it is malformed.
- */
+/** Reads a room's code at the beginning of a path, up to the next slash, and capitalizes it.
+ * Returns 0 if it is malformed. */
 int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]);
 
 /** Generates a code. Returns 0 if the system has no random numbers. */
@@ -88,7 +84,7 @@ int srv_class_request_code(char code[SRV_CLASS_CODE]);
 /** Parses the body as `kind` into asked->body; a check function for srv_store_request_work. */
 int srv_class_request_check(struct srv_store_request *asked);
 
-/** True if the query must be repeated because of a conflicting write by another process. */
+/** Returns true if the query must be repeated because of a conflicting write by another process. */
 int srv_class_request_again(struct srv_store_request *asked, enum srv_stored stored);
 
 /** Returns the view of a room for the client: its teacher, a pupil, or an operator. */

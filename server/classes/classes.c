@@ -187,7 +187,7 @@ static void put_answer(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* Initializes what all writes share. */
+/* Initializes the fields that all writes share. */
 static struct srv_class_put *classes_put(struct srv_class_request *own) {
     own->put.code = own->code;
     own->put.who = own->who;

@@ -11,6 +11,7 @@ struct srv_nickname_row {
 };
 
 extern const struct srv_nickname_row srv_nickname_rows[];
-extern const unsigned srv_nickname_marks[][2]; /* first and last of combining characters */
+extern const unsigned srv_nickname_marks[][2]; /* first and last character of each range of
+                                                * combining marks */
 extern const char srv_nickname_text[];
 extern const size_t srv_nickname_row_count, srv_nickname_mark_count;

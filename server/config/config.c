@@ -209,7 +209,8 @@ static const struct srv_option config_table[] = {
 
 enum { CONFIG_OWN = sizeof config_table / sizeof *config_table };
 
-/* the row of a limit, made from its line in api/base/limits.h; offset is its number there */
+/* makes the row of a limit from its line in api/base/limits.h; `offset` is the limit's number
+ * there */
 static struct srv_option config_limit(const struct api_limit_row *limit, int i) {
     int bytes = !strcmp(limit->unit, "bytes"), seconds = !strcmp(limit->unit, "s");
     struct srv_option row = {.name = limit->name,

@@ -14,12 +14,12 @@ enum srv_config_task { SRV_CONFIG_SERVE, SRV_CONFIG_HELP, SRV_CONFIG_TABLE, SRV_
 
 struct srv_config {
     enum srv_config_task task;
-    char warning[SRV_CONFIG_TEXT]; /* something odd that is no error, for the log; "" = nothing */
+    char warning[SRV_CONFIG_TEXT]; /* an odd setting that is not an error, for the log; "" = none */
     char listen[SRV_CONFIG_TEXT], file[SRV_CONFIG_TEXT];
     char role[SRV_CONFIG_TEXT], store[SRV_CONFIG_TEXT];
-    double workers; /* 0 = one a processor */
+    double workers; /* 0 = one per processor */
     double connections, client_connections, queue, client_queue;
-    double held_bytes, client_held_bytes; /* of a client 0 = a share, see hold */
+    double held_bytes, client_held_bytes; /* client_held_bytes: 0 = a share, see hold */
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
     char log[SRV_CONFIG_TEXT], audit_log[SRV_CONFIG_TEXT], log_client[SRV_CONFIG_TEXT];
@@ -29,10 +29,10 @@ struct srv_config {
     char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none", as these: */
     char keys[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
-    char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none", or instants */
+    char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none" or instants */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
         drain_idle_seconds;
-    double least_rate; /* bytes/s */
+    double least_rate; /* bytes/s, least rate of a client */
     double sandbox;    /* 0, 1 or SRV_CONFIG_AUTO: as far as the kernel supports it */
     double allow_root; /* 1 = root may run it */
     double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 unless its lines go to a terminal */
@@ -58,8 +58,8 @@ struct api_limits srv_config_job_limits(const struct srv_config *config);
 enum srv_option_kind {
     SRV_OPTION_FLAG,    /* no value: selects a task */
     SRV_OPTION_LISTEN,  /* HOST:PORT or unix:PATH */
-    SRV_OPTION_FILE,    /* the options' file, which no such file may name */
-    SRV_OPTION_TEXT,    /* anything */
+    SRV_OPTION_FILE,    /* a file of options, which cannot itself name another */
+    SRV_OPTION_TEXT,    /* any text */
     SRV_OPTION_WHOLE,   /* a whole number */
     SRV_OPTION_BYTES,   /* an integer, with an optional suffix K, M or G */
     SRV_OPTION_SECONDS, /* a number */
@@ -79,8 +79,8 @@ struct srv_option {
     char start[32];      /* the default as one would write it */
     const char *meaning; /* one or two sentences without a capital and a full stop */
     enum srv_option_kind kind;
-    size_t offset;      /* of the value: in struct srv_config, or the number of a limit */
-    double least, most; /* of a number */
+    size_t offset;      /* of the value in struct srv_config, or the number of a limit */
+    double least, most; /* bounds of a number */
 };
 
 /** Copies row i of the table, the server's own options first, then api/base/limits.h; returns false
@@ -99,7 +99,7 @@ int srv_config_find(const char *name, size_t bytes, int *i, struct srv_option *r
  */
 void *srv_config_value(struct srv_config *config, int i, size_t *bytes);
 
-/** Copies the value of option i of the table from another config. */
+/** Returns true if option i of the table has the same value in two configs. */
 int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i);
 
 /** Gives option i of the table the value that it has in another config. */

@@ -16,8 +16,7 @@ enum {
 };
 
 /* The place of a value, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3:
- * workers".
- */
+ * workers". */
 struct load_place {
     char text[SRV_CONFIG_TEXT + 64];
 };
@@ -80,8 +79,8 @@ static int load_listen_good(const char *value) {
     return !memchr(value, ':', (size_t)(colon - value));
 }
 
-/* *, none, or origins with commas between: only what an origin has, since it becomes part of a
- * header */
+/* *, none, or origins separated by commas; only characters of an origin are valid, since the list
+ * becomes part of a header */
 static int load_frames_good(const char *list) {
     static const char host[] = "abcdefghijklmnopqrstuvwxyz0123456789-.:*[]";
     if (strlen(list) >= SRV_CONFIG_TEXT) return 0;
@@ -311,7 +310,7 @@ static enum pend_status load_arguments(struct srv_config *config, int argc, char
         struct load_place place;
         struct srv_option row;
         int i;
-        /* as every program has them */
+        /* the short options that every program has */
         if (!strcmp(argv[a], "-h") || !strcmp(argv[a], "-V")) {
             config->task = argv[a][1] == 'h' ? SRV_CONFIG_HELP : SRV_CONFIG_VERSION;
             continue;
@@ -374,7 +373,7 @@ static enum pend_status load_store_file(struct srv_config *config, struct pend_e
 enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[],
                                  char *const environment[], struct pend_error *error) {
     PEND_TRY(load_defaults(config));
-    /* the file comes before the others, but they name it */
+    /* the file has the lowest priority, but the other places name it */
     PEND_TRY(load_environment(config, environment, 1, error));
     PEND_TRY(load_arguments(config, argc, argv, 1, error));
     if (config->task != SRV_CONFIG_SERVE) return PEND_OK;

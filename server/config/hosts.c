@@ -85,7 +85,7 @@ const char *srv_hosts_mean(const char *list, const char *listen, int proxied) {
     return !proxied && srv_hosts_allow(hosts_loopback, listen) && bytes ? hosts_loopback : "*";
 }
 
-/* is a name an address of 127.0.0.0/8, all of it written out? */
+/* whether a name is an address of 127.0.0.0/8 in full notation */
 static int hosts_of_loopback(const struct hosts_part *host) {
     char text[16];
     struct in_addr address;

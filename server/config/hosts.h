@@ -1,16 +1,14 @@
 /* The host names that a server answers to. This prevents DNS rebinding: a foreign web page can make
  * its own name resolve to this server's address, and would then share the server's origin. Leaves
  * to others: answering 421 (router). Invariant: a server on loopback answers only to this machine's
- * names, unless its options allow more.
- */
+ * names, unless its options allow more. */
 #pragma once
 
 /**
- * True for a list of hosts that can be one.
+ * Returns true if a list of hosts is well-formed.
  *
- * list  "*" = any; "auto"; or hosts like "pendulum.example.org, *.example.org, 192.0.2.1, [::1],
- *       localhost:8080": a
- * host without a port is good with any.
+ * list  "*" = any host; "auto"; or hosts like "pendulum.example.org, *.example.org, 192.0.2.1,
+ *       [::1], localhost:8080". A host without a port matches any port.
  */
 int srv_hosts_good(const char *list);
 
@@ -22,19 +20,20 @@ int srv_hosts_good(const char *list);
  * proxied  non-zero if it trusts a proxy, which forwards the host name of its own request.
  *
  * Returns the list; for "auto" the names of loopback if the server listens there without a proxy,
- * else
- * "*".
+ * else "*".
  */
 const char *srv_hosts_mean(const char *list, const char *listen, int proxied);
 
 /**
- * True if a server answers to a host.
+ * Returns true if the server accepts a host.
  *
  * list  as srv_hosts_mean returns it.
- * host  value of Host: "example.org:8080", in any case, with or without a trailing dot; NULL or ""
- * = absent, as in HTTP/1.0, which no browser uses.
+ * host  value of Host: "example.org:8080", in any case, with or without a trailing dot. NULL or ""
+ *       =
+ *       absent, as in HTTP/1.0, which no browser uses; it is accepted.
  */
 int srv_hosts_allow(const char *list, const char *host);
 
-/** True for a host that is a numeric address, with or without a port, and so was not resolved. */
+/** Returns true for a host that is a numeric address, with or without a port, and so was not
+ * resolved. */
 int srv_hosts_numeric(const char *host);

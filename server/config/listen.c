@@ -14,7 +14,7 @@
 
 enum { LISTEN_HOST = 256 };
 
-/* an address taken apart */
+/* a parsed address */
 struct listen_address {
     char host[LISTEN_HOST]; /* "" for every address */
     const char *port;
@@ -35,7 +35,7 @@ static enum pend_status listen_split(const char *address, struct listen_address 
     return PEND_OK;
 }
 
-/* a bound and listening socket, or -1 with errno set */
+/* returns a bound and listening socket, or -1 with errno set */
 static int listen_try(const struct addrinfo *info) {
     int on = 1, off = 0;
     int fd = socket(info->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -50,7 +50,7 @@ static int listen_try(const struct addrinfo *info) {
     return -1;
 }
 
-/* the address that the socket has: the host as given, the port as bound */
+/* writes the socket's address as a URL: the host as given, the port as bound */
 static void listen_url(int fd, const char *host, char url[SRV_URL_BYTES]) {
     struct sockaddr_storage bound = {0};
     socklen_t bytes = sizeof bound;
@@ -63,7 +63,7 @@ static void listen_url(int fd, const char *host, char url[SRV_URL_BYTES]) {
              port);
 }
 
-/* every address: IPv6, which serves IPv4 too, before IPv4 */
+/* listens on every address: IPv6, which serves IPv4 too, or else IPv4 */
 static int listen_every(const struct addrinfo *list) {
     for (int family = AF_INET6, turn = 0; turn < 2; family = AF_INET, turn++) {
         for (const struct addrinfo *info = list; info; info = info->ai_next) {
@@ -85,7 +85,7 @@ static int listen_stale(const struct sockaddr_un *address) {
     return refused;
 }
 
-/* a socket with a path, which this user and its group may connect to; -1 with errno set */
+/* returns a socket at a path, which this user and its group may connect to; -1 with errno set */
 static int listen_unix(const char *path) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= sizeof address.sun_path) {
@@ -140,7 +140,7 @@ int srv_listen_settle(int fd) {
     int domain = 0;
     socklen_t bytes = sizeof domain;
     assert(fd >= 0);
-    /* who connects by a path waits in the queue of the socket, and nothing of it can be kept out */
+    /* clients of a Unix socket wait in its queue, and no filter can keep them out */
     if (getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &domain, &bytes) || domain == AF_UNIX) return 0;
     /* byte 13 of the TCP header holds the flags: SYN (2) without ACK (16) is dropped, all else
      * is kept */

@@ -115,7 +115,7 @@ void srv_assets_index(struct srv_exchange *exchange) {
         assets_document(exchange, "index.html", assets_policy(exchange, embeds ? list : NULL));
 }
 
-/* Answers with the JSON that was written, or with its problem, which is cleared. */
+/* Answers with the JSON that was written, or with its problem; frees the problem. */
 static void assets_made(struct srv_exchange *exchange, enum pend_status status,
                         struct api_problem *problem) {
     if (status == PEND_INVALID)

@@ -15,7 +15,7 @@ struct srv_asset {
     const char *etag;
     const char *plain;
     size_t plain_bytes;
-    const char *packed; /* gzipped; NULL if that is not shorter */
+    const char *packed; /* gzip-compressed; NULL if that is not shorter */
     size_t packed_bytes;
 };
 

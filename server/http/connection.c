@@ -45,13 +45,14 @@ struct connection {
     enum connection_state state;
     long done;                 /* the number of requests that have ended */
     enum srv_surplus surplus;  /* the limit that the connection exceeds */
-    struct srv_client *client; /* of its address; NULL for a trusted proxy, or without memory */
+    struct srv_client *client; /* client record of its address; NULL for a trusted proxy, or if
+                                * memory is short */
     struct srv_hold hold;
     int refused; /* the request was answered after its head, while the body is still read */
     int64_t body_began;
     struct srv_response_stream stream;
-    int64_t paused, pauses; /* ns: start of the current pause, and total time of pauses, in which
-                               there was nothing to send */
+    int64_t paused, pauses; /* ns: start of the current pause, and total time of pauses, during
+                             * which there was nothing to send */
 };
 
 static struct connection *connection_of_watched(struct srv_watched *watched) {
@@ -182,7 +183,7 @@ static int connection_check_head(struct connection *connection, const char *meth
     return srv_router_head(exchange);
 }
 
-/* Sets the deadline of the body from what has arrived of it. */
+/* Sets the deadline of the body, which depends on the bytes received. */
 static void connection_body_deadline(struct connection *connection) {
     double seconds =
         connection_patience(connection, srv_service_config(connection->all->service)->body_seconds,
@@ -393,8 +394,8 @@ enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *addre
     return MHD_NO;
 }
 
-/* Counts a new connection, for which a silent one may be closed; notes the limit that it
- * exceeds. */
+/* Counts a new connection; above a limit, a silent connection is closed for it, or the limit is
+ * noted. */
 static void connection_count(struct connection *connection, int connections) {
     struct srv_service *service = connection->all->service;
     connection->client = srv_connection_share_client(service, connection->exchange.peer);

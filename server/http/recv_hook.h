@@ -20,10 +20,10 @@ struct srv_recv_hooks {
     int fds; /* capacity of by_fd */
 };
 
-/** Prepares it, without connections. */
+/** Initializes the hooks, without connections. */
 void srv_recv_hooks_init(struct srv_recv_hooks *hooks);
 
-/** Frees it; no connection may be left. */
+/** Frees the hooks; no connection may be left. */
 void srv_recv_hooks_clear(struct srv_recv_hooks *hooks);
 
 /** Makes the calling thread read through these hooks. */

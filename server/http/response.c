@@ -16,7 +16,7 @@
 
 enum {
     RESPONSE_BLOCK =
-        65536, /* bytes of a stream that libmicrohttpd asks for at once if the length is known */
+        65536, /* bytes of a stream of known length that libmicrohttpd requests at a time */
     RESPONSE_HEAD = 1536 /* space in bytes for a head that is sent without libmicrohttpd */
 };
 

@@ -1,8 +1,8 @@
 /* The table of routes, and the stages that every request passes in order.
  * Leaves to others: computing (compute), the syntax of heads (request_head), authentication
  * (admission).
- * Invariant: a path of the table is answered for every method: the route, HEAD as GET, OPTIONS,
- * or 405 with Allow. */
+ * Invariant: every method of a path in the table has an answer: that of the route, of GET for HEAD,
+ * of OPTIONS, or 405 with Allow. */
 #pragma once
 
 #include "api/op/op.h"

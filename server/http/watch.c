@@ -19,8 +19,8 @@ enum {
     WATCH_SLOW_MS = 250,  /* the period in ms if only deadlines matter */
     WATCH_AFTERGLOW = 40, /* short periods after the last waiting connection, so that short requests
                            * need not wake the thread */
-    WATCH_SIGHTS = 2 /* periods that a client has after it shut its side, because it may still want
-                      * its response */
+    WATCH_SIGHTS = 2 /* periods for which a client is kept after it has shut down its side, because
+                      * it may still want its response */
 };
 
 static const char watch_head[] =
@@ -142,7 +142,7 @@ static void watch_linger_round(struct srv_watch *watch) {
     assert(srv_watch_valid(watch));
 }
 
-/* The ms that the thread may sleep; 0 = until it is woken. */
+/* Returns the time, in ms, that the thread may sleep; 0 = until it is woken. */
 static int watch_pause(struct srv_watch *watch) {
     if (watch->waiting || watch->lingerers) watch->glow = WATCH_AFTERGLOW;
     if (watch->glow-- > 0) return SRV_WATCH_TICK_MS;

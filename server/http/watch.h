@@ -82,10 +82,8 @@ void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched);
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
                      enum srv_watch_phase phase, int64_t deadline);
 
-/**
- * Closes a connection that has not sent a byte, to make room for a new one: the oldest one of the
- * address with the most connections. Returns 0 if there is none. O(connections).
- */
+/** Closes a connection that has not sent a byte, to make room for a new one: the oldest one of the
+ * address with the most connections. Returns 0 if there is none. O(connections). */
 int srv_watch_crowd_out(struct srv_watch *watch);
 
 /** Sets the key of a request. Once it is invalid, the connection is closed within half a second,

@@ -13,7 +13,7 @@
 static const struct srv_store_request_words erasure_words = {
     "clients", "repeat the request to erase the rest"};
 
-/* Erases a batch of the stored data of client `before`; count is 0 once nothing is left. */
+/* Erases a batch of the stored data of asked->client; `count` becomes 0 once nothing is left. */
 static enum srv_stored erasure_piece(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     int most = asked->piece;

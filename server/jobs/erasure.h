@@ -8,9 +8,7 @@
 
 #include "server/work/exchange.h"
 
-/**
- * DELETE /v1/clients/{name}: "me" for the client itself (identified by key, token or account);
+/** DELETE /v1/clients/{name}: "me" for the client itself (identified by key, token or account);
  * key:NAME, account:NAME or address:ADDRESS for an operator. 204; 401 or 403 for others; 404 for
- * any other name.
- */
+ * any other name. */
 void srv_erasure(struct srv_exchange *exchange);

@@ -118,6 +118,8 @@ static void listener_answer(struct srv_events *events, struct srv_listener *list
 
 /* --- public functions --- */
 
+/* Returns one share of the limit, at least 1. */
+
 /* One share of the limit, at least 1. */
 static int events_part(int most, int share) { return most / share > 0 ? most / share : 1; }
 

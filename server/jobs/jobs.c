@@ -122,7 +122,7 @@ int srv_jobs_title(const char *text, size_t bytes, char title[SRV_TITLE_BYTES]) 
 
 /* --- submitting --- */
 
-/* 130 random bits, because anyone with the id can read the job. */
+/* Generates an id of 130 random bits, because anyone with the id can read the job. */
 static int jobs_make_id(char id[SRV_ID_BYTES]) {
     unsigned char bits[SRV_ID_BYTES - 1];
     if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) return 0;

@@ -8,7 +8,8 @@
 #include "server/base/clock.h"
 
 enum {
-    CLAIM_BUSY = 16, /* after a full claim the next waits 1/16 of its time for each other worker */
+    CLAIM_BUSY = 16, /* after a full claim, the next one waits 1/16 of its duration per other
+                      * worker */
     CLAIM_POLL_MS = 1000,
     CLAIM_ASIDE_MS = 10000, /* longest wait of a part set aside for an idle worker */
     CLAIM_NEWS_US = 8000,   /* longest random wait per other worker, after a notification */
@@ -43,9 +44,10 @@ static void claim_spread(struct srv_part_claim *claim, long workers, int64_t eac
     claim->at = now + (int64_t)((claim->random >> 32) * most >> 32);
 }
 
-/* Rests after a claim of small parts: for long if it found few; as if there were one other worker
- * if it got half, since few workers that claim much cost the database less than many that claim
- * little; and if it got all, the longer the longer the database took. */
+/* Delays the next claim after one of small parts. If few parts were found, the delay is long; but
+ * if at least half were found, it is that for one other worker, since few workers that claim much
+ * cost the database less than many that claim little. After a full claim the delay is proportional
+ * to the duration of the query. */
 static void claim_rest(struct srv_part_claim *claim, int count, long workers, int64_t now) {
     int few = count < claim->asked.most, half = few && 2 * count >= claim->asked.most;
     claim_spread(claim, half && workers > 2 ? 2 : workers,

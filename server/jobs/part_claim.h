@@ -19,18 +19,18 @@ struct srv_part_claim {
     uint64_t random;  /* random state for the waits before claims */
 };
 
-/** Prepares the claims of a process. lease_us: the duration of its leases. */
+/** Initializes the claims of a process. lease_us: duration of its leases, us. */
 void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us);
 
-/** Claims parts; a call of the store, on one of its threads. */
+/** Claims parts; called on a storage thread. */
 enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_store *store);
 
 /**
- * Takes the answer to a claim.
+ * Processes the result of a claim.
  *
  * workers  processes that compute on this store, 0 = unknown.
  *
- * Returns the number of leases, which are the caller's.
+ * Returns the number of leases, which the caller then owns.
  */
 int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, long workers,
                         int64_t now);
@@ -39,12 +39,12 @@ int srv_part_claim_take(struct srv_part_claim *claim, enum srv_stored stored, lo
 void srv_part_claim_hear(struct srv_part_claim *claim, long workers, int64_t now);
 
 /**
- * Whether a claim is due; the store is then to be asked for `claim->asked`.
+ * Returns true if a claim is due; the caller then queries the store with `claim->asked`.
  *
- * room   parts that may be claimed.
- * holds  the process holds parts.
+ * room   number of parts that may be claimed.
+ * holds  non-zero if the process holds parts.
  */
 int srv_part_claim_due(struct srv_part_claim *claim, int room, int holds, int64_t now);
 
-/** ns: time of the next claim if no notification arrives. */
+/** Returns the time of the next claim, ns, if no notification arrives. */
 int64_t srv_part_claim_next(const struct srv_part_claim *claim, int64_t now);

@@ -38,7 +38,7 @@ void srv_part_run_init(struct srv_part_run *run, struct srv_service *service);
 /** Frees the memory of a run. */
 void srv_part_run_clear(struct srv_part_run *run);
 
-/** True when the fields of a run agree with each other; for assertions. O(1). */
+/** Returns true if the fields of a run are consistent; for assertions. O(1). */
 int srv_part_run_valid(const struct srv_part_run *run);
 
 /** Frees the cached request; the owner then sets the request of another job. */

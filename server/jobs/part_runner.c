@@ -74,7 +74,7 @@ int srv_part_runner_valid(const struct srv_part_runner *runner) {
 
 /* --- transitions between states --- */
 
-/* the method QUERY must not change anything */
+/* Makes a slot idle, and wakes the thread. The caller holds the lock. */
 static void slot_end(struct srv_part_slot *slot) {
     srv_part_slot_drop(slot);
     slot->runner->claim.wanted = 1;

@@ -11,9 +11,9 @@
 struct srv_part_runner;
 
 /**
- * Makes a runner, without its thread.
+ * Creates a runner without its thread.
  *
- * service  outlives it.
+ * service  must outlive it.
  * parts    number of parts that are held at a time, not counting small ones; 0 = this process
  *          computes no jobs.
  *
@@ -22,17 +22,19 @@ struct srv_part_runner;
 PEND_MUST_CHECK enum pend_status srv_part_runner_new(struct srv_part_runner **runner,
                                                      struct srv_service *service, int parts);
 
-/** Starts it, once service->storage is there. PEND_NO_MEMORY when its thread cannot be had. */
+/** Starts the runner's thread; service->storage must exist. PEND_NO_MEMORY if the thread cannot be
+ * created. */
 PEND_MUST_CHECK enum pend_status srv_part_runner_start(struct srv_part_runner *runner);
 
 /** Frees a runner that was not started, or has drained. */
 void srv_part_runner_free(struct srv_part_runner **runner);
 
-/** True when a runner's counts are within their bounds; for assertions, under its lock. O(1). */
+/** Returns true if a runner's counts are within their bounds; for assertions, under its lock.
+ * O(1). */
 int srv_part_runner_valid(const struct srv_part_runner *runner);
 
-/** Says that there may be parts to claim or jobs that have ended, in any process. Any thread; the
- * storage calls it. rings: bits of SRV_RING_. */
+/** Notifies the runner that there may be parts to claim or jobs that have ended, in any process.
+ * Any thread; called by the storage. rings: bits of SRV_RING_. */
 void srv_part_runner_news(struct srv_part_runner *runner, int rings);
 
 /** Stops the parts of a job that was dismissed in this process, each at its next turn. Any thread.
@@ -44,9 +46,9 @@ void srv_part_runner_dismiss(struct srv_part_runner *runner, const char *job);
 double srv_part_runner_idle(struct srv_part_runner *runner);
 
 /**
- * Stops claiming and gives back the parts that are held, each at its next turn. To be called again
- * every few milliseconds.
+ * Stops claiming, and returns the held parts to the store, each at its next turn. To be called
+ * again every few milliseconds.
  *
- * Returns 1 when no part is held, or the store is out of reach: then the leases run out.
+ * Returns 1 once no part is held, or if the store is unreachable: then the leases expire.
  */
 int srv_part_runner_drain(struct srv_part_runner *runner);

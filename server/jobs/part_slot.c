@@ -46,7 +46,8 @@ static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_cal
     return srv_store_extend(store, &slot->beaten, slot->lease_us);
 }
 
-/* whether the job of the part has ended elsewhere; a job that cannot be read counts as running */
+/* checks whether the job of the part has ended elsewhere; a job that cannot be read counts as
+ * running */
 static enum srv_stored slot_look(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, beat.call);
     struct srv_job job = {.state = SRV_JOB_DISMISSED};

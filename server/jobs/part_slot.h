@@ -1,8 +1,8 @@
-/* A slot for one part of a job that this process holds under a lease, and the questions to the
- * store about it.
- * Leaves to others: when to ask, and what follows from an answer (part_runner), computing
+/* A slot for one part of a job that this process holds under a lease, and the queries to the store
+ * about it.
+ * Leaves to others: when to query, and what follows from a result (part_runner), computing
  * (part_run).
- * Invariant: at most one question is under way, and at most one beat, which extends the lease. */
+ * Invariant: at most one query is in progress, and at most one beat, which renews the lease. */
 #pragma once
 
 #include "server/jobs/part_run.h"
@@ -17,7 +17,7 @@ enum srv_part_slot_state {
     SRV_PART_SLOT_DONE,    /* has a result, and waits a moment for those of other small parts */
     SRV_PART_SLOT_FINISH,  /* stores the result */
     SRV_PART_SLOT_FAIL,    /* ends the job in the store as failed */
-    SRV_PART_SLOT_RETRY    /* will ask again */
+    SRV_PART_SLOT_RETRY    /* will repeat its query */
 };
 
 struct srv_part_slot {
@@ -43,10 +43,10 @@ struct srv_part_slot {
 };
 
 /**
- * Prepares an idle slot.
+ * Initializes an idle slot.
  *
  * slot           its service, runner, holder, lease_us and task are set, all else is zero.
- * asked, beaten  called on a thread of the storage when a question, or a beat, is answered.
+ * asked, beaten  called on a storage thread with the result of a query, or of a beat.
  */
 void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
                         void (*beaten)(struct srv_ask *beat));
@@ -59,21 +59,22 @@ struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask);
 /** The slot that sent a renewal of its lease. */
 struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat);
 
-/** True when the fields of a slot agree with its state; for assertions, under the runner's lock.
- * O(1). */
+/** Returns true if the fields of a slot agree with its state; for assertions, under the runner's
+ * lock. O(1). */
 int srv_part_slot_valid(const struct srv_part_slot *slot);
 
-/** True if the slot holds a part. Called under the runner's lock, as all functions below. */
+/** Returns true if the slot holds a part. Called under the runner's lock, as all functions
+ * below. */
 int srv_part_slot_holds(const struct srv_part_slot *slot);
 
 /** Sends the query of a state: REQUEST, FINISH or FAIL. */
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state);
 
-/** Asks the store to extend the lease or, with `look`, only whether the job has ended: then the
- * answer is SRV_STORED_LOST. */
+/** Asks the store to renew the lease or, with `look`, only whether the job has ended: the result is
+ * then SRV_STORED_LOST. */
 void srv_part_slot_beat(struct srv_part_slot *slot, int look);
 
-/** True if the slot still holds the part whose lease was renewed. */
+/** Returns true if the slot still holds the part whose lease was renewed. */
 int srv_part_slot_beats(const struct srv_part_slot *slot);
 
 /** Makes the slot idle; the part is no longer held. */

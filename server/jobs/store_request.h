@@ -108,5 +108,5 @@ void srv_store_request_leave(struct srv_store_request *asked);
 /* The characters of an id. */
 extern const char srv_store_request_letters[];
 
-/** True for a well-formed id. */
+/** Returns true for a well-formed id. */
 int srv_store_request_id_good(const char *id);

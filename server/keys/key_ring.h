@@ -39,10 +39,8 @@ PEND_MUST_CHECK enum pend_status srv_key_ring_new(struct srv_key_ring **ring, co
 /** Frees a ring and clears the pointer; no thread may use it any more. NULL is accepted. */
 void srv_key_ring_free(struct srv_key_ring **ring);
 
-/**
- * Reloads the file if it has changed, and logs that. An invalid file is logged once and changes
- * nothing. One thread at a time; may wait for the disk.
- */
+/** Reloads the file if it has changed, and logs that. An invalid file is logged once and changes
+ * nothing. One thread at a time; may wait for the disk. */
 void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log);
 
 /**
@@ -56,8 +54,8 @@ void srv_key_ring_look(struct srv_key_ring *ring, struct srv_log *log);
  */
 struct srv_key_found srv_key_ring_find(struct srv_key_ring *ring, const char *token, int64_t now);
 
-/** True while the key with this digest is valid. Cost as srv_key_ring_find. */
+/** Returns true while the key with this digest is valid. Cost as srv_key_ring_find. */
 int srv_key_ring_holds(struct srv_key_ring *ring, const char digest[API_DIGEST_BYTES], int64_t now);
 
-/** The limits of a role. Any thread. */
+/** Returns the limits of a role. Any thread. */
 struct srv_limits srv_key_ring_role(struct srv_key_ring *ring, enum srv_role role);

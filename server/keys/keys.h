@@ -34,7 +34,7 @@ struct srv_keys {
     struct srv_limits role[SRV_ROLE_COUNT]; /* an unset limit is the role's default */
 };
 
-/** A table without keys; ends with srv_keys_clear. */
+/** Initializes a table without keys; ends with srv_keys_clear. */
 void srv_keys_init(struct srv_keys *keys);
 
 /** Frees the keys of a table, which has none afterwards. */
@@ -59,16 +59,17 @@ PEND_MUST_CHECK enum pend_status srv_keys_write(const struct srv_keys *keys,
 /** Generates a new random key. Returns 0 if the system has no random numbers. */
 int srv_keys_draw(char token[SRV_KEY_TOKEN]);
 
-/** True if a token looks like an API key: it begins with pdk_. */
+/** Returns true if a token looks like an API key: it begins with pdk_. */
 int srv_keys_meant(const char *token);
 
-/** True if a token is a well-formed API key: length, letters and check digits are correct. */
+/** Returns true if a token is a well-formed API key: length, letters and check digits are
+ * correct. */
 int srv_keys_whole(const char *token);
 
 /** Computes the digest that is stored for a key. */
 void srv_keys_digest(const char *token, char digest[API_DIGEST_BYTES]);
 
-/** True for a valid name of a key. */
+/** Returns true for a valid name of a key. */
 int srv_keys_named(const char *name);
 
 /**
@@ -86,13 +87,13 @@ PEND_MUST_CHECK enum pend_status srv_keys_add(struct srv_keys *keys, const struc
  * not depend on the position. */
 struct srv_key *srv_keys_find(const struct srv_keys *keys, const char digest[API_DIGEST_BYTES]);
 
-/** True if a key has this name, or its digest begins with these SRV_KEY_ID digits. */
+/** Returns true if a key has this name, or its digest begins with these SRV_KEY_ID digits. */
 int srv_keys_means(const struct srv_key *key, const char *name);
 
-/** The limits of a key: its own, else its role's in the table, else the role's defaults. */
+/** Returns the limits of a key: its own, else its role's in the table, else the role's defaults. */
 struct srv_limits srv_keys_limits(const struct srv_keys *keys, const struct srv_key *key);
 
-/** The limits of a role: those in the table, else its defaults. */
+/** Returns the limits of a role: those in the table, else its defaults. */
 struct srv_limits srv_keys_role(const struct srv_keys *keys, enum srv_role role);
 
 /** Writes an instant as 2026-01-31T09:30:00Z, 0 as never. */

@@ -44,13 +44,13 @@ struct srv_limits {
 
 enum { SRV_LIMITS_TEXT = 256 /* bytes of a list of limits with its NUL */ };
 
-/** The name of a role, such as "pupil"; "" for SRV_ROLE_NONE. */
+/** Returns the name of a role, such as "pupil"; "" for SRV_ROLE_NONE. */
 const char *srv_role_word(enum srv_role role);
 
-/** The role with this name, `bytes` long; SRV_ROLE_NONE if there is none. */
+/** Returns the role with this name, `bytes` long; SRV_ROLE_NONE if there is none. */
 enum srv_role srv_role_of(const char *word, size_t bytes);
 
-/** The default limits of a role; SRV_ROLE_NONE has none. */
+/** Returns the default limits of a role; SRV_ROLE_NONE has none. */
 struct srv_limits srv_role_limits(enum srv_role role);
 
 /** Sets all limits to SRV_LIMIT_UNSET. */
@@ -70,5 +70,5 @@ PEND_MUST_CHECK enum pend_status srv_limits_read(struct srv_limits *limits, cons
 /** Writes all set limits in the format of srv_limits_read, each after a blank. */
 void srv_limits_write(const struct srv_limits *limits, char text[SRV_LIMITS_TEXT]);
 
-/** Returns `own` with its unset limits taken from the second argument. */
+/** Returns `own`, in which the unset limits are taken from `other`. */
 struct srv_limits srv_limits_over(const struct srv_limits *own, const struct srv_limits *other);

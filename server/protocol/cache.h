@@ -9,15 +9,15 @@
 #include "server/protocol/response_body.h"
 
 enum {
-    SRV_CACHE_PART = 8, /* a response body above an eighth of the bound is not taken in: it would
-                           push out too many */
+    SRV_CACHE_PART = 8, /* a response body above an eighth of the bound is not stored: it would
+                         * evict too many */
     SRV_CACHE_KEY = 65536
 };
 
 struct srv_cache;
 
 /**
- * Makes an empty cache.
+ * Creates an empty cache.
  *
  * cap   bytes of keys and response bodies; 0 = the cache accepts nothing.
  * salt  a number that clients do not know.
@@ -49,7 +49,7 @@ void srv_cache_shrink(struct srv_cache *cache, size_t bytes);
 /** Returns true if the cache's bound is above 0. */
 int srv_cache_on(const struct srv_cache *cache);
 
-/** The bytes in the cache, and those of response bodies among them; the number of keys. Any thread,
+/** The bytes in the cache, those of response bodies among them, and the number of keys. Any thread,
  * without a lock. */
 struct srv_cache_size {
     size_t bytes, bodies, entries;

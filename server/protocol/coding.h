@@ -10,7 +10,7 @@ enum srv_coding { SRV_IDENTITY, SRV_GZIP, SRV_ZSTD, SRV_CODINGS };
 /* What happens after the bytes of a write. */
 enum srv_coding_end { SRV_CODING_MORE, SRV_CODING_FLUSH, SRV_CODING_END };
 
-/* A row of the table: the functions of one library. */
+/* A row of the table: a coding, by the functions of one library. */
 struct srv_coding_row {
     const char *name; /* as in Accept-Encoding and Content-Encoding */
     size_t bytes;     /* approximate memory of a state */

@@ -10,7 +10,7 @@ enum {
     STRICT_VALUE = 4,     /* characters of a field's value: RFC 9110 5.5 */
     STRICT_AUTHORITY = 8, /* characters of a host and a port: RFC 3986 3.2.2 */
     STRICT_HEX = 16,
-    /* and the character classes of each byte */
+    /* the classes of each byte */
     STRICT_BLANK = STRICT_VALUE,
     STRICT_DELIMITER = STRICT_VISIBLE | STRICT_VALUE,
     STRICT_HOST_MARK = STRICT_DELIMITER | STRICT_AUTHORITY,
@@ -147,7 +147,8 @@ static void strict_line(struct srv_http_strict *strict, unsigned char c) {
     }
 }
 
-/* counts a field that may occur once, and not in the trailer section */
+/* counts a field that may occur once, and not in the trailer section; `twice`: the sentence for a
+ * second one */
 static int strict_once(struct srv_http_strict *strict, int *count, const char *twice) {
     if (strict->trailer)
         strict_refuse(strict, 400,

@@ -46,12 +46,12 @@ enum srv_http_strict_place {
 
 struct srv_http_strict {
     enum srv_http_strict_place place;
-    long requests, complete; /* requests begun, requests complete */
+    long requests, complete; /* requests begun; requests complete */
     int status;              /* HTTP status of the refusal; 0 = none */
     const char *detail;      /* its sentence */
     /* the current request */
     int old;     /* HTTP/1.0 */
-    int trailer; /* the head is over, the fields are those of the trailer section */
+    int trailer; /* the head is complete, the fields are those of the trailer section */
     int bytes;   /* of the head or the trailer section */
     int part;    /* bytes of the part of a line that is being read */
     int blanks;  /* empty lines before the request */

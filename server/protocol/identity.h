@@ -108,17 +108,15 @@ struct srv_identity_words {
     int64_t now;               /* s since 1970 */
 };
 
-/**
- * Identifies the client of a request: srv_identity_begin, srv_identity_role, then
+/** Identifies the client of a request: srv_identity_begin, srv_identity_role, then
  * srv_identity_issued or srv_identity_token. If one of them fails, `fault` says why and the
- * identity is that of the steps before.
- */
+ * identity is that of the steps before. */
 void srv_identity_make(struct srv_identity *identity, struct srv_key_ring *ring,
                        const struct srv_identity_words *words);
 
 /**
- * True if this client may end what `owner` created: its token or account created it, or its address
- * or account did without a token.
+ * Returns true if this client may end what `owner` created: its token or account created it, or its
+ * address or account did without a token.
  *
  * owner  the key of an identity, or the text of a network (older stores).
  */
@@ -131,5 +129,5 @@ int srv_identity_owns(const struct srv_identity *identity, const char *owner);
  */
 int srv_identity_named(const char *name, char key[SRV_IDENTITY_KEY]);
 
-/** The kind of an identity's key: "key", "token", "account" or "address". */
+/** Returns the kind of an identity's key: "key", "token", "account" or "address". */
 const char *srv_identity_word(const char *key);

@@ -29,11 +29,11 @@ struct srv_peers {
 PEND_MUST_CHECK enum pend_status srv_peers_read(struct srv_peers *peers, const char *text,
                                                 struct pend_error *error);
 
-/** True if the list is not empty. */
+/** Returns true if the list is not empty. */
 int srv_peers_any(const struct srv_peers *peers);
 
-/** True if a peer is trusted: its address is in one of the networks, or it is "unix" and the list
- * has that. */
+/** Returns true if a peer is trusted: its address is in one of the networks, or it is "unix" and
+ * the list has that. */
 int srv_peer_trusted(const struct srv_peers *peers, const char *address);
 
 /** Returns true for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other

@@ -25,8 +25,8 @@
 #define CALLS_SANITIZED 0
 #endif
 
-/* The C library's threads, memory and files, libmicrohttpd, SQLite, libpq with the look-up of
- * names, and the server's own. A name that a processor does not have is passed over. */
+/* Calls of the C library for threads, memory and files, of libmicrohttpd, SQLite, libpq with name
+ * resolution, and the server's own. Names that a processor does not have are skipped. */
 static const char *const calls_listed[] = {
     /* memory; mmap and mprotect have conditions */
     "brk", "madvise", "mincore", "mlock", "mremap", "msync", "munlock", "munmap",
@@ -56,8 +56,8 @@ static const char *const calls_listed[] = {
     "pipe2", "poll", "ppoll", "pselect6", "recvfrom", "recvmmsg", "recvmsg", "select", "sendmmsg",
     "sendmsg", "sendto", "setsockopt", "shutdown", "socketpair", "splice"};
 
-/* What only an intruder would call: another program, another process' memory, another user, the
- * kernel's own rooms. */
+/* Calls that only an attacker would make: to run another program, to reach another process's
+ * memory, to become another user, to use the kernel's own facilities. */
 static const char *const calls_deadly[] = {"add_key",
                                            "bpf",
                                            "chroot",
@@ -100,7 +100,7 @@ static const char *const calls_deadly[] = {"add_key",
 
 static const int calls_families[] = {AF_INET, AF_INET6, AF_UNIX, AF_NETLINK};
 
-/* of a thread: its name */
+/* options of a thread: its name */
 static const int calls_settings[] = {PR_SET_NAME, PR_GET_NAME};
 
 enum { CALLS_TOLD = 16, CALLS_THREAD = 0x00010000 /* CLONE_THREAD */ };
@@ -128,7 +128,7 @@ static void calls_refused(int number, siginfo_t *why, void *where) {
     errno = before;
 }
 
-/* a rule for each name that this processor has; returns 0 or what libseccomp says */
+/* adds a rule for each name that this processor has; returns 0, or the error of libseccomp */
 static int calls_names(scmp_filter_ctx filter, const char *const name[], size_t count,
                        uint32_t action) {
     for (size_t i = 0; i < count; i++) {
@@ -163,10 +163,10 @@ static int calls_conditions(scmp_filter_ctx filter) {
     return failed;
 }
 
-/* returns 0 or what libseccomp says, negative */
+/* returns 0, or the error of libseccomp, negative */
 static int calls_load(scmp_filter_ctx filter) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
-    /* by a tree, not one comparison after the other */
+    /* searches a binary tree in place of comparing call by call */
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed)
         failed = calls_names(filter, calls_listed, sizeof calls_listed / sizeof *calls_listed,

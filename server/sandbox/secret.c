@@ -8,8 +8,8 @@
 
 enum { SECRET_PIECE = 4096 };
 
-/* is the open file one that only this user can read? Root, who reads all files, may have anybody's:
- * it makes keys for a server that runs as another user. */
+/* Checks that the open file can be read by this user only. Root, which reads all files, may use a
+ * file of any owner: it makes keys for a server that runs as another user. */
 static enum pend_status secret_private(const char *path, const struct stat *file,
                                        struct pend_error *error) {
     uid_t self = geteuid();

@@ -9,7 +9,7 @@ void srv_sql_complain(struct srv_sql *sql, const char *text) {
     snprintf(sql->complaint, sizeof sql->complaint, "%.*s", (int)strcspn(text, "\n"), text);
 }
 
-/* Macros of statements: {name of what} is replaced by the text, with `what` for each %. */
+/* Macros of statements: {name of what} is replaced by the text, in which each % becomes `what`. */
 static const struct {
     const char *name, *text;
 } sql_shorts[] = {

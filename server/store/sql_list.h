@@ -29,14 +29,14 @@ int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct s
                      int count);
 
 /**
- * The columns as parameters of one statement, each an array in binary form.
+ * Returns the columns as parameters of one statement, each an array in binary form.
  *
  * data, bytes  out, one for each column; borrowed, and valid until a row is added.
  */
 void srv_sql_list_arrays(struct srv_sql_list *list, const char *data[], int bytes[]);
 
-/** True if every column has a header and enough memory, and the number of rows fits the bytes.
- * O(columns). */
+/** Returns true if every column has a header and enough memory, and the number of rows fits the
+ * bytes. O(columns). */
 int srv_sql_list_valid(const struct srv_sql_list *list);
 
 /** Removes all rows and keeps the memory for the next ones. */

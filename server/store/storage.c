@@ -16,7 +16,8 @@ enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
     SWEEP_WORKERS = 8,
-    RING_MS = 10, /* least time between two notifications of a process; of work, for each worker */
+    RING_MS = 10, /* ms: least time between two notifications of a process; for those of work, times
+                   * the number of workers */
     RING_WAKES = 300,
     LISTEN_MS = 500,
     READERS = 1,
@@ -164,7 +165,7 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     pthread_mutex_unlock(&storage->lock);
 }
 
-/* true if no query of a kind waits and none will come, those that came during a sweep included */
+/* true if no query of a kind waits, those included that came during a sweep, and none will come */
 static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     pthread_mutex_lock(&storage->lock);
     int done = storage->over && srv_list_empty(&storage->line[kind].turns.roads);

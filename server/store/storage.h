@@ -40,8 +40,10 @@ struct srv_storage;
  *
  * storage  out; NULL on failure.
  * news     called on a storage thread with SRV_RING_ bits after a notification, and when the store
- * is reachable again; must be short. log      receives a line when the store becomes unreachable or
- * reachable; must outlive the storage. error    the sentence for the operator.
+ *          is reachable again; must be short.
+ * log      receives a line when the store becomes unreachable or reachable; must outlive the
+ *          storage.
+ * error    the sentence for the operator.
  *
  * As srv_store_open; also PEND_NO_MEMORY if threads cannot be created. An unreachable database is
  * retried.
@@ -56,8 +58,7 @@ PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, c
 void srv_storage_free(struct srv_storage **storage);
 
 /** Queues a query. Any thread; does not wait. Queries that are queued together share a sync to
- * disk.
- */
+ * disk. */
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
 
 /** Runs a query and waits for its result; `done` is not called. Only for threads that may block,

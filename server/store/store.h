@@ -17,16 +17,16 @@ enum {
     SRV_TITLE_BYTES = 128,        /* title of a job */
     SRV_VERSION_BYTES = 48,       /* version of the program that accepted a job */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
-    SRV_CLAIMS = 64,        /* most parts per claim; more than one only if each takes at most */
-    SRV_SMALL_US = 5000,    /* this many us, and all together at most */
-    SRV_CLAIM_US = 20000,   /* this many us, by their estimates */
+    SRV_CLAIMS = 64,              /* most parts per claim; several only if all of them are small */
+    SRV_SMALL_US = 5000,          /* most us of a small part, by its estimate */
+    SRV_CLAIM_US = 20000,         /* most us of the small parts of a claim together */
     SRV_ROW_BYTES = 1024,   /* bytes counted for a job or scene beside its request and results */
     SRV_PART_BYTES = 256,   /* the same for each part of a job after the first */
     SRV_LIST_LOOKED = 1000, /* jobs that one call of a list examines */
-    SRV_RANK_TIMES = 64,    /* newer jobs may overtake a job for at most this multiple of its
-                               computation time, */
-    SRV_RANK_KNEE_US = 57142857, /* us: if it is shorter than this; else for its time plus */
-    SRV_RANK_MOST_S = 3600,      /* this many seconds */
+    SRV_RANK_TIMES = 64,    /* newer jobs may overtake a job for this multiple of its computation
+                             * time, */
+    SRV_RANK_KNEE_US = 57142857, /* or, if that time is longer than this many us, */
+    SRV_RANK_MOST_S = 3600,      /* for that time plus this many seconds */
     SRV_MOST_KILLS = 3 /* workers that may vanish while they compute only this part, without
                           progress of the job in between, before the job fails */
 };
@@ -51,7 +51,7 @@ struct srv_store_rules {
     long long client_scene_bytes,
         all_scene_bytes; /* most bytes of scenes, of one client and of all */
     /* Limits of an address or account, over all clients that come from it; 0 = none. */
-    long source_clients; /* most clients of one source with jobs */
+    long source_clients; /* most clients of one source that have jobs */
     long source_jobs, source_scenes;
     long long source_bytes;
     long classes, class_pupils; /* most rooms in all, most pupils of a room */

@@ -65,11 +65,9 @@ enum srv_stored srv_store_begin(struct srv_store *store);
  * sees what is committed when it runs, and no writer waits for it. */
 enum srv_stored srv_store_look(struct srv_store *store);
 
-/**
- * Ends a call: what it wrote stays if `stored` is SRV_STORED, and goes otherwise. Returns `stored`,
- * or why it could not be ended. A call of a batch that wrote something which is to go ends the
- * batch: its calls are then run one by one.
- */
+/** Ends a call: its writes are kept if `stored` is SRV_STORED, and discarded otherwise. Returns
+ * `stored`, or the error of the commit. If a call of a batch has writes to discard, the batch ends,
+ * and its calls are run one by one. */
 enum srv_stored srv_store_end(struct srv_store *store, enum srv_stored stored);
 
 /** Adds a client's pending changes to its row; a call of its own. */
@@ -81,21 +79,19 @@ enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
                               void *context);
 
 /**
- * The store's clock, us since 1970: read once per transaction, then a microsecond later at every
- * call.
+ * Reads the store's clock, us since 1970, once per transaction; each further call returns a
+ * microsecond more.
  *
  * SRV_STORED_BROKEN  another program has changed the tables while this one ran.
  */
 enum srv_stored srv_store_now(struct srv_store *store, int64_t *now);
 
-/**
- * As srv_store_run, for a statement whose rows are not needed. Its failure may be reported by a
- * later statement, or at the end of the call.
- */
+/** As srv_store_run, for a statement whose rows are not needed. Its failure may be reported by a
+ * later statement, or at the end of the call. */
 enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
                                const struct srv_value value[], int count);
 
-/* Run, or post, a statement with the values that are listed at the end. */
+/* Runs, or posts, a statement with the values that are listed at the end. */
 #define SRV_RUN(store, id, row, context, ...)                                                      \
     srv_store_run((store), (id), SRV_VALUES(__VA_ARGS__), (row), (context))
 #define SRV_POST(store, id, ...) srv_store_post((store), (id), SRV_VALUES(__VA_ARGS__))

@@ -147,10 +147,10 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
 }
 
 /* None of the clients whose turn it is has a job that can be claimed. The sums of clients that
- * should have such jobs are counted anew, so that they do not block the others. One statement
- * compares a client's sum with its jobs, so that a claim of another process between two statements
- * is not taken for a damaged sum; and with several processes it is compared once a second. What
- * this transaction has claimed, and rows that another has locked, are counted too. */
+ * should have such jobs are recounted, so that they do not block the others. One statement compares
+ * a client's sum with its jobs, so that a claim of another process between two statements is not
+ * taken for a damaged sum; and with several processes it is compared once a second. What this
+ * transaction has claimed, and rows that another has locked, are counted too. */
 static enum srv_stored claim_mend(struct srv_store *store, const struct row_clients *clients,
                                   int *mended) {
     int64_t now_ns = srv_clock_now();

@@ -42,7 +42,7 @@ enum srv_stored srv_store_class_from(struct srv_store *store, const char *code, 
 enum srv_stored srv_store_class_comes(struct srv_store *store, const char *code, const char *source,
                                       int64_t *count);
 
-/** The default limit of pupils from one address in a room. */
+/** Returns the default limit of pupils from one address in a room. */
 int64_t srv_store_class_share(const struct srv_store *store);
 
 /**

@@ -12,7 +12,7 @@ enum { SRV_FEW_PARTS = 16 };
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
                                struct srv_job *job);
 
-/** True for a job that has not ended. */
+/** Returns true for a job that has not ended. */
 int srv_job_open(const struct srv_job *job);
 
 /**

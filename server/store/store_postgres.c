@@ -395,8 +395,7 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
 }
 
 /* reads pending input; returns the SRV_RING_ bits of notifications, all bits if the connection is
- * lost
- */
+ * lost */
 static int postgres_heard(struct postgres_sql *own) {
     PGnotify *note;
     int heard = 0;

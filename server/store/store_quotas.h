@@ -9,10 +9,8 @@
 /** Adds to the bytes of a client's jobs, and to the sum of all clients. */
 enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *client, int64_t bytes);
 
-/**
- * Recounts a client's jobs, bytes and scenes, and all sums, because the stored ones are impossible.
- * The changes of this transaction must be written already. O(all jobs).
- */
+/** Recounts a client's jobs, bytes and scenes, and all sums, because the stored ones are
+ * impossible. The changes of this transaction must be written already. O(all jobs). */
 enum srv_stored srv_store_recount(struct srv_store *store, const char *client);
 
 /** Returns the number of parts of a job that can be claimed now. */

@@ -6,21 +6,20 @@
 #include "server/store/store.h"
 #include "server/store/store_statements.h"
 
-/** A number. */
+/** Returns a number. */
 struct srv_value srv_value_whole(int64_t whole);
 
-/** A text, borrowed; NULL is the database's NULL. */
+/** Returns a text, borrowed; NULL is the database's NULL. */
 struct srv_value srv_value_text(const char *text);
 
-/** A string of bytes, borrowed; NULL is the database's NULL. */
+/** Returns a string of bytes, borrowed; NULL is the database's NULL. */
 struct srv_value srv_value_bytes(const void *data, size_t bytes);
 
-/** The value itself. */
+/** Returns the value itself. */
 struct srv_value srv_value_same(struct srv_value value);
 
 /* Up to 20 texts, integers and byte strings (srv_value_bytes) as an array of values, and their
- * number.
- */
+ * number. */
 #define SRV_VALUES(...)                                                                            \
     (const struct srv_value[]){__VA_OPT__(VALUE_20(VALUE_EACH(__VA_ARGS__))){0}},                  \
         (int)(sizeof(const struct srv_value[]){__VA_OPT__(VALUE_20(VALUE_EACH(__VA_ARGS__))){0}} / \
@@ -40,7 +39,7 @@ struct srv_value srv_value_same(struct srv_value value);
 #define VALUE_5(...) VALUE_1(VALUE_1(VALUE_1(VALUE_1(__VA_ARGS__))))
 #define VALUE_1(...) __VA_ARGS__
 
-/* Run, or post, a statement on a connection with the values that are listed at the end. */
+/* Runs, or posts, a statement on a connection with the values that are listed at the end. */
 #define SRV_SQL_RUN(sql, id, row, context, ...)                                                    \
     (sql)->driver->run((sql), (int)(id), srv_statement_text[id], SRV_VALUES(__VA_ARGS__), (row),   \
                        (context))

@@ -27,8 +27,7 @@ int srv_sqlite_disk_open(struct srv_sqlite_disk *disk, sqlite3 *db);
 void srv_sqlite_disk_close(struct srv_sqlite_disk *disk);
 
 /** Call before a transaction begins. full: the disk was full in the last one, so the log is
- * truncated.
- */
+ * truncated. */
 void srv_sqlite_disk_begin(struct srv_sqlite_disk *disk, int full);
 
 /** In a writing transaction: returns non-zero if there is space for this many more bytes, with a
@@ -43,9 +42,7 @@ int srv_sqlite_disk_room(struct srv_sqlite_disk *disk, size_t bytes);
  */
 int srv_sqlite_disk_take(struct srv_sqlite_disk *disk);
 
-/**
- * Call after a commit: runs a checkpoint if the log is long. Other writers wait for it. It waits
+/** Call after a commit: runs a checkpoint if the log is long. Other writers wait for it. It waits
  * for readers only as long as the busy handler allows; after that it is retried when the log has
- * doubled.
- */
+ * doubled. */
 void srv_sqlite_disk_committed(struct srv_sqlite_disk *disk);

@@ -50,8 +50,8 @@ struct srv_tally {
     struct srv_tally_client client[SRV_TALLY_CLIENTS];
 };
 
-/** True if there are changes of at most SRV_TALLY_CLIENTS clients, and the last one added occurs
- * once. O(clients). */
+/** Returns true if there are changes of at most SRV_TALLY_CLIENTS clients, and the last one added
+ * occurs once. O(clients). */
 int srv_tally_valid(const struct srv_tally *tally);
 
 /** Discards all changes, after the transaction has ended. */
@@ -61,12 +61,10 @@ void srv_tally_clear(struct srv_tally *tally);
 enum srv_stored srv_tally_client(struct srv_tally *tally, const char *name,
                                  struct srv_tally_client **client);
 
-/**
- * Recounts the sums of client `name` from its rows, for damaged or inconsistent sums; this
+/** Recounts the sums of client `name` from its rows, for damaged or inconsistent sums; this
  * transaction's changes of them must be written. A separate statement locks the client's row first,
  * so that the count sees all transactions that changed these sums, and no change is lost or counted
- * twice. O(rows of the client).
- */
+ * twice. O(rows of the client). */
 enum srv_stored srv_tally_count_anew(struct srv_tally *tally, const char *name);
 
 /** Recounts the sums of all clients, including this transaction's writes. O(all stored rows). */
@@ -80,10 +78,8 @@ enum srv_stored srv_tally_look(struct srv_tally *tally, const char *name,
  * O(all stored rows). */
 enum srv_stored srv_tally_total(struct srv_tally *tally, int which, int64_t *sum);
 
-/**
- * Returns the sums of all clients of an address or account, including this transaction: clients
- * with jobs, open jobs, bytes. O(clients of the source).
- */
+/** Returns the sums of all clients of an address or account, including this transaction: clients
+ * with jobs, open jobs, bytes. O(clients of the source). */
 enum srv_stored srv_tally_source(struct srv_tally *tally, const char *source, int64_t *clients,
                                  int64_t *jobs, int64_t *bytes);
 

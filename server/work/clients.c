@@ -20,8 +20,8 @@ enum pend_status srv_clients_new(struct srv_clients **clients) {
     struct srv_clients *made = *clients = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
-    /* The address of the heap serves as the salt: it differs from run to run, so nobody can choose
-     * client addresses that fall into one row. */
+    /* The address on the heap serves as the salt: it differs from run to run, so nobody can choose
+     * client addresses that share a row. */
     srv_hash_table_init(&made->table, (uint64_t)(uintptr_t)made * 0x9e3779b97f4a7c15u);
     return PEND_OK;
 }

@@ -8,10 +8,8 @@
 
 #include "server/work/exchange.h"
 
-/**
- * Queues an exchange whose route names an operation, and whose account is set. Its finish is called
- * once it is answered: before this returns, with 503 or 429, if the queue is full.
- */
+/** Queues an exchange whose route names an operation, and whose account is set. Its finish is
+ * called once it is answered: before this returns, with 503 or 429, if the queue is full. */
 void srv_compute_begin(struct srv_exchange *exchange);
 
 /**

@@ -101,11 +101,11 @@ struct srv_exchange {
     int probes; /* it came through the listener of probes and metrics, which serves nothing else */
     int closed; /* only listed web pages may read the answer (cors) */
     const char *id, *trace; /* X-Request-Id; traceparent, or NULL */
-    enum srv_coding coding; /* accepted by the client */
+    enum srv_coding coding; /* the coding that the client accepts */
     int64_t length;         /* of the body: Content-Length, 0 without one, -1 when chunked */
     struct api_buffer body;
     const struct srv_route *route;
-    enum api_op_id op;    /* of the route */
+    enum api_op_id op;    /* operation of the route */
     const char *argument; /* variable part of the path, or NULL */
 
     /* being computed; compute's, under its lock */
@@ -220,10 +220,8 @@ enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);
 /** Answers that there is no memory for `what`: 413, 429 or 503, with the limit's name. */
 void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, const char *what);
 
-/**
- * Call it when the exchange is answered and its body is not needed: frees the body, and counts the
- * answer. An answer for which there is no memory becomes a problem.
- */
+/** Call it when the exchange is answered and its body is not needed: frees the body, and counts the
+ * answer. An answer for which there is no memory becomes a problem. */
 void srv_exchange_settle(struct srv_exchange *exchange);
 
 /** Returns the scheme of the client's request, "http" or "https": that of this server's sockets, or

@@ -19,10 +19,10 @@ struct srv_fairness {
     sem_t wake;
 };
 
-/** Prepares it for that queue and number of workers. Ends with srv_fairness_clear. */
+/** Initializes the sharing for a queue and a number of workers. Ends with srv_fairness_clear. */
 void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers);
 
-/** Ends it; no thread may use it any more. */
+/** Frees it; no thread may use it any more. */
 void srv_fairness_clear(struct srv_fairness *fairness);
 
 /**
@@ -38,8 +38,6 @@ void srv_fairness_nap(struct srv_fairness *fairness, int fd);
 void srv_fairness_begin(struct srv_fairness *fairness, int level);
 void srv_fairness_end(struct srv_fairness *fairness, int level);
 
-/**
- * Called by a worker between two pieces of a task: yields its processor if the sockets' thread has
- * events. Checks at most every 0.4 ms.
- */
+/** Called by a worker between two pieces of a task: yields its processor if the sockets' thread has
+ * events. Checks at most every 0.4 ms. */
 void srv_fairness_look(struct srv_fairness *fairness);

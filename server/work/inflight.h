@@ -23,14 +23,14 @@ struct srv_work {
     const struct api_limits *limits;
     struct srv_source *source; /* source of a stored answer; NULL = it is computed */
     struct api_call *call;
-    struct api_buffer out;   /* of the call */
+    struct api_buffer out;   /* output of the call */
     struct api_buffer coded; /* output of the coding */
-    void *coder;             /* of a stream; NULL = uncoded */
+    void *coder;             /* state of a stream's coding; NULL = uncoded */
     enum srv_coding coding;
     double cost;                  /* s, estimated */
     int64_t queued, begun, spent; /* ns: time queued, time started, duration on workers */
     char etag[SRV_ETAG_BYTES];    /* as in the header field; "" before it is known */
-    char key[SRV_INFLIGHT_KEY];   /* of the cache and of the table of works */
+    char key[SRV_INFLIGHT_KEY];   /* key in the cache and in the table of works */
     size_t key_bytes;
     struct srv_hold hold; /* memory held and reserved */
     size_t foreseen;      /* expected bytes of out, coded and ready */
@@ -61,7 +61,7 @@ struct srv_inflight;
 /** PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status srv_inflight_new(struct srv_inflight **inflight);
 
-/** Frees it; there must be no computation under way. */
+/** Frees the computations; none may be under way. */
 void srv_inflight_free(struct srv_inflight **inflight);
 
 /** Creates a work for an exchange, which waits for it. Returns NULL without memory. */
@@ -138,10 +138,9 @@ int srv_inflight_hungry(struct srv_work *work);
  */
 int srv_inflight_pass(struct srv_work *work, int ended, int *over);
 
-/**
- * Suspends a work until its source is ready. Returns 1 if it is suspended: the worker no longer
- * owns it, and another thread may end it. Returns 0 if the work should stop: the worker continues.
- */
+/** Suspends a work until its source is ready. Returns 1 if it is suspended: the worker no longer
+ * owns it, and another thread may end it. Returns 0 if the work should stop: the worker
+ * continues. */
 int srv_inflight_park(struct srv_work *work);
 
 /** Queues a work suspended by srv_inflight_park; no effect if it is not suspended any more. Any

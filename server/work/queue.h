@@ -35,13 +35,13 @@ struct srv_lane {
 
 /* A task; part of its owner's structure, so that queueing needs no allocation. */
 struct srv_task {
-    struct srv_list link; /* the queue's */
+    struct srv_list link; /* used by the queue */
     /* Runs on a worker's thread. Returns 1 if the task should be queued again at the end of its
      * lane; after 0 the task may have been freed. */
     int (*run)(struct srv_task *task);
     struct srv_lane *lane; /* of the client that it belongs to */
     int level;             /* 0 = the shortest; SRV_QUEUE_READ; must not change while it waits */
-    int queued;            /* the queue's */
+    int queued;            /* used by the queue */
 };
 
 struct srv_queue;
@@ -85,20 +85,19 @@ struct srv_task *srv_queue_pop(struct srv_queue *queue);
 /** Like srv_queue_pop, for tasks at SRV_QUEUE_READ only, which srv_queue_pop does not take. */
 struct srv_task *srv_queue_pop_read(struct srv_queue *queue);
 
-/**
- * Adds a task that was taken from the queue and takes the next one, which may be the same, under
- * one lock, so that no other thread sees the lane longer by this task.
- */
+/** Adds a task that was taken from the queue and takes the next one, which may be the same, under
+ * one lock, so that no other thread sees the lane longer by this task. */
 struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task);
 
 /** Removes a task from any place in the queue. Returns 0 if it is not there because a worker has it
  * or had it. O(1). */
 int srv_queue_remove(struct srv_queue *queue, struct srv_task *task);
 
-/** Number of tasks that wait; read without a lock, so the number may be out of date. */
+/** Returns the number of waiting tasks; read without a lock, so the number may be out of date. */
 int srv_queue_count(const struct srv_queue *queue);
 
-/** Number of tasks of a level that wait; read without a lock, so the number may be out of date. */
+/** Returns the number of waiting tasks of a level; read without a lock, so the number may be out of
+ * date. */
 int srv_queue_waiting(const struct srv_queue *queue, int level);
 
 /** Returns true if a task of a level below this one, SRV_QUEUE_LEVELS at most, waits; read without

@@ -25,7 +25,7 @@ void srv_result_give(struct srv_exchange *exchange, struct srv_response_body *re
 enum srv_coding srv_result_code(struct srv_work *work, const char *media_type);
 
 /**
- * Makes a response body: the header fields of an answer, and its bytes.
+ * Creates a response body from an answer's header fields and its bytes.
  *
  * body  taken over, and emptied.
  *
