@@ -7,7 +7,7 @@
 
 import { createBag, h } from "../dom.js";
 import { VECTORS } from "../paint_vectors.js";
-import { createAnyChart } from "./measure/any_chart.js";
+import { createAnyChart } from "./kit/any_chart.js";
 import { createGauges } from "./measure/gauge_fields.js";
 import { createHearing } from "./measure/hear.js";
 import { choice, later, swatch, tick } from "./kit/kit.js";

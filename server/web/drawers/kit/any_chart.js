@@ -4,17 +4,17 @@
 // Invariant: every value shown is one of a sample.
 
 import { createBag, h } from "../../dom.js";
-import { button, choice, figure, later } from "../kit/kit.js";
-import { createPlot, nearest } from "../kit/plot.js";
-import { columnsOf } from "../kit/table_file.js";
+import { button, choice, figure, later } from "./kit.js";
+import { createPlot, nearest } from "./plot.js";
+import { columnsOf } from "./table_file.js";
 
 /**
  * The chart while it is there; x, y: which columns; row: the sample that is told; marks: the
  * cursors' samples.
  * @typedef {{
  *   app: App, x: number, y: number, row: number, marks: {A: number, B: number}, shown: boolean,
- *   plot: import("../kit/plot.js").PlotPart, table: HTMLElement, picks: HTMLElement,
- *   columns: import("../kit/table_file.js").TableColumn[],
+ *   plot: import("./plot.js").PlotPart, table: HTMLElement, picks: HTMLElement,
+ *   columns: import("./table_file.js").TableColumn[],
  *   curve: {xs: ArrayLike<number>, ys: ArrayLike<number>, colour: string},
  * }} AnyChart
  */
