@@ -15,6 +15,7 @@ const WORDS = {
   compare: ["physics"],
   control: ["physics"],
   measure: ["measure"],
+  plots: ["measure"],
   class: ["class"],
   worksheet: ["class"],
 };

@@ -582,6 +582,8 @@ interface Series {
     dash?: number[] | null;
     width?: number;
     shown?: boolean;
+    /** Stands at the curve's right end. */
+    name?: string;
 }
 
 type ChartData = ArrayLike<number | null>[];
@@ -597,13 +599,15 @@ interface Chart {
 
 interface ChartOptions {
     series: Series[];
-    times?: boolean;
     log?: boolean;
+    degrees?: boolean;
     height?: number;
 }
 
 interface ChartGroup {
     readonly zoomed: [number, number] | null;
+    /** Of the longest name beside a chart. */
+    readonly letters: number;
     zoom(from?: number | null, to?: number | null): void;
     magnify(factor: number): void;
     point(time: number | null): void;

@@ -1,4 +1,4 @@
-// Measure: the true period in two actions and beside the formula's, a stopwatch, any quantity over any other with cursors,
+// Measure: the true period in two actions and beside the formula's, a stopwatch,
 // arrows that are seen, a motion without end, a film.
 
 import assert from "node:assert/strict";
@@ -59,28 +59,6 @@ export async function an_arm_at_rest_has_no_period_and_one_that_turns_over_has_t
     assert.ok(Math.abs(await read(page, "period") - turn) < 6e-5, `${await read(page, "period")} at ${omega} rad/s, not ${turn}`);
     assert.equal(await page.locator("[data-read=longer]").count(), 0, "the formula is of small swings");
   }
-  await close(page);
-}
-
-export async function two_cursors_tell_differences_of_any_two_quantities(rig) {
-  const page = await rig.open({ path: "/?length=1&theta=30", height: 1300 });
-  await page.evaluate(() => pendulumd.clock.pause());
-  await openDrawer(page, "measure");
-  await page.selectOption("[data-axis=x]", { label: "angle θ1 in °" });
-  await page.selectOption("[data-axis=y]", { label: "angular velocity ω1 in rad/s" });
-  for (const [name, time] of [["A", 0], ["B", 0.5]]) {
-    await page.evaluate((at) => pendulumd.clock.seek(at), time);
-    await page.click(`[data-cursor=${name}]`);
-  }
-  const rows = await page.locator("[data-any=values] tbody tr").evaluateAll((list) => list.map((row) => [...row.cells].map((cell) => cell.textContent.replace("−", "-"))));
-  assert.deepEqual(rows.map(([name]) => name), ["now", "A", "B", "B - A"]);
-  assert.deepEqual(rows[1].slice(1).map(Number), [0, 30, 0]);
-  const truth = await page.evaluate(() => [pendulumd.motion.columns.phi[50] * 180 / Math.PI + 90 - 30, pendulumd.motion.columns.phid[50]]);
-  rows[3].slice(2).forEach((cell, k) => assert.ok(Math.abs(Number(cell) - truth[k]) < 1e-4, `${cell}, not ${truth[k]}`));
-  const box = await page.locator("[data-part=any] .plot").boundingBox();
-  await page.mouse.move(box.x + 60, box.y + box.height / 2);
-  const theta = await page.evaluate(() => pendulumd.motion.at(pendulumd.clock.time).phi[0] * 180 / Math.PI + 90);
-  assert.ok(theta < -25, `the pointer leads the motion to ${theta}°`);
   await close(page);
 }
 
@@ -179,7 +157,7 @@ export async function the_space_bar_plays_after_every_click_and_presses_what_key
   await page.click("[data-measure=ruler]");
   await page.keyboard.press(" ");
   assert.deepEqual([await page.isChecked("[data-measure=ruler]"), await playing()], [true, before], "what was ticked stays ticked");
-  await page.click("[data-axis=x]");
+  await page.click("[data-measure=arm]");
   await page.keyboard.press("Escape");
   await page.keyboard.press(" ");
   assert.equal(await playing(), !before, "a list that was opened is left");

@@ -166,7 +166,7 @@ function addChart(picture, host) {
     { colour: "--arm-1", width: 2 },
     { colour: "--arm-2", dash: [6, 4] },
   ];
-  picture.chart = picture.group.add(host, { series, times: true, log: true, height: 200 });
+  picture.chart = picture.group.add(host, { series, log: true, height: 200 });
   follow(picture);
 }
 

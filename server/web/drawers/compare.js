@@ -91,7 +91,7 @@ function chartOf(view, group, count) {
   if (view.chart) group.remove(view.chart);
   const series = Array.from({ length: count }, (_, i) => ({ colour: ghostColour(i) }));
   view.lines = count;
-  view.chart = group.add(view.host, { series, times: true, log: true, height: 170 });
+  view.chart = group.add(view.host, { series, log: true, height: 170 });
   return view.chart;
 }
 

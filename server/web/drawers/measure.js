@@ -1,13 +1,11 @@
-// Measure: the true period beside the formula's, a stopwatch, any quantity over any other with
-// cursors, arrows at the tips, a motion without end, a film of it; fits to measurements.
-// Leaves to others: reading periods (periods.js), the parts (stopwatch.js, any_chart.js,
-// recorder.js), drawing arrows (paint_vectors.js), what is loaded when it is opened (film.js,
-// fits.js).
+// Measure: the true period beside the formula's, a stopwatch, arrows at the tips, a motion without
+// end, a film of it; fits to measurements.
+// Leaves to others: reading periods (periods.js), the parts (stopwatch.js, recorder.js), drawing
+// arrows (paint_vectors.js), what is loaded when it is opened (film.js, fits.js).
 // Invariant: what is measured is the motion that is shown.
 
 import { createBag, h } from "../dom.js";
 import { VECTORS } from "../paint_vectors.js";
-import { createAnyChart } from "./kit/any_chart.js";
 import { createGauges } from "./measure/gauge_fields.js";
 import { createHearing } from "./measure/hear.js";
 import { choice, later, swatch, tick } from "./kit/kit.js";
@@ -131,7 +129,6 @@ function mount(element, app) {
   const period = h("dl", { class: "readout" });
   /** @type {View} */
   const view = { app, arm: 1, shown: false, period, picks: h("div", {}) };
-  const any = createAnyChart(app);
   const watch = createStopwatch(app);
   const hearing = createHearing(app, () => view.arm);
   const running = runningOf(app);
@@ -146,7 +143,6 @@ function mount(element, app) {
     section(text, "hear", hearing.element),
     section(text, "arrows", arrowsOf(app)),
     section(text, "gauges", gauges.element),
-    section(text, "any", h("p", { class: "quiet" }, text("measure.any.hint")), any.element),
     section(text, "run", ...running.elements),
     trials.element,
     film.element,
@@ -163,19 +159,17 @@ function mount(element, app) {
       soon();
     }),
   );
-  for (const part of [any, watch, hearing, gauges, running, trials, film, fits]) bag(part.destroy);
+  for (const part of [watch, hearing, gauges, running, trials, film, fits]) bag(part.destroy);
   showPicks(view);
   return {
     show() {
       view.shown = true;
-      any.show();
       hearing.show(true);
       showPeriod(view);
       fits.take();
     },
     hide() {
       view.shown = false;
-      any.hide();
       hearing.show(false);
       film.hide();
     },

@@ -172,7 +172,7 @@ function chartOf(view, group, runs) {
   if (view.chart && look === view.look) return view.chart;
   if (view.chart) group.remove(view.chart);
   view.look = look;
-  view.chart = group.add(view.host, { series, times: true, log: true, height: 180 });
+  view.chart = group.add(view.host, { series, log: true, height: 180 });
   return view.chart;
 }
 

@@ -1,18 +1,26 @@
-// Plots: small multiples on one time axis (angles, velocities, forces, energies, their drift), a
-// phase portrait, and exports.
-// Leaves to others: the charts (chart.js), what they show (plot_data.js), the phase portrait
-// (plot.js), pictures for paper (picture.js).
+// Plots: the energies, any two quantities, and small multiples on the same time axis (angles,
+// velocities, forces, the energy's drift), and exports.
+// Leaves to others: the charts (chart.js), what they show (plot_data.js), two quantities
+// (any_chart.js), pictures for paper (picture.js).
 // Invariant: every number shown is a sample of the server's; files of numbers are asked from the
 // server.
 
-import { thetaOf } from "../angles.js";
+import { foldedTheta, thetaOf } from "../angles.js";
 import { createBag, h, iconButton } from "../dom.js";
+import { createAnyChart, panelOf } from "./kit/any_chart.js";
 import { createGroup } from "./kit/chart.js";
 import { numbersAsFiles } from "./kit/files_of_numbers.js";
-import { armLook, button, choice, figure, later, save, swatch, toggle } from "./kit/kit.js";
+import { armLook, button, figure, later, save, swatch, toggle } from "./kit/kit.js";
 import { pngOf, svgOf } from "./kit/picture.js";
-import { createPlot } from "./kit/plot.js";
-import { ENERGIES, PER_ARM, columnOf, driftOf, energiesIn, panelsOf } from "./kit/plot_data.js";
+import {
+  ENERGIES,
+  PER_ARM,
+  columnOf,
+  driftOf,
+  energiesIn,
+  folded,
+  panelsOf,
+} from "./kit/plot_data.js";
 
 const FEW = 8; // so many arms are shown at first
 const READABLE_MS = 120; // numbers that change faster cannot be read
@@ -20,18 +28,17 @@ const HEADS = ["", "\u03b8, \u00b0", "\u03c9, rad/s", "F, N"];
 
 /**
  * The charts of a number of arms.
- * @typedef {{perArm: Chart[], energy: Chart, drift: Chart, portrait:
- * import("./kit/plot.js").PlotPart}} Charts
+ * @typedef {{perArm: Chart[], energy: Chart, drift: Chart}} Charts
  */
 
 /**
  * The drawer while it is there; made: what depends on the number of arms; arms: of
- * how many the charts are; hidden: arms that are not drawn, from 0; chosen: the portrait's arm;
- * told: when the numbers were written last.
+ * how many the charts are; hidden: arms that are not drawn, from 0; fold: angles have no full
+ * turns; told: when the numbers were written last.
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, group: ChartGroup, made: Bag, charts: Charts | null, shown: boolean, stale: boolean,
- *   arms: number,
- *   hidden: Set<number>, chosen: number, told: number,
+ *   arms: number, hidden: Set<number>, fold: boolean, told: number,
+ *   own: ReturnType<typeof createAnyChart>,
  * }} View
  */
 
@@ -45,9 +52,9 @@ function partsOf(text) {
   });
   const summary = h("summary", {});
   return {
+    first: h("div", { class: "charts" }),
     place: h("div", { class: "charts" }),
     legend: h("div", { class: "chips", role: "group", "aria-label": text("plots.arms") }),
-    portraitPlace: h("div", {}),
     status: h("p", { class: "quiet", role: "status" }),
     table,
     summary,
@@ -55,9 +62,10 @@ function partsOf(text) {
   };
 }
 
-/** A title and a place for a chart. @param {View} view @param {string} id */
-function chartPlace({ app, place }, id) {
-  const { text } = app;
+/**
+ * A title and a place for a chart. @param {Text} text @param {HTMLElement} place @param {string} id
+ */
+function chartPlace(text, place, id) {
   const label = text("plots.label", { what: text(`plots.${id}`) });
   const host = h("div", { class: "chart", role: "img", "aria-label": label, "data-chart": id });
   place.append(h("h3", { class: "chart-title" }, text(`plots.${id}`)), host);
@@ -96,72 +104,46 @@ function energyChips(text, energy) {
 
 /** Another number of arms: the first few are shown. @param {View} view */
 function settleArms(view) {
-  const { motion, store } = view.app;
+  const { motion } = view.app;
   if (motion.n === view.arms) return;
   view.arms = motion.n;
   view.hidden = new Set(Array.from({ length: view.arms }, (_, k) => k).filter((k) => k >= FEW));
-  view.chosen = Math.min(store.get().view.selected || view.chosen, view.arms);
 }
 
 /** The charts over time. @param {View} view */
 function buildCharts(view) {
-  const { app, group, place, hidden } = view;
+  const { app, group, first, place, hidden } = view;
+  const { text } = app;
   const series = Array.from({ length: view.arms }, (_, k) => ({
     colour: armLook(k + 1).name,
     dash: armLook(k + 1).dash,
     shown: !hidden.has(k),
+    name: String(k + 1),
   }));
-  const perArm = PER_ARM.map(({ id }) => group.add(chartPlace(view, id), { series }));
-  const energyPlace = chartPlace(view, "energy");
-  const energy = group.add(energyPlace, { series: ENERGIES });
-  energyPlace.before(energyChips(app.text, energy));
+  // the chips above have whole words
+  const short = (/** @type {string} */ id) => `${text(`plots.${id}`).slice(0, 3)}.`;
+  const energies = ENERGIES.map((one) => ({ ...one, name: short(one.id) }));
+  const energyPlace = chartPlace(text, first, "energy");
+  const energy = group.add(energyPlace, { series: energies });
+  energyPlace.before(energyChips(text, energy));
+  const perArm = PER_ARM.map(({ id, column }) =>
+    group.add(chartPlace(text, place, id), { series, degrees: column === "phi" }),
+  );
   const ink = [{ colour: "--ink" }];
-  const drift = group.add(chartPlace(view, "drift"), { series: ink, times: true, height: 124 });
-  place.append(h("p", { class: "axis-name" }, app.text("plots.time")));
+  const drift = group.add(chartPlace(text, place, "drift"), { series: ink });
   for (const chart of [...perArm, energy, drift]) view.made(() => group.remove(chart));
   return { perArm, energy, drift };
-}
-
-/** @param {View} view */
-function buildPortrait(view) {
-  const { text } = view.app;
-  const portrait = createPlot(text, 220);
-  const arms = Array.from({ length: view.arms }, (_, k) => ({
-    value: k + 1,
-    words: text("arm.name", { arm: k + 1 }),
-  }));
-  const pick = choice(text("plots.portraitArm"), arms, view.chosen, (value) => {
-    view.chosen = Number(value);
-    fillPortrait(view);
-    follow(view);
-  });
-  pick.select.dataset.portrait = "";
-  const axes = h("p", { class: "quiet small" }, text("plots.portraitAxes"));
-  view.portraitPlace.append(pick.element, axes, portrait.element);
-  view.made(portrait.destroy);
-  return portrait;
 }
 
 /** All charts anew, for another number of arms. @param {View} view @returns {Charts} */
 function build(view) {
   view.made.end();
+  view.first.replaceChildren();
   view.place.replaceChildren();
-  view.portraitPlace.replaceChildren();
   settleArms(view);
   showChips(view);
-  view.charts = { ...buildCharts(view), portrait: buildPortrait(view) };
+  view.charts = buildCharts(view);
   return view.charts;
-}
-
-/** @param {View} view */
-function fillPortrait({ app, charts, chosen }) {
-  const { columns, count, n } = app.motion;
-  if (!count || !charts) return;
-  const xs = columnOf(columns.phi, n, chosen - 1, count, thetaOf);
-  const ys = columnOf(columns.phid, n, chosen - 1, count);
-  const { name, dash } = armLook(chosen);
-  const curves = [{ xs, ys, colour: name, dash }];
-  charts.portrait.set({ curves }, app.text("plots.portrait", { arm: chosen }));
 }
 
 /** What there is of the motion, into all charts. @param {View} view */
@@ -177,44 +159,45 @@ function fill(view) {
     const curves = Array.from({ length: n }, (_, k) =>
       columnOf(columns[column], n, k, count, shown),
     );
-    charts.perArm[i].set([t, ...curves]);
+    const turned = view.fold && column === "phi" ? curves.map(folded) : curves;
+    charts.perArm[i].set([t, ...turned]);
   });
   charts.energy.set([t, ...energiesIn(motion)]);
   charts.drift.set([t, driftOf(columns.energy_total, count)]);
-  fillPortrait(view);
   follow(view);
 }
 
-/** The numbers of all arms at an instant. @param {Text} text @param {Instant} now */
-function tableOf(text, now) {
+/** The numbers of all arms at an instant. @param {View} view @param {Instant} now */
+function tableOf({ app: { text }, fold }, now) {
+  const theta = fold ? foldedTheta : thetaOf;
   const cell = (/** @type {number} */ value) => h("td", {}, figure(text, value, 5));
   const heads = HEADS.map((words) => (words ? h("th", { scope: "col" }, words) : h("td", {})));
   const rows = Array.from(now.phi, (phi, k) => {
     const name = h("th", { scope: "row" }, text("arm.name", { arm: k + 1 }));
-    return h("tr", {}, name, cell(thetaOf(phi)), cell(now.phid[k]), cell(now.lambda[k]));
+    return h("tr", {}, name, cell(theta(phi)), cell(now.phid[k]), cell(now.lambda[k]));
   });
   return h("table", {}, h("thead", {}, h("tr", {}, ...heads)), h("tbody", {}, ...rows));
 }
 
-/** The clock's time, in the portrait and in the numbers. @param {View} view */
+/** The clock's time, in the numbers. @param {View} view */
 function follow(view) {
-  const { app, charts, chosen, summary, table, numbers } = view;
+  const { app, charts, summary, table, numbers } = view;
   const { motion, clock, text } = app;
   if (!view.shown || !motion.count || !charts) return;
-  const now = motion.at(clock.time);
-  charts.portrait.mark(thetaOf(now.phi[chosen - 1]), now.phid[chosen - 1]);
   if (clock.playing && performance.now() - view.told < READABLE_MS) return;
   view.told = performance.now();
   summary.textContent = text("plots.numbers", {
     time: text.number((motion.doc.span.start ?? 0) + clock.time, 2),
   });
-  if (numbers.open) table.replaceChildren(tableOf(text, now));
+  if (numbers.open) table.replaceChildren(tableOf(view, motion.at(clock.time)));
 }
 
 /** @param {View} view @param {string} ending "svg" or "png" */
-async function savePicture({ app, group, hidden, chosen, status }, ending) {
+async function savePicture({ app, group, hidden, fold, own, status }, ending) {
   const { motion, clock, store, text } = app;
-  const panels = panelsOf(motion, text, group.zoomed ?? [0, clock.duration], hidden, chosen);
+  const seen = group.zoomed ?? /** @type {[number, number]} */ ([0, clock.duration]);
+  const pair = panelOf(motion, text, own.names, fold);
+  const panels = panelsOf(motion, text, seen, hidden, fold, pair);
   const svg = svgOf(panels, `${store.get().title || text("name")}. ${text("plots.title")}`, text);
   const blob = ending === "svg" ? new Blob([svg], { type: "image/svg+xml" }) : await pngOf(svg);
   const name = `pendulum.${ending}`;
@@ -222,8 +205,26 @@ async function savePicture({ app, group, hidden, chosen, status }, ending) {
   status.textContent = text("plots.saved", { name });
 }
 
-/** @param {Text} text @param {ChartGroup} group */
-function toolbarOf(text, group) {
+/** Angles without full turns; larger for those in the last row. @param {View} view */
+function lookKeys(view) {
+  const { app, own, place } = view;
+  const fold = (/** @type {boolean} */ on) => {
+    view.fold = on;
+    own.fold(on);
+    fill(view);
+  };
+  const enlarge = (/** @type {boolean} */ on) =>
+    place.closest("[data-drawer]")?.classList.toggle("far", on);
+  return [
+    toggle(app.text("plots.fold"), view.fold, fold, { "data-plots": "fold" }),
+    toggle(app.text("plots.large"), false, enlarge, { "data-plots": "large" }),
+  ];
+}
+
+/** @param {View} view */
+function toolbarOf(view) {
+  const { group } = view;
+  const { text } = view.app;
   const out = text("plots.zoomOut");
   const wide = { class: "icon-button", "aria-label": out, title: out };
   return h(
@@ -232,6 +233,7 @@ function toolbarOf(text, group) {
     iconButton("plus", text("plots.zoomIn"), () => group.magnify(0.5)),
     button("\u2212", () => group.magnify(2), wide),
     button(text("plots.zoomAll"), () => group.zoom()),
+    ...lookKeys(view),
   );
 }
 
@@ -246,18 +248,20 @@ function savers(text, word, buttons) {
 
 /** @param {HTMLElement} element @param {View} view */
 function lay(element, view) {
-  const { app, group, legend, place, portraitPlace, numbers, status } = view;
+  const { app, legend, first, place, own, numbers, status } = view;
   const { text } = app;
   const pictures = ["png", "svg"].map((ending) =>
     button(ending.toUpperCase(), () => savePicture(view, ending), { "data-save": ending }),
   );
   element.append(
     h("h2", {}, text("drawer.plots")),
-    h("p", { class: "quiet" }, text("plots.hint")),
-    toolbarOf(text, group),
+    toolbarOf(view),
+    first,
+    h("h3", { class: "chart-title" }, text("plots.own")),
+    own.element,
     legend,
     place,
-    portraitPlace,
+    h("p", { class: "quiet" }, text("plots.hint")),
     numbers,
     savers(text, "plots.picture", pictures),
     numbersAsFiles(app, status),
@@ -287,9 +291,11 @@ function listen(view, bag) {
 function mount(element, app) {
   const group = createGroup(app);
   const bag = createBag();
-  const state = { shown: false, stale: true, arms: 0, hidden: new Set(), chosen: 1, told: 0 };
+  const state = { shown: false, stale: true, arms: 0, hidden: new Set(), fold: true, told: 0 };
+  const own = createAnyChart(app);
   /** @type {View} */
-  const view = { ...partsOf(app.text), app, group, made: createBag(), charts: null, ...state };
+  const view = { ...partsOf(app.text), app, group, made: createBag(), charts: null, own, ...state };
+  bag(own.destroy);
   lay(element, view);
   listen(view, bag);
   return {
@@ -297,9 +303,11 @@ function mount(element, app) {
       view.shown = true;
       if (view.stale) fill(view);
       follow(view);
+      own.show();
     },
     hide() {
       view.shown = false;
+      own.hide();
     },
     destroy() {
       bag.end();

@@ -4,12 +4,12 @@
 // nothing else is changed.
 
 import { createBag, h, svg } from "../../dom.js";
-import { drawn } from "./plot.js";
+import { TYPE, drawn, longest, nameWidth, typeOf } from "./plot.js";
 
-// pixels beside the curves: of the numbers on the left, above, and below without and with times
-const SIDE = 58;
-const ABOVE = 8;
-const BELOW = { without: 6, times: 26 };
+// beside the curves, in heights of the type: the numbers on the left, above, and the times below
+const SIDE = 5;
+const ABOVE = 0.7;
+const BELOW = 2.2;
 const DRAG = 5; // pixels, from which on a press is a drag
 
 /** @typedef {{motion: Motion, clock: Clock, text: Text, group: ChartGroup}} Frame */
@@ -24,11 +24,15 @@ export function createGroup({ motion, clock, text }) {
   const bag = createBag();
   /** @type {[number, number] | null} */
   let zoomed = null; // from, to; null: all of it
+  let letters = 0; // of the longest name beside a chart: all leave the same room for it
 
   /** @type {ChartGroup} */
   const group = {
     get zoomed() {
       return zoomed;
+    },
+    get letters() {
+      return letters;
     },
     /** What is to be seen of the time axis; without arguments all of it. */
     zoom(from = null, to = null) {
@@ -42,6 +46,7 @@ export function createGroup({ motion, clock, text }) {
       for (const chart of charts) chart.point(time);
     },
     add(host, options) {
+      letters = Math.max(letters, longest(options.series));
       const chart = createChart(host, options, { motion, clock, text, group });
       charts.add(chart);
       return chart;
@@ -78,7 +83,8 @@ const span = ({ group, clock }) => group.zoomed ?? [0, clock.duration || 1];
 
 /**
  * The part of a curve that is seen, with a sample before and behind it: of each of `most` stretches
- * of samples the lowest and the highest, which is all that differs in pixels.
+ * of samples the lowest and the highest, which is all that differs in pixels. A stretch with a gap
+ * (NaN) is kept whole.
  * @param {ChartData[0]} ts @param {ChartData[0]} ys @param {[number, number]} seen
  * @param {number} most
  */
@@ -90,9 +96,16 @@ function partOf(ts, ys, [from, to], most) {
   const kept = [];
   for (let first = begin; first < end; first += stretch) {
     let [low, high] = [first, first];
-    for (let i = first + 1; i < Math.min(first + stretch, end); i++) {
+    const last = Math.min(first + stretch, end);
+    let gap = Number.isNaN(ys[first]);
+    for (let i = first + 1; i < last; i++) {
+      gap ||= Number.isNaN(ys[i]);
       if (!(Number(ys[i]) >= Number(ys[low]))) low = i;
       if (!(Number(ys[i]) <= Number(ys[high]))) high = i;
+    }
+    if (gap) {
+      for (let i = first; i < last; i++) kept.push(i);
+      continue;
     }
     kept.push(Math.min(low, high));
     if (low !== high) kept.push(Math.max(low, high));
@@ -173,7 +186,8 @@ function createArea(frame) {
     /** @param {import("./plot.js").Box} box */
     lay({ x, y, wide: width, tall }) {
       wide = width;
-      Object.assign(area.style, { left: `${x}px`, top: `${y}px`, height: `${tall}px` });
+      const [left, top] = [`${x}px`, `${y}px`];
+      Object.assign(area.style, { left, top, width: `${width}px`, height: `${tall}px` });
     },
     follow: () => put(now, frame.clock.time),
     point: (/** @type {number | null} */ time) => put(pointer, time),
@@ -182,33 +196,36 @@ function createArea(frame) {
 }
 
 /**
- * One chart: `series` has one entry for each list of data after the times; `times` says whether the
- * time axis has its numbers; `log` means powers of ten.
+ * One chart: `series` has one entry for each list of data after the times; `log` means powers of
+ * ten; `degrees`: its values are angles; `height` in pixels at the usual type.
  * @param {HTMLElement} host @param {ChartOptions} options @param {Frame} frame @returns {Chart}
  */
-function createChart(host, { series, times = false, log = false, height = 120 }, frame) {
-  const { motion, text } = frame;
+function createChart(host, { series, log = false, degrees = false, height = 140 }, frame) {
+  const { motion, text, group } = frame;
   const { area, lay, follow, point, end } = createArea(frame);
   let drawing = svg("svg", {});
   host.replaceChildren(drawing, area);
-  host.style.height = `${height}px`;
+  host.style.height = `${height / TYPE}em`;
   const shown = series.map((one) => one.shown ?? true);
-  const tall = height - ABOVE - (times ? BELOW.times : BELOW.without);
   /** @type {ChartData} */
   let data = [new Float64Array(0), ...series.map(() => [])];
   let width = 0;
-  const label = (/** @type {number} */ tick) =>
-    times ? text.short((motion.doc.span.start ?? 0) + tick) : "";
+  const label = (/** @type {number} */ tick, /** @type {boolean} */ last) =>
+    text.short((motion.doc.span.start ?? 0) + tick) + (last ? " s" : "");
 
   function range() {
-    if (width <= SIDE) return;
+    const type = typeOf(host);
+    const height = host.clientHeight;
+    const wide = width - SIDE * type - nameWidth(group.letters, type);
+    if (wide <= 0) return;
     const from = span(frame);
-    const box = { x: SIDE, y: ABOVE, wide: width - SIDE, tall };
-    const curves = series.flatMap(({ colour, dash, width: thick = 1.4 }, i) => {
-      const look = { colour, dash, width: thick };
+    const box = { x: SIDE * type, y: ABOVE * type, wide, tall: height - (ABOVE + BELOW) * type };
+    const curves = series.flatMap(({ colour, dash, width: thick = 1.4, name }, i) => {
+      const look = { colour, dash, width: (thick * type) / TYPE, name };
       return shown[i] ? [{ ...partOf(data[0], data[i + 1], from, 2 * box.wide), ...look }] : [];
     });
-    const { parts } = drawn({ from, log, clip: true, label, curves }, box, text);
+    const axes = { log, clip: true, label, degrees: degrees ? "y" : "" };
+    const { parts } = drawn({ from, curves, ...axes }, box, text, type);
     const size = { width, height, viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" };
     const next = svg("svg", size, ...parts);
     drawing.replaceWith(next);
@@ -217,7 +234,7 @@ function createChart(host, { series, times = false, log = false, height = 120 },
     follow();
   }
   const measure = () => {
-    if (!host.clientWidth || host.clientWidth === width) return;
+    if (!host.clientWidth) return;
     width = host.clientWidth;
     range();
   };

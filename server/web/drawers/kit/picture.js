@@ -3,12 +3,12 @@
 // Invariant: black on white whatever the theme; the same panels give the same text.
 
 import { svg } from "../../dom.js";
-import { drawn } from "./plot.js";
+import { drawn, longest, nameWidth } from "./plot.js";
 
 const WIDE = 900;
 const LEFT = 92;
-const RIGHT = 20;
 const GAP = 60;
+const TYPE = 12;
 
 /**
  * A curve of a panel.
@@ -17,22 +17,9 @@ const GAP = 60;
  */
 
 /**
- * @typedef {{title: string, x?: [number, number], height?: number, series: PanelSeries[]}} Panel
+ * @typedef {{title: string, x?: [number, number], degrees?: string, height?: number,
+ * series: PanelSeries[]}} Panel
  */
-
-/**
- * The curves' names with a bit of each curve, from the right.
- * @param {Panel} panel @param {number} top
- */
-function namesOf({ series }, top) {
-  let at = WIDE - RIGHT;
-  return [...series].reverse().flatMap(({ name, colour, dash }) => {
-    at -= name.length * 7 + 34;
-    const look = { stroke: colour, "stroke-dasharray": dash?.join(" ") ?? "none" };
-    const line = svg("path", { d: `M${at} ${top - 12}h18`, ...look, "stroke-width": 2.5 });
-    return [line, svg("text", { x: at + 22, y: top - 8, fill: "#333" }, name)];
-  });
-}
 
 /**
  * Panels, one below the other, as SVG.
@@ -41,18 +28,20 @@ function namesOf({ series }, top) {
 export function svgOf(panels, title, text) {
   let top = 64;
   const bold = { x: LEFT, "font-weight": 600 };
-  const parts = panels.flatMap((panel) => {
+  const right = 20 + Math.max(0, ...panels.map(({ series }) => nameWidth(longest(series), TYPE)));
+  const parts = panels.flatMap(({ x: from, degrees, series: curves, height = 150, ...panel }) => {
     const y = top;
-    const box = { x: LEFT, y, wide: WIDE - LEFT - RIGHT, tall: panel.height ?? 150 };
-    top += box.tall + GAP;
-    const curves = drawn({ from: panel.x, curves: panel.series }, box, text, "#ddd", "#555").parts;
-    return [...curves, svg("text", { ...bold, y: y - 8 }, panel.title), ...namesOf(panel, y)];
+    const box = { x: LEFT, y, wide: WIDE - LEFT - right, tall: height };
+    top += height + GAP;
+    const picture = { from, degrees, curves };
+    const all = drawn(picture, box, text, TYPE, "#ddd", "#555").parts;
+    return [...all, svg("text", { ...bold, y: y - 8 }, panel.title)];
   });
   const tall = top - 20;
   const paper = svg("rect", { width: "100%", height: "100%", fill: "#fff" });
   const head = svg("text", { ...bold, y: 26, "font-size": 16 }, title);
   const size = { width: WIDE, height: tall, viewBox: `0 0 ${WIDE} ${tall}` };
-  const font = { "font-family": "system-ui, sans-serif", "font-size": 12 };
+  const font = { "font-family": "system-ui, sans-serif", "font-size": TYPE };
   const all = svg("svg", { ...size, ...font }, paper, head, ...parts);
   return `${new XMLSerializer().serializeToString(all)}\n`;
 }

@@ -11,17 +11,19 @@ import { figure } from "./kit.js";
 /** @typedef {ArrayLike<number | null>} Values */
 
 /**
- * A curve: a line of a width, or dots of a radius.
+ * A curve: a line of a width, or dots of a radius; name: the words at its right end.
  * @typedef {{xs: Values, ys: Values, colour: string, dots?: number, dash?: number[] | null, width?:
- * number}} Curve
+ * number, name?: string}} Curve
  */
 
 /**
  * What is drawn. x, y: the words of the axes; from: the ends of the x axis, where curves are cut if
- * `clip` is set; low: the y axis includes this value; log: the y axis has powers of ten; label: the
- * text of a number of the x axis.
+ * `clip` is set; low: the y axis includes this value; log: the y axis has powers of ten; degrees:
+ * the axes ("x", "y", "xy") whose round numbers are parts of a turn; label: the text of a number of
+ * the x axis, and whether it is the last one.
  * @typedef {{x?: string, y?: string, curves: Curve[], from?: [number, number], low?: number, log?:
- * boolean, clip?: boolean, label?: (value: number) => string}} Picture
+ * boolean, clip?: boolean, degrees?: string, label?: (value: number, last: boolean) => string
+ * }} Picture
  */
 
 /** Where curves lie, pixels. @typedef {{x: number, y: number, wide: number, tall: number}} Box */
@@ -33,6 +35,8 @@ import { figure } from "./kit.js";
  */
 
 const LEAST = 1e-16; // about the last digit of a double near 1
+const TURNS = [15, 30, 45, 90, 180, 360, 720, 1800, 3600]; // degrees between round numbers
+export const TYPE = 11.5; // pixels: the type for which widths and heights are given
 
 /** @param {number | null} value @returns {value is number} */
 const there = (value) => value !== null && Number.isFinite(value);
@@ -41,18 +45,19 @@ const there = (value) => value !== null && Number.isFinite(value);
 const ink = (colour) => (colour.startsWith("--") ? `var(${colour})` : colour);
 
 /**
- * Round numbers between two, about `many` of them.
- * @param {number} low @param {number} high @param {number} many @returns {number[]}
+ * Round numbers between two, about `many` of them, at least three.
+ * @param {number} low @param {number} high @param {number} many @param {boolean} [degrees]
+ * @returns {number[]}
  */
-function ticks(low, high, many) {
+export function ticks(low, high, many, degrees = false) {
   const raw = (high - low) / many;
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * ([1, 2, 5, 10].find((part) => part * power >= raw) ?? 10);
+  const round = power * ([1, 2, 5, 10].find((part) => part * power >= raw) ?? 10);
+  const step = (degrees && raw > 10 && TURNS.find((part) => part >= raw)) || round;
   const list = [];
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; i++)
     list.push(i * step);
-  // one number alone tells no scale
-  return list.length < 2 && many < 20 ? ticks(low, high, many + 1) : list;
+  return list.length < 3 && many < 20 ? ticks(low, high, many + 1, degrees) : list;
 }
 
 /**
@@ -125,27 +130,33 @@ function scaleOf({ curves, low, from, log }, box) {
 /**
  * Axes with their numbers and words.
  * @param {Scale} scale @param {Picture} picture @param {Box} box @param {Text} text
+ * @param {number} type pixels
  */
-function axes({ xs, ys, x, y }, picture, box, text) {
+function axes({ xs, ys, x, y }, picture, box, text, type) {
   const middle = { "text-anchor": "middle" };
   const floor = box.y + box.tall;
   let lines = "";
   const words = [];
   const label = picture.label ?? ((/** @type {number} */ value) => figure(text, value));
-  for (const value of ticks(...xs, Math.max(3, box.wide / 65))) {
+  const { degrees = "" } = picture;
+  const across = ticks(...xs, Math.max(3, box.wide / (5.7 * type)), degrees.includes("x"));
+  across.forEach((value, i) => {
     const at = x(value).toFixed(1);
     lines += `M${at} ${box.y}V${floor}`;
-    words.push(svg("text", { x: at, y: floor + 14, ...middle }, label(value || 0)));
-  }
-  for (const value of picture.log ? powers(...ys) : ticks(...ys, Math.max(2, box.tall / 30))) {
+    const shown = label(value || 0, i === across.length - 1);
+    words.push(svg("text", { x: at, y: floor + 1.25 * type, ...middle }, shown));
+  });
+  const many = Math.max(2, box.tall / (2.6 * type));
+  const upwards = picture.log ? powers(...ys) : ticks(...ys, many, degrees.includes("y"));
+  for (const value of upwards) {
     const at = y(value).toFixed(1);
     lines += `M${box.x} ${at}h${box.wide}`;
-    const place = { x: box.x - 6, y: Number(at) + 4, "text-anchor": "end" };
+    const place = { x: box.x - 6, y: Number(at) + 0.35 * type, "text-anchor": "end" };
     words.push(svg("text", place, figure(text, value || 0)));
   }
-  const turned = `translate(10 ${box.y + box.tall / 2}) rotate(-90)`;
+  const turned = `translate(${0.9 * type} ${box.y + box.tall / 2}) rotate(-90)`;
   if (picture.y) words.push(svg("text", { transform: turned, ...middle }, picture.y));
-  const below = { x: box.x + box.wide / 2, y: floor + 32, ...middle };
+  const below = { x: box.x + box.wide / 2, y: floor + 2.8 * type, ...middle };
   if (picture.x) words.push(svg("text", below, picture.x));
   return { lines, words };
 }
@@ -188,47 +199,92 @@ function curveOf(curve, scale) {
   return svg("path", { d: way, ...look, stroke: "none", "fill-opacity": 0.75 });
 }
 
+/** Letters of the longest name at the end of a curve. @param {{name?: string}[]} curves */
+export const longest = (curves) => Math.max(0, ...curves.map(({ name }) => name?.length ?? 0));
+
+/**
+ * How wide names of so many letters are, pixels; 0 without any.
+ * @param {number} letters @param {number} type pixels
+ */
+export const nameWidth = (letters, type) => letters && (0.6 * letters + 0.7) * type;
+
+/**
+ * The names at the right ends of their curves, in their colours, none over another.
+ * @param {Curve[]} curves @param {Scale} scale @param {Box} box @param {number} type pixels
+ */
+function namesAt(curves, scale, box, type) {
+  const ends = curves.flatMap(({ xs, ys, name, colour }) => {
+    let i = name ? xs.length - 1 : -1;
+    while (i >= 0 && !(there(ys[i]) && Number(xs[i]) <= scale.xs[1])) i--;
+    if (i < 0) return [];
+    const at = Math.max(box.y, Math.min(scale.y(Number(ys[i])), box.y + box.tall));
+    return [{ name: name ?? "", colour, at }];
+  });
+  ends.sort((a, b) => a.at - b.at);
+  ends.forEach((end, i) => {
+    if (i) end.at = Math.max(end.at, ends[i - 1].at + type);
+  });
+  let most = box.y + box.tall;
+  for (const end of [...ends].reverse()) {
+    end.at = Math.min(end.at, most);
+    most = end.at - type;
+  }
+  const x = box.x + box.wide + 0.4 * type;
+  return ends.map(({ name, colour, at }) =>
+    svg("text", { x, y: (at + 0.35 * type).toFixed(1), fill: ink(colour) }, name),
+  );
+}
+
 /**
  * A picture in a box, and where numbers lie in it.
- * @param {Picture} picture @param {Box} box @param {Text} text @param {string} line
- * @param {string} quiet colours of the axes' lines and words
+ * @param {Picture} picture @param {Box} box @param {Text} text @param {number} type of its words,
+ * pixels @param {string} line @param {string} quiet colours of the axes' lines and words
  */
-export function drawn(picture, box, text, line = "--line", quiet = "--quiet") {
+export function drawn(picture, box, text, type = TYPE, line = "--line", quiet = "--quiet") {
   const scale = scaleOf(picture, box);
-  const { lines, words } = axes(scale, picture, box, text);
-  const named = svg("g", { fill: ink(quiet), "font-size": 11 }, ...words);
+  const { lines, words } = axes(scale, picture, box, text, type);
+  const named = svg("g", { fill: ink(quiet), "font-size": type }, ...words);
+  const ends = namesAt(picture.curves, scale, box, type);
+  const names = svg("g", { "font-size": type, "font-weight": 600, class: "curve-names" }, ...ends);
   const curves = picture.curves.map((curve) => curveOf(curve, scale));
   const { x, y, wide: width, tall: height } = box;
   const frame = { x, y, width, height, viewBox: `${x} ${y} ${width} ${height}` };
   const inside = picture.clip ? [svg("svg", frame, ...curves)] : curves;
-  return { scale, parts: [svg("path", { d: lines, stroke: ink(line) }), named, ...inside] };
+  const grid = svg("path", { d: lines, stroke: ink(line) });
+  return { scale, parts: [grid, named, ...inside, names] };
 }
+
+/** The size of the type of a place, pixels. @param {HTMLElement} element */
+export const typeOf = (element) => parseFloat(getComputedStyle(element).fontSize) || TYPE;
 
 /**
  * The plot while it is there.
- * @typedef {{element: HTMLElement, point: HTMLElement, text: Text, height: number, picture: Picture
- * | null, scale: Scale | null}} Plot
+ * @typedef {{element: HTMLElement, point: HTMLElement, text: Text, picture: Picture | null,
+ * scale: Scale | null}} Plot
  */
 
 /** @param {Plot} plot */
 function draw(plot) {
-  const { element, point, text, height, picture } = plot;
-  const width = element.clientWidth;
+  const { element, point, text, picture } = plot;
+  const [width, height] = [element.clientWidth, element.clientHeight];
   if (!width || !picture) return;
-  const box = { x: 52, y: 8, wide: width - 62, tall: height - (picture.x ? 44 : 30) };
-  const { scale, parts } = drawn(picture, box, text);
+  const type = typeOf(element);
+  const right = 0.9 * type + nameWidth(longest(picture.curves), type);
+  const tall = height - (picture.x ? 3.8 : 2.6) * type;
+  const box = { x: 4.5 * type, y: 0.7 * type, wide: width - 4.5 * type - right, tall };
+  const { scale, parts } = drawn(picture, box, text, type);
   const size = { width, height, viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" };
   plot.scale = scale;
   element.replaceChildren(svg("svg", size, ...parts), point);
 }
 
-/** A plot of so many pixels. @param {Text} text @param {number} height */
+/** A plot of so many pixels at the usual type. @param {Text} text @param {number} height */
 export function createPlot(text, height) {
   const element = h("div", { class: "plot", role: "img" });
   const point = h("div", { class: "plot-point", hidden: true });
   /** @type {Plot} */
-  const plot = { element, point, text, height, picture: null, scale: null };
-  element.style.height = `${height}px`;
+  const plot = { element, point, text, picture: null, scale: null };
+  element.style.height = `${height / TYPE}em`;
   const observer = new ResizeObserver(() => draw(plot));
   observer.observe(element);
   return {

@@ -1,6 +1,7 @@
 // What the plots show, as lists: columns of the motion, its energies, and the panels of a picture
 // for paper.
-// Leaves to others: charts on the page (plots.js), the picture (picture.js).
+// Leaves to others: charts on the page (plots.js), any two quantities (any_chart.js), the picture
+// (picture.js).
 // Invariant: every number is a sample of the server's.
 
 import { thetaOf } from "../../angles.js";
@@ -32,6 +33,20 @@ export function columnOf(values, width, k, count, shown = plain) {
   const list = new Float64Array(count);
   for (let i = 0; i < count; i++) list[i] = shown(values[i * width + k]);
   return list;
+}
+
+/**
+ * Angles in degrees without full turns; where one begins again there is a gap (NaN).
+ * @param {Float64Array} list
+ */
+export function folded(list) {
+  let before = NaN;
+  return list.map((value) => {
+    const theta = value - 360 * Math.ceil(value / 360 - 0.5);
+    const jumps = Math.abs(theta - before) > 180;
+    before = theta;
+    return jumps ? NaN : theta;
+  });
 }
 
 /**
@@ -69,32 +84,17 @@ function cutOf(motion, [from, to]) {
 }
 
 /** The colour of a custom property on paper. @param {string} name */
-function paperColour(name) {
+export function paperColour(name) {
   const style = getComputedStyle(document.documentElement);
   return style.getPropertyValue(name.replace("--arm", "--print-arm")).trim() || "#1c2330";
 }
 
 /**
- * The phase portrait as a panel.
- * @param {Motion} motion @param {number} arm @param {Text} text @returns {Panel}
- */
-function portraitPanel({ columns, n, count }, arm, text) {
-  const xs = columnOf(columns.phi, n, arm - 1, count, thetaOf);
-  const ys = columnOf(columns.phid, n, arm - 1, count);
-  const title = `${text("plots.portrait", { arm })}: ${text("plots.portraitAxes")}`;
-  return {
-    title,
-    height: 300,
-    series: [{ name: "", colour: paperColour(armLook(arm).name), xs, ys }],
-  };
-}
-
-/**
- * The panels as they are seen: the same arms, the same time.
+ * The panels as they are seen: the same arms, the same time, and one of their own.
  * @param {Motion} motion @param {Text} text @param {[number, number]} x @param {Set<number>} hidden
- * arms, from 0 @param {number} chosen the portrait's arm
+ * arms, from 0 @param {boolean} fold @param {Panel} own
  */
-export function panelsOf(motion, text, x, hidden, chosen) {
+export function panelsOf(motion, text, x, hidden, fold, own) {
   const { columns, count, n } = motion;
   const { t, cut } = cutOf(motion, x);
   const seen = Array.from({ length: n }, (_, k) => k).filter((k) => !hidden.has(k));
@@ -102,7 +102,8 @@ export function panelsOf(motion, text, x, hidden, chosen) {
   const lines = (column, unit) =>
     seen.map((k) => {
       const { name, dash } = armLook(k + 1);
-      const ys = cut(columnOf(columns[column], n, k, count, unit));
+      const list = columnOf(columns[column], n, k, count, unit);
+      const ys = cut(fold && column === "phi" ? folded(list) : list);
       return { name: String(k + 1), colour: paperColour(name), dash, xs: t, ys };
     });
   const lists = energiesIn(motion);
@@ -117,14 +118,15 @@ export function panelsOf(motion, text, x, hidden, chosen) {
   };
   /** @type {Panel[]} */
   const panels = [
+    { title: text("plots.energy"), x, series: energies },
     ...PER_ARM.map(({ id, column, shown }) => ({
       title: text(`plots.${id}`),
       x,
+      degrees: column === "phi" ? "y" : "",
       series: lines(column, shown),
     })),
-    { title: text("plots.energy"), x, series: energies },
     { title: text("plots.drift"), x, series: [drift] },
-    portraitPanel(motion, chosen, text),
+    own,
   ];
   return panels.filter(({ series }) => series.length);
 }

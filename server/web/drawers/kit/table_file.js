@@ -21,16 +21,17 @@ export const ownMarks = () =>
 const cell = (words, between) =>
   /["\n]/.test(words) || words.includes(between) ? `"${words.replaceAll('"', '""')}"` : words;
 
-/** @typedef {{head: string, value: (i: number) => number}} TableColumn */
+/** @typedef {{id: string, head: string, value: (i: number) => number}} TableColumn */
 
 /**
  * A column of each arm.
- * @param {number} n @param {(arm: number) => string} head
+ * @param {number} n @param {Text} text @param {string} name
  * @param {(i: number, k: number) => number} value
  */
-const perArm = (n, head, value) =>
+const perArm = (n, text, name, value) =>
   Array.from({ length: n }, (_, k) => ({
-    head: head(k + 1),
+    id: `${name}_${k + 1}`,
+    head: text(`table.${name}`, { arm: k + 1 }),
     value: (/** @type {number} */ i) => value(i, k),
   }));
 
@@ -55,20 +56,23 @@ function placesOf({ track }) {
 export function columnsOf(motion, text) {
   const { columns, n, t, doc } = motion;
   const { start = 0 } = doc.span;
-  const named = (/** @type {string} */ key) => (/** @type {number} */ arm) =>
-    text(`table.${key}`, { arm });
   const places = placesOf(motion);
   const energies = energiesIn(motion);
-  const cart = { head: text("table.cart"), value: (/** @type {number} */ i) => columns.cart_x[i] };
+  const cart = {
+    id: "cart",
+    head: text("table.cart"),
+    value: (/** @type {number} */ i) => columns.cart_x[i],
+  };
   return [
-    { head: text("table.time"), value: (i) => start + t[i] },
-    ...perArm(n, named("theta"), (i, k) => thetaOf(columns.phi[i * n + k])),
-    ...perArm(n, named("omega"), (i, k) => columns.phid[i * n + k]),
-    ...perArm(n, named("x"), (i, k) => places(i).x[k]),
-    ...perArm(n, named("y"), (i, k) => places(i).y[k]),
-    ...perArm(n, named("force"), (i, k) => columns.lambda[i * n + k]),
+    { id: "time", head: text("table.time"), value: (i) => start + t[i] },
+    ...perArm(n, text, "theta", (i, k) => thetaOf(columns.phi[i * n + k])),
+    ...perArm(n, text, "omega", (i, k) => columns.phid[i * n + k]),
+    ...perArm(n, text, "x", (i, k) => places(i).x[k]),
+    ...perArm(n, text, "y", (i, k) => places(i).y[k]),
+    ...perArm(n, text, "force", (i, k) => columns.lambda[i * n + k]),
     ...(columns.cart_x ? [cart] : []),
     ...ENERGIES.map(({ id }, k) => ({
+      id,
       head: text(`table.${id}`),
       value: (/** @type {number} */ i) => energies[k][i],
     })),

@@ -50,7 +50,7 @@ export function openCurves(app, place) {
     host,
   );
   const series = [{ colour: "--ink" }, { colour: pale, dash: [6, 3] }];
-  const chart = group.add(host, { series, times: true, height: 150 });
+  const chart = group.add(host, { series, degrees: true, height: 150 });
 
   function fill() {
     const ghost = motion.ghosts.find(({ doc }) => isLinear(doc));

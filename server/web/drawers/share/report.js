@@ -11,6 +11,7 @@ import { request } from "../../state.js";
 import { NUMBERS } from "../measure/gauge_numbers.js";
 import { readings } from "../measure/gauge_words.js";
 import { figure } from "../kit/kit.js";
+import { panelOf } from "../kit/any_chart.js";
 import { svgOf } from "../kit/picture.js";
 import { panelsOf } from "../kit/plot_data.js";
 import { farthestOf, formulaOf, periodOf, periodWords, swingsOf } from "../measure/periods.js";
@@ -134,7 +135,9 @@ async function paperOf(app, link, qrcode, urls) {
   const at = text("report.at", { time });
   const hidden = new Set(Array.from({ length: motion.n }, (_, k) => k).filter((k) => k >= 8));
   const arm = store.get().view.selected || 1;
-  const svg = svgOf(panelsOf(motion, text, [0, clock.duration], hidden, arm), title, text);
+  const portrait = panelOf(motion, text, [`theta_${arm}`, `omega_${arm}`], true);
+  const panels = panelsOf(motion, text, [0, clock.duration], hidden, true, portrait);
+  const svg = svgOf(panels, title, text);
   const plots = new Blob([svg], { type: "image/svg+xml" });
   const made = new Date().toLocaleString(text.language, { dateStyle: "long", timeStyle: "short" });
   const stage = await imageOf(await stagePicture(), at, urls);
