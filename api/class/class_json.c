@@ -11,7 +11,7 @@
 #include "api/read/field.h"
 
 /* most characters of texts */
-enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16 };
+enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16, CLASS_TRIES = 20 };
 
 /* factor by which a received body may exceed its canonical form, because of blanks and the format
  * of numbers */
@@ -183,13 +183,26 @@ static void class_pupil(const struct api_value *root, struct class_reading *read
     if (text) strncpy(reading->facts->nickname, text, sizeof reading->facts->nickname - 1);
 }
 
+/* reads the teacher's clock and drawer, which the class follows */
+static void class_follow(const struct api_value *follow, struct api_problem *problem) {
+    static const char *const fields[] = {"drawer", "time", "playing", NULL};
+    int playing = 0;
+    double time;
+    if (api_value_kind(follow) == API_MISSING || !api_field_object(follow, problem)) return;
+    (void)api_value_only(follow, fields, problem);
+    class_text(API_MEMBER(follow, "drawer"), 0, CLASS_UNIT, 1, problem);
+    (void)api_value_read_number(API_MEMBER(follow, "time"), 0, 1e9, "s", &time, problem);
+    (void)api_field_truth(API_MEMBER(follow, "playing"), &playing, problem);
+}
+
 static void class_stage(const struct api_value *root, struct class_reading *reading) {
-    static const char *const fields[] = {"scene",     "frozen",        "open",
-                                         "text",      "release",       "question",
-                                         "worksheet", "address_share", NULL};
+    static const char *const fields[] = {"scene",   "frozen",   "open",      "text",
+                                         "release", "question", "worksheet", "address_share",
+                                         "follow",  "pace",     NULL};
     struct api_problem *problem = reading->problem;
     struct api_value release = api_value_member(root, "release");
     int truth = 0, opened = 1;
+    long count;
     (void)api_value_only(root, fields, problem);
     class_scene(API_MEMBER(root, "scene"), reading);
     (void)api_field_truth(API_MEMBER(root, "frozen"), &truth, problem);
@@ -200,10 +213,11 @@ static void class_stage(const struct api_value *root, struct class_reading *read
     (void)api_field_whole(API_MEMBER(root, "address_share"), 1, 100000, &reading->facts->share,
                           problem);
     reading->facts->shut = !opened;
+    class_follow(API_MEMBER(root, "follow"), problem);
+    (void)api_field_whole(API_MEMBER(root, "pace"), 1, API_CLASS_STEPS, &count, problem);
     if (api_value_kind(&release) == API_MISSING || !api_field_object(&release, problem)) return;
     static const char *const parts[] = {"number", "spread", NULL};
     struct api_value number = api_value_member(&release, "number");
-    long count;
     double rad;
     (void)api_value_only(&release, parts, problem);
     if (api_field_needed(&number, problem))
@@ -317,14 +331,16 @@ static void class_step(const struct api_value *steps, const struct api_value *st
 }
 
 static void class_worksheet(const struct api_value *root, struct class_reading *reading) {
-    static const char *const fields[] = {"title", "language", "steps", "closed", NULL};
+    static const char *const fields[] = {"title", "language", "steps", "closed", "feedback", NULL},
+                             *const when[] = {"at_once", "at_end", "never", NULL};
     struct api_problem *problem = reading->problem;
     struct api_value steps = api_value_member(root, "steps");
-    int count = api_value_count(&steps), shut = 0;
+    int count = api_value_count(&steps), shut = 0, word;
     (void)api_value_only(root, fields, problem);
     class_text(API_MEMBER(root, "title"), 1, CLASS_TITLE, 1, problem);
     class_text(API_MEMBER(root, "language"), 0, CLASS_UNIT, 1, problem);
     (void)api_field_truth(API_MEMBER(root, "closed"), &shut, problem);
+    (void)api_field_word(API_MEMBER(root, "feedback"), when, &word, problem);
     reading->facts->flag = shut ? FLAG_CLOSED : 0;
     if (api_value_kind(&steps) != API_ARRAY || count < 1 || count > API_CLASS_STEPS) {
         api_value_fault(&steps, problem, API_CODE_WRONG_COUNT "must be a list of 1 to %d steps",
@@ -336,10 +352,24 @@ static void class_worksheet(const struct api_value *root, struct class_reading *
         class_step(&steps, &step, reading);
 }
 
+/* reads the earlier answers to a step, the first one first */
+static void class_tries(const struct api_value *tries, struct api_problem *problem) {
+    if (api_value_kind(tries) == API_MISSING) return;
+    if (api_value_kind(tries) != API_ARRAY || api_value_count(tries) > CLASS_TRIES) {
+        api_value_fault(tries, problem,
+                        API_CODE_WRONG_COUNT "must be a list of at most %d earlier answers",
+                        CLASS_TRIES);
+        return;
+    }
+    struct api_value item = api_value_first(tries);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        (void)class_value(&item, problem);
+}
+
 static void class_handin(const struct api_value *root, struct class_reading *reading) {
-    static const char *const fields[] = {"answers", "done", NULL}, *const parts[] = {"step",
-                                                                                     "value",
-                                                                                     "scene", NULL};
+    static const char *const fields[] = {"answers", "done", NULL}, *const parts[] = {
+                                                                       "step", "value", "scene",
+                                                                       "tries", NULL};
     struct api_problem *problem = reading->problem;
     struct api_value answers = api_value_member(root, "answers");
     int truth;
@@ -357,6 +387,7 @@ static void class_handin(const struct api_value *root, struct class_reading *rea
         (void)api_value_only(&answer, parts, problem);
         (void)class_id(API_MEMBER(&answer, "step"), 1, problem);
         (void)class_value(API_MEMBER(&answer, "value"), problem);
+        class_tries(API_MEMBER(&answer, "tries"), problem);
         class_scene(API_MEMBER(&answer, "scene"), reading);
     }
 }

@@ -70,6 +70,13 @@ TEST(what_stands_in_a_room_is_kept_in_one_form) {
               1);
     CHECK_INT(good(API_CLASS_STAGE, "{\"scene\":" SCENE ",\"release\":{\"number\":3}}", NULL).shut,
               0);
+    good(API_CLASS_STAGE, "{\"pace\":50,\"follow\":{\"playing\":true,\"time\":2.5}}",
+         "{\"follow\":{\"playing\":true,\"time\":2.5},\"pace\":50}");
+    good(API_CLASS_STAGE, "{\"follow\":{\"drawer\":\"plots\"}}", NULL);
+    good(API_CLASS_WORKSHEET,
+         "{\"title\":\"T\",\"feedback\":\"at_end\",\"steps\":[{\"id\":\"a\"}]}", NULL);
+    good(API_CLASS_HANDIN, "{\"answers\":[{\"step\":\"a\",\"value\":2,\"tries\":[3,\"x\"]}]}",
+         NULL);
     good(API_CLASS_OWN_STAGE, "{\"scene\":" SCENE ",\"state\":\"stuck\",\"release\":3}", NULL);
     good(API_CLASS_OWN_STAGE, "{\"state\":\"away\"}", NULL);
     good(API_CLASS_OWN_STAGE, "{\"idle\":2592000}", NULL);
@@ -99,6 +106,19 @@ TEST(what_may_not_stand_in_a_room_is_refused_with_its_place) {
     bad(API_CLASS_PUPIL, 422, "{\"nickname\":\"Ada\",\"surname\":\"L\"}", "/surname", "known");
     bad(API_CLASS_STAGE, 422, "{\"scene\":{\"request\":{}}}", "/scene/request/pendulum", "");
     bad(API_CLASS_STAGE, 422, "{\"release\":{\"spread\":2}}", "/release/spread", "1");
+    bad(API_CLASS_STAGE, 422, "{\"pace\":51}", "/pace", "50");
+    bad(API_CLASS_STAGE, 422, "{\"follow\":{\"time\":-1}}", "/follow/time", "0");
+    bad(API_CLASS_STAGE, 422, "{\"follow\":{\"speed\":1}}", "/follow/speed", "known");
+    bad(API_CLASS_WORKSHEET, 422,
+        "{\"title\":\"T\",\"feedback\":\"soon\",\"steps\":[{\"id\":\"a\"}]}", "/feedback",
+        "at_once");
+    bad(API_CLASS_HANDIN, 422,
+        "{\"answers\":[{\"step\":\"a\",\"value\":1,\"tries\":[1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,"
+        "1,"
+        "1,1]}]}",
+        "/answers/0/tries", "at most 20");
+    bad(API_CLASS_HANDIN, 422, "{\"answers\":[{\"step\":\"a\",\"value\":1,\"tries\":[null]}]}",
+        "/answers/0/tries/0", "a number or a text");
     bad(API_CLASS_OWN_STAGE, 422, "{\"state\":\"asleep\"}", "/state", "working");
     bad(API_CLASS_OWN_STAGE, 422, "{\"idle\":-1}", "/idle", "0");
     bad(API_CLASS_OWN_STAGE, 422, "{\"idle\":2592001}", "/idle", "2592000");
