@@ -150,10 +150,15 @@ function addTab({ app, tabs, panels }, id) {
   panels.set(id, h("div", { role: "tabpanel", ...back, hidden: true, tabindex: -1 }));
 }
 
-/** The names in the order that their reader needs: in a class its drawers come first. */
+/**
+ * The names in the order that their reader needs: in a class its drawers come first; a pupil's
+ * worksheet lies in that of the class.
+ */
 function orderOf() {
-  const first = "room" in document.documentElement.dataset ? IN_CLASS : [];
-  return [...first, ...DRAWERS.filter((id) => !first.includes(id))];
+  const { room } = document.documentElement.dataset;
+  const first = room ? IN_CLASS : [];
+  const all = [...first, ...DRAWERS.filter((id) => !first.includes(id))];
+  return room === "pupil" ? all.filter((id) => id !== "worksheet") : all;
 }
 
 /** @param {Chest} chest @param {HTMLElement} list */

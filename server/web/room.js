@@ -11,6 +11,9 @@ export function codeInAddress() {
   return /^[A-HJ-NP-Z2-9]{6}$/i.test(asked) ? asked.toUpperCase() : null;
 }
 
+/** The token by which the address leads a room, /CODE#teach=TOKEN; null without one. */
+export const leadInAddress = () => /^#teach=([\w-]{22,200})$/.exec(location.hash)?.[1] ?? null;
+
 /** The worksheet in the address that comes with the page, /?sheet=period; null without one. */
 export function sheetInAddress() {
   const asked = new URLSearchParams(location.search).get("sheet");

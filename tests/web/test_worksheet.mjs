@@ -19,6 +19,7 @@ export async function the_five_experiments_take_twelve_actions(rig) {
   let actions = 0;
   const click = async (selector) => { actions++; await page.click(selector); };
   await click('[data-tab="worksheet"]');
+  await click("[data-sheet=begin]");
   await step(page, "One arm");
   assert.equal(await arms(page), 1, "a step sets the stage");
   assert.ok(await page.isDisabled("[data-step='2']"), "one goes on with the right answer only");
@@ -30,12 +31,13 @@ export async function the_five_experiments_take_twelve_actions(rig) {
     await click(`[data-choice='${choice}']`);
     await click("[data-sheet=answer]");
   }
-  await page.waitForSelector("text=✓ Handed in");
+  await page.waitForSelector("text=Handed in: 5 of 5 correct.");
   assert.equal(await page.locator(".step-key.done").count(), 5);
   assert.ok(actions <= 12, `${actions} actions`);
   await rig.shot(page, "worksheet-done");
   await page.reload();
   await openDrawer(page, "worksheet");
+  await page.click("[data-sheet=begin]");
   await page.waitForSelector("[data-step='5']");
   assert.equal(await page.locator(".step-key.done").count(), 5, "what was answered stays answered");
   await close(page);
@@ -47,6 +49,7 @@ export async function a_wrong_answer_shows_the_hint_and_keys_suffice(rig) {
   await openDrawer(page, "worksheet");
   await page.focus("[data-sheet=which]");
   await page.selectOption("[data-sheet=which]", "tension");
+  await page.press("[data-sheet=begin]", "Enter");
   await step(page, "At the lowest point");
   await page.focus("[data-answer]");
   await page.keyboard.type("12");
@@ -135,7 +138,7 @@ export async function a_worksheet_is_written_handed_out_answered_and_handed_in(r
   await step(pupil, "Last");
   await pupil.fill(".given-sheet [data-answer]", "2");
   await pupil.click("[data-sheet=answer]");
-  await pupil.waitForSelector("text=✓ Handed in");
+  await pupil.waitForSelector("text=Handed in: 1 of 1 correct.");
   await rig.shot(pupil, "sheet-pupil");
   await teacher.waitForSelector("text=1 working, 1 handed in");
   await teacher.click("[data-answers=sheet]");

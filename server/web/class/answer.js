@@ -40,14 +40,14 @@ export function isRight({ kind, value: right, tolerance = 0 }, value) {
   return Math.abs(far) <= tolerance * (1 + 1e-9) + 1e-9;
 }
 
-/** @param {Bench} room @param {Question} question @param {string} label @returns {AnswerField} */
+/** @param {Bench} room @param {Question} question @param {Node[]} label @returns {AnswerField} */
 function choiceField({ say, app }, { choices = [] }, label) {
   const name = `choice-${++fields}`;
   const radios = choices.map((_, i) =>
     h("input", { type: "radio", name, value: String(i + 1), "data-choice": i + 1 }),
   );
   const rows = radios.map((radio, i) => h("label", { class: "tick" }, radio, choices[i]));
-  const element = h("fieldset", { class: "choices" }, h("legend", {}, label), ...rows);
+  const element = h("fieldset", { class: "choices" }, h("legend", {}, ...label), ...rows);
   return {
     element,
     read() {
@@ -63,11 +63,11 @@ function choiceField({ say, app }, { choices = [] }, label) {
   };
 }
 
-/** @param {Bench} room @param {string} label @returns {AnswerField} */
+/** @param {Bench} room @param {Node[]} label @returns {AnswerField} */
 function textField({ say, app }, label) {
   const area = h("textarea", { rows: 3, maxlength: 2000, "data-answer": "" });
   return {
-    element: h("label", { class: "field wide" }, h("span", {}, label), area),
+    element: h("label", { class: "field wide" }, h("span", {}, ...label), area),
     read() {
       const typed = area.value.trim();
       if (!typed) app.object(say("class.wrong.text"));
@@ -85,7 +85,7 @@ function angleOnStage({ motion, clock, edits, store }) {
   return fromHanging(phi);
 }
 
-/** @param {Bench} room @param {Question} question @param {string} label @returns {AnswerField} */
+/** @param {Bench} room @param {Question} question @param {Node[]} label @returns {AnswerField} */
 function numberField({ app, say }, { kind, unit = "" }, label) {
   const angle = kind === "angle";
   const input = h("input", {
@@ -101,7 +101,7 @@ function numberField({ app, say }, { kind, unit = "" }, label) {
   const field = h(
     "label",
     { class: "field" },
-    h("span", {}, label),
+    h("span", {}, ...label),
     h("span", { class: "with-unit" }, input, shown),
   );
   const key = angle && button(say("class.takeAngle"), take, { "data-class": "angle" });
@@ -128,7 +128,9 @@ function numberField({ app, say }, { kind, unit = "" }, label) {
 
 /** The field of a question's kind. @param {Bench} room @param {Question} question */
 export function answerField(room, question) {
-  const label = room.say(`class.answer.${question.kind}`);
+  // two fields on one page have two names for those who listen
+  const asked = h("span", { class: "unseen" }, ` ${question.text ?? ""}`);
+  const label = [h("span", {}, room.say(`class.answer.${question.kind}`)), asked];
   if (question.kind === "choice") return choiceField(room, question, label);
   if (question.kind === "text") return textField(room, label);
   return numberField(room, question, label);

@@ -1,16 +1,23 @@
 // The teacher asks: a question with its kind, what is right, the answers as they come in a
 // histogram.
-// Leaves to others: the pupils' side (ask_pupil.js), counting (the server's histograms).
+// Leaves to others: the pupils' side (ask_pupil.js).
 // Invariant: pupils see what is right only once the teacher shows it.
 
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
-import { button, choice, settled, tick } from "../drawers/kit/kit.js";
+import { button, choice, later, tick } from "../drawers/kit/kit.js";
 import { answerWords, isRight } from "./answer.js";
-import { bareScene } from "./scenes.js";
+import { openDialog } from "./board.js";
+import { HANGING, bareScene, fromHanging } from "./scenes.js";
 import { questionFields } from "./question_fields.js";
 
 /** @typedef {import("./teach.js").Desk} Desk */
+
+const BINS = 12; // at most, of numbers
+const DIFFERENT = 8; // numbers, up to which each has a bar of its own
+
+/** An angle as it is read, degrees. @param {any} value */
+const degreesOf = (value) => fromHanging(Number(value) + HANGING);
 
 /** The numbers of the questions that there are, the newest last. @param {Session} session */
 function numbersOf({ items }) {
@@ -74,11 +81,10 @@ function askForm(room, desk) {
   return place;
 }
 
-/**
- * A row of the histogram: words, a bar, a count. @param {string} words @param {number} count
- * @param {number} most @param {boolean} right
- */
-function bar(words, count, most, right) {
+/** A row of a histogram. @typedef {{words: string, count: number, right: boolean}} Bar */
+
+/** Words, a bar, a count. @param {Bar} row @param {number} most */
+function bar({ words, count, right }, most) {
   const line = h("span", { class: "bar" });
   line.style.setProperty("--share", String(count / Math.max(1, most)));
   return h(
@@ -91,38 +97,63 @@ function bar(words, count, most, right) {
 }
 
 /**
- * @param {Room} room @param {Question} question @param {any} histogram @param {Solution | null}
- * solution
+ * Bins of a round width (1, 2 or 5 times a power of ten) around numbers: in which one a number
+ * lies, and the lower edges of all. @param {number[]} values at least two that differ
  */
-function bars(room, question, { values, bins }, solution) {
-  const { text } = room.app;
-  const { choices = [], kind } = question;
-  /** @type {{words: string, count: number, right: boolean}[]} */
-  let rows;
-  if (kind === "choice") {
-    const counts = new Map(values.map((/** @type {any} */ one) => [one.value, one.count]));
-    rows = choices.map((words, i) => ({
-      words,
-      count: Number(counts.get(i + 1) ?? 0),
-      right: solution?.value === i + 1,
-    }));
-  } else if (bins.length) {
-    const edge = (/** @type {number} */ value) =>
-      answerWords(room, { kind, unit: "" }, Number(text.read(String(value)).toPrecision(4)));
-    rows = bins.map((/** @type {any} */ { from, to, count }) => ({
-      words: `${edge(from)} \u2013 ${edge(to)}`,
-      count,
-      right: Number(solution?.value) >= from && Number(solution?.value) <= to,
-    }));
-  } else {
-    rows = values.map((/** @type {any} */ { value, count }) => ({
-      words: answerWords(room, question, value),
-      count,
-      right: solution !== null && isRight({ ...question, ...solution, kind }, value) === true,
-    }));
+export function binsOf(values) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  for (let k = Math.floor(3 * Math.log10((high - low) / BINS)) - 1; ; k++) {
+    const width = Number(`${[1, 2, 5][((k % 3) + 3) % 3]}e${Math.floor(k / 3)}`);
+    // an edge that rounding has left a little below belongs to the bin above
+    const whole = (/** @type {number} */ value) => Math.floor(value / width + 1e-9);
+    const count = whole(high) - whole(low) + 1;
+    if (count > BINS) continue;
+    const edge = (/** @type {number} */ i) => Number(((whole(low) + i) * width).toPrecision(12));
+    const edges = Array.from({ length: count + 1 }, (_, i) => edge(i));
+    return { edges, at: (/** @type {number} */ value) => whole(value) - whole(low) };
   }
-  const most = Math.max(...rows.map(({ count }) => count), 1);
-  return rows.map(({ words, count, right }) => bar(words, count, most, right));
+}
+
+/**
+ * How many numbers lie in each bin, in the units that are read.
+ * @param {Text} text @param {Question} question @param {any[]} values @param {any} answer
+ * @returns {Bar[]}
+ */
+function binned(text, { kind, unit = "" }, values, answer) {
+  const read = kind === "angle" ? degreesOf : Number;
+  const shown = values.map(read);
+  const sign = kind === "angle" ? "\u00b0" : unit && ` ${unit}`;
+  const { edges, at } = binsOf(shown);
+  const right = answer === undefined ? NaN : at(read(answer));
+  return edges.slice(1).map((to, i) => ({
+    words: `${text.short(edges[i], 6)} \u2013 ${text.short(to, 6)}${sign}`,
+    count: shown.filter((value) => at(value) === i).length,
+    right: right === i,
+  }));
+}
+
+/**
+ * How many gave each answer; of many different numbers, how many lie in each bin.
+ * @param {Room} room @param {Question} question @param {any[]} values
+ * @param {Solution | null} solution @returns {Bar[]}
+ */
+function barsOf(room, question, values, solution) {
+  const { choices = [], kind } = question;
+  const whole = { ...question, ...solution, kind };
+  /** @type {Map<any, number>} */
+  const counts = new Map(kind === "choice" ? choices.map((_, i) => [i + 1, 0]) : []);
+  for (const value of values) counts.set(value, (counts.get(value) ?? 0) + 1);
+  const numbers = kind === "number" || kind === "angle";
+  if (numbers && counts.size > DIFFERENT)
+    return binned(room.app.text, question, values, solution?.value);
+  const list = [...counts];
+  if (numbers) list.sort(([a], [b]) => a - b);
+  else if (kind === "text") list.sort(([, a], [, b]) => b - a);
+  return list.map(([value, count]) => ({
+    words: answerWords(room, question, value),
+    count,
+    right: solution !== null && isRight(whole, value) === true,
+  }));
 }
 
 /**
@@ -153,18 +184,37 @@ function keysOf(asked) {
   };
 }
 
-/** @param {Asked} asked */
-async function loadAnswers({ room, desk, id, count, list }) {
+/**
+ * The question as the class sees it: its words, how many have answered, what.
+ * @param {Asked} asked
+ */
+function fillFace({ room, id, ...face }) {
   const { session, say } = room;
-  /** @type {Question | null} */
+  /** @type {Question} */
   const question = session.value(`questions/${id}`);
-  if (!question) return;
-  await desk.attempt(async () => {
-    const histogram = await (await session.get(`histograms/${id}`)).json();
-    count.textContent = say.count("class.answers", histogram.answers);
-    const solution = session.value(`solutions/${id}`);
-    list.replaceChildren(...bars(room, question, histogram, solution?.shown ? solution : null));
-  });
+  /** @type {Solution | null} */
+  const solution = session.value(`solutions/${id}`);
+  const values = [...session.items.values()]
+    .filter(({ name }) => name.startsWith(`answers/${id}/`))
+    .map(({ value }) => value.value);
+  // a teacher's screen is what the beamer shows: what is right waits until it is shown
+  const known = solution?.shown ? solution : null;
+  const right = known && { answer: answerWords(room, question, known.value) };
+  face.words.textContent = question.text ?? "";
+  face.answer.textContent = right ? say("class.rightIs", right) : "";
+  face.count.textContent = say.count("class.answers", values.length);
+  const rows = barsOf(room, question, values, known);
+  const most = Math.max(...rows.map(({ count }) => count), 1);
+  face.list.replaceChildren(...rows.map((row) => bar(row, most)));
+}
+
+/**
+ * The question over the whole screen, as it goes on.
+ * @param {Room} room @param {HTMLElement} place @param {HTMLElement[]} parts of the place
+ */
+function openLarge(room, place, parts) {
+  const dialog = openDialog(room, "bars", room.say("class.question"), ...parts);
+  dialog.addEventListener("close", () => place.append(...parts));
 }
 
 /** @param {Room} room @param {Desk} desk */
@@ -174,12 +224,16 @@ function askedPart(room, desk) {
   const count = h("p", { class: "counts", role: "status" });
   const list = h("ul", { class: "histogram" });
   const answer = h("p", { class: "quiet" });
+  const face = h("div", {}, words, answer, count, list);
   /** @type {Asked} */
   const asked = { room, desk, id: "", words, count, list, answer };
   const keys = keysOf(asked);
-  const row = h("div", { class: "row" }, ...Object.values(keys));
-  const place = h("div", { class: "asked", hidden: true }, words, answer, count, list, row);
-  const soon = settled(() => loadAnswers(asked), 300);
+  const large = button(say("class.wholeScreen"), () => openLarge(room, place, [face, row]), {
+    "data-class": "largeQuestion",
+  });
+  const row = h("div", { class: "row" }, ...Object.values(keys), large);
+  const place = h("div", { class: "asked", hidden: true }, face, row);
+  const soon = later(() => session.value(`questions/${asked.id}`) && fillFace(asked));
   return {
     place,
     end: soon.end,
@@ -193,11 +247,7 @@ function askedPart(room, desk) {
       if (!question) return;
       /** @type {Solution | null} */
       const solution = session.value(`solutions/${id}`);
-      // a teacher's screen is what the beamer shows: what is right waits until it is shown
-      const right = solution?.shown && { answer: answerWords(room, question, solution.value) };
       const current = session.value("stages/class")?.question === id;
-      words.textContent = question.text ?? "";
-      answer.textContent = right ? say("class.rightIs", right) : "";
       keys.close.textContent = say(question.closed ? "class.ask.open" : "class.ask.close");
       keys.reveal.hidden = !solution || solution.shown === true;
       keys.away.hidden = !current;

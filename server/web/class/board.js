@@ -4,8 +4,9 @@
 // Invariant: there is one wall; it hangs in the drawer or on the whole screen.
 
 import { createBag, h, iconButton } from "../dom.js";
-import { button, choice } from "../drawers/kit/kit.js";
+import { button, choice, toggle } from "../drawers/kit/kit.js";
 import { createMini } from "../drawers/kit/mini.js";
+import { nameOf } from "./answers_table.js";
 import { stageScene } from "./scenes.js";
 import { anglesOver, createWall, poseOf } from "./wall.js";
 
@@ -71,7 +72,7 @@ function swing(dialog, mini, motion, n) {
 /** @param {Room} room @param {number} number */
 async function enlarge(room, number) {
   const { app, session, say } = room;
-  const nickname = String(session.value(`pupils/${number}`)?.nickname ?? "");
+  const nickname = nameOf(room, number);
   const scene = session.value(`stages/${number}`)?.scene;
   const pose = await poseOf(app, scene);
   const side = Math.max(220, Math.min(innerWidth - 90, innerHeight - 240, 720));
@@ -129,9 +130,9 @@ function removeMany(room) {
   const { session, say } = room;
   const pupils = [...session.items.values()]
     .filter(({ name }) => name.startsWith("pupils/"))
-    .map(({ name, value }) => ({ number: Number(name.split("/")[1]), nickname: value.nickname }))
-    .sort((a, b) => a.number - b.number);
-  const boxes = pupils.map(({ number }) =>
+    .map(({ name }) => Number(name.split("/")[1]))
+    .sort((a, b) => a - b);
+  const boxes = pupils.map((number) =>
     h("input", { type: "checkbox", value: number, "data-remove": number }),
   );
   const all = h("input", { type: "checkbox", "data-class": "removeAll" });
@@ -139,14 +140,14 @@ function removeMany(room) {
   const remove = button(
     say("class.removeMany.go"),
     async () => {
-      const gone = pupils.filter((_, i) => boxes[i].checked).map(({ number }) => number);
+      const gone = pupils.filter((_, i) => boxes[i].checked);
       if (gone.length) await session.drop(`pupils/${rangesOf(gone)}`);
       dialog.close();
     },
     { class: "button main", "data-class": "removeManyGo" },
   );
-  const rows = pupils.map(({ nickname }, i) =>
-    h("li", {}, h("label", { class: "check" }, boxes[i], h("span", {}, String(nickname)))),
+  const rows = pupils.map((number, i) =>
+    h("li", {}, h("label", { class: "check" }, boxes[i], h("span", {}, nameOf(room, number)))),
   );
   const dialog = openDialog(
     room,
@@ -160,10 +161,10 @@ function removeMany(room) {
 
 /**
  * Hangs the wall and the controls over the whole screen, and back.
- * @param {Room} room @param {HTMLElement} controls @param {HTMLElement} place @param {HTMLElement}
- * home
+ * @param {Room} room @param {ReturnType<typeof createWall>} wall @param {HTMLElement} controls
+ * @param {HTMLElement} place @param {HTMLElement} home
  */
-function largeButton(room, controls, place, home) {
+function largeButton(room, wall, controls, place, home) {
   const { session, say } = room;
   return button(
     say("class.wholeScreen"),
@@ -179,7 +180,12 @@ function largeButton(room, controls, place, home) {
         home,
       );
       far.append(controls);
+      wall.fill(() => {
+        const { top, width } = wall.list.getBoundingClientRect();
+        return { width, height: innerHeight - top - 20 };
+      });
       dialog.addEventListener("close", () => {
+        wall.fill(null);
         place.append(home);
         back?.insertBefore(controls, mark);
       });
@@ -207,11 +213,18 @@ export function mountBoard(room, controls) {
   );
   const home = h("div", { class: "wall-place" });
   const place = h("section", { class: "board" });
-  const large = largeButton(room, controls, place, home);
+  const large = largeButton(room, wall, controls, place, home);
   const many = button(say("class.removeMany"), () => removeMany(room), {
     "data-class": "removeMany",
   });
-  home.append(counts, h("div", { class: "row" }, sort.element), nobody, wall.list);
+  const hide = (/** @type {boolean} */ on) => {
+    room.anonymous = on;
+    wall.rename();
+  };
+  const names = toggle(say("class.anonymous"), Boolean(room.anonymous), hide, {
+    "data-class": "anonymous",
+  });
+  home.append(counts, h("div", { class: "row" }, sort.element, names), nobody, wall.list);
   place.append(h("h3", {}, say("class.board")), h("div", { class: "row" }, large, many), home);
 
   function show() {

@@ -1,20 +1,22 @@
-// A pupil's page follows the class: scenes that everybody is shown, frozen stages, releases; the
-// pupil's own pendulum waits meanwhile, and comes back.
+// A pupil's page follows the class: scenes that everybody is shown, the teacher's clock and drawer,
+// frozen stages, releases; the pupil's own pendulum waits meanwhile, and comes back.
 // Leaves to others: how it looks (pupil_panel.js), what is sent to the room (sender.js).
 // Invariant: what the teacher has said last holds; what is shown twice is shown once.
 
+import { DRAWERS } from "../state.js";
 import { bareScene, hanging, keyOf, stageScene, turned, wholeScene } from "./scenes.js";
 import { createSender } from "./sender.js";
 
 /**
- * What the class is to see; by: "push", "hand" (the start is to be made by hand) or "spread".
+ * What the class is to see; by: "push", "follow" (as the teacher's page goes on), "hand" (the
+ * start is to be made by hand) or "spread".
  * @typedef {{scene: ClassScene, by: string, key: string, number: number, offset: number}} Target
  */
 
 /**
  * @typedef {{
- *   room: Room, sender: import("./sender.js").Sender, frozen: boolean, told: Record<string,
- *   string>,
+ *   room: Room, sender: import("./sender.js").Sender, frozen: boolean, follows: boolean, told:
+ *   Record<string, string>,
  *   target: Target | null, queue: Promise<unknown>, listeners: Set<() => unknown>,
  * }} Pupil
  */
@@ -22,10 +24,11 @@ import { createSender } from "./sender.js";
 /** @param {Room} room @returns {Target | null} */
 function targetOf({ session }) {
   /** @type {ClassStage} */
-  const { scene, release } = session.value("stages/class") ?? {};
+  const { scene, release, follow } = session.value("stages/class") ?? {};
   if (!scene) return null;
   const number = release?.number ?? 0;
-  const by = release ? (release.spread === undefined ? "hand" : "spread") : "push";
+  const together = release?.spread === undefined ? "hand" : "spread";
+  const by = follow ? "follow" : release ? together : "push";
   const { pupil = 1 } = session.entry ?? {};
   const most = Math.max(session.pupils, pupil, 2);
   const offset = ((release?.spread ?? 0) * (pupil - 1)) / (most - 1);
@@ -44,41 +47,44 @@ async function past({ room: { app } }, what) {
   await what();
 }
 
-/** @param {Pupil} pupil */
+/** Whether another scene was staged. @param {Pupil} pupil */
 async function followScene(pupil) {
   const { room, sender } = pupil;
   const { app, session, say } = room;
   const target = targetOf(room);
   const { seen = "", mine } = session.entry ?? {};
   pupil.target = target;
-  if ((target?.key ?? "") === seen) return;
+  if ((target?.key ?? "") === seen) return false;
   if (target) {
     const left = seen ? mine : wholeScene(app.store.get());
     session.note({ seen: target.key, mine: left });
     app.edits.cancel();
-    await past(pupil, () => stageScene(app, sceneFor(target), target.by !== "hand"));
+    const still = target.by === "hand" || target.by === "follow";
+    await past(pupil, () => stageScene(app, sceneFor(target), !still));
     if (target.by === "spread") sender.mark(target.number);
     else if (target.by === "hand") open(pupil);
-    room.tell(say(`class.told.${target.by}`));
+    if (target.by !== "follow") room.tell(say(`class.told.${target.by}`));
   } else {
     session.note({ seen: "", mine: undefined });
     if (mine) await past(pupil, () => stageScene(app, mine));
     room.tell(say("class.told.own"));
   }
+  return true;
 }
 
 /** What cannot be changed while the stage is frozen. */
 const HELD =
   "#stage, #timebar, [data-drawer]:not([data-drawer=class]):not([data-drawer=worksheet])";
 
-/** @param {Pupil} pupil @param {boolean} frozen */
-function hold(pupil, frozen) {
-  const { app, tell, say } = pupil.room;
+/**
+ * Nothing on the stage can be changed, and why; "" ends that.
+ * @param {Room} room @param {string} why
+ */
+function hold({ app, tell, say }, why) {
   /** @type {NodeListOf<HTMLElement>} */
   const parts = document.querySelectorAll(HELD);
-  for (const part of parts) part.inert = frozen;
-  app.store.refuse(frozen ? () => tell(say("class.told.stillFrozen")) : null);
-  if (frozen) app.clock.pause();
+  for (const part of parts) part.inert = why !== "";
+  app.store.refuse(why ? () => tell(say(why)) : null);
 }
 
 /** @param {Pupil} pupil */
@@ -88,7 +94,61 @@ function followFrozen(pupil) {
   if (frozen !== pupil.frozen) tell(say(frozen ? "class.told.frozen" : "class.told.free"));
   if (pupil.frozen && !frozen) app.clock.play();
   pupil.frozen = frozen;
-  hold(pupil, frozen);
+  const follows = pupil.target?.by === "follow" ? "class.told.follow" : "";
+  hold(pupil.room, frozen ? "class.told.stillFrozen" : follows);
+  if (frozen) app.clock.pause();
+}
+
+/**
+ * Begins to follow the teacher's page, or ends it.
+ * @param {Pupil} pupil @param {boolean} follows
+ */
+function turnFollowing(pupil, follows) {
+  if (follows === pupil.follows) return;
+  pupil.follows = follows;
+  pupil.sender.rest(follows);
+  if (follows) pupil.room.tell(pupil.room.say("class.told.follow"));
+}
+
+/** The teacher's time by now, s. @param {Room} room @param {ClassItem} item */
+function timeOf({ app, session }, { changed, value }) {
+  const { time = 0, playing } = value.follow;
+  const { view, span } = app.store.get();
+  const passed = playing ? Math.max(0, session.now() - Date.parse(changed)) / 1000 : 0;
+  const there = time + passed * view.speed;
+  return view.loop ? there % span.stop : Math.min(there, span.stop);
+}
+
+/**
+ * The drawer that the teacher has opened, or "none".
+ * @param {Pupil} pupil @param {string} [drawer]
+ */
+function followDrawer({ room: { app }, told }, drawer = "") {
+  if (drawer && drawer !== told.drawer)
+    app.store.set({ view: { drawer: DRAWERS.includes(drawer) ? drawer : null } });
+  told.drawer = drawer;
+}
+
+/**
+ * The teacher's clock and drawer, while the class follows them.
+ * @param {Pupil} pupil @param {boolean} staged whether another motion is on its way
+ */
+function followClock(pupil, staged) {
+  const { room, told } = pupil;
+  const { clock } = room.app;
+  const item = room.session.items.get("stages/class");
+  const follow = pupil.target?.by === "follow" ? item?.value.follow : null;
+  turnFollowing(pupil, Boolean(follow));
+  const key = follow && !pupil.frozen ? String(item?.version) : "";
+  const same = key === told.clock;
+  told.clock = key;
+  if (!item || !key || same) return;
+  followDrawer(pupil, follow.drawer);
+  const time = timeOf(room, item);
+  if (staged || !clock.complete) clock.restart(time);
+  else clock.seek(time);
+  if (follow.playing) clock.play();
+  else clock.pause();
 }
 
 /** Opens the drawer of the class: there is something to do. @param {Pupil} pupil */
@@ -122,8 +182,9 @@ function followRest(pupil) {
 /** @param {Pupil} pupil */
 async function follow(pupil) {
   if (pupil.room.session.state === "gone") return;
-  await followScene(pupil);
+  const staged = await followScene(pupil);
   followFrozen(pupil);
+  followClock(pupil, staged);
   followRest(pupil);
   pupil.listeners.forEach((listener) => listener());
 }
@@ -142,6 +203,7 @@ export async function followClass(room, back) {
     room,
     sender: createSender(room),
     frozen: false,
+    follows: false,
     told: {},
     target: null,
     queue: Promise.resolve(),
@@ -150,7 +212,7 @@ export async function followClass(room, back) {
   const soon = () => {
     pupil.queue = pupil.queue.then(() => follow(pupil)).catch(() => {});
   };
-  const ends = [room.session.subscribe(soon), () => hold(pupil, false), pupil.sender.end];
+  const ends = [room.session.subscribe(soon), () => hold(room, ""), pupil.sender.end];
   soon();
   return {
     sender: pupil.sender,

@@ -15,7 +15,8 @@ const MOST_BYTES = 8000; // of one stage
 
 /**
  * @typedef {{
- *   set(patch: Partial<OwnStage>): void, mark(release: number): void, state: string, end: End,
+ *   set(patch: Partial<OwnStage>): void, mark(release: number): void, rest(on: boolean): void,
+ *   state: string, end: End,
  * }} Sender
  */
 
@@ -25,7 +26,7 @@ const MOST_BYTES = 8000; // of one stage
  * last written, ms.
  * @typedef {{
  *   room: Room, more: Partial<OwnStage>, released: {number: number, scene: string}, sent: string,
- *   known: string, changed: number, wrote: number, timer: number, busy: boolean,
+ *   known: string, changed: number, wrote: number, timer: number, busy: boolean, rests: boolean,
  * }} Post
  */
 
@@ -68,6 +69,7 @@ async function send(post, beat = false) {
 
 /** @param {Post} post @param {boolean} [beat] */
 function soon(post, beat = false) {
+  if (post.rests && !beat) return;
   // a class that comes back together does not write in one moment
   const pause = beat ? PAUSE_MS * (1 + Math.random()) : PAUSE_MS;
   post.timer ||= window.setTimeout(() => send(post, beat), pause);
@@ -108,6 +110,7 @@ export function createSender(room) {
     wrote: 0,
     timer: 0,
     busy: false,
+    rests: false,
   };
   const bag = createBag();
   bag.on(document, "visibilitychange", () => leave(post));
@@ -125,6 +128,11 @@ export function createSender(room) {
     mark(number) {
       post.released = { number, scene: JSON.stringify(bareScene(app.store.get())) };
       send(post);
+    },
+    /** What is on the stage is the teacher's, who knows it. @param {boolean} on */
+    rest(on) {
+      post.rests = on;
+      soon(post);
     },
     get state() {
       return post.more.state ?? "working";

@@ -16,10 +16,11 @@ const PAUSES_MS = [500, 1000, 2000, 4000];
 const LONGEST_WAIT = 4; // s: a class does not wait for long once the server is back
 
 /**
- * The session while the page is there.
+ * The session while the page is there; ahead: by how much the server's clock is ahead of this
+ * page's, or less, where nothing new came, ms.
  * @typedef {{
  *   client: Client, entry: RoomEntry | null, state: string, items: Map<string, ClassItem>,
- *   pupils: number, seen: number, stop: AbortController | null,
+ *   pupils: number, seen: number, stop: AbortController | null, ahead: number,
  *   listeners: Set<(names: Set<string> | null) => unknown>,
  * }} Seat
  */
@@ -85,6 +86,8 @@ function take(seat, items) {
     if (item.value === null) seat.items.delete(item.name);
     else seat.items.set(item.name, item);
     seat.seen = Math.max(seat.seen, item.version);
+    const at = Date.parse(item.changed);
+    if (at) seat.ahead = Math.max(seat.ahead, at - performance.now());
   }
   notify(seat, new Set(items.map(({ name }) => name)));
 }
@@ -163,6 +166,18 @@ async function enter(seat, entry) {
   listen(seat, entry, seat.stop.signal);
 }
 
+/**
+ * Leads a room from this device as well, by the token of its teacher's link; true if the room knows
+ * it as its teacher's.
+ * @param {Seat} seat @param {string} code @param {string} token
+ */
+async function lead(seat, code, token) {
+  const entry = { code, role: "teacher", token, ends: "" };
+  const { role, ends } = await (await ask(seat, entry, "")).json();
+  if (role === "teacher") await enter(seat, { ...entry, ends });
+  return role === "teacher";
+}
+
 /** @param {Seat} seat */
 function ways(seat) {
   return {
@@ -205,6 +220,8 @@ function ways(seat) {
       }
       return true;
     },
+    /** @param {string} code @param {string} token of the teacher's link */
+    lead: (code, token) => lead(seat, code, token),
     /** Forgets the room in this browser. */
     leave() {
       seat.stop?.abort();
@@ -228,6 +245,8 @@ function verbs(seat) {
       seat.entry = { ...entry(), ...patch };
       keepRooms([seat.entry, ...keptRooms().filter(({ code }) => code !== seat.entry?.code)]);
     },
+    /** The server's clock, ms. */
+    now: () => (Number.isFinite(seat.ahead) ? performance.now() + seat.ahead : Date.now()),
     /** @param {string} name */
     value: (name) => seat.items.get(name)?.value ?? null,
     /** @param {string} path @param {object} value @param {RequestInit} options */
@@ -237,8 +256,6 @@ function verbs(seat) {
     },
     /** @param {string} path */
     drop: (path) => ask(seat, entry(), `/${path}`, { method: "DELETE" }),
-    /** @param {string} path */
-    get: (path) => ask(seat, entry(), `/${path}`),
     async erase() {
       await ask(seat, entry(), "", { method: "DELETE" });
       gone(seat);
@@ -261,6 +278,7 @@ export function createSession(client) {
     items: new Map(),
     pupils: 0,
     seen: 0,
+    ahead: -Infinity,
     stop: null,
     listeners: new Set(),
   };

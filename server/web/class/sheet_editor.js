@@ -13,6 +13,7 @@ import { bareScene } from "./scenes.js";
 import { poseOf } from "./wall.js";
 
 const NEEDS = ["nothing", "answer", "right"];
+const FEEDBACK = ["at_once", "at_end", "never"];
 const MOST_STEPS = 50;
 
 /**
@@ -199,10 +200,10 @@ function freeId({ parts }) {
 }
 
 /**
- * @param {Editor} editor @param {HTMLInputElement} title @param {Sheet | null} before @returns
- * {Sheet | null}
+ * @param {Editor} editor @param {HTMLInputElement} title @param {string} feedback
+ * @param {Sheet | null} before @returns {Sheet | null}
  */
-function readSheet({ room, parts, fault }, title, before) {
+function readSheet({ room, parts, fault }, title, feedback, before) {
   fault.textContent = "";
   if (!title.value.trim()) {
     fault.textContent = room.say("sheet.wrong.title");
@@ -219,7 +220,9 @@ function readSheet({ room, parts, fault }, title, before) {
     steps.push(step);
   }
   const language = before?.language ?? room.app.text.language;
-  return { title: title.value.trim(), language, ...(before?.closed && { closed: true }), steps };
+  const closed = before?.closed && { closed: true };
+  const told = feedback !== "at_once" && { feedback };
+  return { title: title.value.trim(), language, ...closed, ...told, steps };
 }
 
 /**
@@ -238,6 +241,13 @@ export function editSheet(room, sheet, write) {
     value: sheet?.title ?? "",
     "data-sheet": "title",
   });
+  const told = choice(
+    say("sheet.feedback"),
+    FEEDBACK.map((value) => ({ value, words: say(`sheet.feedback.${value}`) })),
+    sheet?.feedback ?? "at_once",
+    () => {},
+  );
+  told.select.dataset.sheet = "feedback";
   editor.parts = (sheet?.steps ?? [{ id: "s1" }]).map((step) => partOf(editor, step));
   const add = button(
     say("sheet.addStep"),
@@ -253,7 +263,7 @@ export function editSheet(room, sheet, write) {
   const save = button(
     say("sheet.save"),
     async () => {
-      const written = readSheet(editor, title, sheet);
+      const written = readSheet(editor, title, told.select.value, sheet);
       if (!written) return;
       try {
         await write(written);
@@ -269,6 +279,7 @@ export function editSheet(room, sheet, write) {
     "edit",
     say(sheet ? "sheet.edit" : "sheet.make"),
     labelled(say("sheet.name"), title),
+    told.element,
     editor.list,
     h("div", { class: "row" }, add, save),
     fault,

@@ -11,6 +11,9 @@ export function mountGivenSheet(room) {
   const { session, say } = room;
   const place = h("section", { class: "given-sheet", hidden: true });
   let shown = "";
+  /** @type {ReturnType<typeof runSheet> | null} */
+  let run = null;
+  let pace = 0;
   return {
     place,
     show() {
@@ -19,16 +22,21 @@ export function mountGivenSheet(room) {
       const sheet = id ? session.value(`worksheets/${id}`) : null;
       const key = sheet ? keyOf([id, sheet]) : "";
       place.hidden = !sheet;
+      const open = session.value("stages/class")?.pace;
+      if (key === shown && pace !== open) run?.repace();
+      pace = open;
       if (key === shown) return;
       shown = key;
       place.replaceChildren();
       if (!sheet) return;
       const handin = session.value(`handins/${id}/${session.entry?.pupil}`) ?? { answers: [] };
-      const run = runSheet({
+      place.setAttribute("aria-label", sheet.title);
+      run = runSheet({
         room,
         sheet,
         handin,
         save: (given) => session.put(`handins/${id}`, given),
+        pace: () => session.value("stages/class")?.pace,
       });
       const closed = sheet.closed ? h("p", { class: "quiet" }, say("class.closed")) : null;
       place.append(

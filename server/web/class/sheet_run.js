@@ -1,8 +1,9 @@
 // A worksheet as a pupil works through it: step by step, what is to be done before the next one,
-// hints, answers with the stage's state, handing in.
+// hints, answers with the stage's state and earlier tries, handing in, what was right.
 // Leaves to others: where answers are kept (the host: sheet_pupil.js, drawers/worksheet.js), the
 // fields (answer.js).
-// Invariant: an answer that was given is kept at once; a step is shown only when it may be seen.
+// Invariant: an answer that was given is kept at once; a step is shown only when it may be seen;
+// what is right is told when the worksheet says so.
 
 import { h } from "../dom.js";
 import { button } from "../drawers/kit/kit.js";
@@ -11,20 +12,23 @@ import { bareScene, stageScene } from "./scenes.js";
 import { printSheet } from "./sheet_print.js";
 
 const PATIENCE_MS = 700; // that an answer takes before it is told that it is on its way
+const MOST_TRIES = 20; // that are kept of an answer
 
 /**
- * Who gives out the worksheet, and keeps what is answered.
+ * Who gives out the worksheet, and keeps what is answered; pace: how many steps are open.
  * @typedef {{
  *   room: Bench, sheet: Sheet, handin: Handin, save: (handin: Handin, done: boolean) =>
- *   Promise<unknown>,
+ *   Promise<unknown>, pace?: () => number | undefined,
  * }} Host
  */
 
 /**
- * The worksheet while it is worked on; step: the id of the one that is shown.
+ * The worksheet while it is worked on; step: the id of the one that is shown; mine: what was on
+ * the stage before; back: leads to that.
  * @typedef {{
  *   host: Host, place: HTMLElement, list: HTMLElement, body: HTMLElement, mark: HTMLElement,
  *   answers: Map<string, StepAnswer>, step: string, done: boolean, read: Set<string>,
+ *   mine: Doc | null, back: HTMLElement,
  * }} Run
  */
 
@@ -33,11 +37,33 @@ const visible = ({ host: { sheet }, answers }) =>
   sheet.steps.filter(({ hidden_until }) => !hidden_until || answers.has(hidden_until));
 
 /** Whether nothing more is to be done in a step. @param {Run} run @param {Step} step */
-function isDone({ answers, read }, { id, question, needs = "nothing" }) {
+function isDone({ host, answers, read }, { id, question, needs = "nothing" }) {
   const answer = answers.get(id);
   if (!question) return read.has(id);
   if (!answer) return false;
-  return needs !== "right" || isRight(question, answer.value) !== false;
+  // who is not told what is right cannot be kept from going on
+  const later = (host.sheet.feedback ?? "at_once") !== "at_once";
+  return later || needs !== "right" || isRight(question, answer.value) !== false;
+}
+
+/**
+ * Whether the answer to a step is right, where that is told by now.
+ * @param {Run} run @param {Step} step
+ */
+function verdictOf({ host, answers, done }, { id, question }) {
+  const { feedback = "at_once" } = host.sheet;
+  const told = feedback === "at_once" || (feedback === "at_end" && done);
+  return told && question ? isRight(question, answers.get(id)?.value) : null;
+}
+
+/** Handed in, and how much of it is right, where that is told. @param {Run} run */
+function handedIn(run) {
+  const { room, sheet } = run.host;
+  const known = sheet.steps.filter(({ question }) => question?.value !== undefined);
+  const right = known.filter((step) => verdictOf(run, step)).length;
+  const told = known.length > 0 && (sheet.feedback ?? "at_once") !== "never";
+  if (!told) return room.say("sheet.handedIn");
+  return room.say("sheet.handedInRight", { right, count: known.length });
 }
 
 /** Whether a step lets one on. @param {Run} run @param {Step} step */
@@ -45,11 +71,14 @@ function lets(run, step) {
   return !step.question || (step.needs ?? "nothing") === "nothing" || isDone(run, step);
 }
 
+/** The number of the last step that the teacher has opened. @param {Run} run */
+const paceOf = ({ host }) => (host.pace?.() ?? Infinity) - 1;
+
 /** The number of the first step that lets nobody past it. @param {Run} run */
 function barrier(run) {
   const steps = visible(run);
   const at = steps.findIndex((step) => !lets(run, step));
-  return at < 0 ? steps.length - 1 : at;
+  return Math.min(at < 0 ? steps.length - 1 : at, paceOf(run));
 }
 
 /** @param {Run} run @returns {Handin} */
@@ -71,8 +100,12 @@ function go(run, id, focus = true) {
   if (!step) return;
   run.step = id;
   const { app, session } = run.host.room;
-  const frozen = session?.value("stages/class")?.frozen;
-  if (step.scene && !frozen) stageScene(app, step.scene);
+  const { frozen, follow } = session?.value("stages/class") ?? {};
+  if (step.scene && !frozen && !follow) {
+    if (!run.mine) run.mine = app.store.get();
+    run.back.hidden = false;
+    stageScene(app, step.scene);
+  }
   show(run);
   const title = /** @type {HTMLElement | null} */ (run.body.querySelector("h3"));
   if (focus) title?.focus();
@@ -82,9 +115,10 @@ function go(run, id, focus = true) {
 function goOn(run, words) {
   const steps = visible(run);
   const at = steps.findIndex(({ id }) => id === run.step);
-  if (at + 1 < steps.length) go(run, steps[at + 1].id);
+  const open = at + 1 <= paceOf(run);
+  if (at + 1 < steps.length && open) go(run, steps[at + 1].id);
   else show(run);
-  say(run, words);
+  say(run, open ? words : `${words} ${run.host.room.say("sheet.waits")}`);
 }
 
 /** @param {Run} run @param {boolean} done */
@@ -104,16 +138,25 @@ async function save(run, done = run.done) {
   }
 }
 
+/**
+ * Keeps an answer, the ones before it and the stage.
+ * @param {Run} run @param {string} step @param {number | string} value
+ */
+function take({ host, answers }, step, value) {
+  const scene = bareScene(host.room.app.store.get());
+  const before = answers.get(step);
+  const earlier = before && before.value !== value ? [before.value] : [];
+  const tries = [...(before?.tries ?? []), ...earlier].slice(-MOST_TRIES);
+  answers.set(step, { step, value, scene, ...(tries.length && { tries }) });
+}
+
 /** @param {Run} run @param {Step} step @param {import("./answer.js").AnswerField} field */
 async function answered(run, step, field) {
   const { room } = run.host;
   const value = field.read();
   if (value === undefined || !step.question) return;
-  const scene = bareScene(room.app.store.get());
-  run.answers.set(step.id, { step: step.id, value, scene });
-  const steps = visible(run);
-  const last = steps[steps.length - 1].id === step.id;
-  const right = isRight(step.question, value);
+  take(run, step.id, value);
+  const last = visible(run).at(-1)?.id === step.id;
   const through = lets(run, step);
   if (!(await save(run, run.done || (last && through)))) return;
   if (!through) {
@@ -122,8 +165,9 @@ async function answered(run, step, field) {
     if (hint) hint.open = true;
     return say(run, room.say("sheet.tryAgain"));
   }
+  const right = verdictOf(run, step);
   const verdict = right === null ? "" : room.say(right ? "sheet.wasRight" : "sheet.wasNot");
-  goOn(run, last ? room.say("sheet.handedIn") : verdict || room.say("sheet.kept"));
+  goOn(run, last ? `${verdict} ${handedIn(run)}`.trim() : verdict || room.say("sheet.kept"));
 }
 
 /** @param {Run} run @param {Step} step */
@@ -134,8 +178,7 @@ function questionPart(run, step) {
   const field = answerField(room, question);
   const given = run.answers.get(step.id);
   if (given) field.set(given.value);
-  const steps = visible(run);
-  const last = steps[steps.length - 1].id === step.id;
+  const last = visible(run).at(-1)?.id === step.id;
   const submit = (/** @type {Event} */ event) => {
     event.preventDefault();
     answered(run, step, field);
@@ -167,15 +210,17 @@ function keysOf(run, step) {
   const on = () => {
     run.read.add(step.id);
     if (at + 1 < steps.length) return goOn(run, "");
-    save(run, true).then((kept) => kept && goOn(run, room.say("sheet.handedIn")));
+    save(run, true).then((kept) => kept && goOn(run, handedIn(run)));
   };
   const last = at === steps.length - 1;
-  const shut = !lets(run, step) || (last && Boolean(step.question));
+  const waits = !last && at + 1 > paceOf(run);
+  const shut = !lets(run, step) || waits || (last && Boolean(step.question));
   const next = button(room.say(last ? "sheet.handIn" : "sheet.next"), on, {
     disabled: shut,
     "data-sheet": "next",
   });
-  return h("div", { class: "row ends" }, back, stage, next);
+  const words = waits && h("p", { class: "quiet" }, room.say("sheet.waits"));
+  return h("div", { class: "row ends" }, back, stage, next, words);
 }
 
 /** @param {Run} run */
@@ -184,20 +229,20 @@ function showList(run) {
   const most = barrier(run);
   const keys = visible(run).map((step, i) => {
     const done = isDone(run, step);
-    const number = h(
-      "span",
-      { class: "step-number", "aria-hidden": "true" },
-      done ? "\u2713" : String(i + 1),
-    );
+    const right = verdictOf(run, step);
+    const sign = right === false ? "\u2717" : right || (done && !step.question) ? "\u2713" : "";
+    const shown = { class: "step-number", "aria-hidden": "true" };
+    const number = h("span", shown, sign || String(i + 1));
     const attributes = {
       type: "button",
       "data-step": i + 1,
-      class: done ? "step-key done" : "step-key",
+      class: `step-key${done ? " done" : ""}${right === false ? " wrong" : ""}`,
       disabled: i > most,
       "aria-current": step.id === run.step ? "step" : null,
       on: { click: () => go(run, step.id) },
     };
-    const said = done ? h("span", { class: "unseen" }, `, ${room.say("sheet.done")}`) : null;
+    const words = right === false ? "class.notRight" : "sheet.done";
+    const said = done ? h("span", { class: "unseen" }, `, ${room.say(words)}`) : null;
     return h(
       "li",
       {},
@@ -218,15 +263,13 @@ function show(run) {
   const given = step.question && run.answers.get(step.id);
   const hint =
     step.hint && h("details", {}, h("summary", {}, room.say("sheet.hint")), h("p", {}, step.hint));
-  const answer =
-    given &&
-    h(
-      "p",
-      { class: "quiet" },
-      room.say("sheet.yourAnswer", {
-        answer: answerWords(room, /** @type {Question} */ (step.question), given.value),
-      }),
-    );
+  const words = (/** @type {any} */ value) =>
+    answerWords(room, /** @type {Question} */ (step.question), value);
+  const tries = given?.tries?.length
+    ? ` ${room.say("sheet.tries", { answers: given.tries.map(words).join("; ") })}`
+    : "";
+  const told = given && room.say("sheet.yourAnswer", { answer: words(given.value) });
+  const answer = told && h("p", { class: "quiet" }, told + tries);
   run.body.replaceChildren(
     h("p", { class: "quiet" }, count),
     h(
@@ -238,7 +281,15 @@ function show(run) {
     ...[questionPart(run, step), answer, hint].filter((part) => part instanceof Node),
     keysOf(run, step),
   );
-  if (run.done) say(run, room.say("sheet.handedIn"));
+  if (run.done) say(run, handedIn(run));
+}
+
+/** The teacher has opened other steps: what is typed stays. @param {Run} run */
+function repace(run) {
+  const step = run.host.sheet.steps.find(({ id }) => id === run.step);
+  if (!step) return;
+  showList(run);
+  run.body.lastElementChild?.replaceWith(keysOf(run, step));
 }
 
 /** Arrows walk the list of steps. @param {HTMLElement} list @param {KeyboardEvent} event */
@@ -261,8 +312,16 @@ export function runSheet(host) {
   const print = button(room.say("sheet.print"), () => printSheet(room, sheet, handinOf(run)), {
     "data-sheet": "print",
   });
+  const mine = () => {
+    const { view, ...doc } = /** @type {Doc} */ (run.mine);
+    room.app.store.set({ ...doc, view: { trails: view.trails, selected: 0 } }, { label: "open" });
+    run.mine = null;
+    back.hidden = true;
+  };
+  const back = button(room.say("sheet.mine"), mine, { hidden: true, "data-sheet": "mine" });
   const nav = h("nav", { "aria-label": room.say("sheet.steps") }, list);
-  const place = h("div", { class: "sheet" }, nav, mark, body, print);
+  const ends = h("div", { class: "row" }, back, print);
+  const place = h("div", { class: "sheet" }, nav, mark, body, ends);
   const answers = new Map(handin.answers.map((one) => [one.step, one]));
   /** @type {Run} */
   const run = {
@@ -275,6 +334,8 @@ export function runSheet(host) {
     step: "",
     done: handin.done === true,
     read: new Set(),
+    mine: null,
+    back,
   };
   list.addEventListener("keydown", (event) => walk(list, event));
   const open = sheet.steps[Math.min(barrier(run), sheet.steps.length - 1)];
@@ -284,5 +345,7 @@ export function runSheet(host) {
     place,
     /** Sets the stage as the present step has it. */
     begin: () => go(run, run.step, false),
+    /** Other steps may be open. */
+    repace: () => repace(run),
   };
 }

@@ -8,6 +8,7 @@ import { createBag, h } from "../dom.js";
 import { button, choice, copyButton } from "../drawers/kit/kit.js";
 import { pack } from "../link.js";
 import { answerWords, isRight } from "./answer.js";
+import { nameOf } from "./answers_table.js";
 import { openDialog } from "./board.js";
 import { keyOf } from "./scenes.js";
 import { editSheet } from "./sheet_editor.js";
@@ -30,40 +31,74 @@ function freeId({ items }, wanted) {
   }
 }
 
+/** What was asked in a step, with its unit. @param {Step} step */
+function headOf({ id, title, question }) {
+  const unit = question?.kind === "angle" ? "\u00b0" : question?.unit;
+  const words = h("span", { class: "asked-words" }, question?.text ?? "");
+  return h("th", { scope: "col" }, (title || id) + (unit ? `, ${unit}` : ""), words);
+}
+
+/**
+ * An answer with whether it is right, and the tries before it.
+ * @param {Room} room @param {Step} step @param {Handin} handin
+ */
+function cellOf(room, { id, question }, { answers }) {
+  const answer = answers.find(({ step }) => step === id);
+  if (!answer || !question) return h("td", {}, "\u2013");
+  const right = isRight(question, answer.value);
+  const sign = right === null ? "" : right ? "\u2713 " : "\u2717 ";
+  const words = sign + answerWords(room, question, answer.value);
+  const earlier = (answer.tries ?? []).map((value) => answerWords(room, question, value));
+  const tries = earlier.length
+    ? h("span", { class: "quiet" }, room.say("sheet.tries", { answers: earlier.join("; ") }))
+    : null;
+  return h("td", { class: right === false ? "wrong" : null }, words, tries);
+}
+
+/** How many answers to a step are right. @param {Step} step @param {Handin[]} handins */
+function shareOf({ id, question }, handins) {
+  const given = handins.flatMap(({ answers }) => answers.filter(({ step }) => step === id));
+  const marks = given.map(({ value }) => question && isRight(question, value));
+  const right = marks.filter((mark) => mark === true).length;
+  return question?.value === undefined ? `${given.length}` : `${right} / ${given.length}`;
+}
+
 /** Who has answered what. @param {Room} room @param {string} id @param {Sheet} sheet */
 function answersTable(room, id, sheet) {
   const { session, say } = room;
   const asked = sheet.steps.filter(({ question }) => question);
-  const heads = asked.map(({ title, id: step }) => h("th", { scope: "col" }, title || step));
-  /** @type {HTMLElement[]} */
-  const rows = [];
-  for (const { name, value } of session.items.values()) {
-    const [kind, sheetId, pupil] = name.split("/");
-    if (kind !== "handins" || sheetId !== id) continue;
-    const cells = asked.map(({ id: step, question }) => {
-      const answer = value.answers.find((/** @type {StepAnswer} */ one) => one.step === step);
-      if (!answer || !question) return h("td", {}, "\u2013");
-      const right = isRight(question, answer.value);
-      const sign = right === null ? "" : right ? "\u2713 " : "\u2717 ";
-      return h(
-        "td",
-        { class: right === false ? "wrong" : null },
-        sign + answerWords(room, question, answer.value),
-      );
-    });
-    const nickname = String(session.value(`pupils/${pupil}`)?.nickname ?? pupil);
+  /** @type {[number, Handin][]} */
+  const handins = [...session.items.values()]
+    .filter(({ name }) => name.startsWith(`handins/${id}/`))
+    .map(({ name, value }) => [Number(name.split("/")[2]), value]);
+  if (!handins.length) return h("p", { class: "quiet" }, say("sheet.noAnswers"));
+  const named = handins.map(([pupil, value]) => ({ name: nameOf(room, pupil), value }));
+  named.sort((a, b) => a.name.localeCompare(b.name, undefined, { numeric: true }));
+  const rows = named.map(({ name, value }) => {
+    const cells = asked.map((step) => cellOf(room, step, value));
     const done = value.done ? say("sheet.in") : "";
-    rows.push(h("tr", {}, h("th", { scope: "row" }, nickname), h("td", {}, done), ...cells));
-  }
-  if (!rows.length) return h("p", { class: "quiet" }, say("sheet.noAnswers"));
-  const name = (/** @type {HTMLElement} */ row) => row.firstElementChild?.textContent ?? "";
-  rows.sort((a, b) => name(a).localeCompare(name(b)));
+    return h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, done), ...cells);
+  });
+  const all = handins.map(([, value]) => value);
+  const shares = asked.map((step) => h("td", {}, shareOf(step, all)));
+  const sum = h("tr", {}, h("th", { scope: "row" }, say("sheet.correct")), h("td", {}), ...shares);
+  const heads = asked.map((step) => headOf(step));
   const head = h("tr", {}, h("th", {}, say("sheet.pupil")), h("th", {}, ""), ...heads);
-  return h(
-    "div",
-    { class: "scroll" },
-    h("table", { class: "answers" }, h("thead", {}, head), h("tbody", {}, ...rows)),
-  );
+  const body = [h("thead", {}, head), h("tbody", {}, ...rows), h("tfoot", {}, sum)];
+  return h("div", { class: "scroll" }, h("table", { class: "answers" }, ...body));
+}
+
+/** How far the class may go. @param {Room} room @param {Desk} desk @param {Sheet} sheet */
+function paceChoice({ session, say }, desk, { steps }) {
+  const options = [
+    { value: 0, words: say("sheet.pace.all") },
+    ...steps.map((_, i) => ({ value: i + 1, words: say("sheet.step", { step: i + 1 }) })),
+  ];
+  const pace = session.value("stages/class")?.pace ?? 0;
+  const set = (/** @type {string} */ value) => desk.change({ pace: Number(value) || undefined });
+  const { element, select } = choice(say("sheet.pace"), options, pace, set);
+  select.dataset.class = "pace";
+  return element;
 }
 
 /** The answers over the page, as they come. @param {Room} room @param {string} id */
@@ -92,7 +127,9 @@ function rowOf(room, desk, id, sheet) {
   );
   const done = handins.filter(({ value }) => value.done).length;
   const write = (/** @type {Sheet} */ changed) => session.put(`worksheets/${id}`, changed);
-  const give = () => desk.change({ worksheet: given ? undefined : id });
+  // an old question would stand above the worksheet
+  const begin = { worksheet: id, question: undefined, pace: undefined };
+  const give = () => desk.change(given ? { worksheet: undefined, pace: undefined } : begin);
   const edit = () => editSheet(room, sheet, write);
   const link = async () => {
     const letters = await pack(new TextEncoder().encode(JSON.stringify(sheet)));
@@ -114,6 +151,7 @@ function rowOf(room, desk, id, sheet) {
         "data-give": id,
         class: given ? "button" : "button main",
       }),
+      given ? paceChoice(room, desk, sheet) : null,
       button(say("sheet.answers"), () => openAnswers(room, id), { "data-answers": id }),
       button(say("sheet.edit"), edit, { "data-edit": id }),
       copyButton(app, say("sheet.link"), link),
@@ -165,6 +203,7 @@ export function mountSheets(room, desk) {
     const key = keyOf([
       sheets,
       session.value("stages/class")?.worksheet,
+      session.value("stages/class")?.pace,
       handins.map(({ name, value }) => [name, value.done]),
     ]);
     if (key === shown) return;

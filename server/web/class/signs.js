@@ -9,26 +9,19 @@ const GRACE_MS = 15000; // in which the others come back as well
 
 /** @param {Session} session */
 export function createSigns(session) {
-  // by how much the server's clock is ahead of this page's, which no change of the machine's clock
-  // moves, or less, where nothing new came
-  let ahead = -Infinity;
   let since = 0;
   let live = false;
   let first = true;
 
   /** Takes in what the room has. */
   function hear() {
-    for (const { changed } of session.items.values()) {
-      const at = Date.parse(changed);
-      if (at) ahead = Math.max(ahead, at - performance.now());
-    }
     if ((session.state === "live") === live) return;
     live = !live;
     // who comes to a room that others are in need not wait for them
     if (live && !first) since = performance.now();
     first = false;
   }
-  const now = () => (Number.isFinite(ahead) ? performance.now() + ahead : Date.now());
+  const { now } = session;
   return {
     hear,
     /** When a pupil has last changed something, by this machine's clock. @param {ClassItem} item */

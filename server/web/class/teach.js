@@ -1,6 +1,7 @@
 // The teacher's part of the drawer: the code, what the class is shown, asked and given, the board,
 // and the room's end.
-// Leaves to others: its parts (board.js, ask.js, together.js, sheets.js), writing (session.js).
+// Leaves to others: its parts (board.js, ask.js, present.js, together.js, sheets.js), writing
+// (session.js).
 // Invariant: what holds is what stands in the room; a second tab of the teacher sees the same.
 
 import { linkTo } from "../address.js";
@@ -10,8 +11,10 @@ import { button, copyButton, save, toggle } from "../drawers/kit/kit.js";
 import { localOf, qrOf } from "../drawers/kit/qr.js";
 import { ROOT } from "../root.js";
 import { mountAsk } from "./ask.js";
+import { answersText } from "./answers_table.js";
 import { mountBoard, openDialog } from "./board.js";
 import { keptLink } from "./kept.js";
+import { createPresenter } from "./present.js";
 import { wholeScene } from "./scenes.js";
 import { statementsOfRoom } from "./statements.js";
 import { mountSheets } from "./sheets.js";
@@ -66,31 +69,31 @@ function deskOf(room, fault) {
   };
 }
 
-/** The address that leads into the room. @param {Room} room */
-const addressOf = ({ app, session }) => linkTo(app.text, session.entry?.code ?? "");
+/**
+ * An address as a picture, over the page. @param {Room} room @param {string} kind @param {string}
+ * title @param {string} address @param {...(Node | null)} more above the picture
+ */
+async function showAddress(room, kind, title, address, ...more) {
+  const { app, session, say } = room;
+  const { default: qrcode } = await app.files.script("lib/qrcode.js");
+  const picture = qrOf(qrcode, address, say("class.qr", { code: session.entry?.code }));
+  openDialog(room, kind, title, ...more, picture, localOf(app.text) || null);
+}
 
 /** @param {Room} room */
 function codePart(room) {
   const { app, session, say } = room;
   const code = session.entry?.code ?? "";
-  const address = addressOf(room);
-  const large = button(
-    say("class.showCode"),
-    async () => {
-      const { default: qrcode } = await app.files.script("lib/qrcode.js");
-      const picture = qrOf(qrcode, address, say("class.qr", { code }));
-      openDialog(
-        room,
-        "code",
-        say("class.joinHere"),
-        h("p", { class: "huge" }, code),
-        picture,
-        h("p", { class: "address" }, `${ROOT.replace(/^\w+:\/\//, "")}${code}`),
-        localOf(app.text) || null,
-      );
-    },
-    { class: "button main", "data-class": "showCode" },
-  );
+  const address = linkTo(app.text, code);
+  const plain = `${ROOT.replace(/^\w+:\/\//, "")}${code}`;
+  const show = () => {
+    const parts = [h("p", { class: "huge" }, code), h("p", { class: "address" }, plain)];
+    showAddress(room, "code", say("class.joinHere"), address, ...parts);
+  };
+  const large = button(say("class.showCode"), show, {
+    class: "button main",
+    "data-class": "showCode",
+  });
   return h(
     "section",
     { class: "code-part" },
@@ -108,12 +111,44 @@ function codePart(room) {
   );
 }
 
+/**
+ * The link by which another device, or another teacher, leads the room as well.
+ * @param {Room} room
+ */
+function leadButton(room) {
+  const { app, session, say } = room;
+  const address = () => linkTo(app.text, `${session.entry?.code}#teach=${session.entry?.token}`);
+  const show = () => {
+    const warning = h("p", { class: "fault" }, say("class.lead.warning"));
+    const copying = copyButton(app, say("class.copyLink"), address);
+    copying.dataset.class = "copyLead";
+    showAddress(room, "lead", say("class.lead"), address(), warning, copying);
+  };
+  return button(say("class.lead"), show, { "data-class": "lead" });
+}
+
+/**
+ * The class follows this page, until it no longer does. @param {Room} room
+ * @param {ReturnType<typeof createPresenter>} presenter
+ */
+function followKey({ say, tell }, presenter) {
+  const turn = async (/** @type {boolean} */ on) => {
+    await presenter.turn(on);
+    tell(say(on ? "class.did.follow" : "class.did.push"));
+  };
+  return toggle(say("class.follow"), false, turn, { "data-class": "follow" });
+}
+
 /** What the class is shown. @param {Room} room @param {Desk} desk */
-function showPart({ app, session, say, tell }, desk) {
+function showPart(room, desk) {
+  const { app, session, say, tell } = room;
+  const presenter = createPresenter(room, desk);
+  const follow = followKey(room, presenter);
   const push = button(
     say("class.push"),
     async () => {
-      await desk.change({ scene: wholeScene(app.store.get()), release: undefined });
+      const scene = wholeScene(app.store.get());
+      await desk.change({ scene, release: undefined, follow: undefined });
       tell(say("class.did.push"));
     },
     { class: "button main", "data-class": "push" },
@@ -121,7 +156,8 @@ function showPart({ app, session, say, tell }, desk) {
   const own = button(
     say("class.own"),
     async () => {
-      await desk.change({ scene: undefined, release: undefined, frozen: false });
+      const nothing = { scene: undefined, release: undefined, follow: undefined };
+      await desk.change({ ...nothing, frozen: false });
       tell(say("class.did.own"));
     },
     { "data-class": "own" },
@@ -140,14 +176,17 @@ function showPart({ app, session, say, tell }, desk) {
     "section",
     { class: "show-part" },
     now,
-    h("div", { class: "row" }, push, freeze, own),
+    h("div", { class: "row" }, push, follow, freeze, own),
   );
   return {
     place,
+    end: presenter.end,
     show() {
       /** @type {ClassStage} */
-      const { scene, frozen, release } = session.value("stages/class") ?? {};
-      const shown = scene ? (release ? "class.desk.release" : "class.desk.push") : "class.desk.own";
+      const { scene, frozen, release, follow: leads } = session.value("stages/class") ?? {};
+      const has = leads ? "follow" : release ? "release" : "push";
+      const shown = scene ? `class.desk.${has}` : "class.desk.own";
+      follow.setAttribute("aria-pressed", String(Boolean(leads)));
       now.textContent = say(frozen ? `${shown}.frozen` : shown);
       freeze.setAttribute("aria-pressed", String(Boolean(frozen)));
       own.disabled = !scene && !frozen;
@@ -201,26 +240,20 @@ function shareField({ say }, desk) {
   return field;
 }
 
-/** All answers, with the signs of the browser's language. @param {Room} room @param {Desk} desk */
-function tableButton({ session, say }, desk) {
-  return button(
-    say("class.table"),
-    () =>
-      desk.attempt(async () => {
-        const sign = Intl.NumberFormat()
-          .formatToParts(0.5)
-          .find(({ type }) => type === "decimal");
-        const reply = await session.get(`table?decimal=${sign?.value === "," ? "comma" : "point"}`);
-        save(await reply.blob(), `class-${session.entry?.code}.csv`);
-      }),
-    { "data-class": "table" },
-  );
+/** All answers, as a spreadsheet of the browser's language opens them. @param {Room} room */
+function tableButton(room) {
+  const { session, say } = room;
+  const give = () => {
+    const table = new Blob([answersText(room)], { type: "text/csv" });
+    save(table, `class-${session.entry?.code}.csv`);
+  };
+  return button(say("class.table"), give, { "data-class": "table" });
 }
 
 /** @param {Room} room @param {Desk} desk */
 function endPart(room, desk) {
   const { session, say } = room;
-  const table = tableButton(room, desk);
+  const table = tableButton(room);
   const door = toggle(
     say("class.shut"),
     false,
@@ -251,7 +284,8 @@ function endPart(room, desk) {
     {},
     h("h3", {}, say("class.end")),
     h("p", { class: "quiet" }, say("class.ends", { ends }), " ", keptLink(room)),
-    h("div", { class: "row" }, table, statementsButton(room), door, erase, leave),
+    h("div", { class: "row" }, table, statementsButton(room), leadButton(room)),
+    h("div", { class: "row" }, door, erase, leave),
     h("label", { class: "field" }, h("span", {}, say("class.share")), share),
   );
   return {
@@ -271,7 +305,8 @@ export default function mountTeacher(element, room) {
   const fault = h("p", { class: "fault", role: "alert" });
   const away = h("p", { class: "fault", role: "status", hidden: true }, say("class.now.away"));
   const desk = deskOf(room, fault);
-  const parts = [showPart(room, desk), wordsPart(room, desk)];
+  const shown = showPart(room, desk);
+  const parts = [shown, wordsPart(room, desk)];
   const end = endPart(room, desk);
   const together = togetherPart(room, desk);
   const ask = mountAsk(room, desk);
@@ -294,6 +329,7 @@ export default function mountTeacher(element, room) {
     end.show();
   }
   bag(session.subscribe(show));
+  bag(shown.end);
   bag(board.destroy);
   bag(ask.destroy);
   bag(sheets.destroy);

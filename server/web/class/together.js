@@ -239,7 +239,8 @@ export function togetherPart(room, desk) {
     async () => {
       const number = (desk.stage().release?.number ?? Math.floor(Date.now() / 1000) % 900000) + 1;
       const release = spread === "hand" ? { number } : { number, spread: Number(spread) };
-      await desk.change({ scene: wholeScene(app.store.get()), frozen: false, release });
+      const scene = wholeScene(app.store.get());
+      await desk.change({ scene, frozen: false, release, follow: undefined });
       speak(say("class.did.release"));
     },
     { "data-class": "release" },

@@ -18,6 +18,9 @@ interface ClassStage {
     question?: string;
     worksheet?: string;
     release?: { number: number; spread?: number };
+    /** The last step of the worksheet that may be opened. */
+    pace?: number;
+    follow?: { drawer?: string; time?: number; playing?: boolean };
 }
 
 /** What a pupil has on the stage. */
@@ -64,6 +67,8 @@ interface Sheet {
     title: string;
     language?: string;
     closed?: boolean;
+    /** When it is told what is right: "at_once" (left out), "at_end", "never". */
+    feedback?: string;
     steps: Step[];
 }
 
@@ -71,6 +76,8 @@ interface StepAnswer {
     step: string;
     value: number | string;
     scene?: ClassScene;
+    /** Earlier answers, the first one first. */
+    tries?: (number | string)[];
 }
 
 interface Handin {
@@ -100,6 +107,8 @@ interface RoomEntry {
     mine?: ClassScene;
     seen?: string;
     released?: number;
+    /** Of a teacher: the class follows this device. */
+    presents?: boolean;
 }
 
 /** A room as this browser is in it. */
@@ -113,6 +122,9 @@ interface Session {
     make(hours: number, remembered?: boolean): Promise<void>;
     join(code: string, nickname: string): Promise<void>;
     resume(code: string | null): Promise<boolean>;
+    lead(code: string, token: string): Promise<boolean>;
+    /** The server's clock, ms. */
+    now(): number;
     /** Writes what the browser keeps of the room. */
     note(patch: Partial<RoomEntry>): void;
     leave(): void;
@@ -123,7 +135,6 @@ interface Session {
         options?: { signal?: AbortSignal; keepalive?: boolean },
     ): Answer;
     drop(path: string): Promise<unknown>;
-    get(path: string): Promise<Response>;
     erase(): Promise<void>;
     /** fn(names) after items have come, fn(null) when the room itself is another. */
     subscribe(fn: (names: Set<string> | null) => unknown): End;
@@ -141,4 +152,6 @@ interface Room extends Bench {
     session: Session;
     /** Says it to those who listen. */
     tell(words: string): void;
+    /** Nobody's name is shown: the screen is what the class sees. */
+    anonymous?: boolean;
 }

@@ -8,6 +8,7 @@ import { aborted, fetchTable } from "../drawers/kit/kit.js";
 import { createMini } from "../drawers/kit/mini.js";
 import { readScene } from "../link.js";
 import { still } from "../screen.js";
+import { nameOf } from "./answers_table.js";
 import { createSigns } from "./signs.js";
 
 const FRAME_MS = 45;
@@ -17,6 +18,9 @@ const MOST_ARMS = 64;
 const QUIET_MS = 180000; // without a change, from which on that is told
 const LOOK_MS = 5000; // from one look for who is silent to the next
 const SAME_MS = 5000; // a change that two signs put so far apart is one
+const TILE = { width: 132, height: 112, top: 0.42 }; // pixels of a picture, where its pivot is
+const LARGEST = 640; // pixels across
+const BESIDE = { width: 18, height: 66 }; // pixels of a tile beside its picture, with the gap
 const RANK = { stuck: 0, silent: 1, working: 2, done: 3, away: 4 };
 
 /** @typedef {{tree: Tree, phi: number[]}} Pose */
@@ -39,6 +43,7 @@ const RANK = { stuck: 0, silent: 1, working: 2, done: 3, away: 4 };
  *   string, loading: number, stop: AbortController, begun: number, frame: number, drawn: number,
  *   open: (number: number) => unknown, size: {width: number, height: number, top: number},
  *   signs: ReturnType<typeof createSigns>, told: () => unknown,
+ *   place: (() => {width: number, height: number}) | null,
  * }} Wall
  */
 
@@ -127,14 +132,45 @@ async function restage(wall, cell, scene) {
   const same = JSON.stringify(pose?.tree) === JSON.stringify(cell.pose?.tree);
   cell.pose = pose;
   cell.wants = pose !== null;
-  if (!same || !cell.mini) {
-    cell.mini = pose && createMini(pose.tree, wall.size);
-    const canvas = cell.mini?.canvas ?? h("span", { class: "no-picture" }, "?");
-    cell.canvas?.replaceWith(canvas);
-    cell.canvas = canvas;
-  }
+  if (!same || !cell.mini) frame(wall, cell);
   drawCell(wall, cell);
   loadNext(wall);
+}
+
+/** A new picture of a cell's tree. @param {Wall} wall @param {Cell} cell */
+function frame({ size }, cell) {
+  cell.mini = cell.pose && createMini(cell.pose.tree, size);
+  const canvas = cell.mini?.canvas ?? h("span", { class: "no-picture" }, "?");
+  cell.canvas?.replaceWith(canvas);
+  cell.canvas = canvas;
+}
+
+/**
+ * The widest pictures with which so many tiles fill a place. @param {number} count
+ * @param {{width: number, height: number}} place
+ */
+function widthFor(count, place) {
+  const wide = (/** @type {number} */ columns) => {
+    const tall = place.height / Math.ceil(count / columns) - BESIDE.height;
+    const across = place.width / columns - BESIDE.width;
+    return Math.min(across, (tall * TILE.width) / TILE.height, LARGEST);
+  };
+  const widths = Array.from({ length: count }, (_, i) => wide(i + 1));
+  return Math.floor(Math.max(TILE.width, ...widths));
+}
+
+/** Pictures as large as there is place for all. @param {Wall} wall */
+function resize(wall) {
+  const { cells, place, list } = wall;
+  const width = place ? widthFor(cells.size, place()) : TILE.width;
+  if (width === wall.size.width) return;
+  wall.size = { ...TILE, width, height: Math.round((width * TILE.height) / TILE.width) };
+  list.style.setProperty("--tile", `${width}px`);
+  for (const cell of cells.values()) {
+    if (!cell.pose) continue;
+    frame(wall, cell);
+    drawCell(wall, cell);
+  }
 }
 
 /** @param {Wall} wall @param {number} number @returns {Cell} */
@@ -226,21 +262,26 @@ function look(wall) {
   wall.told();
 }
 
+/** @param {Wall} wall @param {Cell} cell */
+function christen({ room }, cell) {
+  cell.nickname = nameOf(room, cell.number);
+  if (cell.name.textContent !== cell.nickname) cell.name.textContent = cell.nickname;
+}
+
 /** @param {Wall} wall */
 function follow(wall) {
   const { items } = wall.room.session;
   wall.signs.hear();
   /** @type {Set<number>} */
   const there = new Set();
-  for (const { name, value } of items.values()) {
+  for (const name of items.keys()) {
     const [kind, id] = name.split("/");
     if (kind !== "pupils") continue;
     const number = Number(id);
     const stage = items.get(`stages/${id}`);
     const cell = cellOf(wall, number);
     there.add(number);
-    cell.nickname = String(value.nickname);
-    cell.name.textContent = cell.nickname;
+    christen(wall, cell);
     judge(wall, cell, stage);
     restage(wall, cell, stage?.value.scene ?? null);
     cell.note.textContent = noteOf(wall, cell);
@@ -251,6 +292,7 @@ function follow(wall) {
     wall.cells.delete(number);
   }
   arrange(wall);
+  resize(wall);
   loadNext(wall);
 }
 
@@ -284,7 +326,8 @@ export function createWall(room, open, told) {
     open,
     signs: createSigns(room.session),
     told,
-    size: { width: 132, height: 112, top: 0.42 },
+    size: TILE,
+    place: null,
   };
   const recolour = () => {
     for (const cell of wall.cells.values()) {
@@ -306,14 +349,26 @@ export function createWall(room, open, told) {
   bag(() => cancelAnimationFrame(wall.frame));
   follow(wall);
   turn(wall);
+  return { list, cells: wall.cells, ...verbs(wall), end: bag.end };
+}
+
+/** @param {Wall} wall */
+function verbs(wall) {
   return {
-    list,
-    cells: wall.cells,
     /** @param {string} by */
     sort(by) {
       wall.sort = by;
       arrange(wall);
     },
-    end: bag.end,
+    /** Fills a place; null: as in the drawer. @param {Wall["place"]} place */
+    fill(place) {
+      wall.place = place;
+      resize(wall);
+    },
+    /** Names have come, or have gone. */
+    rename() {
+      for (const cell of wall.cells.values()) christen(wall, cell);
+      arrange(wall);
+    },
   };
 }

@@ -10,7 +10,7 @@ import { mountJoin, openJoinCard } from "../class/join.js";
 import { createSession } from "../class/session.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
-import { codeInAddress } from "../room.js";
+import { codeInAddress, leadInAddress } from "../room.js";
 import { isStatic } from "../root.js";
 import { serverless } from "./kit/kit.js";
 
@@ -85,10 +85,24 @@ function lifeOf(app) {
   return one;
 }
 
+/**
+ * Leads the room of a teacher's link; the token leaves the address, which the class may see.
+ * @param {Life} one @param {string} token
+ */
+async function lead({ room: { session, app } }, token) {
+  const code = codeInAddress() ?? "";
+  history.replaceState(history.state, "", location.pathname + location.search);
+  const known = await session.lead(code, token);
+  if (!known) app.complain(app.text("class.lead.none", { code }));
+  app.store.set({ view: { drawer: "class" } });
+}
+
 /** Comes back to the room that the address names, or the last one; else asks for a nickname. */
 export async function resume(/** @type {App} */ app) {
   await app.text.part("class");
   const one = lifeOf(app);
+  const token = leadInAddress();
+  if (token) return lead(one, token);
   one.back = true;
   const found = await one.room.session.resume(codeInAddress());
   one.back = false;

@@ -98,6 +98,7 @@ export function createMini(tree, options) {
   const { canvas, ratio } = canvasOf(options);
   const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   const sketch = sketchOf(tree, context);
+  sketch.thin *= Math.max(1, width / 200);
   const deep = (height * (1 - top) - 8) / reach(tree);
   sketch.scale = Math.min((width / 2 - 8) / reach(tree), deep);
   /** @type {ReturnType<typeof readColours> | null} */
