@@ -109,6 +109,10 @@ function go(run, id, focus = true) {
   show(run);
   const title = /** @type {HTMLElement | null} */ (run.body.querySelector("h3"));
   if (focus) title?.focus();
+  // on a phone the field and its button may lie below the fold
+  requestAnimationFrame(() =>
+    run.body.querySelector("form .button.main")?.scrollIntoView({ block: "nearest" }),
+  );
 }
 
 /** On to the next step, or the end. @param {Run} run @param {string} words of the step before */
