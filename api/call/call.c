@@ -388,7 +388,7 @@ double api_call_cost(const struct api_call *call) { return call->cost; }
 
 int api_call_foresees(const struct api_call *call) {
     assert(api_call_valid(call) && call->op);
-    return call->op->progress && call->op->steps && !call->source.fetch;
+    return call->op->progress && !call->source.fetch;
 }
 
 double api_call_answer_bytes(const struct api_call *call) {

@@ -129,8 +129,8 @@ double api_call_cost(const struct api_call *call);
  * after the end. */
 double api_call_bytes(const struct api_call *call);
 
-/** Returns true if api_call_run forecasts from the steps so far: after some hundredths of a second
- * it refuses a computation that cannot end within max-steps and max-compute-seconds. */
+/** Returns true if api_call_run forecasts: after some hundredths of a second it refuses a
+ * computation that cannot end within max-steps and max-compute-seconds. */
 int api_call_foresees(const struct api_call *call);
 
 /** Returns an upper bound of the bytes of the answer's whole body, even if only a range is

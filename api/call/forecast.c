@@ -33,7 +33,7 @@ int api_forecast_good(struct api_forecast *forecast, const struct api_op *op, vo
     const int looks = sizeof forgiven / sizeof *forgiven;
     assert(op && limits && seconds >= 0);
     double part = -1, work = -1, steps = op->steps ? (double)op->steps(state) : 0;
-    if (!op->progress || steps < LEAST_STEPS) return 1;
+    if (!op->progress || (op->steps && steps < LEAST_STEPS)) return 1;
     if (seconds < forecast->look_at) return 1;
     double times = forgiven[forecast->looks < looks ? forecast->looks : looks - 1];
     forecast->looks++;

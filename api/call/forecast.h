@@ -25,8 +25,8 @@ int api_forecast_begins(const struct api_op *op, const void *state, const struct
 /**
  * Forecasts during a computation, from the steps and the time used so far: first after 10 ms, then
  * whenever the time has quadrupled. Early forecasts have a larger tolerance, because a motion may
- * need more steps at its beginning; from 10 s on the tolerance is 50 %. Operations that do not
- * integrate make no steady progress and are never refused here.
+ * need more steps at its beginning; from 10 s on the tolerance is 50 %. Operations whose
+ * progress is unknown are never refused here.
  *
  * state    state of the operation, which is not complete.
  * seconds  computation time so far.

@@ -233,7 +233,6 @@ static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error
     if (!fit->result.iterations) memcpy(fit->origin, fit->inner, bytes);
     gsl_vector_view x = gsl_vector_view_array(fit->inner, (size_t)fit->problem.unknowns);
     fit->begun = 1, fit->here = 0;
-    if (fit->window > fit->reached) fit->reached = fit->window;
     fit->status = PEND_OK;
     int failed = gsl_multifit_nlinear_init(&x.vector, &fit->search->fdf, fit->search->work);
     if (!failed && !fit->starved && fit->status == PEND_OK) return PEND_OK;
@@ -381,8 +380,10 @@ static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error)
 /* one iteration of multiple shooting; after the last one, the search uses all rows */
 static enum pend_status fit_pieces(struct pend_fit *fit, struct pend_error *error) {
     int over = 0;
+    long before = fit->result.evaluations;
     if (pend_fit_pieces_step(fit->pieces, &over, &fit->result.evaluations) != PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    fit->model.motions += (double)(fit->result.evaluations - before);
     fit->result.iterations++;
     if (!over && fit->result.iterations < fit->problem.iterations) return PEND_OK;
     for (int j = 0; j < fit->problem.unknowns; j++) {
@@ -415,6 +416,7 @@ static enum pend_status fit_runs_alone(struct pend_fit *fit, struct pend_error *
     }
     fit->told = fmax(fit->told, explained);
     fit->result.evaluations += over ? fit->single->result.evaluations : 0;
+    fit->model.motions += fit->single->model.motions / pend_fit_runs(&fit->problem);
     pend_fit_free(&fit->single);
     if (explained > fit_explained && next < pend_fit_runs(&fit->problem))
         return fit_single(fit, next, error);
@@ -459,6 +461,7 @@ struct pend_fit_result pend_fit_result(const struct pend_fit *fit) {
 }
 
 double pend_fit_progress(const struct pend_fit *fit) {
-    double part = (double)fit->reached / (double)fit->problem.rows;
-    return fit->ready ? 1 : 0.9 * part;
+    double motions = fit->model.motions;
+    double most = FIT_MOTIONS + FIT_UNKNOWN_MOTIONS * fit->problem.unknowns;
+    return fit->ready ? 1 : motions < 1 ? 0 : motions / fmax(most, motions + 1);
 }

@@ -46,7 +46,8 @@ PEND_MUST_CHECK enum pend_status pend_fit_step(struct pend_fit *fit, int *done,
 /** Returns the result, once it is complete. O(1). */
 struct pend_fit_result pend_fit_result(const struct pend_fit *fit);
 
-/** Returns the fraction of the data that the fit uses so far, 0 .. 1. O(1). */
+/** Returns the estimated fraction of the work that is done, 0 .. 1; it never falls, and is 0 until
+ * the motion of all rows was computed. O(1). */
 double pend_fit_progress(const struct pend_fit *fit);
 
 /** Returns the approximate bytes of a fit. O(harmonics). */

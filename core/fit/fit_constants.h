@@ -25,6 +25,12 @@ static const double fit_foretold = 0.4;
 static const double fit_swing_rate = 0.3;
 /* Most steps of a motion, and additional steps per arm and swing. Unit: steps. */
 enum { FIT_STEPS = 200 };
+/* Most steps that friction may add, one for each decay by 1/e. Unit: steps. */
+enum { FIT_STIFF_STEPS = 200000 };
+/* Motions of all rows that a fit takes, and additional ones per unknown. Unit: motions. */
+enum { FIT_MOTIONS = 12, FIT_UNKNOWN_MOTIONS = 2 };
+/* Cost of a motion without derivatives. Unit: of one with derivatives. */
+static const double fit_plain = 0.25;
 /* Residual reported to the solver if the motion cannot be computed. Unit: residual. */
 static const double fit_nowhere = 1e6;
 /* A motion that explains less than this fraction does not follow the data. Unit: of the squares.

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/fit/fit_constants.h"
 #include "core/fit/fit_loss.h"
 #include "core/integrate/run/run.h"
 #include "core/modes/damped.h"
@@ -350,13 +351,16 @@ static enum pend_status model_run(struct fit_model *model, const double value[],
         return pend_fail(error, status, -1, 0, "these values are not possible for a pendulum");
     long count = model_instants(model, run, rows);
     model_parameters(model, run);
+    // friction that stops an arm quickly shortens the steps
+    if (model->motions == 0) model->decay = fmax(model->decay, pend_loads_decay(&loads, tree));
+    double decays = (model->t[count + model->before - 1] - model->t[0]) * model->decay;
     struct pend_problem problem = {.tree = tree,
                                    .loads = loads,
                                    .phi = model->phi,
                                    .rate = model->rate,
                                    .times = {.count = count + model->before, .list = model->t},
                                    .rtol = p->rtol,
-                                   .step_cap = p->step_cap,
+                                   .step_cap = p->step_cap + (long)fmin(FIT_STIFF_STEPS, decays),
                                    .no_drift = 1};
     // accelerations of tips come with derivatives only
     int derived = slope || model->seen.value[PEND_DERIVED_ZDD_RE];
@@ -379,5 +383,6 @@ enum pend_status pend_fit_model_at(struct fit_model *model, const double value[]
         return pend_fail(error, status, -1, 0, "these values are not possible for a pendulum");
     for (int run = 0; run < pend_fit_runs(p) && status == PEND_OK; run++)
         status = model_run(model, value, run, rows, residual, slope, error);
+    model->motions += (slope ? 1 : fit_plain) * (double)rows / (double)p->rows;
     return status;
 }

@@ -15,7 +15,6 @@ struct pend_fit {
     struct fit_model model;
     struct fit_search *search;
     long window;             /* number of rows in the window */
-    long reached;            /* largest window so far */
     int here;                /* number of iterations in this window */
     int begun, ready;        /* the solver works on this window; the result is complete */
     enum pend_status status; /* status of the last evaluation of the search's current point */

@@ -277,10 +277,10 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
 
 /* ---- running */
 
-/* Estimated cost: about fifty motions with derivatives, 20 steps per arm and swing. A step takes 10
- * us per arm and eight unknowns, or 2 us for an ideal pendulum. If modes are measured, all modes
- * are computed twice per unknown, at 80 ns per cube of the number of arms, or 2 ns for an ideal
- * pendulum. */
+/* Estimated cost: about fifty motions with derivatives, 20 steps per arm and swing and 0.05 per
+ * decay by 1/e due to friction. A step takes 10 us per arm and eight unknowns, or 2 us for an ideal
+ * pendulum. If modes are measured, all modes are computed twice per unknown, at 80 ns per cube of
+ * the number of arms, or 2 ns for an ideal pendulum. */
 static double fits_cost(const void *state) {
     const struct api_fit *asked = &((const struct fits *)state)->asked;
     assert(asked->rows >= 1 && asked->tree.n >= 1);
@@ -293,13 +293,14 @@ static double fits_cost(const void *state) {
         own += asked->unknown[j].camera < 0 && asked->unknown[j].by.kind <= PEND_PARAMETER_RATE;
     for (int k = 0; k < asked->tree.n; k++) length += asked->length[k] / n;
     double swings = span * sqrt(fabs(asked->tree.loads.gravity) / length) / 6;
+    double steps = 20 * n * swings +
+                   fmin(2e5, 0.05 * span * pend_loads_decay(&asked->tree.loads, asked->tree.tree));
     int ideal = !asked->tree.loads.terms;
     double q = asked->unknowns, each = q - own + own / asked->runs, passes = ceil(each / 8),
            arm = ideal ? 2e-6 : 1e-5;
     double numbers = (double)asked->rows * asked->columns;
     double modes = asked->modes ? (2 * q + 1) * n * n * n * (ideal ? 2e-9 : 8e-8) : 0;
-    return 50 *
-           (20 * n * swings * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
+    return 50 * (steps * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
 }
 
 /* starts the hints for a finished fit */
@@ -357,6 +358,11 @@ static enum pend_status fits_run(void *state, const struct api_turn *turn, int *
 
 static void fits_json(void *state) { ((struct fits *)state)->format = &api_format_json; }
 
+static const char *fits_way_out(const void *state) {
+    (void)state;
+    return "ask for fewer rows, or give dry friction a larger \"speed\"";
+}
+
 static void fits_progress(const void *state, double *steps, double *work) {
     const struct fits *fits = state;
     *steps = -1;
@@ -386,6 +392,8 @@ const struct api_op api_op_fits = {.name = "fits",
                                    .progress = fits_progress,
                                    .table = offsetof(struct fits, table),
                                    .cost = fits_cost,
+                                   .doubt = 3,
+                                   .way_out = fits_way_out,
                                    .bytes = fits_bytes,
                                    .json = fits_json,
                                    .clear = fits_clear};

@@ -136,6 +136,18 @@ TEST(fits_free_what_they_take_from_the_data_and_name_what_stays_fixed) {
     test_reply_free(&reply);
 }
 
+/* Friction that stops an arm in 0.1 ms makes each motion take 7000 steps, where swings take 700. */
+TEST(fits_compute_motions_whose_steps_friction_shortens) {
+    struct test_reply reply =
+        post_film(0, 1, ",\"damping\":[0.02],\"friction\":[{\"torque\":1e-4,\"speed\":1e-7}]",
+                  ",\"initial\":{\"theta\":[0.4]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{"
+                  "\"vary\":\"damping\",\"arm\":1}]");
+    check_converged(&reply);
+    check_value(&reply, 0, "length of arm 1", 0.318);
+    check_value(&reply, 1, "damping of arm 1", 0.01);
+    test_reply_free(&reply);
+}
+
 TEST(fits_blame_a_start_from_which_there_is_no_motion) {
     struct test_reply reply =
         post_film(0, 1, ",\"damping\":[1e14]",

@@ -159,7 +159,7 @@ TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
         "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
     const char *detail = test_reply_text(&reply, "/errors/0/detail");
     CHECK_INT(reply.status, 422);
-    CHECK_SAYING(detail && strstr(detail, "too fast or too chaotic") &&
+    CHECK_SAYING(detail && strstr(detail, "too fast, too chaotic or too strongly damped") &&
                      strstr(detail, "lower rate"),
                  "%s", detail ? detail : "");
     test_reply_free(&reply);
