@@ -6,6 +6,8 @@
 #include <stdlib.h>
 
 #include "api/json/json_out.h"
+#include "core/integrate/pieces/pieces.h"
+#include "core/tree/rules.h"
 #include "core/tree/turns.h"
 
 enum {
@@ -23,12 +25,13 @@ enum {
 
 static const char *const condition_fields[] = {"of",   "arm",       "to",    "value", "bound",
                                                "unit", "direction", "count", "stop",  NULL};
-static const char *const quantities[] = {"phi", "theta",    "phid",    "thetad",    "lambda", "x",
-                                         "y",   "distance", "kinetic", "potential", "energy", NULL};
+static const char *const quantities[] = {"phi",    "theta",  "phid",     "thetad",  "lambda",
+                                         "x",      "y",      "distance", "kinetic", "potential",
+                                         "energy", "impact", NULL};
 static const enum pend_quantity meanings[] = {
-    PEND_QUANTITY_PHI,     PEND_QUANTITY_THETA,     PEND_QUANTITY_RATE,  PEND_QUANTITY_RATE,
-    PEND_QUANTITY_FORCE,   PEND_QUANTITY_X,         PEND_QUANTITY_Y,     PEND_QUANTITY_DISTANCE,
-    PEND_QUANTITY_KINETIC, PEND_QUANTITY_POTENTIAL, PEND_QUANTITY_ENERGY};
+    PEND_QUANTITY_PHI,     PEND_QUANTITY_THETA,     PEND_QUANTITY_RATE,   PEND_QUANTITY_RATE,
+    PEND_QUANTITY_FORCE,   PEND_QUANTITY_X,         PEND_QUANTITY_Y,      PEND_QUANTITY_DISTANCE,
+    PEND_QUANTITY_KINETIC, PEND_QUANTITY_POTENTIAL, PEND_QUANTITY_ENERGY, PEND_QUANTITY_IMPACT};
 
 /* the most arms whose positions are computed, some 20 ms per step; the cost of one relative to that
  * of an arm in a step */
@@ -44,7 +47,7 @@ static int present(const struct api_value *value) { return api_value_kind(value)
 static void read_arms(const struct api_events *events, struct pend_event *event,
                       const struct api_value *value, struct api_problem *problem) {
     struct api_value arm = api_value_member(value, "arm"), to = api_value_member(value, "to");
-    int whole = event->quantity >= PEND_QUANTITY_KINETIC;
+    int whole = pend_quantity_energy(event->quantity);
     int both = event->quantity == PEND_QUANTITY_DISTANCE;
     if (whole && present(&arm))
         api_value_fault(&arm, problem,
@@ -91,6 +94,23 @@ static void read_level(struct pend_event *event, const struct api_value *conditi
     if (degrees && angle) event->level *= M_PI / 180;
 }
 
+/* an impact needs a stop, and has no level */
+static void read_impact(const struct api_events *events, const struct api_value *condition,
+                        const struct pend_event *event, struct api_problem *problem) {
+    static const char *const levels[] = {"value", "bound", "unit"};
+    const struct pend_rules *rules = events->tree->rules;
+    for (int i = 0; i < 3; i++) {
+        struct api_value level = api_value_member(condition, levels[i]);
+        if (present(&level))
+            api_value_fault(&level, problem,
+                            API_CODE_NOT_APPLICABLE "has no meaning for an impact: leave it out");
+    }
+    if (!problem->status && (!rules || !rules->least ||
+                             (isinf(rules->least[event->arm]) && isinf(rules->most[event->arm]))))
+        api_value_fault(condition, problem,
+                        API_CODE_NOT_APPLICABLE "asks for impacts, but this arm has no \"stop\"");
+}
+
 static void read_condition(struct api_events *events, const struct api_value *value,
                            const struct api_limits *limits, struct api_problem *problem) {
     static const char *const words[] = {"both", "up", "down", NULL};
@@ -105,7 +125,10 @@ static void read_condition(struct api_events *events, const struct api_value *va
         return;
     event->quantity = meanings[quantity];
     read_arms(events, event, value, problem);
-    read_level(event, value, problem);
+    if (event->quantity == PEND_QUANTITY_IMPACT)
+        read_impact(events, value, event, problem);
+    else
+        read_level(event, value, problem);
     (void)api_field_word(API_MEMBER(value, "direction"), words, &word, problem);
     event->ways = ways[word];
     (void)api_field_whole(API_MEMBER(value, "count"), 1, (long)limits->samples, &event->most,
@@ -187,7 +210,7 @@ static void count_followed(struct api_events *events, const struct api_value *fi
     for (int i = 0; i < events->count && tree; i++) {
         const struct pend_event *event = &events->event[i];
         int tips = event->quantity >= PEND_QUANTITY_X && event->quantity < PEND_QUANTITY_KINETIC;
-        energies |= event->quantity >= PEND_QUANTITY_KINETIC;
+        energies |= pend_quantity_energy(event->quantity);
         if (tips) events->followed += tree->depth[event->arm];
         if (event->quantity == PEND_QUANTITY_DISTANCE)
             events->followed += tree->depth[event->other];
@@ -378,7 +401,10 @@ static void events_tell_horizon(struct api_events *events, const struct pend_tim
     double span = pend_times_at(times, times->count - 1) - first,
            stopped = pend_events_stopped(events->search),
            end = isnan(stopped) ? pend_events_progress(events->search) * span : stopped;
+    const char *unknown = pend_pieces_unestimated(events->tree->terms);
     long holding = 0;
+    if (unknown) api_stats_text(stats, "no_horizon", unknown);
+    if (isnan(held)) return;
     while (holding < events->found && fabs(events->column[T][holding] - first) <= fabs(held))
         holding++;
     api_stats_number(stats, "horizon", first + held);

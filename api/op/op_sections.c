@@ -17,6 +17,7 @@
 #include "api/read/method_json.h"
 #include "api/read/state_json.h"
 #include "core/integrate/events/section.h"
+#include "core/integrate/pieces/pieces.h"
 #include "core/tree/rules.h"
 #include "core/tree/turns.h"
 
@@ -327,7 +328,9 @@ static void sections_tell_horizon(struct sections *sections) {
     double own = pend_section_held(sections->section),
            held = isnan(own) ? own : fmin(sections->origin + own, sections->until);
     long holding = 0;
-    if (isnan(held)) return; // there is no horizon for joints that stick or hit a stop
+    const char *unknown = pend_pieces_unestimated(sections->tree.terms);
+    if (unknown) api_stats_text(&sections->stats, "no_horizon", unknown);
+    if (isnan(held)) return;
     while (holding < sections->count && sections->column[T][holding] <= held) holding++;
     api_stats_number(&sections->stats, "horizon", held);
     api_stats_whole(&sections->stats, "holding", holding);

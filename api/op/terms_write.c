@@ -39,7 +39,7 @@ static enum pend_status write_table(const struct pend_terms *terms, int drives,
     PEND_TRY(api_out_open(out, "table", '{'));
     PEND_TRY(api_out_numbers(out, "t", table->count, table->t, 0));
     PEND_TRY(api_out_numbers(out, "value", table->count, table->value, 0));
-    PEND_TRY(api_out_text(out, "hold", table->linear ? "linear" : "zero"));
+    if (drives >= 0) PEND_TRY(api_out_text(out, "hold", table->linear ? "linear" : "zero"));
     if (table->outside) PEND_TRY(api_out_text(out, "outside", outside[table->outside]));
     return api_buffer_text(out, "}");
 }
@@ -144,9 +144,11 @@ static enum pend_status write_pivot(const struct pend_loads *loads, struct api_b
     const int *one = loads->terms->one;
     PEND_TRY(api_out_open(out, "pivot", '{'));
     for (int i = 0; i < 2; i++) {
-        if (!has_harmonics(loads->terms, axes[i].drives)) continue;
+        int waves = has_harmonics(loads->terms, axes[i].drives);
+        if (!waves && !drive_table(loads->terms, axes[i].drives)) continue;
         PEND_TRY(api_out_open(out, axes[i].name, '{'));
-        PEND_TRY(write_harmonics(loads, axes[i].drives, out));
+        if (waves) PEND_TRY(write_harmonics(loads, axes[i].drives, out));
+        PEND_TRY(write_table(loads->terms, axes[i].drives, out));
         PEND_TRY(api_buffer_text(out, "}"));
     }
     if (one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0) {
@@ -195,7 +197,7 @@ enum pend_status api_terms_write_whole(const struct pend_tree *tree, const struc
     int drag = terms->one[PEND_TERM_DRAG_PER_MASS];
     if (drag >= 0) PEND_TRY(api_out_number(out, "drag_per_mass", loads->value[drag], 0));
     if (pend_terms_cart(terms)) return write_cart(tree, loads, out);
-    if (terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&
+    if (terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 && terms->one[PEND_TERM_PIVOT_TRACK] < 0 &&
         !has_harmonics(terms, PEND_DRIVE_PIVOT_X) && !has_harmonics(terms, PEND_DRIVE_PIVOT_Y))
         return PEND_OK;
     return write_pivot(loads, out);

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "core/integrate/pieces/pieces.h"
+
 /* Returns the horizon, made consistent with the exact comparison of angles. If that has the same
  * tolerance, the horizon is its result; otherwise an estimate on the wrong side of that result is
  * replaced by it. */
@@ -24,7 +26,9 @@ static void tell_horizon(struct api_trajectory_told *told,
            exact = motion->trust_until;
     double horizon = told_horizon(motion, run->horizon);
     const char *advice = api_method_advice(motion->method);
+    const char *unknown = pend_pieces_unestimated(motion->tree->terms);
     if (!isnan(horizon)) api_stats_number(stats, "horizon", horizon);
+    if (unknown) api_stats_text(stats, "no_horizon", unknown);
     if (motion->tolerance > 0 && exact != end)
         snprintf(told->horizon, sizeof told->horizon,
                  "accuracy is lost before the last instant: after t = %.6g s angles differ by more "

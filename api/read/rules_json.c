@@ -19,13 +19,14 @@ void api_rules_clear(struct api_rules *rules) {
 }
 
 /* reads a list of numbers of a table; returns NULL after an error */
-static const double *table_numbers(const struct api_value *list, int *count,
+static const double *table_numbers(const struct api_value *list, int least, int *count,
                                    struct api_problem *problem) {
     *count = api_value_count(list);
     if (!api_field_needed(list, problem)) return NULL;
     if (api_field_numbers(list, 0, "instant", NULL, problem) < 0) return NULL;
-    if (!*count) api_value_fault(list, problem, API_CODE_WRONG_COUNT "must have an entry");
-    return *count ? api_value_numbers(list, count) : NULL;
+    if (*count >= least) return api_value_numbers(list, count);
+    api_value_fault(list, problem, API_CODE_WRONG_COUNT "needs %d or more entries", least);
+    return NULL;
 }
 
 /* adds an error unless the instants ascend by at least a nanosecond */
@@ -46,17 +47,20 @@ static int table_ascends(const struct api_value *list, const double t[], int cou
 enum pend_status api_rules_read_table(struct api_rules *rules, int drives,
                                       const struct api_value *value, struct api_problem *problem) {
     static const char *const names[] = {"t", "value", "hold", "outside", NULL},
+                             *const tracks[] = {"t", "value", NULL},
                              *const holds[] = {"zero", "linear", NULL},
                              *const outsides[] = {"hold", "zero", NULL};
     struct pend_table table = {.drives = drives};
     int values = 0, hold = 0, outside = -1;
     if (!api_field_object(value, problem)) return PEND_OK;
-    (void)api_value_only(value, names, problem);
+    int track = drives < 0, least = 1 + track, numbers = 2 + 2 * track;
+    (void)api_value_only(value, track ? tracks : names, problem);
     struct api_value t = api_value_member(value, "t"), x = api_value_member(value, "value"),
                      way = api_value_member(value, "hold");
-    const double *instant = table_numbers(&t, &table.count, problem),
-                 *number = table_numbers(&x, &values, problem);
-    (void)(api_field_needed(&way, problem) && api_field_word(&way, holds, &hold, problem));
+    const double *instant = table_numbers(&t, least, &table.count, problem),
+                 *number = table_numbers(&x, least, &values, problem);
+    (void)(!track && api_field_needed(&way, problem) &&
+           api_field_word(&way, holds, &hold, problem));
     (void)api_field_word(API_MEMBER(value, "outside"), outsides, &outside, problem);
     if (!instant || !number) return PEND_OK;
     if (values != table.count) {
@@ -75,11 +79,12 @@ enum pend_status api_rules_read_table(struct api_rules *rules, int drives,
         rules->table = more, rules->room = room;
     }
     size_t bytes = (size_t)table.count * sizeof(double);
-    double *both = malloc(2 * bytes);
+    double *both = malloc((size_t)numbers * bytes), *bend = both + 2 * table.count;
     if (!both) return PEND_NO_MEMORY;
     memcpy(both, instant, bytes);
     memcpy(both + table.count, number, bytes);
     table.t = both, table.value = both + table.count;
+    if (track) pend_rules_spline(table.count, table.t, table.value, bend, bend + table.count);
     rules->table[rules->tables++] = table;
     return PEND_OK;
 }
@@ -174,7 +179,7 @@ enum pend_status api_rules_make(const struct api_rules *rules, const struct pend
     size_t numbers = rules->numbers + API_JOINT_ROWS * (size_t)tree->n;
     *made = NULL;
     if (!rules->tables && !rules->controllers && !rules->rubs && !rules->stops) return PEND_OK;
-    for (int i = 0; i < rules->tables; i++) numbers += 2 * (size_t)rules->table[i].count;
+    for (int i = 0; i < rules->tables; i++) numbers += 3 * (size_t)rules->table[i].count;
     *made = malloc(sizeof **made + tables + controllers + laws + numbers * sizeof(double) + 32);
     if (!*made) return PEND_NO_MEMORY;
     char *at = (char *)(*made + 1);
@@ -188,9 +193,10 @@ enum pend_status api_rules_make(const struct api_rules *rules, const struct pend
     (*made)->number = rules_put(&at, rules->number, rules->numbers * sizeof(double));
     for (int i = 0; i < rules->tables; i++) {
         size_t count = (size_t)rules->table[i].count;
-        table[i].drives = tree->place[table[i].drives];
-        table[i].t = rules_put(&at, rules->table[i].t, 2 * count * sizeof(double));
-        table[i].value = table[i].t + count;
+        int drives = table[i].drives, parts = drives < 0 ? 3 : 2;
+        if (drives >= 0) table[i].drives = tree->place[drives];
+        table[i].t = rules_put(&at, rules->table[i].t, (size_t)parts * count * sizeof(double));
+        table[i].value = table[i].t + count, table[i].bend = table[i].value + count;
     }
     if (rules->rubs) {
         (*made)->sliding = rules_row(rules, tree, API_JOINT_SLIDING, &at);

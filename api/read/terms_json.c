@@ -326,7 +326,7 @@ static void read_cart(struct api_terms *terms, const struct api_value *cart) {
 
 static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {
     static const char *const names[] = {"x", "y", "acceleration", "cart", NULL},
-                             *const of_axis[] = {"harmonics", NULL};
+                             *const of_axis[] = {"harmonics", "table", NULL};
     if (!api_field_object(pivot, terms->problem)) return;
     (void)api_value_only(pivot, names, terms->problem);
     for (int axis = 0; axis < 2; axis++) {
@@ -334,7 +334,9 @@ static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {
         if (api_value_kind(&drive) == API_MISSING || !api_field_object(&drive, terms->problem))
             continue;
         (void)api_value_only(&drive, of_axis, terms->problem);
-        read_harmonics(terms, axis ? PEND_DRIVE_PIVOT_Y : PEND_DRIVE_PIVOT_X, &drive);
+        int drives = axis ? PEND_DRIVE_PIVOT_Y : PEND_DRIVE_PIVOT_X;
+        read_harmonics(terms, drives, &drive);
+        read_table(terms, drives, &drive);
         api_value_usual_object(&drive);
     }
     double both[2] = {0, 0};

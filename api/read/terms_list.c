@@ -35,6 +35,8 @@ static enum pend_status terms_lay_out(const struct api_terms *terms, const struc
     rows[PEND_TERM_SLIDE] = (unsigned char)joints;
     any |= rows[PEND_TERM_INPUT] = ones[PEND_TERM_PIECE] =
         joints || terms->rules.tables + terms->rules.controllers > 0;
+    for (int i = 0; i < 8 * terms->rules.tables; i++)
+        ones[PEND_TERM_PIVOT_TRACK + i % 8] |= terms->rules.table[i / 8].drives < 0;
     if (!any) return PEND_OK;
     int *drives = malloc(((size_t)terms->harmonics + 1) * sizeof *drives);
     if (!drives) return PEND_NO_MEMORY;

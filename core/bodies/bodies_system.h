@@ -138,7 +138,7 @@ static inline unsigned bodies_needs(const struct pend_terms *terms) {
         if (terms->row[rows[i].row] >= 0) need |= rows[i].need;
     for (int i = 0; i < terms->harmonics; i++)
         need |= terms->harmonic[i].drives < 0 ? BODIES_PIVOT : BODIES_DRIVES;
-    if (one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0 || one[PEND_TERM_PIVOT_ACCELERATION_Y] >= 0)
+    if (one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0 || one[PEND_TERM_PIVOT_TRACK] >= 0)
         need |= BODIES_PIVOT;
     if (one[PEND_TERM_DRAG_PER_MASS] >= 0) need |= BODIES_DRAG_PER_MASS;
     return need;

@@ -29,6 +29,22 @@ static inline void bodies_harmonic(const num harmonic[], const num share[],
     }
 }
 
+/* adds the pivot's track of a piece, a cubic in time */
+static inline void bodies_track(const struct bodies_system *s, const struct bodies_moment *now,
+                                int order) {
+    num since = num_add(num_sub(now->time, bodies_one(s, PEND_TERM_PIECE)), now->late);
+    num half = num_mul(since, num_of(0.5)), square = num_mul(now->unit, now->unit);
+    for (int y = 0; y < 2; y++) {
+        const num *track = s->value + s->terms->one[PEND_TERM_PIVOT_TRACK] + y;
+        num *slide = y ? s->slide_y : s->slide_x;
+        num speed = num_fma(since, num_fma(half, track[6], track[4]), track[2]);
+        slide[0] = num_fma(now->unit, speed, slide[0]);
+        slide[1] = num_fma(square, num_fma(since, track[6], track[4]), slide[1]);
+        if (order < 2) continue;
+        slide[2] = num_fma(num_mul(square, num_mul(now->unit, num_of(0.5))), track[6], slide[2]);
+    }
+}
+
 /* computes the pivot's z' up to `order`, and z'' + 2 gamma z' plus gravity up to one order less */
 static inline void bodies_drive_pivot(const struct bodies_system *s,
                                       const struct bodies_moment *now, int order) {
@@ -48,6 +64,7 @@ static inline void bodies_drive_pivot(const struct bodies_system *s,
     s->slide_y[0] = num_fma(y, since, s->slide_y[0]);
     s->slide_x[1] = num_add(s->slide_x[1], x);
     s->slide_y[1] = num_add(s->slide_y[1], y);
+    if (s->terms->one[PEND_TERM_PIVOT_TRACK] >= 0) bodies_track(s, now, order);
     for (int j = 0; j < order; j++) {
         s->lift_x[j] = num_mul(num_of(j + 1), s->slide_x[j + 1]);
         s->lift_y[j] = num_mul(num_of(j + 1), s->slide_y[j + 1]);

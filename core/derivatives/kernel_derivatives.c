@@ -271,6 +271,14 @@ static struct derivatives_vector derivatives_pivot(const struct bodies_system *s
     num part = order == 2 ? num_of(1) : order ? t : half;
     sum.x = num_mul(part, bodies_one(s, PEND_TERM_PIVOT_ACCELERATION_X));
     sum.y = num_mul(part, bodies_one(s, PEND_TERM_PIVOT_ACCELERATION_Y));
+    for (int y = 0; y < 2 && s->terms->one[PEND_TERM_PIVOT_TRACK] >= 0; y++) {
+        const num *track = s->value + s->terms->one[PEND_TERM_PIVOT_TRACK] + y;
+        num since = num_sub(t, bodies_one(s, PEND_TERM_PIECE)), add = num_of(0);
+        for (int j = 3; j >= order; j--)
+            add = num_fma(num_mul(add, since), num_of(1.0 / (j + 1 - order)), track[2 * j]);
+        num *to = y ? &sum.y : &sum.x;
+        *to = num_add(*to, add);
+    }
     for (int i = 0; i < s->terms->harmonics && s->terms->harmonic[i].drives < 0; i++) {
         const struct pend_harmonic *h = &s->terms->harmonic[i];
         num *to = h->drives == PEND_DRIVE_PIVOT_X ? &sum.x : &sum.y;

@@ -3,6 +3,8 @@
 #include <assert.h>
 #include <math.h>
 
+#include "core/tree/rules.h"
+
 /* (x + y i) times the unit vector of a direction; y is 0 unless the point lies beside the arm's
  * axis */
 static struct at_vector at_turn(double x, double y, double direction) {
@@ -19,6 +21,12 @@ struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double ti
         double part = order == 2 ? 1 : order ? time : time * time / 2;
         sum.x = loads->value[x] * part;
         sum.y = loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]] * part;
+    }
+    if (terms->one[PEND_TERM_PIVOT_TRACK] >= 0) {
+        // the list is that of one piece, and instants may be of earlier ones
+        double track[8] = {0};
+        pend_rules_track(terms->rules, time, 1, track);
+        sum.x += track[2 * order], sum.y += track[2 * order + 1];
     }
     for (int i = 0; i < terms->harmonics && terms->harmonic[i].drives < 0; i++) {
         const double *h = loads->value + terms->harmonic[i].at;

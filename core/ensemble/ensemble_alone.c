@@ -13,7 +13,8 @@ enum pend_status pend_ensemble_alone_check(const struct pend_ensemble_problem *p
                                            struct pend_error *error) {
     const struct pend_terms *terms = problem->loads.terms;
     unsigned observe = problem->observe;
-    if (!pend_pieces_estimated(terms) && (observe & PEND_OBSERVE_LYAPUNOV || problem->accuracy > 0))
+    if (pend_pieces_unestimated(terms) &&
+        (observe & PEND_OBSERVE_LYAPUNOV || problem->accuracy > 0))
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "exponents and horizons are not computed with controllers, stops or "
                          "friction that holds");

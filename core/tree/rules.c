@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 
 /* number of a table's instants before t, or up to and including t if `itself` */
 static int table_before(const struct pend_table *table, double t, int itself) {
@@ -41,6 +42,41 @@ static double table_look(const struct pend_table *table, double now, int way, do
     return table->value[at] + *slope * (now - table->t[at]);
 }
 
+void pend_rules_spline(int count, const double t[], const double value[], double bend[],
+                       double work[]) {
+    bend[0] = work[0] = bend[count - 1] = 0;
+    for (int i = 1; i < count - 1; i++) {
+        double before = t[i] - t[i - 1], after = t[i + 1] - t[i];
+        double turn = (value[i + 1] - value[i]) / after - (value[i] - value[i - 1]) / before;
+        double pivot = 2 * (before + after) - before * work[i - 1];
+        work[i] = after / pivot;
+        bend[i] = (6 * turn - before * bend[i - 1]) / pivot;
+    }
+    for (int i = count - 2; i > 0; i--) bend[i] -= work[i] * bend[i + 1];
+}
+
+/* a coordinate of the pivot at `now` and its three derivatives in the piece on the given side, in
+ * every second number */
+static void table_track(const struct pend_table *table, double now, int way, double track[]) {
+    int at = table_before(table, now, way > 0) - 1, last = table->count - 2;
+    at = at < 0 ? 0 : at > last ? last : at;
+    const double *t = table->t + at, *y = table->value + at, *bend = table->bend + at;
+    double h = t[1] - t[0], a = (t[1] - now) / h, b = (now - t[0]) / h;
+    double third = (a * a - 1) * a * bend[0] + (b * b - 1) * b * bend[1];
+    track[0] = a * y[0] + b * y[1] + third * (h * h / 6);
+    track[2] = (y[1] - y[0]) / h + ((1 - 3 * a * a) * bend[0] + (3 * b * b - 1) * bend[1]) * h / 6;
+    track[4] = a * bend[0] + b * bend[1];
+    track[6] = (bend[1] - bend[0]) / h;
+}
+
+void pend_rules_track(const struct pend_rules *rules, double now, int way, double track[8]) {
+    for (int i = 0; i < rules->tables; i++) {
+        const struct pend_table *table = &rules->table[i];
+        if (table->drives < 0)
+            table_track(table, now, way, track + (table->drives == PEND_DRIVE_PIVOT_Y));
+    }
+}
+
 void pend_rules_inputs(const struct pend_rules *rules, const struct pend_terms *terms, double now,
                        int way, double value[], size_t stride) {
     int input = terms->row[PEND_TERM_INPUT], rise = terms->row[PEND_TERM_INPUT_RATE];
@@ -48,10 +84,16 @@ void pend_rules_inputs(const struct pend_rules *rules, const struct pend_terms *
     for (int k = 0; k < terms->n; k++)
         value[(size_t)(input + k) * stride] = value[(size_t)(rise + k) * stride] = 0;
     value[(size_t)terms->one[PEND_TERM_PIECE] * stride] = now;
+    int at = terms->one[PEND_TERM_PIVOT_TRACK];
+    double track[8] = {0};
+    if (at >= 0) pend_rules_track(rules, now, way, track);
+    for (int j = 0; j < 8 && at >= 0; j++) value[(size_t)(at + j) * stride] = track[j];
     for (int i = 0; i < rules->tables; i++) {
-        double slope, x = table_look(&rules->table[i], now, way, &slope);
-        value[(size_t)(input + rules->table[i].drives) * stride] += x;
-        value[(size_t)(rise + rules->table[i].drives) * stride] += slope;
+        const struct pend_table *table = &rules->table[i];
+        double slope;
+        if (table->drives < 0) continue;
+        value[(size_t)(input + table->drives) * stride] += table_look(table, now, way, &slope);
+        value[(size_t)(rise + table->drives) * stride] += slope;
     }
 }
 
@@ -100,14 +142,17 @@ enum pend_status pend_rules_check(const struct pend_rules *rules, const int orde
     for (int i = 0; i < rules->tables; i++) {
         const struct pend_table *table = &rules->table[i];
         double from = table->t[0], to = table->t[table->count - 1];
-        int arm = order[table->drives];
+        int arm = table->drives < 0 ? -1 : order[table->drives];
+        char which[40] = "the pivot";
+        if (arm >= 0) snprintf(which, sizeof which, "arm %d", arm + 1);
         if (table->outside != PEND_OUTSIDE_REFUSE) continue;
         if (fmin(first, last) >= from && fmax(first, last) <= to) continue;
         return pend_fail(
             error, PEND_INVALID, arm, fmin(first, last) < from ? first : last,
-            "the motion goes from %.15g to %.15g s, but a table of arm %d covers only %.15g to "
-            "%.15g s: extend the table, or give \"outside\": \"hold\" or \"zero\"",
-            first, last, arm + 1, from, to);
+            "the motion goes from %.15g to %.15g s, but a table of %s covers only %.15g to "
+            "%.15g s: extend the table%s",
+            first, last, which, from, to,
+            arm < 0 ? "" : ", or give \"outside\": \"hold\" or \"zero\"");
     }
     return PEND_OK;
 }

@@ -11,13 +11,16 @@
 /* The value of a table before its first and after its last instant. */
 enum pend_outside { PEND_OUTSIDE_REFUSE, PEND_OUTSIDE_HOLD, PEND_OUTSIDE_ZERO };
 
-/* A torque, N m, or a force on a cart, N, given at instants; it is added to the other inputs. */
+/* A torque, N m, or a force on a cart, N, given at instants, or a coordinate of the pivot, m, as
+ * natural cubic spline; it is added to the other inputs. */
 struct pend_table {
-    int drives; /* a stored arm; 0 for a pendulum on a cart is the cart */
+    int drives; /* a stored arm; 0 for a pendulum on a cart is the cart; or PEND_DRIVE_PIVOT_X, _Y
+                 */
     int count;  /* instants, >= 1 */
     int linear; /* 0 = a value holds until the next instant; 1 = linear between two instants */
     enum pend_outside outside;
     const double *t, *value; /* s, ascending, in the time of the drives; not owned */
+    const double *bend;      /* of a pivot: second derivatives, m/s^2; not owned */
 };
 
 /* Rows of numbers over time, linear between instants and constant outside; without instants, one
@@ -80,9 +83,25 @@ static inline int pend_rules_joints(const struct pend_rules *rules) {
     return rules->sliding || rules->least;
 }
 
+/**
+ * Computes the second derivatives of a natural cubic spline at its instants.
+ *
+ * bend  out, count values, the first and the last 0.
+ * work  count values.
+ *
+ * The tridiagonal system of continuous first derivatives, by elimination. O(count).
+ */
+void pend_rules_spline(int count, const double t[], const double value[], double bend[],
+                       double work[]);
+
 /** Returns the first instant, s, at which an input changes after `now`, or before it if way < 0;
  * infinite if there is none. O(tables log(instants)). */
 double pend_rules_next(const struct pend_rules *rules, double now, int way);
+
+/** Writes a pivot's place, m, and its three derivatives at `now`, x and y of each, in the piece
+ * that starts there, or ends there if way < 0; coordinates without a table keep theirs. O(tables
+ * log(instants)). */
+void pend_rules_track(const struct pend_rules *rules, double now, int way, double track[8]);
 
 /**
  * Writes the inputs of the piece that starts at an instant, or that ends there if way < 0.

@@ -104,6 +104,15 @@ CART = {"length": [1, 0.7], "mass": [1, 0.5], "parent": [0, 0], "damping": [0.1,
         "pivot": {"cart": {"mass": 1, "damping": 0.2, "stiffness": 3, "angle": 0.2, "force": {"harmonics": [{"amplitude": 3, "omega": 4}]}}}}
 
 
+# the table of a torque, one that holds its values, and the place of the pivot
+TABLES = {"length": [1, 0.7], "mass": [1, 0.5], "parent": [0, 1], "damping": [0.1, 0.2],
+          "torque": [{"table": {"t": [0.5, 2, 5], "value": [1, -3, 2], "hold": "linear", "outside": "zero"}},
+                     {"table": {"t": [1, 3], "value": [0.5, -1], "hold": "zero", "outside": "hold"}}],
+          "pivot": {"x": {"table": {"t": [0, 1, 2.5, 4, 5], "value": [0, 0.3, -0.2, 0.1, 0]}}, "y": {"table": {"t": [0, 5], "value": [0, 1]}}}}
+PUSHED = {"length": [1, 0.7], "mass": [1, 0.5], "parent": [0, 0], "torque": [{"table": {"t": [0], "value": [0.2], "hold": "linear", "outside": "hold"}}, None],
+          "pivot": {"cart": {"mass": 1, "force": {"table": {"t": [0, 2, 4], "value": [1, -1, 0], "hold": "linear", "outside": "hold"}}}}}
+
+
 def real_trees():
     """(name, pendulum): random trees with each load on some of their arms, and with all loads."""
     chance = random.Random(11)
@@ -267,8 +276,8 @@ def octave(directory, script):
     """Runs a script; what it prints. Drawing does nothing: where tests run there may be no screen."""
     for name in ("subplot", "plot", "axis", "title", "xlabel"):
         (directory / f"{name}.m").write_text(f"function {name}(varargin)\nend\n")
-    (directory / "all.m").write_text(script)
-    ran = subprocess.run([OCTAVE, "--no-gui", "--no-history", "--norc", "-q", "all.m"], cwd=directory,
+    (directory / "program.m").write_text(script)
+    ran = subprocess.run([OCTAVE, "--no-gui", "--no-history", "--norc", "-q", "program.m"], cwd=directory,
                          capture_output=True, text=True, timeout=600)
     check("Octave runs the scripts", ran.returncode == 0, ran.stderr[:500])
     return [[float(word) for word in line.split()] for line in ran.stdout.splitlines()]
@@ -356,6 +365,12 @@ def main(build):
         check_real(server, cases, formulas)
         check_whole(server, REAL, {"phi": [0, -0.5], "phid": [0, 1]})
         check_whole(server, CART, {"phi": [0, -0.5], "phid": [0, 1], "cart": {"x": 0.1, "v": 1}})
+        ruled = TABLES | {"friction": [{"torque": 0.1}, None], "stop": [None, {"min": -2}],
+                          "control": [{"joint": 2, "period": 0.02, "delay": 1, "limit": [-5, 5], "law": {"pid": {"p": 1, "reference": 0}}}]}
+        words = ask(server, "/v1/equations", {"pendulum": ruled})["latex"]
+        formulas += [(f"{name} of rules", text) for name, text in words.items()]
+        check_whole(server, TABLES, {"phi": [0, -0.5], "phid": [0, 1]})
+        check_whole(server, PUSHED, {"phi": [0, -0.5], "phid": [0, 1], "cart": {"x": 0.1, "v": 1}})
         check_whole(server, {"length": [2, 1.5, 0.75, 1.25], "mass": [1, 1, 1, 0.1], "parent": [0, 1, 2, 2]},
                     {"phi": [0, -0.5, 0.25, 1], "phid": [0, 1, 0, -1]})
     if not numpy:

@@ -242,7 +242,7 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
         .duration = e->duration,
         .rtol = e->rtol,
         .atol = e->atol,
-        .accuracy = pend_pieces_estimated(e->tree.terms) ? e->accuracy : 0,
+        .accuracy = pend_pieces_unestimated(e->tree.terms) ? 0 : e->accuracy,
         .step_cap = e->step_cap,
         .fetch = range_fetch,
         .deliver = range_deliver,

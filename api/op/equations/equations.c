@@ -1,12 +1,14 @@
 #include "api/op/equations/equations.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 #include "api/op/equations/equations_text.h"
 #include "api/op/equations/template.h"
 #include "api/op/terms_write.h"
 #include "api/read/terms_fields.h"
+#include "core/tree/rules.h"
 
 enum {
     EQUATIONS_LISTED = 20,   /* most arms whose matrices and lists of formulas are written in
@@ -18,7 +20,7 @@ enum {
 };
 
 /* the index of a loop, or of the numbers in a list */
-enum index { ROW, COLUMN, HARMONIC, NOTHING };
+enum index { ROW, COLUMN, HARMONIC, RULE, NOTHING };
 
 /* the syntax of lists in a text form */
 struct form {
@@ -38,7 +40,7 @@ struct place {
     const struct pend_terms *terms; /* NULL = an ideal pendulum */
     const double *value;
     const struct form *form;
-    int at[NOTHING]; /* the caller's arm of the row and of the column; the harmonic; -1 = none */
+    int at[NOTHING]; /* the caller's arm of the row and of the column; harmonic, rule; -1 = none */
     int first;       /* whether the innermost loop is in its first iteration */
     int k, arg;      /* the current iteration or number of a name, and the name's argument */
 };
@@ -94,9 +96,12 @@ static int of_row(const struct place *p) {
 static int has_drives(const struct place *p) {
     return harmonics(p) > 0 && drives_torque(p, harmonics(p) - 1);
 }
+static int is_tracked(const struct place *p) {
+    return p->terms && p->terms->one[PEND_TERM_PIVOT_TRACK] >= 0;
+}
 static int has_pivot(const struct place *p) {
     return p->terms && !on_cart(p) &&
-           (p->terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0 ||
+           (p->terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0 || is_tracked(p) ||
             (harmonics(p) > 0 && !drives_torque(p, 0)));
 }
 static int moves(const struct place *p) { return has_pivot(p) || on_cart(p); }
@@ -106,7 +111,13 @@ static int has_drag_per_mass(const struct place *p) {
 static int has_air(const struct place *p) {
     return has(p, PEND_TERM_DRAG) || has(p, PEND_TERM_DRAG_QUADRATIC);
 }
-static int has_motor(const struct place *p) { return has(p, PEND_TERM_TORQUE) || has_drives(p); }
+static int is_ruled(const struct place *p) { return p->terms && p->terms->rules; }
+static int is_controlled(const struct place *p) {
+    return is_ruled(p) && p->terms->rules->controllers;
+}
+static int has_motor(const struct place *p) {
+    return has(p, PEND_TERM_TORQUE) || has_drives(p) || is_ruled(p);
+}
 static int has_joints(const struct place *p) {
     return has(p, PEND_TERM_DAMPING) || has(p, PEND_TERM_STIFFNESS) || has(p, PEND_TERM_FRICTION) ||
            has_motor(p);
@@ -195,6 +206,34 @@ static double cart_mass(const struct place *p) { return p->tree->mass[0]; }
 static double cart_x(const struct place *p) { return p->equations->phi[0]; }
 static double cart_v(const struct place *p) { return p->equations->rate[0]; }
 
+/* the tables of inputs; one drives an arm from 1, n + 1 = a cart, -1, -2 = x, y of the pivot */
+enum { TABLE_ARM, TABLE_LINEAR, TABLE_ZERO, TABLE_TRACK };
+static int tables(const struct place *p) { return is_ruled(p) ? p->terms->rules->tables : 0; }
+static const struct pend_table *table_of(const struct place *p) {
+    return p->terms->rules->table + p->at[RULE];
+}
+static int instants(const struct place *p) { return table_of(p)->count; }
+static double instant(const struct place *p) { return table_of(p)->t[p->k]; }
+static double input(const struct place *p) { return table_of(p)->value[p->k]; }
+static double of_table(const struct place *p) {
+    const struct pend_table *table = table_of(p);
+    const int track = table->drives < 0, zero = table->outside == PEND_OUTSIDE_ZERO,
+              arm = track ? table->drives : p->tree->order[table->drives] + 1;
+    return (int[]){arm, table->linear, zero, track}[p->arg];
+}
+
+/* rules: the tables, two for each arm, its friction and its stop, controllers */
+static int rules(const struct place *p) {
+    return is_ruled(p) ? tables(p) + 2 * p->terms->n + p->terms->rules->controllers : 0;
+}
+static int is_rule(const struct place *p) {
+    const struct pend_rules *all = p->terms->rules;
+    int joint = p->k - all->tables, k = joint % p->terms->n;
+    if (joint < 0 || joint >= 2 * p->terms->n) return 1;
+    if (joint < p->terms->n) return all->holding && all->holding[k] > 0;
+    return all->least && (isfinite(all->least[k]) || isfinite(all->most[k]));
+}
+
 /* entries of S, and of B = S^-T */
 static double entry_of_s(const struct place *p) { return carries(p, p->at[COLUMN], p->at[ROW]); }
 static double entry_of_b(const struct place *p) {
@@ -237,6 +276,11 @@ static const struct name names[] = {
     {"path", arms, COLUMN, on_path, NULL, 0},
     {"related", arms, COLUMN, related, NULL, 0},
     {"others", arms, COLUMN, others, NULL, 0},
+    {"ruled", is_ruled, NOTHING, NULL, NULL, 0},
+    {"controlled", is_controlled, NOTHING, NULL, NULL, 0},
+    {"tracked", is_tracked, NOTHING, NULL, NULL, 0},
+    {"tables", tables, RULE, NULL, NULL, 0},
+    {"rule", rules, RULE, is_rule, NULL, 0},
     {"driving", harmonics, HARMONIC, of_row, NULL, 0},
     {"moving", harmonics, HARMONIC, of_pivot, NULL, 0},
     // numbers: a list, or in a loop over it the current number
@@ -277,6 +321,12 @@ static const struct name names[] = {
     {"cart_force", NULL, NOTHING, NULL, of_cart, PEND_TERM_TORQUE},
     {"cart_x", NULL, NOTHING, NULL, cart_x, 0},
     {"cart_v", NULL, NOTHING, NULL, cart_v, 0},
+    {"table_t", instants, NOTHING, NULL, instant, 0},
+    {"table_value", instants, NOTHING, NULL, input, 0},
+    {"table_arm", NULL, NOTHING, NULL, of_table, TABLE_ARM},
+    {"table_linear", NULL, NOTHING, NULL, of_table, TABLE_LINEAR},
+    {"table_zero", NULL, NOTHING, NULL, of_table, TABLE_ZERO},
+    {"table_track", NULL, NOTHING, NULL, of_table, TABLE_TRACK},
 };
 
 static int is_name(const char *name, const char *wanted, int length) {
@@ -369,6 +419,39 @@ static enum pend_status write_masses(const struct place *p, struct api_buffer *o
     return many ? api_buffer_text(out, ")") : PEND_OK;
 }
 
+/* a rule in words, of letters that LaTeX, MATLAB and Python take in texts */
+static enum pend_status write_rule(const struct place *p, struct api_buffer *out) {
+    static const char *const laws[] = {"-K (x - reference)",
+                                       "p e + i (sum of e times the period) + d de/dt",
+                                       "g (E* - E) r, near its reference the next law,"};
+    const struct pend_rules *all = p->terms->rules;
+    int n = p->terms->n, joint = p->at[RULE] - all->tables, c = joint - 2 * n;
+    int k = joint < 0 ? table_of(p)->drives : c < 0 ? joint % n : all->controller[c].drives;
+    if (k < 0 || (!k && on_cart(p)))
+        PEND_TRY(api_buffer_text(out, k < 0 ? "the pivot: " : "the cart: "));
+    else
+        PEND_TRY(api_buffer_format(out, "arm %d: ", p->tree->order[k] + 1));
+    if (joint < 0) {
+        const struct pend_table *table = table_of(p);
+        const char *way = k < 0           ? "on the natural cubic spline through them"
+                          : table->linear ? "linear between two instants"
+                                          : "each held up to the next instant";
+        return api_buffer_format(out, "a table of %d inputs from t = %.6g to %.6g s, %s",
+                                 table->count, table->t[0], table->t[table->count - 1], way);
+    }
+    if (c >= 0) {
+        const struct pend_controller *of = &all->controller[c];
+        return api_buffer_format(
+            out, "a controller holds for %.6g s each %s %d samples later, from %.6g to %.6g",
+            of->period, laws[all->law[of->law].kind], of->delay, of->low, of->high);
+    }
+    if (joint < n)
+        return api_buffer_format(out, "friction of %.6g in motion, up to %.6g at rest",
+                                 all->sliding[k], all->holding[k]);
+    return api_buffer_format(out, "a stop from %.6g to %.6g; an impact turns the rate r to -%.6g r",
+                             all->least[k], all->most[k], all->restitution[k]);
+}
+
 /* expands a name: <<name>> is a number, a list or a text; <<+name>> is a number that follows others
  * in a sum */
 static enum pend_status equations_name(void *context, const char *wanted, int length,
@@ -380,6 +463,7 @@ static enum pend_status equations_name(void *context, const char *wanted, int le
     if (is_name("arm_terms", wanted, length))
         return api_terms_write_arm(loads, p->tree->place[p->at[ROW]], out);
     if (is_name("masses_of", wanted, length)) return write_masses(p, out);
+    if (is_name("rule", wanted, length)) return write_rule(p, out);
     struct name name = name_find(wanted + sign, length - sign);
     if (!name_single(p, &name)) return write_list(p, &name, out);
     double number = name_one(p, &name);
@@ -388,9 +472,10 @@ static enum pend_status equations_name(void *context, const char *wanted, int le
 }
 
 const char *api_equations_formula(const struct api_tree *tree, int i) {
-    static const char *const all[] = {"parameters", "S", "B", "z", "M", "aaa", "bbb", "loads"};
+    static const char *const all[] = {"parameters", "S",   "B",     "z",    "M",
+                                      "aaa",        "bbb", "loads", "rules"};
     assert(i >= 0);
-    return i < (int)(sizeof all / sizeof *all) - !tree->terms ? all[i] : NULL;
+    return i < (int)(sizeof all / sizeof *all) - !tree->terms - !tree->rules ? all[i] : NULL;
 }
 
 enum pend_status api_equations_write(const struct api_equations *equations,
@@ -403,7 +488,7 @@ enum pend_status api_equations_write(const struct api_equations *equations,
                           .terms = tree->loads.terms,
                           .value = tree->loads.value,
                           .form = &forms[form],
-                          .at = {-1, -1, -1}};
+                          .at = {-1, -1, -1, -1}};
     struct api_template template = {forms[form].text, forms[form].joined, &place, equations_next,
                                     equations_name};
     return api_template_fill(&template, formula, out);

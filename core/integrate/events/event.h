@@ -17,8 +17,15 @@ enum pend_quantity {
     PEND_QUANTITY_KINETIC,   /* J, kinetic energy of the whole pendulum */
     PEND_QUANTITY_POTENTIAL, /* J, of gravity and springs */
     PEND_QUANTITY_ENERGY,    /* J, sum of the kinetic and the potential energy */
-    PEND_QUANTITIES
+    PEND_QUANTITIES,
+    PEND_QUANTITY_IMPACT = PEND_QUANTITIES /* of a joint on its stop, reported twice: before and
+                                            * after; up = upper */
 };
+
+/** Returns non-zero if a quantity belongs to the whole pendulum. */
+static inline int pend_quantity_energy(enum pend_quantity quantity) {
+    return quantity >= PEND_QUANTITY_KINETIC && quantity <= PEND_QUANTITY_ENERGY;
+}
 
 struct pend_event {
     enum pend_quantity quantity;

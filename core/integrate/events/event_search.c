@@ -25,7 +25,7 @@ enum pend_status pend_event_search_check(int count, const struct pend_event even
 /* number of doubles for the series of the energies */
 static size_t search_room(int count, const struct pend_event event[], int n) {
     for (int i = 0; i < count; i++)
-        if (event[i].quantity >= PEND_QUANTITY_KINETIC) return pend_event_series_room(n);
+        if (pend_quantity_energy(event[i].quantity)) return pend_event_series_room(n);
     return 0;
 }
 
@@ -108,9 +108,8 @@ static int search_stays(const struct roots_path *path, int above) {
     return size * size_slack < fabs(base) * (2 - size_slack) && (base > 0) == above;
 }
 
-static void search_note(struct event_search *search, double time, int event, int up, int lower) {
-    // at the lower bound of a magnitude, a growing value moves into the interval
-    enum pend_way way = up != lower ? PEND_WAY_UP : PEND_WAY_DOWN;
+void pend_event_search_note(struct event_search *search, double time, int event, int up) {
+    enum pend_way way = up ? PEND_WAY_UP : PEND_WAY_DOWN;
     if (!(search->event[event].ways & way)) return;
     assert(search->queued < search->count * EVENT_HITS);
     int i = search->queued++;
@@ -133,7 +132,8 @@ static void search_cross(struct event_search *search, int event, int lower, int 
                 pend_roots_next(path, a, beyond ? -INFINITY : 0, beyond ? 0 : INFINITY, &way);
             // rounding may put it before the start of the piece
             if (!(s >= a && s <= b)) s = a;
-            search_note(search, from + s * length, event, beyond, lower);
+            // at the lower bound of a magnitude, a growing value moves into the interval
+            pend_event_search_note(search, from + s * length, event, beyond != lower);
             *above = beyond;
         }
         a = b;
@@ -193,7 +193,9 @@ void pend_event_search_step(struct event_search *search, struct event_step *step
         step->truth = &search->truth;
     }
     if (search->room) pend_event_series_energy(step, search->kinetic, search->potential);
-    for (int i = 0; i < search->count; i++) search_look(search, step, i, &watch[i], from, first);
+    for (int i = 0; i < search->count; i++)
+        if (search->event[i].quantity != PEND_QUANTITY_IMPACT) // that has no level
+            search_look(search, step, i, &watch[i], from, first);
     assert(search->queued <= search->count * EVENT_HITS);
 }
 

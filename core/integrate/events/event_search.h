@@ -68,6 +68,10 @@ void pend_event_search_init(struct event_search *search, int count, const struct
 void pend_event_search_step(struct event_search *search, struct event_step *step,
                             struct event_watch watch[], double from, int first);
 
+/** Appends a passage to the queue of the step, in the order of time, unless its condition does not
+ * concern that way. */
+void pend_event_search_note(struct event_search *search, double time, int event, int up);
+
 /**
  * Takes the next passage to report from the queue, and counts it.
  *

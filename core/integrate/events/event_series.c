@@ -161,6 +161,15 @@ static void event_pivot(const struct event_step *step, double complex out[EVENT_
         out[1] += a * step->time * step->length;
         out[2] += a * step->length * step->length / 2;
     }
+    int track = terms->one[PEND_TERM_PIVOT_TRACK];
+    double late = track < 0 ? 0 : step->time - value[terms->one[PEND_TERM_PIECE]], share = 1;
+    for (int order = 0; order < 4 && track >= 0; share *= step->length / ++order) {
+        double complex sum = 0;
+        for (int j = 3; j >= order; j--)
+            sum =
+                value[track + 2 * j] + I * value[track + 2 * j + 1] + sum * late / (j + 1 - order);
+        out[order] += sum * share;
+    }
     for (int i = 0; i < terms->harmonics && terms->harmonic[i].drives < 0; i++) {
         const double *h = value + terms->harmonic[i].at;
         double complex way = terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X ? 1 : I;

@@ -31,6 +31,19 @@ PEND_VALIDATOR events_valid(const struct pend_events *e) {
            e->search.count == e->problem.count;
 }
 
+/* notes impacts at the end of the last step, after them, and at the end of this one, before them */
+static void events_impacts(struct pend_events *e, double from) {
+    int within = fabs(e->reached) <= fabs(e->problem.duration);
+    for (int i = 0; i < e->problem.count; i++) {
+        const struct pend_event *asked = &e->problem.event[i];
+        if (asked->quantity != PEND_QUANTITY_IMPACT) continue;
+        int *side = e->watch[i].above, now = pend_pieces_struck(e->method, e->stepper, asked->arm);
+        if (*side) pend_event_search_note(&e->search, from, i, *side > 0);
+        *side = within ? now : 0;
+        if (*side) pend_event_search_note(&e->search, e->reached, i, now > 0);
+    }
+}
+
 static enum pend_status events_step(struct pend_events *e, struct pend_error *error) {
     const struct pend_events_problem *problem = &e->problem;
     double from = e->reached, end = problem->duration;
@@ -58,6 +71,7 @@ static enum pend_status events_step(struct pend_events *e, struct pend_error *er
     step.time = problem->start + from;
     step.length = (end > 0 ? fmin(e->reached, end) : fmax(e->reached, end)) - from;
     pend_event_search_step(&e->search, &step, e->watch, from, !e->begun);
+    if (e->whole) events_impacts(e, from);
     e->begun = 1;
     return PEND_OK;
 }
@@ -187,7 +201,7 @@ enum pend_status pend_events_new(struct pend_events **events,
     if (status == PEND_OK)
         motion.loads = made->problem.loads =
             pend_pieces_loads(made->method, made->stepper, &problem->loads);
-    if (status == PEND_OK && motion.accuracy > 0 && !made->whole)
+    if (status == PEND_OK && motion.accuracy > 0 && !pend_pieces_unestimated(motion.loads.terms))
         status = pend_horizon_new(&made->horizon, made->method, &motion, error);
     made->problem.phi = made->problem.rate = NULL;
     made->problem.phi_low = made->problem.rate_low = NULL;

@@ -321,7 +321,7 @@ enum pend_status pend_section_new(struct pend_section **section,
         .accuracy = problem->accuracy};
     enum pend_status status = method->open(&made->stepper, &motion, error);
     if (status == PEND_OK) motion.loads = pend_pieces_loads(method, made->stepper, &problem->loads);
-    if (status == PEND_OK && motion.accuracy > 0 && pend_pieces_estimated(motion.loads.terms))
+    if (status == PEND_OK && motion.accuracy > 0 && !pend_pieces_unestimated(motion.loads.terms))
         status = pend_horizon_new(&made->horizon, method, &motion, error);
     made->problem.phi = made->problem.rate = made->problem.phi_low = made->problem.rate_low = NULL;
     if (status == PEND_OK)

@@ -2,8 +2,7 @@
  * root.
  * Leaves to others: accelerations (core/bodies).
  * Invariant: no matrix and no division, so joints that hold need no special case. */
-#ifndef PEND_BALANCE_H
-#define PEND_BALANCE_H
+#pragma once
 
 #include <complex.h>
 
@@ -48,5 +47,3 @@ size_t pend_balance_bytes(const struct pend_tree *tree);
 void pend_balance(const struct pend_tree *tree, const struct pend_loads *loads,
                   const struct pend_moving *state, void *memory, double torque[],
                   const struct bodies_forces *forces);
-
-#endif

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "core/dynamics/kinematics_at.h"
-#include "core/integrate/pieces/rule.h"
 
 /* Index into the state of a controller: number of samples; number of samples at a limit; index of
  * the current law; integral of a pid; the acting and the newest output; delayed outputs, newest
@@ -234,43 +233,3 @@ void pend_control_sample(const struct pend_tree *tree, const struct pend_loads *
         at += control_width(c, n);
     }
 }
-
-/* ---- as a rule of pieces */
-
-static int control_has(const struct pend_rules *rules) { return rules->controllers > 0; }
-
-static size_t control_bytes(const struct pend_problem *problem) {
-    return pend_control_numbers(problem->loads.terms->rules, problem->tree->n) * sizeof(double);
-}
-
-static double control_next(const struct pend_piece *piece, const void *own) {
-    return pend_control_next(piece->rules, piece->problem->tree->n, piece->start, own);
-}
-
-static enum pend_status control_change(struct pend_piece *piece, void *own,
-                                       struct pend_error *error) {
-    (void)error;
-    pend_control_sample(piece->problem->tree, &piece->problem->loads, piece->start, piece->now,
-                        piece->phi, piece->rate, own);
-    return PEND_OK;
-}
-
-static void control_input(const struct pend_piece *piece, const void *own) {
-    const struct pend_problem *problem = piece->problem;
-    double *input = piece->value + problem->loads.terms->row[PEND_TERM_INPUT];
-    for (int i = 0; i < piece->rules->controllers; i++)
-        input[piece->rules->controller[i].drives] +=
-            pend_control_output(piece->rules, problem->tree->n, i, own);
-}
-
-static void control_carry(const struct pend_piece *piece, void *own,
-                          struct pend_checkpoint *checkpoint) {
-    pend_checkpoint_row(checkpoint, own, control_bytes(piece->problem) / sizeof(double));
-}
-
-const struct pend_rule pend_rule_control = {.has = control_has,
-                                            .bytes = control_bytes,
-                                            .next = control_next,
-                                            .change = control_change,
-                                            .input = control_input,
-                                            .carry = control_carry};

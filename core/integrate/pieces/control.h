@@ -3,8 +3,7 @@
  * (core/tree/rules).
  * Invariant: sample k of a controller is at start + k period, not at a sum of periods; the state of
  * a controller consists of doubles, initially 0. */
-#ifndef PEND_CONTROL_H
-#define PEND_CONTROL_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/rules.h"
@@ -48,5 +47,3 @@ static inline const struct pend_law *pend_control_last(const struct pend_rules *
     while (law->kind == PEND_LAW_SWING_UP) law = rules->law + law->next;
     return law;
 }
-
-#endif

@@ -2,11 +2,23 @@
  * change its mode between two pieces.
  * Leaves to others: the instants of change (joint_events), the motion in a piece (pieces).
  * Invariant: a joint that holds has exactly its parent's rate. */
-#ifndef PEND_JOINTS_H
-#define PEND_JOINTS_H
+#pragma once
 
-#include "core/integrate/pieces/rule.h"
+#include "core/integrate/methods/method.h"
 #include "core/integrate/pieces/stuck.h"
+#include "core/tree/rules.h"
+
+/* A motion in pieces between two pieces. */
+struct pend_piece {
+    const struct pend_problem *problem; /* its list of numbers is `value` */
+    const struct pend_rules *rules;
+    double *value; /* the numbers of the current piece */
+    int way;       /* +1 or -1: the direction of time */
+    double start;  /* start of the run, s, in the time of the drives */
+    double now;    /* start of the piece, s, in the same time; exact, not a sum, at an instant known
+                      in advance */
+    double *phi, *rate; /* the state at `now`, n values each, stored order; impacts change rates */
+};
 
 enum { PEND_JOINT_FREE = 2, PEND_JOINT_HOLDS = 0 }; /* +1, -1: it slides in that direction */
 
@@ -116,5 +128,3 @@ struct pend_joint_step {
  * each holding joint.
  */
 double pend_joint_events(struct pend_joints *joints, const struct pend_joint_step *step);
-
-#endif

@@ -5,19 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces_work.h"
-
-/* the rule for tables: a piece ends at each of their instants, and its inputs start with their
- * values */
-static int tables_has(const struct pend_rules *given) { return given->tables > 0; }
-static double tables_next(const struct pend_piece *piece, const void *own) {
-    (void)own;
-    return pend_rules_next(piece->rules, piece->now, piece->way);
-}
-static const struct pend_rule rule_tables = {.has = tables_has, .next = tables_next};
-
-/* in this order they change the state and add to its inputs */
-static const struct pend_rule *const rules[PIECES_RULES] = {&pend_rule_control, &rule_tables};
 
 PEND_VALIDATOR pieces_valid(const struct pieces *p) {
     return p->inner && p->piece.value == p->problem.loads.value &&
@@ -26,27 +15,29 @@ PEND_VALIDATOR pieces_valid(const struct pieces *p) {
 
 /* ---- the change between two pieces */
 
-/* determines when the new piece ends if no event ends it before */
-static void pieces_look(struct pieces *p) {
-    p->next = copysign(INFINITY, p->piece.way);
-    for (int i = 0; i < PIECES_RULES; i++) {
-        if (!p->own[i] || !rules[i]->next) continue;
-        double next = rules[i]->next(&p->piece, p->own[i]);
-        p->next = p->piece.way > 0 ? fmin(p->next, next) : fmax(p->next, next);
-    }
+/* adds what the controllers hold to the inputs */
+static void pieces_control(struct pieces *p) {
+    const struct pend_rules *all = p->piece.rules;
+    double *input = p->piece.value + p->problem.loads.terms->row[PEND_TERM_INPUT];
+    for (int i = 0; i < all->controllers; i++)
+        input[all->controller[i].drives] +=
+            pend_control_output(all, p->problem.tree->n, i, p->control);
 }
 
 static enum pend_status pieces_change(struct pieces *p, struct pend_error *error) {
     const struct pend_terms *terms = p->problem.loads.terms;
+    struct pend_piece *piece = &p->piece;
+    int n = p->problem.tree->n;
     if (p->joints) PEND_TRY(pend_joints_impacts(p->joints, error));
-    for (int i = 0; i < PIECES_RULES; i++)
-        if (p->own[i] && rules[i]->change) PEND_TRY(rules[i]->change(&p->piece, p->own[i], error));
-    if (terms->row[PEND_TERM_INPUT] >= 0)
-        pend_rules_inputs(p->piece.rules, terms, p->piece.now, p->piece.way, p->piece.value, 1);
-    for (int i = 0; i < PIECES_RULES; i++)
-        if (p->own[i] && rules[i]->input) rules[i]->input(&p->piece, p->own[i]);
+    if (p->control)
+        pend_control_sample(p->problem.tree, &p->problem.loads, piece->start, piece->now,
+                            piece->phi, piece->rate, p->control);
+    p->next = pend_rules_piece(terms, piece->now, piece->way, piece->value, 1);
+    if (p->control) {
+        pieces_control(p);
+        p->next = fmin(p->next, pend_control_next(piece->rules, n, piece->start, p->control));
+    }
     if (p->joints) PEND_TRY(pend_joints_sort(p->joints, error));
-    pieces_look(p);
     p->ended = 0;
     p->fresh = 1;
     return PEND_OK;
@@ -168,18 +159,6 @@ static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error)
 
 static size_t pieces_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-/* lays out the states of the rules after `base`; returns the bytes */
-static size_t pieces_own(const struct pend_problem *problem, char *base, void *own[]) {
-    size_t used = 0;
-    for (int i = 0; i < PIECES_RULES; i++) {
-        own[i] = NULL;
-        if (!rules[i]->has(problem->loads.terms->rules)) continue;
-        own[i] = base ? base + used : NULL;
-        used += pieces_padded(rules[i]->bytes ? rules[i]->bytes(problem) : 8);
-    }
-    return used;
-}
-
 /* lays out all arrays; returns their bytes */
 static size_t pieces_lay(struct pieces *p, const struct pend_problem *problem, char *base) {
     const struct pend_terms *terms = problem->loads.terms;
@@ -189,7 +168,9 @@ static size_t pieces_lay(struct pieces *p, const struct pend_problem *problem, c
     used += pieces_padded((size_t)terms->count * sizeof(double));
     for (int i = 0; i < 4; i++, used += pieces_padded(n * sizeof(double)))
         *row[i] = base ? (double *)(void *)(base + used) : NULL;
-    used += pieces_own(problem, base ? base + used : NULL, p->own);
+    size_t control = pend_control_numbers(terms->rules, (int)n) * sizeof(double);
+    p->control = base && control ? (double *)(void *)(base + used) : NULL;
+    used += pieces_padded(control);
     if (!pend_rules_joints(terms->rules)) return used;
     size_t rows = 4 * PIECES_ROWS > 5 + PEND_JOINT_NODES ? 4 * PIECES_ROWS : 5 + PEND_JOINT_NODES;
     p->room = base ? (double *)(void *)(base + used) : NULL;
@@ -356,8 +337,8 @@ static void pieces_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     pend_checkpoint_int(checkpoint, &p->fresh, 1);
     pend_checkpoint_int(checkpoint, &p->stalled, PIECES_STALLED);
     pend_checkpoint_row(checkpoint, p->piece.value, (size_t)p->problem.loads.terms->count);
-    for (int i = 0; i < PIECES_RULES; i++)
-        if (p->own[i] && rules[i]->carry) rules[i]->carry(&p->piece, p->own[i], checkpoint);
+    if (p->control)
+        pend_checkpoint_row(checkpoint, p->control, pend_control_numbers(p->piece.rules, (int)n));
     if (p->joints) pieces_carry_joints(p, checkpoint);
     if (p->stepper) p->inner->carry(p->stepper, checkpoint);
 }
@@ -383,6 +364,15 @@ const struct pend_method *pend_pieces_method(const struct pend_method *method,
     return method == &pend_method_taylor ? &pieces_taylor : NULL;
 }
 
+const char *pend_pieces_unestimated(const struct pend_terms *terms) {
+    int smooth = pend_pieces_smooth(terms);
+    if (smooth && !(terms && terms->rules && terms->rules->controllers)) return NULL;
+    return smooth
+               ? "errors are not estimated through controllers: compare with an rtol of 1e-15"
+               : "errors are not estimated through joints that stick or hit a stop: compare with "
+                 "an rtol of 1e-15";
+}
+
 enum pend_status pend_pieces_check_smooth(const struct pend_terms *terms, const char *what,
                                           struct pend_error *error) {
     if (terms && terms->rules && terms->rules->controllers)
@@ -401,9 +391,13 @@ struct pend_loads pend_pieces_loads(const struct pend_method *method, const void
     return method->step == pieces_step ? p->problem.loads : *loads;
 }
 
+int pend_pieces_struck(const struct pend_method *method, const void *stepper, int k) {
+    const struct pieces *p = stepper;
+    int event = method->step == pieces_step && p->joints && p->ended == PIECES_EVENT;
+    return event ? p->joints->struck[k] : 0;
+}
+
 const double *pend_pieces_control(const struct pend_method *method, const void *stepper) {
     const struct pieces *p = stepper;
-    for (int i = 0; method->step == pieces_step && i < PIECES_RULES; i++)
-        if (rules[i] == &pend_rule_control) return p->own[i];
-    return NULL;
+    return method->step == pieces_step ? p->control : NULL;
 }

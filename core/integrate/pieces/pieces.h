@@ -1,8 +1,7 @@
 /* The loop over the pieces of a motion, as a method that uses another method.
  * Leaves to others: the steps inside a piece (core/integrate/methods), the rules (rule_*).
  * Invariant: no step crosses the end of a piece; the loop is used only for pendulums with rules. */
-#ifndef PEND_PIECES_H
-#define PEND_PIECES_H
+#pragma once
 
 #include "core/bodies/bodies.h"
 #include "core/integrate/methods/method.h"
@@ -23,12 +22,10 @@ static inline int pend_pieces_smooth(const struct pend_terms *terms) {
     return !terms || !terms->rules || !pend_rules_joints(terms->rules);
 }
 
-/** Returns non-zero if errors grow as in the linearized equations: for a pendulum that is
- * pend_pieces_smooth and has no controllers, because outputs of controllers depend on the errors.
- * O(1). */
-static inline int pend_pieces_estimated(const struct pend_terms *terms) {
-    return pend_pieces_smooth(terms) && !(terms && terms->rules && terms->rules->controllers);
-}
+/** Returns NULL if errors grow as in the linearized equations: for a pendulum that is
+ * pend_pieces_smooth and has no controllers, whose outputs depend on the errors; otherwise a
+ * sentence that says why they are not estimated. O(1). */
+const char *pend_pieces_unestimated(const struct pend_terms *terms);
 
 /** Returns PEND_INVALID if `what` does not support the pendulum, because joints may hold, stick or
  * hit a stop or because it has controllers; the error names `what`. O(1). */
@@ -44,6 +41,10 @@ struct pend_loads pend_pieces_loads(const struct pend_method *method, const void
 /** Returns the state of a motion's controllers (control.h); NULL without controllers. It is valid
  * as long as the stepper. O(1). */
 const double *pend_pieces_control(const struct pend_method *method, const void *stepper);
+
+/** Returns +1 or -1 if joint k hits its upper or lower stop at the end of the last step; else 0.
+ * O(1). */
+int pend_pieces_struck(const struct pend_method *method, const void *stepper, int k);
 
 /** Fills in rows as a method's `at` does. */
 void pend_pieces_at(void *stepper, const double t[], int count, const struct pend_points *points);
@@ -70,5 +71,3 @@ void pend_pieces_series(const void *stepper, const struct pend_series *series, d
  */
 void pend_pieces_forces(void *stepper, double time, const double phi[], const double rate[],
                         double acc[], const struct bodies_forces *forces);
-
-#endif

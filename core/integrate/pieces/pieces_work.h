@@ -2,15 +2,11 @@
  * Leaves to others: the loop (pieces), rows (pieces_rows).
  * Invariant: one block of memory, which does not contain the stepper and the contracted
  * pendulum. */
-#ifndef PEND_PIECES_WORK_H
-#define PEND_PIECES_WORK_H
+#pragma once
 
 #include "core/integrate/pieces/joints.h"
-#include "core/integrate/pieces/rule.h"
 #include "core/tree/turns.h"
 
-/* number of kinds of rules besides joints */
-enum { PIECES_RULES = 2 };
 /* instants per block when the states of a contracted pendulum are expanded to all arms */
 enum { PIECES_ROWS = 16 };
 /* most consecutive pieces of zero length */
@@ -31,12 +27,10 @@ struct pieces {
     int fresh;       /* whether no step of the piece was taken yet */
     int stalled;     /* number of consecutive pieces of zero length, up to now */
     double way_most; /* s, longest step while joints hold: their drives are not in the series */
-    void *own[PIECES_RULES];         /* states of the rules; NULL = the pendulum has no such rule */
+    double *control; /* the state of the controllers; NULL = there are none */
     struct pend_joints *joints;      /* NULL = no joint has dry friction or stops */
     struct pend_stuck *stuck;        /* the contracted pendulum, while joints hold */
     double *room;                    /* scratch of pend_joint_events and of rows */
     struct pend_sum work, heat;      /* J, sums over the closed steppers */
     struct pend_stepper_counts done; /* counts of the closed steppers */
 };
-
-#endif

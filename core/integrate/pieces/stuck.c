@@ -235,8 +235,8 @@ void pend_stuck_inputs(struct pend_stuck *s, const struct pend_terms *terms, con
         for (int c = 0; c < s->tree->n && terms->row[rows[i]] >= 0; c++)
             s->value[s->terms->row[rows[i]] + c] =
                 s->still[s->of[c]] ? 0 : value[terms->row[rows[i]] + s->of[c]];
-    if (terms->one[PEND_TERM_PIECE] >= 0)
-        s->value[s->terms->one[PEND_TERM_PIECE]] = value[terms->one[PEND_TERM_PIECE]];
+    for (int i = PEND_TERM_PIECE; i < PEND_TERM_ONES; i++)
+        if (terms->one[i] >= 0) s->value[s->terms->one[i]] = value[terms->one[i]];
 }
 
 double *pend_stuck_spread(const struct pend_stuck *s, const double from[], double to[]) {

@@ -3,8 +3,7 @@
  * Leaves to others: which joints hold (joints), the motion (core/bodies).
  * Invariant: a contracted pendulum has its own tree, terms and values; the angles of contracted
  * arms follow from those of the arms of its tree. */
-#ifndef PEND_STUCK_H
-#define PEND_STUCK_H
+#pragma once
 
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
@@ -54,5 +53,3 @@ double *pend_stuck_spread(const struct pend_stuck *stuck, const double from[], d
 /** Copies angles in the same way, as sums of two doubles; low parts may be NULL. */
 void pend_stuck_turn(const struct pend_stuck *stuck, const double from[], const double from_low[],
                      double to[], double to_low[]);
-
-#endif

@@ -163,8 +163,8 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
     if (status == PEND_OK)
         made->problem.loads = pend_pieces_loads(method, made->stepper, &made->problem.loads);
-    if (status == PEND_OK && problem->accuracy > 0 && pend_pieces_estimated(problem->loads.terms) &&
-        !(method->flags & PEND_METHOD_LINEAR)) {
+    if (status == PEND_OK && problem->accuracy > 0 &&
+        !pend_pieces_unestimated(problem->loads.terms) && !(method->flags & PEND_METHOD_LINEAR)) {
         status = pend_horizon_new(&made->horizon, method, &made->problem, error);
         if (status != PEND_OK) method->close(&made->stepper);
     }

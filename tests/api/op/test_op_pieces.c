@@ -235,3 +235,139 @@ TEST(derivatives_and_fits_pass_through_tables) {
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     test_reply_free(&reply);
 }
+
+/* a bar whose pivot follows a spline: the digits of a Taylor solver in 30 digits */
+TEST(a_pivot_follows_the_natural_spline_through_its_places) {
+    static const char pendulum[] = "\"arms\":[{" BAR "}],\"pivot\":{\"x\":{\"table\":{\"t\":[0,"
+                                   "0.25,0.75,1.25,2],\"value\":[0,0.25,-0.125,0.1875,0]}}}";
+    static const double theta[] = {0.3449045917013090740826, 0.1574876200803062838502,
+                                   -1.527024737902296395533, 2.068819005823300209106};
+    struct test_reply reply = ask(pendulum, "0.4", "\"times\":[0,0.25,0.75,1.25,2]");
+    double worst = 0;
+    for (int i = 0; i < 4; i++)
+        worst = fmax(worst, fabs(number(&reply, "theta", i + 1, 0) - theta[i]));
+    CHECK_RESIDUAL(worst, 1e-14, "along the spline");
+    CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-14, "the pivot's work");
+    CHECK(test_reply_number(&reply, "/stats/horizon") == 2);
+    double theta0 = number(&reply, "theta", 4, 0), rate = number(&reply, "thetad", 4, 0);
+    test_reply_free(&reply);
+    char start[80];
+    snprintf(start, sizeof start, "%.17g],\"thetad\":[%.17g", theta0, rate);
+    reply = ask(pendulum, start, "\"times\":{\"start\":2,\"stop\":0,\"count\":2}");
+    CHECK_RESIDUAL(fabs(number(&reply, "theta", 1, 0) - 0.4), 1e-13, "and back");
+    test_reply_free(&reply);
+    reply =
+        test_post(API_OP_TRAJECTORIES, "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1}],"
+                                       "\"pivot\":{\"y\":{\"table\":{\"t\":[0,1],\"value\":[0,1]"
+                                       "}}}},\"times\":[0,2]}");
+    CHECK_INT(reply.status, 422);
+    CHECK(strstr(reply.out.data, "a table of the pivot covers only 0 to 1 s: extend the table\""));
+    test_reply_free(&reply);
+}
+
+/* derivatives by numbers of the pendulum, members and positions along the spline, against
+ * differences of motions and places of the table */
+TEST(derivatives_members_and_conditions_follow_a_pivot) {
+    static const char form[] =
+        "{\"pendulum\":{\"arms\":[{\"length\":%.17g,\"mass\":1}],\"pivot\":{"
+        "\"x\":{\"table\":{\"t\":[0,0.25,0.75,2],\"value\":[0,0.25,-0.125,0]}"
+        "}}},%s,\"rtol\":1e-15}";
+    static const char tell[] =
+        "\"initial\":{\"theta\":[0.4]},\"times\":[0,0.75,1],\"output\":[\"theta\",\"z\"]";
+    char body[1000], rest[400];
+    double z[3];
+    for (int i = 0; i < 3; i++) {
+        snprintf(rest, sizeof rest, "%s%s", tell,
+                 i ? "" : ",\"derivatives\":[{\"vary\":\"length\",\"arm\":1}]");
+        snprintf(body, sizeof body, form, i ? 0.5 + (i - 1.5) * 2e-4 : 0.5, rest);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        z[i] =
+            i ? number(&reply, "z/re", 2, 0) : test_reply_number(&reply, "/derivatives/z_re/2/0/0");
+        double place = number(&reply, "z/re", 1, 0) -
+                       (i ? 0.5 + (i - 1.5) * 2e-4 : 0.5) * sin(number(&reply, "theta", 1, 0));
+        CHECK_RESIDUAL(fabs(place + 0.125), 1e-15, "the table's place");
+        test_reply_free(&reply);
+    }
+    CHECK_RESIDUAL(fabs((z[2] - z[1]) / 2e-4 - z[0]), 1e-7, "derivatives along a spline");
+    snprintf(body, sizeof body, form, 0.5,
+             "\"initial\":{\"theta\":[0.4]},\"times\":[0,1],\"output\":[\"theta\"],\"events\":[{"
+             "\"of\":\"x\",\"arm\":1,\"value\":-0.3,\"stop\":1}]");
+    struct test_reply hit = test_post(API_OP_TRAJECTORIES, body);
+    double t = test_reply_number(&hit, "/events/0/t");
+    test_reply_free(&hit);
+    snprintf(rest, sizeof rest,
+             "\"states\":[{},{\"theta\":[0.4]},{}],\"duration\":%.17g,\"observables\":[\"final\","
+             "\"energy_drift\"]",
+             t);
+    snprintf(body, sizeof body, form, 0.5, rest);
+    struct test_reply many = test_post(API_OP_ENSEMBLES, body);
+    CHECK(number(&many, "energy_drift", 1, -1) < 1e-14);
+    snprintf(rest, sizeof rest,
+             "\"initial\":{\"theta\":[0.4]},\"times\":[0,%.17g],\"output\":[\"theta\",\"z\"]", t);
+    snprintf(body, sizeof body, form, 0.5, rest);
+    struct test_reply alone = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_RESIDUAL(fabs(number(&alone, "z/re", 1, 0) + 0.3), 1e-14, "the condition");
+    CHECK_RESIDUAL(fabs(number(&many, "final/phi", 1, 0) + M_PI_2 - number(&alone, "theta", 1, 0)),
+                   1e-14, "a member along a spline");
+    test_reply_free(&many);
+    test_reply_free(&alone);
+}
+
+/* each impact is told before and after it; the flights are the geometric series of the bounces */
+TEST(impacts_are_events_before_and_after) {
+    static const char body[] =
+        "{\"pendulum\":{\"gravity\":0,\"arms\":[{" BAR ",\"torque\":0.3,\"stop\":{\"max\":0.25,"
+        "\"restitution\":0.6}}]},\"initial\":{\"theta\":[-0.25]},\"rtol\":1e-15,\"times\":[0,1.5],"
+        "\"rows\":\"events\",\"events\":[{\"of\":\"impact\",\"arm\":1}]}";
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    const double a = 0.3 / inertia;
+    double t = sqrt(1 / a), v = a * t, worst = 0;
+    int rows = (int)test_reply_number(&reply, "/stats/events");
+    CHECK_SAYING(rows >= 8 && rows % 2 == 0, "%d", rows);
+    for (int i = 0; i < rows; i += 2) {
+        worst = fmax(worst, fabs(number(&reply, "t", i, -1) - t));
+        worst = fmax(worst, fabs(number(&reply, "phid", i, 0) - v));
+        worst = fmax(worst, fabs(number(&reply, "phid", i + 1, 0) + 0.6 * v));
+        CHECK(number(&reply, "t", i, -1) == number(&reply, "t", i + 1, -1));
+        CHECK(number(&reply, "direction", i, -1) == 1);
+        v *= 0.6, t += 2 * v / a;
+    }
+    CHECK_RESIDUAL(worst, 1e-13, "impacts");
+    test_reply_free(&reply);
+}
+
+TEST(answers_say_why_they_have_no_horizon) {
+#define ARM "\"arms\":[{\"length\":1,\"mass\":1"
+#define SEEN ",\"initial\":{\"theta\":[1]},\"times\":[0,2]"
+    static const struct {
+        enum api_op_id op;
+        const char *body, *why;
+    } rows[] = {
+        {API_OP_TRAJECTORIES, ARM ",\"friction\":{\"torque\":0.1}}]}" SEEN, "stick or hit a stop"},
+        {API_OP_TRAJECTORIES,
+         ARM "}],\"control\":[{\"joint\":1,\"period\":0.1,\"law\":{\"pid\":{\"p\":1,\"reference\":"
+             "0}}}]}" SEEN,
+         "through controllers"},
+        {API_OP_TRAJECTORIES,
+         ARM ",\"stop\":{\"min\":-0.2}}]}" SEEN
+             ",\"rows\":\"events\",\"events\":[{\"of\":\"theta\","
+             "\"arm\":1,\"value\":0}]",
+         "stick or hit a stop"},
+        {API_OP_SECTIONS,
+         ARM ",\"stop\":{\"min\":-0.2}}]},\"initial\":{\"theta\":[1]},\"duration\":2,\"section\":{"
+             "\"arm\":1,\"theta\":0}",
+         "stick or hit a stop"},
+        {API_OP_TRAJECTORIES, ARM ",\"damping\":0.1}]}" SEEN, NULL}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char body[600];
+        snprintf(body, sizeof body, "{\"pendulum\":{%s}", rows[i].body);
+        struct test_reply reply = test_post(rows[i].op, body);
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        const char *why = test_reply_text(&reply, "/stats/no_horizon");
+        CHECK(rows[i].why ? why && strstr(why, rows[i].why) : !why);
+        CHECK(!strstr(reply.out.data, "\"horizon\"") == (rows[i].why != NULL));
+        test_reply_free(&reply);
+    }
+}

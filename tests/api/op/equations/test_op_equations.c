@@ -188,3 +188,38 @@ TEST(equations_on_a_cart_have_its_own_and_no_others) {
     CHECK(strstr(test_reply_text(&reply, "/curl"), "\"cart\":{\"x\":7,\"v\":0}") != NULL);
     test_reply_free(&reply);
 }
+
+TEST(equations_have_their_rules_in_words) {
+    struct test_reply reply =
+        test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,"
+                                    "\"friction\":{\"torque\":0.1,\"static\":0.2},"
+                                    "\"torque\":{\"table\":{\"t\":[0,2],\"value\":[1,3],\"hold\":"
+                                    "\"linear\"}}},{\"parent\":\"1\","
+                                    "\"length\":1,\"mass\":1,\"stop\":{\"min\":-2,\"restitution\":"
+                                    "0.5}}],\"pivot\":{\"y\":{\"table\":{"
+                                    "\"t\":[0,1],\"value\":[0,1]}}},\"control\":[{\"joint\":2,"
+                                    "\"period\":0.02,\"delay\":1,\"limit\":["
+                                    "-5,5],\"law\":{\"feedback\":{\"gains\":[1,2,3,4]}}}]}}");
+    static const char *const words[] = {
+        "arm 1: a table of 2 inputs from t = 0 to 2 s, linear between two instants",
+        "the pivot: a table of 2 inputs from t = 0 to 1 s, on the natural cubic spline",
+        "arm 1: friction of 0.1 in motion, up to 0.2 at rest",
+        "arm 2: a stop from -2 to inf; an impact turns the rate r to -0.5 r",
+        "arm 2: a controller holds for 0.02 s each -K (x - reference) 1 samples later, from -5 to "
+        "5"};
+    static const char *const places[] = {"/latex/rules", "/code/matlab", "/code/python"};
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        for (int k = 0; k < 3; k++) {
+            const char *text = test_reply_text(&reply, places[k]);
+            CHECK_SAYING(text && strstr(text, words[i]), "%s: %s", words[i], reply.out.data);
+        }
+    CHECK(strstr(formula(&reply, "loads"), "T_{2}&=0+u_{2}"));
+    CHECK(strstr(test_reply_text(&reply, "/code/python"), "(-2, 0, 0, [0, 1], [0, 1])"));
+    CHECK(strstr(test_reply_text(&reply, "/curl"), "# without \"control\": add it"));
+    test_reply_free(&reply);
+    reply = test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"
+                                        "\"damping\":[1]}}");
+    CHECK(test_reply_count(&reply, "/latex/rules") < 0 && !strstr(reply.out.data, "held"));
+    test_reply_free(&reply);
+}
