@@ -163,6 +163,7 @@ export async function marks_by_key_alone_are_kept_and_found_again_with_the_film(
   await page.focus("[data-film=mark]");
   await page.keyboard.press("Enter");
   await page.waitForFunction(() => document.activeElement.className === "film-canvas");
+  assert.equal(await page.isVisible("#timebar"), false, "one clock at a time");
   await page.selectOption("[data-film=tool]", "1");
   await page.focus(".film-canvas");
   for (let i = 0; i < 3; i++) {

@@ -137,7 +137,9 @@ export async function the_branch_of_a_driven_pendulum_folds_and_a_clicked_orbit_
 export async function a_start_in_a_mode_and_in_a_sum_is_its_shape_times_its_amplitude(rig) {
   const { page, modes } = await opened(rig);
   await slide(page, 2, 30);
+  await page.evaluate(() => pendulumd.clock.pause());
   await page.click("[data-start='2']");
+  assert.equal(await page.evaluate(() => pendulumd.clock.playing), true, "who starts a mode sees it");
   near(await theta(page), modes.vectors[1].map((value) => 30 * DEGREE * value));
   await page.uncheck("[data-part='1']");
   await page.check("[data-part='3']");

@@ -74,8 +74,12 @@ function answersOf(session) {
   });
 }
 
-/** As a spreadsheet of the browser's language opens it. @param {Room} room */
-export function answersText(room) {
+/**
+ * As a spreadsheet of the browser's language opens it, with the names that a screen may hide.
+ * @param {Room} shown
+ */
+export function answersText(shown) {
+  const room = { ...shown, anonymous: false };
   const { session, say } = room;
   const [decimal, between] = MARKS[ownMarks()];
   const heads = say("class.csv.heads").split("|").map(cell);

@@ -7,6 +7,7 @@
 import { foldedTheta } from "../angles.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
+import { still } from "../screen.js";
 import { pendulumOf, smoothOf, termsOf } from "../terms.js";
 import { aborted, button, figure, later, settled, tick } from "./kit/kit.js";
 import { lazyPart } from "./kit/lazy.js";
@@ -55,6 +56,7 @@ function begin({ app, blend }, parts, label, words) {
   if (!blend) return;
   store.set({ initial: sums.startOf(blend, parts) }, { label });
   clock.seek(0);
+  if (!still.matches) clock.play();
   if (words) announce(words);
 }
 
