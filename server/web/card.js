@@ -1,8 +1,8 @@
 // The card of the chosen arm: its length, mass and start, edited in place, its force of now, and
 // what can be done with it.
 // Leaves to others: the changes themselves (edits.js).
-// Invariant: lies beside the tip while the pendulum stands still, in a corner while it moves; shows
-// what the document holds.
+// Invariant: lies beside the tip while the pendulum stands still, if no arm is there, and in a
+// corner while it moves; shows what the document holds.
 
 import { foldedTheta, phiOf } from "./angles.js";
 import { createBag, h, icon, iconButton } from "./dom.js";
@@ -11,6 +11,7 @@ import { removable } from "./tree.js";
 
 const LEGEND = 76; // pixels at the bottom of the stage
 const NARROW = 560; // pixels, below which it never lies beside the tip
+const CORNER = 3; // what a corner must hide less than a place beside the tip
 const LEAST = Number.MIN_VALUE;
 
 /**
@@ -149,13 +150,16 @@ function hiddenBy({ shape, camera }, arm, { x, y }, width, height) {
   let hidden = hides(shape.pivot.x, shape.pivot.y) ? 5 : 0;
   for (let i = 0; i < shape.n; i++) {
     if (hides(shape.x[i], shape.y[i])) hidden += i === arm - 1 ? 30 : 12;
-    if (hides((shape.x[i] + shape.fromX[i]) / 2, (shape.y[i] + shape.fromY[i]) / 2)) hidden += 8;
+    for (const part of [0.25, 0.5, 0.75]) {
+      const x = shape.fromX[i] + part * (shape.x[i] - shape.fromX[i]);
+      if (hides(x, shape.fromY[i] + part * (shape.y[i] - shape.fromY[i]))) hidden += 4;
+    }
   }
   return hidden;
 }
 
 /**
- * The place beside the tip where the card hides the fewest tips.
+ * The place beside the tip, or else in a corner, where the card hides the least.
  * @param {Card} card @param {number} width @param {number} height
  */
 function beside({ element, look, arm }, width, height) {
@@ -169,14 +173,16 @@ function beside({ element, look, arm }, width, height) {
     { x: px - width / 2, y: py + gap },
     { x: px - width / 2, y: py - gap - height },
   ];
+  const corners = [8, element.clientWidth - width - 8].map((x) => ({ x, y: 8 }));
   const clamp = (/** @type {number} */ value, /** @type {number} */ most) =>
     Math.max(8, Math.min(value, most - 8));
   let best = spots[0];
   let least = Infinity;
-  for (const spot of spots) {
+  for (const spot of [...spots, ...corners]) {
     const x = clamp(spot.x, element.clientWidth - width);
     const y = clamp(spot.y, element.clientHeight - LEGEND - height);
-    const moved = Math.abs(x - spot.x) / 40 + Math.abs(y - spot.y) / 40;
+    const away = corners.includes(spot) ? CORNER : 0;
+    const moved = away + Math.abs(x - spot.x) / 40 + Math.abs(y - spot.y) / 40;
     const hidden = moved + hiddenBy(look, arm, { x, y }, width, height);
     if (hidden < least) [best, least] = [{ x, y }, hidden];
   }

@@ -385,3 +385,31 @@ export async function the_length_has_a_slider_and_all_arms_a_table(rig) {
   await page.waitForSelector(".objection");
   await close(page);
 }
+
+/** How many tips and pivots the chosen arm's card lies over. */
+const hidden = (page, count) => page.evaluate((arms) => {
+  const card = document.querySelector(".card").getBoundingClientRect();
+  const stage = document.querySelector("#stage").getBoundingClientRect();
+  return Array.from({ length: arms + 1 }, (_, arm) => pendulumd.stage.tip(arm)).filter(({ x, y }) =>
+    x + stage.left > card.left && x + stage.left < card.right && y + stage.top > card.top && y + stage.top < card.bottom).length;
+}, count);
+
+export async function the_card_of_an_arm_hides_no_arm_whether_it_moves_or_stands(rig) {
+  const page = await rig.open({ path: "/?length=1,1&theta=120,-90", width: 1366, height: 768 });
+  await openDrawer(page, "physics");
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.edits.select(1); });
+  const moves = [];
+  for (const time of [0, 2.5, 5, 7.5, 10, 12.5, 15, 19.5]) {
+    await page.evaluate((at) => pendulumd.clock.seek(at), time);
+    await drawn(page);
+    assert.equal(await hidden(page, 2), 0, `it stands at ${time} s`);
+  }
+  await page.evaluate(() => { pendulumd.clock.seek(0); pendulumd.clock.play(); });
+  await page.waitForTimeout(600); // until the camera has made room
+  for (let i = 0; i < 8; i++) {
+    moves.push(await hidden(page, 2));
+    await page.waitForTimeout(150);
+  }
+  assert.deepEqual(moves, moves.map(() => 0), "it moves");
+  await close(page);
+}
