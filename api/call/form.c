@@ -177,30 +177,40 @@ static int form_cut(struct form *form) {
 
 /* ---- writing */
 
+/* how to save as text a file that begins like this */
+static const struct {
+    const char *begins;
+    size_t bytes;
+    const char *save;
+} programs[] = {
+    {"PK\3\4", 4,
+     "is an archive: save a spreadsheet as CSV, unpack a phyphox export, and write NPZ by "
+     "numpy.savetxt"},
+    {"\xd0\xcf\x11\xe0", 4, "is an Excel file (.xls): save it as CSV"},
+    {"MATLAB 5.0", 10, "is a .mat file: writematrix([t theta], \"track.csv\") saves text"},
+    {"\x89HDF", 4, "is a .mat or HDF5 file: writematrix([t theta], \"track.csv\") saves text"},
+    {"\x93NUMPY", 6,
+     "is a NumPy array: numpy.savetxt(\"track.csv\", array, delimiter=\",\") saves text"},
+    {"\x1f\x8b", 2, "is compressed: unpack it"},
+    {"%PDF", 4, "is a PDF: copy its table into a text file"}};
+
 /* whether a table is plain text; adds a problem at the first other byte */
 static int table_plain(const struct span *table, int number, struct api_problem *problem) {
+    for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
+        if (table->bytes >= programs[k].bytes &&
+            !memcmp(table->at, programs[k].begins, programs[k].bytes)) {
+            api_problem_set(problem, 422, "part csv number %d %s", number, programs[k].save);
+            return 0;
+        }
     for (size_t at = 0; at < table->bytes; at++) {
         unsigned char c = (unsigned char)table->at[at];
         if ((c >= ' ' && c != 127) || (c && strchr("\t\r\n", c))) continue;
         api_problem_set(problem, 422,
-                        "byte %zu of part csv number %d is a control character: a table is text. "
-                        "Save a spreadsheet, a phyphox archive or a .mat file as CSV",
+                        "byte %zu of part csv number %d is a control character: a table is text",
                         at + 1, number);
         return 0;
     }
     return 1;
-}
-
-/* appends a text in ISO 8859-1 as the inside of a JSON string */
-static enum pend_status table_latin(const struct span *table, struct api_buffer *out) {
-    for (size_t at = 0, next; at < table->bytes; at = next) {
-        unsigned char c = (unsigned char)table->at[at];
-        char pair[2] = {(char)(0xc0 | c >> 6), (char)(0x80 | (c & 0x3f))};
-        for (next = at + 1; c < 128 && next < table->bytes && !(table->at[next] & 0x80);) next++;
-        PEND_TRY(c < 128 ? api_text_escape(out, table->at + at, next - at)
-                         : api_text_escape(out, pair, 2));
-    }
-    return PEND_OK;
 }
 
 /* whether a table is UTF-16, judging by the byte order mark at its start */
@@ -209,12 +219,14 @@ static int is_utf16(const struct span *table) {
            (!memcmp(table->at, "\xff\xfe", 2) || !memcmp(table->at, "\xfe\xff", 2));
 }
 
-/* converts UTF-16 to the inside of a JSON string; control characters and those beyond U+FFFF become
- * '?' */
-static enum pend_status table_utf16(const struct span *table, struct api_buffer *out) {
-    int low = (unsigned char)table->at[0] == 0xff;
-    for (size_t at = 2; at + 1 < table->bytes; at += 2) {
-        unsigned first = (unsigned char)table->at[at], second = (unsigned char)table->at[at + 1];
+/* appends UTF-16 or ISO 8859-1 as the inside of a JSON string; control characters and those beyond
+ * U+FFFF become '?' */
+static enum pend_status table_convert(const struct span *table, struct api_buffer *out) {
+    size_t wide = is_utf16(table);
+    int low = !wide || (unsigned char)table->at[0] == 0xff;
+    for (size_t at = 2 * wide; at + wide < table->bytes; at += 1 + wide) {
+        unsigned first = (unsigned char)table->at[at];
+        unsigned second = wide ? (unsigned char)table->at[at + 1] : 0;
         unsigned c = low ? second << 8 | first : first << 8 | second;
         char text[3] = {(char)(0xe0 | c >> 12), (char)(0x80 | (c >> 6 & 0x3f)),
                         (char)(0x80 | (c & 0x3f))};
@@ -231,20 +243,15 @@ static enum pend_status table_utf16(const struct span *table, struct api_buffer 
 enum pend_status api_form_text(const char *text, size_t bytes, int number, struct api_buffer *out,
                                struct api_problem *problem) {
     struct span table = {text, bytes};
-    int utf8 = 1;
-    if (is_utf16(&table)) {
-        PEND_TRY(api_buffer_text(out, "\""));
-        PEND_TRY(table_utf16(&table, out));
-        return api_buffer_text(out, "\"");
-    }
-    if (table.bytes >= 3 && !memcmp(table.at, "\xef\xbb\xbf", 3)) table.at += 3, table.bytes -= 3;
-    if (!table_plain(&table, number, problem)) return PEND_INVALID;
+    int utf8 = !is_utf16(&table);
+    if (bytes >= 3 && !memcmp(text, "\xef\xbb\xbf", 3)) table.at += 3, table.bytes -= 3;
+    if (utf8 && !table_plain(&table, number, problem)) return PEND_INVALID;
     for (size_t at = 0; at < table.bytes && utf8;) {
         int length = api_text_utf8(table.at + at, table.bytes - at);
         utf8 = length > 0, at += (size_t)length;
     }
     PEND_TRY(api_buffer_text(out, "\""));
-    PEND_TRY(utf8 ? api_text_escape(out, table.at, table.bytes) : table_latin(&table, out));
+    PEND_TRY(utf8 ? api_text_escape(out, table.at, table.bytes) : table_convert(&table, out));
     return api_buffer_text(out, "\"");
 }
 

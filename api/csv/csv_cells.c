@@ -224,6 +224,12 @@ static const struct {
                          "angolo ângulo kąt kat vinkel "
                          "угол 角度 alpha α beta β deflection orientation encoder "},
     {API_CSV_WORD_JOINT, " joint relative elbow gelenk "},
+    {API_CSV_WORD_AMPLITUDE, " amplitude amplitud genlik ampiezza amplituda амплитуда 振幅 "},
+    {API_CSV_WORD_PERIOD, " period periode periodendauer schwingungsdauer période periodo "
+                          "período periyot okres период 周期 "},
+    {API_CSV_WORD_ALONG, " along radial "},
+    {API_CSV_WORD_ACROSS, " across tangential "},
+    {API_CSV_WORD_CART, " cart wagen chariot carrito carrello wózek araba тележка "},
     {API_CSV_WORD_PHI, " phi φ ϕ "},
     {API_CSV_WORD_X, " x xpos posx abscisse "},
     {API_CSV_WORD_Y, " y ypos posy ordonnee ordonnée "},

@@ -57,7 +57,12 @@ enum api_csv_word {
     API_CSV_WORD_FRAME = 1 << 9,  /* number of a video frame */
     API_CSV_WORD_OTHER = 1 << 10, /* radius, likelihood, energy: quantities that cannot be fitted */
     API_CSV_WORD_PRIME = 1 << 11, /* a derivative: X' */
-    API_CSV_WORD_JOINT = 1 << 12  /* an angle between two arms */
+    API_CSV_WORD_JOINT = 1 << 12, /* an angle between two arms */
+    API_CSV_WORD_AMPLITUDE = 1 << 13,
+    API_CSV_WORD_PERIOD = 1 << 14,
+    API_CSV_WORD_ALONG = 1 << 15, /* an acceleration along an arm, or across it */
+    API_CSV_WORD_ACROSS = 1 << 16,
+    API_CSV_WORD_CART = 1 << 17
 };
 
 /* The parts of a name. */

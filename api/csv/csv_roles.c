@@ -2,7 +2,7 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stddef.h>
+#include <string.h>
 
 static const double degree = 3.14159265358979323846 / 180;
 
@@ -11,8 +11,9 @@ static const double epoch_ms = 1e11; /* larger numbers are milliseconds since 19
 static const double step_ms = 5;     /* a larger step between rows means milliseconds */
 
 const char *api_csv_role_name(enum api_csv_role role) {
-    static const char *const names[] = {"",  "t", "theta",  "phi",  "joint",
-                                        "x", "y", "thetad", "sigma"};
+    static const char *const names[] = {"",      "t",      "theta",  "phi",       "joint",
+                                        "x",     "y",      "thetad", "amplitude", "period",
+                                        "along", "across", "cart",   "sigma"};
     assert((unsigned)role < sizeof names / sizeof *names);
     return names[role];
 }
@@ -48,7 +49,8 @@ static int is_time(const struct guess *guess, int i) {
     if (guess->roles->column[i].why || guess->roles->column[i].role != API_CSV_NONE) return 0;
     if (column->clocks > column->numbers) return 1;
     return (words & API_CSV_WORD_TIME) && column->numbers &&
-           !(words & (API_CSV_WORD_ERROR | API_CSV_WORD_MODEL | API_CSV_WORD_SPEED));
+           !(words &
+             (API_CSV_WORD_ERROR | API_CSV_WORD_MODEL | API_CSV_WORD_SPEED | API_CSV_WORD_PERIOD));
 }
 
 /* finds the column of times: the first named time, or the first increasing column */
@@ -103,25 +105,35 @@ int api_csv_is_angle(enum api_csv_role role) {
 }
 
 static enum api_csv_role role_of(const struct api_csv_words *words) {
+    static const struct {
+        enum api_csv_word word;
+        enum api_csv_role role;
+    } named[] = {{API_CSV_WORD_ALONG, API_CSV_ALONG},
+                 {API_CSV_WORD_ACROSS, API_CSV_ACROSS},
+                 {API_CSV_WORD_AMPLITUDE, API_CSV_AMPLITUDE},
+                 {API_CSV_WORD_PERIOD, API_CSV_PERIOD},
+                 {API_CSV_WORD_CART, API_CSV_CART},
+                 {API_CSV_WORD_JOINT, API_CSV_JOINT},
+                 {API_CSV_WORD_ANGLE, API_CSV_THETA},
+                 {API_CSV_WORD_PHI, API_CSV_PHI},
+                 {API_CSV_WORD_X, API_CSV_X},
+                 {API_CSV_WORD_Y, API_CSV_Y}};
     int word = words->words;
     int turning = API_CSV_WORD_ANGLE | API_CSV_WORD_PHI;
     if ((word & API_CSV_WORD_RATE) || ((word & API_CSV_WORD_SPEED) && (word & turning)) ||
         (words->rad_s && !(word & API_CSV_WORD_OTHER)))
         return API_CSV_RATE;
-    if (word & (API_CSV_WORD_SPEED | API_CSV_WORD_OTHER | API_CSV_WORD_FRAME)) return API_CSV_NONE;
-    if (word & API_CSV_WORD_JOINT) return API_CSV_JOINT;
-    if (word & API_CSV_WORD_ANGLE) return API_CSV_THETA;
-    if (word & API_CSV_WORD_PHI) return API_CSV_PHI;
-    if (word & API_CSV_WORD_X) return API_CSV_X;
-    if (word & API_CSV_WORD_Y) return API_CSV_Y;
+    // "along_1 (m/s^2)" has the unit of another quantity
+    int force = API_CSV_WORD_ALONG | API_CSV_WORD_ACROSS;
+    if (!(word & force) && (word & (API_CSV_WORD_SPEED | API_CSV_WORD_OTHER | API_CSV_WORD_FRAME)))
+        return API_CSV_NONE;
+    for (size_t i = 0; i < sizeof named / sizeof *named; i++)
+        if (word & named[i].word) return named[i].role;
     return words->rad ? API_CSV_THETA : API_CSV_NONE;
 }
 
 static int same_cell(const struct api_csv_cell *a, const struct api_csv_cell *b) {
-    if (a->bytes != b->bytes) return 0;
-    for (int i = 0; i < a->bytes; i++)
-        if (a->at[i] != b->at[i]) return 0;
-    return 1;
+    return a->bytes == b->bytes && !memcmp(a->at, b->at, (size_t)a->bytes);
 }
 
 /* 1-based position of this column's group among the groups of measured columns */
@@ -183,6 +195,9 @@ static const char *column_unfit(const struct guess *guess, int i, enum api_csv_r
     if (api_csv_is_angle(role) && (words->pixels || words->m || words->s))
         return "its unit is not a unit of angles";
     if (!arm) return "names no arm of this pendulum";
+    if ((role == API_CSV_AMPLITUDE || role == API_CSV_PERIOD) && guess->hints->arms > 1)
+        return "is measured of a pendulum of one arm alone";
+    if (role == API_CSV_CART && !guess->hints->cart) return "the pendulum has no cart";
     return is_taken(guess, i, role, arm) ? "another column has the same quantity of this arm"
                                          : NULL;
 }
@@ -233,19 +248,20 @@ static void axes_take(struct guess *guess) {
     guess->roles->column[best].why = NULL;
 }
 
-/* drops rates next to angles: programs compute them from the angles, so they add no information */
+/* drops rates, amplitudes and periods next to angles: programs compute them from the angles, so
+ * they add no information */
 static void rates_drop(struct guess *guess) {
     for (int i = 0; i < guess->csv->columns; i++) {
         struct api_csv_taken *taken = &guess->roles->column[i];
         int beside = 0;
-        if (taken->role != API_CSV_RATE || guess->given[i]) continue;
+        if (taken->role < API_CSV_RATE || taken->role > API_CSV_PERIOD || guess->given[i]) continue;
         for (int j = 0; j < guess->csv->columns; j++) {
             const struct api_csv_taken *other = &guess->roles->column[j];
             beside |= other->arm == taken->arm && other->role >= API_CSV_THETA &&
                       other->role <= API_CSV_Y;
         }
         if (!beside) continue;
-        leave(taken, "programs often compute this rate from the angle, which is here too: name it "
+        leave(taken, "programs often compute this from the angle, which is here too: name it "
                      "in \"columns\" if it was measured separately");
         taken->arm = 0, taken->sure = 1, guess->roles->measured--;
     }
@@ -319,17 +335,22 @@ static void errors_take(struct guess *guess) {
 
 /* --- units --- */
 
+static int in_rad(enum api_csv_role role) {
+    return api_csv_is_angle(role) || role == API_CSV_AMPLITUDE;
+}
+
 /* the size in rad of an angle without a unit: by the request, by other columns, or guessed from the
  * range */
 static double angle_unit(const struct guess *guess, int *sure) {
     double named = 0;
     int wide = 0;
     for (int i = 0; i < guess->csv->columns; i++) {
-        if (!api_csv_is_angle(guess->roles->column[i].role)) continue;
+        if (!in_rad(guess->roles->column[i].role)) continue;
         if (guess->words[i].rad) named = guess->words[i].rad;
         const struct api_csv_column *column = &guess->csv->column[i];
         // a swing is less than a turn, whereas a rotation in one direction may be more
         wide |= column->swings && 2 * column->wide > column->swings;
+        wide |= guess->roles->column[i].role == API_CSV_AMPLITUDE && column->high > 4;
     }
     *sure = named || guess->hints->degrees >= 0;
     if (named) return named;
@@ -346,27 +367,32 @@ static void angle_take(struct api_csv_taken *taken, double own, double angle, in
                             : "has no unit: read as degrees, by the size of its swings";
 }
 
+/* the unit of a measured column, other than an angle, whose name has none */
+static double other_unit(const struct api_csv_words *words, enum api_csv_role role, double angle,
+                         double metre) {
+    if (role == API_CSV_X || role == API_CSV_Y) return words->pixels ? 0 : metre;
+    return role == API_CSV_RATE ? angle : 1;
+}
+
 static void units_take(struct guess *guess) {
-    int sure;
+    int sure, columns = guess->csv->columns;
     double angle = angle_unit(guess, &sure), metre = 0;
-    for (int i = 0; i < guess->csv->columns; i++)
+    for (int i = 0; i < columns; i++)
         if (of_table(guess, i) && guess->words[i].m) metre = guess->words[i].m;
-    for (int i = 0; i < guess->csv->columns; i++) {
-        struct api_csv_taken *taken = &guess->roles->column[i];
-        const struct api_csv_words *words = &guess->words[i];
-        double own = words->rad + words->rad_s + words->m; // a column has at most one unit
-        if (api_csv_is_angle(taken->role)) angle_take(taken, words->rad, angle, sure);
-        if (taken->role == API_CSV_RATE) taken->unit = own ? own : angle;
-        if (taken->role == API_CSV_X || taken->role == API_CSV_Y)
-            taken->unit = words->pixels ? 0 : own ? own : metre;
-    }
-    for (int i = 0; i < guess->csv->columns; i++) {
-        struct api_csv_taken *taken = &guess->roles->column[i];
-        const struct api_csv_words *words = &guess->words[i];
-        double own = words->rad + words->rad_s + words->m;
-        if (taken->role == API_CSV_SIGMA)
-            taken->unit = own ? own : guess->roles->column[taken->of].unit;
-    }
+    // errors have the units of the measured columns
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < columns; i++) {
+            struct api_csv_taken *taken = &guess->roles->column[i];
+            const struct api_csv_words *words = &guess->words[i];
+            double own = words->rad + words->rad_s + words->m + words->s; // at most one unit
+            if ((taken->role == API_CSV_SIGMA) != pass || taken->role <= API_CSV_TIME) continue;
+            if (in_rad(taken->role))
+                angle_take(taken, words->rad, angle, sure);
+            else
+                taken->unit = own    ? own
+                              : pass ? guess->roles->column[taken->of].unit
+                                     : other_unit(words, taken->role, angle, metre);
+        }
 }
 
 /* reads a column's name, or the one that the request gives; the unit may come from the column */

@@ -13,7 +13,12 @@ enum api_csv_role {
     API_CSV_JOINT, /* rad from the direction of the parent arm */
     API_CSV_X,
     API_CSV_Y,
-    API_CSV_RATE, /* rad/s; used if the arm has no other measurement or the request names it */
+    API_CSV_RATE,      /* rad/s; used if the arm has no other measurement or the request names it */
+    API_CSV_AMPLITUDE, /* rad, and s: used as rates are */
+    API_CSV_PERIOD,
+    API_CSV_ALONG, /* m/s^2, accelerations along the arm and across it */
+    API_CSV_ACROSS,
+    API_CSV_CART, /* m, position on the rail; arm 1 stands for it */
     API_CSV_SIGMA /* the standard error of column `of` */
 };
 
@@ -38,6 +43,7 @@ struct api_csv_roles {
 /* Facts that the table does not contain. */
 struct api_csv_hints {
     int arms;          /* number of arms of the pendulum; 0 = as many as the table names */
+    int cart;          /* whether the pendulum is on a cart */
     int degrees;       /* whether angles without unit are in degrees; -1 = guess from their range */
     int count;         /* the i-th x and y without a number belong to arm listed[i], from 1 */
     const int *listed; /* `count` numbers of arms; NULL = none */

@@ -138,7 +138,8 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
                      columns = api_value_member(data, "columns");
     struct api_csv_cell given[API_CSV_COLUMNS] = {{NULL, 0}};
     int listed[LISTED], degrees = -1;
-    struct api_csv_hints hints = {.arms = tree->n, .listed = listed, .given = given};
+    struct api_csv_hints hints = {
+        .arms = tree->n, .cart = tree->cart, .listed = listed, .given = given};
     struct api_value arm = api_value_item(&arms, 0);
     *table = (struct api_measured){.roles = {.time = -1}};
     for (; api_value_kind(&arm) != API_MISSING && hints.count < LISTED; arm = api_value_next(&arm))
@@ -239,8 +240,8 @@ static enum pend_status write_column(const struct api_measured *table, int i,
     PEND_TRY(api_out_whole(out, "column", i + 1));
     PEND_TRY(api_out_key(out, "name"));
     PEND_TRY(api_text_quote(out, name->bytes ? name->at : "", (size_t)name->bytes));
-    snprintf(is, sizeof is, taken->arm ? "%s%s %d" : "%s%s", error ? "sigma " : "",
-             api_csv_role_name(role), taken->arm);
+    snprintf(is, sizeof is, taken->arm && role != API_CSV_CART ? "%s%s %d" : "%s%s",
+             error ? "sigma " : "", api_csv_role_name(role), taken->arm);
     PEND_TRY(api_out_text(out, "is", is));
     if (taken->unit > 0) PEND_TRY(api_out_number(out, "unit", taken->unit, 0));
     PEND_TRY(api_out_key(out, "sure"));
@@ -281,10 +282,12 @@ static enum pend_status write_series(const struct api_measured *table, const dou
     PEND_TRY(api_out_open(out, "series", '['));
     for (int i = 0; i < table->csv.columns; i++) {
         const struct api_csv_taken *taken = &table->roles.column[i];
-        if (taken->role < API_CSV_THETA || taken->role > API_CSV_RATE) continue;
+        if (taken->role < API_CSV_THETA || taken->role >= API_CSV_SIGMA) continue;
         PEND_TRY(api_out_comma(out));
         PEND_TRY(api_buffer_text(out, "{"));
-        PEND_TRY(api_out_whole(out, api_csv_role_name(taken->role), taken->arm));
+        PEND_TRY(api_out_key(out, api_csv_role_name(taken->role)));
+        PEND_TRY(taken->role == API_CSV_CART ? api_buffer_text(out, "true")
+                                             : api_buffer_format(out, "%d", taken->arm));
         PEND_TRY(write_values(table, "values", i, row, out));
         if (taken->of >= 0) PEND_TRY(write_values(table, "sigma", taken->of, row, out));
         PEND_TRY(api_buffer_text(out, "}"));

@@ -23,9 +23,8 @@ void pend_fit_start_parabola(const struct pend_fit_problem *problem, int arm, lo
  * mean rate from the first to the last, each step taken the shorter way, or a parabola if the rate
  * changes. With up to 30 arms, an arm without a measured tip is assumed in line with the arms
  * between measured tips. If only rates are measured, the angle is their integral, and the arm hangs
- * in the middle of its first swings.
- *
- * With passages, accelerations or amplitudes alone it is a swing that has them.
+ * in the middle of its first swings. With passages, accelerations or amplitudes alone it is a swing
+ * that has them.
  *
  * Returns PEND_FIT_START_NONE if the arm is not measured in the run; then phi and rate are
  * unchanged. The rate is 0 if only one row measures the arm. O(rows columns).
@@ -46,21 +45,15 @@ double pend_fit_start_turned(const struct pend_fit_problem *problem, double seco
 /**
  * Returns whether the residuals of a column are at least ten times the noise of its data. Then the
  * minimum belongs to another motion, for example one with a different number of turns. The noise is
- * the deviation of measurements from the cubic through two neighbours on each side.
- *
- * residual  rows x columns; NaN if not measured.
- *
- * O(rows columns).
+ * the deviation of measurements from the cubic through two neighbours on each side. residual: rows
+ * x columns; NaN if not measured. O(rows columns).
  */
 int pend_fit_start_noisy(const struct pend_fit_problem *problem, const double residual[]);
 
 /**
  * Computes scale and origin of the camera from the positions of the measured tip nearest to the
  * pivot: the best circle through them (Kasa), whose radius is the length of the arms up to that
- * tip. If they determine no circle, the origin is above their middle.
- *
- * camera  the numbers that are NaN are estimated; the others are known.
- *
- * Returns 1; 0 if no tip is measured. O(rows columns).
+ * tip. If they determine no circle, the origin is above their middle. Only numbers that are NaN are
+ * estimated. Returns 1; 0 if no tip is measured. O(rows columns).
  */
 int pend_fit_start_camera(const struct pend_fit_problem *problem, double camera[PEND_FIT_CAMERA]);

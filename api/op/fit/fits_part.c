@@ -300,11 +300,15 @@ static enum pend_status read_csv(struct api_fit_part *run, const struct api_tree
         struct api_csv_taken *taken = &table.roles.column[i];
         if (series[i] < 0) continue;
         struct pend_fit_column *column = &run->column[series[i]];
-        series_of(run, series[i], tree, (int)taken->role - API_CSV_THETA, taken->arm - 1);
+        int cart = taken->role == API_CSV_CART;
+        series_of(run, series[i], tree, (int)taken->role - API_CSV_THETA,
+                  cart ? tree->n : taken->arm - 1);
+        series_check(tree, column->kind, &text, problem);
         column->sigma = error * (is_place(column) ? 1 : taken->unit);
         if (error > 0) taken->of = -1;
         if (taken->of >= 0) column->each = run->each + series[i] * run->rows;
     }
+    if (problem->status) return PEND_INVALID;
     PEND_TRY(csv_rows(run, &table, series));
     if (*table.advice) memcpy(run->advice, table.advice, sizeof table.advice);
     return api_measured_write(&table, 0, 0, run->tables);

@@ -179,6 +179,11 @@ TEST(forms_are_refused_where_they_are_malformed) {
         {PART("request") "{}\r\n" PART("cvs") "{}\r\n" END, 422, "an unknown part \"cvs\""},
         {PART("request") "{\r\n" ONE_TABLE END, 400, "not JSON"},
         {PART("request") "{}\r\n" PART("csv") "t\1\r\n" END, 422, "byte 2 of part csv number 1"},
+        {PART("csv") "PK\3\4\r\n" END, 422,
+         "csv number 1 is an archive: save a spreadsheet as CSV"},
+        {PART("csv") "\xd0\xcf\x11\xe0\r\n" END, 422, "csv number 1 is an Excel file"},
+        {PART("csv") "MATLAB 5.0 MAT-file\r\n" END, 422, "writematrix"},
+        {PART("csv") "\x93NUMPY\r\n" END, 422, "numpy.savetxt"},
     };
     for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
         struct test_reply reply = post_form(TYPE, tried[i].body, strlen(tried[i].body));

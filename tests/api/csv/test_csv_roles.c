@@ -130,6 +130,17 @@ static const struct {
     {"a title above", "Pendulum of 3 May, group 4\n\nt,theta_1 (deg)\n0,10\n1,9\n", 1, 2,
      "t, theta 1 deg"},
     {"notes below", "t,theta_1 (deg)\n0,10\n1,9\nend of run\n", 1, 2, "t, theta 1 deg"},
+    {"a log of a clock",
+     "date,amplitude (deg),period (s)\n2026-11-27 12:00,5,1.9\n2026-11-27 12:01,"
+     "4,1.9\n",
+     1, 2, "t, amplitude 1 deg, period 1"},
+    {"an amplitude beside its angle", "t,theta_1 (deg),amplitude (deg)\n0,5,5\n1,2,5\n", 1, 2,
+     "t, theta 1 deg, -"},
+    {"accelerations along and across",
+     "t (s),a along (m/s^2),a across (m/s^2),a z (m/s^2)\n0,-9,1,0\n0.1,-8,2,0\n", 1, 2,
+     "t, along 1, across 1, -"},
+    {"a cart", "t (s);x_cart (cm);theta_1 (deg)\n0;1,5;3\n0,1;1,7;2\n", 1, 2,
+     "t, cart 1, theta 1 deg"},
     {"an arm too many", "t,theta_1 (deg),theta_2 (deg)\n0,1,2\n1,2,3\n", 1, 2, "t, theta 1 deg, -"},
 };
 
@@ -140,7 +151,8 @@ TEST(tables_as_people_save_them_are_read) {
         char is[1024];
         if (!CHECK_SAYING(api_csv_look(&csv, tables[i].text), "%s is not read", tables[i].name))
             continue;
-        api_csv_guess(&roles, &csv, &(struct api_csv_hints){.arms = tables[i].arms, .degrees = -1});
+        api_csv_guess(&roles, &csv,
+                      &(struct api_csv_hints){.arms = tables[i].arms, .cart = 1, .degrees = -1});
         roles_text(&csv, &roles, is, sizeof is);
         CHECK_SAYING(!strcmp(is, tables[i].is), "%s: %s, not %s", tables[i].name, is, tables[i].is);
         CHECK_SAYING(csv.rows == tables[i].rows, "%s: %ld rows", tables[i].name, csv.rows);
