@@ -424,6 +424,8 @@ struct api_answer api_call_answer(const struct api_call *call) {
     return call->answer;
 }
 
+const char *api_call_reason(const struct api_call *call) { return call->problem.detail; }
+
 long api_call_steps(const struct api_call *call) {
     assert(api_call_valid(call));
     return call->state && call->op->steps ? call->op->steps(call->state) : call->steps;

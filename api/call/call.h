@@ -176,5 +176,8 @@ enum api_progress api_call_stop(struct api_call *call, int status, const char *d
 /** Returns the head of the answer: after API_DONE the final head, before that the expected one. */
 struct api_answer api_call_answer(const struct api_call *call);
 
+/** Returns why the call failed, in words, also after API_BROKEN; valid until api_call_free. */
+const char *api_call_reason(const struct api_call *call);
+
 /** Returns the integration steps so far, for the log; 0 for operations that do not integrate. */
 long api_call_steps(const struct api_call *call);

@@ -51,7 +51,7 @@ void cli_local(const char *route, const struct api_buffer *body, const char *acc
     }
     assert(api_call_valid(call));
     struct api_answer answer = api_call_answer(call);
-    if (progress == API_BROKEN) cli_die("the computation failed");
+    if (progress == API_BROKEN) cli_die("the output ends early: %s", api_call_reason(call));
     if (answer.status >= 400) cli_refuse(answer.status, &out);
     warn(answer.stat_fields);
     api_call_free(&call);
