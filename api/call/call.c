@@ -202,6 +202,27 @@ static enum pend_status call_read(struct api_call *call, const struct api_reques
     }
 }
 
+/* restricts the operation to the requested part; returns 0 with a problem if there is none */
+static int call_part(struct api_call *call, const struct api_request *request) {
+    const struct api_op *op = call->op;
+    long most = op->parts && !op->carry ? op->parts(call->state) : 0;
+    if (!request->parts) return 1;
+    assert(request->part >= 1 && request->part <= request->parts);
+    if (!most)
+        api_problem_set(
+            &call->problem, 422,
+            "the parts of %s depend on each other: only ensembles have independent ones", op->name);
+    else if (call->format->picture)
+        api_problem_set(&call->problem, 422,
+                        "a picture needs every member: ask for a part's numbers instead");
+    else if (request->parts > most)
+        api_problem_set(&call->problem, 422, "the answer has at most %ld parts, got %ld", most,
+                        request->parts);
+    else
+        op->part(call->state, request->part - 1, request->parts);
+    return !call->problem.status;
+}
+
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
                                 struct api_buffer *out) {
     assert(api_call_valid(call) && call->stage == STAGE_NEW);
@@ -212,7 +233,7 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     if (call->problem.status) return call_refuse(call, out);
     enum pend_status status = call_read(call, request);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
-    if (!call_foresee(call)) return call_refuse(call, out);
+    if (!call_part(call, request) || !call_foresee(call)) return call_refuse(call, out);
     call->stage = STAGE_READY;
     assert(api_call_valid(call));
     return API_MORE;

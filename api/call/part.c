@@ -22,9 +22,9 @@ static double plan_rows(const struct api_op *op, const void *state) {
 
 /* estimates the memory and the results of a part, as all parts are similar */
 static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
+    plan->kept = plan_rows(op, state) / (double)plan->parts;
     if (op->part) op->part(state, 0, plan->parts);
     plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
-    plan->kept = plan_rows(op, state) / (double)plan->parts;
 }
 
 int api_plan_read(struct api_plan *plan, const struct api_request *request,

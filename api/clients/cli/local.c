@@ -20,8 +20,10 @@ static void warn(const struct api_stats_headers *stat_fields) {
 }
 
 void cli_local(const char *route, const struct api_buffer *body, const char *accept,
-               struct cli_sink *sink) {
+               struct cli_part part, struct cli_sink *sink) {
     struct api_request request = {.op = operation(route),
+                                  .part = part.part,
+                                  .parts = part.parts,
                                   .content_type = "application/json",
                                   .accept = accept,
                                   .body = body->data,
@@ -51,7 +53,8 @@ void cli_local(const char *route, const struct api_buffer *body, const char *acc
     }
     assert(api_call_valid(call));
     struct api_answer answer = api_call_answer(call);
-    if (progress == API_BROKEN) cli_die("the output ends early: %s", api_call_reason(call));
+    if (progress == API_BROKEN)
+        cli_end(CLI_FAILED + cli_scheduled, "the output ends early: %s", api_call_reason(call));
     if (answer.status >= 400) cli_refuse(answer.status, &out);
     warn(answer.stat_fields);
     api_call_free(&call);

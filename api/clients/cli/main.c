@@ -37,6 +37,8 @@ static const char usage[] =
     "      --title TITLE   title of the job; with `jobs`: jobs whose title contains it\n"
     "      --status WORD   with `jobs`: accepted, running, successful, failed, dismissed\n"
     "      --local         compute here, without a server\n"
+    "      --part K/N      with --local: part K of N of an ensemble, 1 <= K <= N; exit\n"
+    "                      status 75: try again, 65: bad request\n"
     "      --server URL    default PENDULUM_URL or http://127.0.0.1:8080; PENDULUM_TOKEN is\n"
     "                      your secret\n"
     "      --patience S    how long to retry a busy server (60)\n";
@@ -53,6 +55,7 @@ enum {
     Y,
     TITLE,
     STATUS,
+    PART,
     TEXTS,
     T = TEXTS,
     FIELD
@@ -81,6 +84,7 @@ static const struct option options[] = {{"out", 1, 0, 'o'},
                                         {"status", 1, 0, STATUS},
                                         {"detach", 0, &detached, 1},
                                         {"local", 0, &here, 1},
+                                        {"part", 1, 0, PART},
                                         {"server", 1, 0, SERVER},
                                         {"patience", 1, 0, PATIENCE},
                                         {"help", 0, 0, 'h'},
@@ -259,11 +263,25 @@ static void get(struct line *line, const char *id) {
     cli_sink_close(&sink);
 }
 
+/* the part that --part names; 0 of 0 without it */
+static struct cli_part part_of(const struct line *line) {
+    struct cli_part part = {0};
+    const char *named = said(line, PART);
+    int end = 0;
+    if (!named) return part;
+    cli_scheduled = 1;
+    sscanf(named, "%ld/%ld%n", &part.part, &part.parts, &end);
+    if (!end || named[end] || part.part < 1 || part.part > part.parts || !here)
+        cli_end(CLI_USAGE, "--part takes K/N, 1 <= K <= N, and needs --local; got %s", named);
+    return part;
+}
+
 /* sends a request, or computes it in this process, or submits it as a job */
 static void ask(struct line *line, const char *route, const char *file) {
     struct api_buffer body;
     struct cli_sink sink;
     char path[200], key[40];
+    struct cli_part part = part_of(line);
     if (here && (of_job || detached)) cli_end(CLI_USAGE, "--local has no jobs");
     api_buffer_init(&body, 1 << 30);
     cli_body(&body, file, &line->fields);
@@ -285,7 +303,7 @@ static void ask(struct line *line, const char *route, const char *file) {
             .method = "POST", .path = path, .body = &body, .accept = accept};
         cli_sink_open(&sink, line->out, NULL);
         if (here)
-            cli_local(route, &body, accept, &sink);
+            cli_local(route, &body, accept, part, &sink);
         else
             cli_remote_ask(&line->remote, &exchange, &sink);
         cli_sink_close(&sink);

@@ -14,6 +14,12 @@
 
 enum { MOST_BYTES = 1 << 30, DEPTH = 64 };
 
+int cli_scheduled;
+
+static int status_of(int status) {
+    return !cli_scheduled ? status : status == CLI_FAILED ? CLI_AGAIN : CLI_BAD;
+}
+
 void cli_end(int status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
@@ -21,7 +27,7 @@ void cli_end(int status, const char *format, ...) {
     vfprintf(stderr, format, arguments);
     fputc('\n', stderr);
     va_end(arguments);
-    exit(status);
+    exit(status_of(status));
 }
 
 void cli_warn(const char *text) { fprintf(stderr, "pendulum: warning: %s\n", text); }
@@ -74,7 +80,7 @@ void cli_refuse(long status, const struct api_buffer *text) {
     }
     if (status == 401 && !getenv("PENDULUM_TOKEN"))
         fputs("  Set PENDULUM_TOKEN (openssl rand -hex 16) before you submit jobs.\n", stderr);
-    exit(CLI_REFUSED);
+    exit(status_of(CLI_REFUSED));
 }
 
 /* parses a document; exits with the problem's detail, but prints nothing if `what` is NULL */
@@ -256,7 +262,8 @@ void cli_body(struct api_buffer *out, const char *path, const struct cli_fields 
     slurp(&text, path);
     struct api_json *document = parsed(text.data, text.bytes, path);
     struct api_value root = api_json_root(document);
-    if (api_value_kind(&root) != API_OBJECT) cli_die("%s does not contain a JSON object", path);
+    if (api_value_kind(&root) != API_OBJECT)
+        cli_end(CLI_FAILED + cli_scheduled, "%s does not contain a JSON object", path);
     struct api_value pendulum = api_value_member(&root, "pendulum");
     struct api_value trials = api_value_member(&root, "trials"); // requests with these fields need
                                                                  // no pendulum

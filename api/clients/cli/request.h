@@ -19,7 +19,11 @@ struct cli_fields {
 
 /* Exit statuses: of files and memory, of the command line, of a refused request, of a server that
  * does not answer, of a job that failed or was cancelled. */
-enum { CLI_FAILED = 1, CLI_USAGE, CLI_REFUSED, CLI_AWAY, CLI_JOB };
+enum { CLI_FAILED = 1, CLI_USAGE, CLI_REFUSED, CLI_AWAY, CLI_JOB, CLI_BAD = 65, CLI_AGAIN = 75 };
+
+/* Non-zero: a scheduler runs this program. Any failure to read or write, and a signal, then end it
+ * with CLI_AGAIN, everything else with CLI_BAD. */
+extern int cli_scheduled;
 
 /** Prints "pendulum: " and the message on standard error, and ends the program with the status. */
 void cli_end(int status, const char *format, ...) __attribute__((format(printf, 2, 3), noreturn));

@@ -25,6 +25,7 @@ static void tidy(void) {
 /* SA_RESETHAND has restored the default action, which ends the process. */
 static void interrupted(int signal) {
     tidy();
+    if (cli_scheduled) _exit(CLI_AGAIN);
     raise(signal);
 }
 

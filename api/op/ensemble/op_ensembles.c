@@ -63,9 +63,10 @@ static long ensembles_parts(const void *state) {
 
 static void ensembles_part(void *state, long number, long parts) {
     struct ensembles *op = state;
-    long count = api_ensemble_count(op->ensemble);
+    long count = api_ensemble_count(op->ensemble), rows = op->table.rows / count;
     op->begin = op->first = (long)((double)count * (double)number / (double)parts);
     op->end = (long)((double)count * (double)(number + 1) / (double)parts);
+    op->table.rows = rows * (op->end - op->begin);
 }
 
 /* numbers per member and members per range */
