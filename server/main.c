@@ -24,7 +24,7 @@
 
 extern char **environ;
 
-enum { MAIN_LOOK_MS = 100, MAIN_KEYS_MS = 500 };
+enum { MAIN_LOOK_MS = 100, MAIN_KEYS_MS = 500, MAIN_AGAIN = 75 };
 
 /* Signals received by the main thread; SIGPIPE is ignored, so that write fails with EPIPE. */
 struct main_ears {
@@ -117,19 +117,21 @@ static const char *main_kept(const struct srv_config *config) {
                                                 : "jobs are kept in ";
 }
 
-/* serves until a signal ends it or, with exit-idle-seconds > 0, until it was idle for that time */
-static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle,
-                       int argc, char **argv) {
+/* serves until a signal ends it or, with until-idle-seconds > 0, until it was idle for that time.
+ * Returns the exit status: MAIN_AGAIN if a batch worker is ended while there may be work */
+static int main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle,
+                      int argc, char **argv) {
     int look = idle > 0 ? MAIN_LOOK_MS : srv_daemon_has_keys(daemon) ? MAIN_KEYS_MS : -1;
     for (;;) {
         int number = main_signal(ears, look);
-        if (number && main_ends(ears, number)) return;
+        if (number && main_ends(ears, number))
+            return idle > 0 && srv_daemon_idle(daemon) <= 0 ? MAIN_AGAIN : 0;
         srv_daemon_look(daemon);
         if (number == SIGHUP) main_reload(daemon, argc, argv);
         if (number == SIGUSR1) srv_daemon_reopen(daemon);
         if (number || idle <= 0 || srv_daemon_idle(daemon) < idle) continue;
         srv_log_message(srv_daemon_log(daemon), "nothing to compute for %.15g s: exiting", idle);
-        return;
+        return 0;
     }
 }
 
@@ -180,7 +182,7 @@ int main(int argc, char **argv) {
     main_tell_sandbox(daemon);
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
-    main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);
+    int status = main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);
     main_drain(daemon, &ears);
-    return 0;
+    return status;
 }

@@ -103,11 +103,12 @@ def daemon(build, *options, path="/v1/trajectories", core=SERVER_CORE):
     store = () if "--store" in options else ("--store", "none")
     command = pinned(core, [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", *store, *options])
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    line = process.stderr.readline()
-    if "listening on" not in line:
-        process.kill()
-        raise RuntimeError(f"pendulumd {' '.join(map(str, options))}: {line}{process.stderr.read()}")
-    return running(process, int(line.rsplit(":", 1)[1]), path)
+    said = [process.stderr.readline()]
+    while said[-1] and "listening on" not in said[-1]:  # on PostgreSQL it says first how many workers that carries
+        said.append(process.stderr.readline())
+    if not said[-1]:
+        raise RuntimeError(f"pendulumd {' '.join(map(str, options))}: {''.join(said)}")
+    return running(process, int(said[-1].rsplit(":", 1)[1]), path)
 
 
 def saying_port(command, core=SERVER_CORE):
