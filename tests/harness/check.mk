@@ -7,7 +7,7 @@ ROOMS := core laws api server wire fuzz
 ALL := build-release web release-core release-wire build-asan build-tsan valgrind-core release-server release-api asan-wire tsan-wire \
 	drill histories school asan-core asan-server asan-api valgrind-api tsan-server base-core clients restart clang operators valgrind-fuzz \
 	asan-fuzz base-api openapi engine asan-laws readback image types valgrind-wire same equations gains valgrind-server valgrind-laws layers \
-	nginx replies examples guides deploy release-laws release-fuzz layout measures mirror words tour install instructions hardened packages \
+	nginx replies examples guides growth deploy release-laws release-fuzz layout measures mirror words tour install instructions hardened packages \
 	docs fetch
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
@@ -99,7 +99,7 @@ layout types words clang openapi:
 engine: build-release
 	@$(MAKE) --no-print-directory build/release/tests/engine/native
 	$(job) tests/rules/engine.sh build/release
-clients deploy equations gains examples guides nginx operators restart: build-release
+clients deploy equations gains examples growth guides nginx operators restart: build-release
 	$(job) /usr/bin/python3 -B tests/rules/$@.py build/release
 tour: build-release
 	$(job) /usr/bin/python3 -B tests/rules/tour.py build/release --check

@@ -17,8 +17,11 @@ import os
 import platform
 import re
 import urllib.parse
+import urllib.request
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Optional
+from typing import Any, Optional, Union
+
+import numpy as np
 
 from .client import Problem, body_of
 
@@ -27,7 +30,7 @@ try:
 except ImportError:  # of Windows
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["dataset"]
+__all__ = ["dataset", "manifest", "parts", "read_parquet"]
 CARD, REQUEST, AHEAD = "croissant.json", "request.json", 4
 WANTED = ("name", "description", "license", "creator", "url")  # what Croissant asks for and nobody but the author knows
 TERMS = ("citeAs column dataType extract field fileProperty fileObject fileSet includes isLiveDataset key recordSet references regex source "
@@ -182,3 +185,120 @@ def dataset(pendulum: Any, folder: Any, splits: Mapping[str, int], *, draw: Any,
             columns = _columns(pendulum.client.submit("ensembles", few, key=hashlib.sha256(body_of(few)).hexdigest()[:48]).wait())
         # the word by which readers of Croissant know Parquet
         return _card(folder, [name for name, _, _ in shards], columns, splits, card, "application/x-parquet" if form == ".parquet" else "text/csv")
+
+
+# --- files of parts, of `pendulum --local --part K/N` ---
+
+def _varint(data: bytes, at: int) -> tuple[int, int]:
+    value = shift = 0
+    while True:
+        value |= (data[at] & 127) << shift
+        shift, at = shift + 7, at + 1
+        if data[at - 1] < 128:
+            return value, at
+
+
+def _thrift(data: bytes, at: int, kind: int = 12) -> tuple[Any, int]:
+    """A value of Thrift's compact protocol, of which Parquet's descriptions are made; a struct is a dict by number."""
+    if kind in (1, 2):
+        return kind == 1, at
+    if kind in (4, 5, 6):
+        value, at = _varint(data, at)
+        return value >> 1 ^ -(value & 1), at
+    if kind == 8:
+        size, at = _varint(data, at)
+        return data[at:at + size], at + size
+    if kind == 9:
+        size, inner, at = data[at] >> 4, data[at] & 15, at + 1
+        if size == 15:
+            size, at = _varint(data, at)
+        items = []
+        for _ in range(size):
+            item, at = _thrift(data, at, inner)
+            items.append(item)
+        return items, at
+    if kind != 12:
+        raise ValueError(f"not a Parquet file of pendulumd: type {kind}")
+    fields: dict[int, Any] = {}
+    number = 0
+    while head := data[at]:
+        at += 1
+        if head >> 4:
+            number += head >> 4
+        else:
+            value, at = _varint(data, at)
+            number = value >> 1 ^ -(value & 1)
+        fields[number], at = _thrift(data, at, head & 15)
+    return fields, at + 1
+
+
+def _footer(data: bytes) -> dict[int, Any]:
+    if data[:4] != b"PAR1" or data[-4:] != b"PAR1":
+        raise ValueError("not a Parquet file, or not the whole")
+    return _thrift(data, len(data) - 8 - int.from_bytes(data[-8:-4], "little"))[0]  # type: ignore[no-any-return]
+
+
+def read_parquet(data: bytes) -> dict[str, Any]:
+    """The columns of a Parquet file that pendulumd wrote (plain numbers, not compressed), by name; NumPy alone is needed."""
+    footer = _footer(data)
+    names = [element[4].decode() for element in footer[2][1:]]
+    columns: dict[str, list[Any]] = {name: [] for name in names}
+    for group in footer[4]:
+        for name, chunk in zip(names, group[1]):
+            about = chunk[3]
+            at = _thrift(data, about[9])[1]
+            columns[name].append(np.frombuffer(data, "<f4" if about[1] == 4 else "<f8", about[5], at))
+    return {name: np.concatenate(parts) if parts else np.empty(0) for name, parts in columns.items()}
+
+
+def _bytes(href: str) -> bytes:
+    with urllib.request.urlopen(href) if "://" in href else open(href, "rb") as source:
+        return bytes(source.read())
+
+
+def manifest(folder: Union[str, os.PathLike[str]]) -> dict[str, Any]:
+    """Checks the files of parts in a folder, and writes and returns its manifest.json. A missing part, and a file that is not
+    the one its .sha256 names, is a ValueError."""
+    folder = os.fspath(folder)
+    files: list[dict[str, Any]] = []
+    for name in sorted(os.listdir(folder)):
+        if not (found := re.fullmatch(r"part-([0-9]+)(-[0-9a-f]+)?[.]parquet", name)):
+            continue
+        path = os.path.join(folder, name)
+        data = _bytes(path)
+        digest = hashlib.sha256(data).hexdigest()
+        if os.path.exists(path + ".sha256"):
+            with open(path + ".sha256", encoding="ascii") as written:
+                if written.read().split()[0] != digest:
+                    raise ValueError(f"{path} is not the file that was written: compute part {int(found[1])} again")
+        if int(found[1]) != len(files) + 1:
+            raise ValueError(f"{folder}: part {len(files) + 1} is missing")
+        files.append({"part": int(found[1]), "href": name, "rows": _footer(data)[3], "bytes": len(data), "sha256": digest})
+    if not files:
+        raise ValueError(f"{folder} has no part-00001.parquet")
+    made = {"files": files}
+    with open(os.path.join(folder, "manifest.json"), "w", encoding="ascii") as out:
+        json.dump(made, out, indent=1)
+    return made
+
+
+def parts(source: Union[str, os.PathLike[str]]) -> Iterator[dict[str, Any]]:
+    """The columns of each part of a manifest.json in turn, each file checked against its digest; one file is in memory at a time.
+    A ValueError names a file that is not the one that was written."""
+    base = os.path.dirname(os.fspath(source))
+    said = json.loads(_bytes(os.fspath(source)))
+    for file in said["files"]:
+        href = file["href"] if "://" in file["href"] else os.path.join(base, file["href"])
+        data = _bytes(href)
+        if hashlib.sha256(data).hexdigest() != file["sha256"]:
+            raise ValueError(f"{href} is not the file that the manifest describes")
+        yield read_parquet(data)
+
+
+if __name__ == "__main__":
+    import sys
+    try:
+        for folder_named in sys.argv[1:] or ["."]:
+            print(f"{folder_named}: {len(manifest(folder_named)['files'])} parts")
+    except ValueError as error:
+        sys.exit(f"pendulumd.dataset: {error}")
