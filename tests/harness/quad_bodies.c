@@ -258,37 +258,42 @@ void test_quad_bodies(const struct pend_tree *tree, const struct pend_loads *loa
 }
 
 /* y' of a state of 2 n numbers */
-static void quad_slope(const struct pend_tree *tree, const struct pend_loads *loads,
-                       const test_quad y[], test_quad time, test_quad slope[]) {
-    struct test_quad_state state = {y, y + tree->n, time};
-    memcpy(slope, y + tree->n, (size_t)tree->n * sizeof *slope);
-    test_quad_bodies(tree, loads, &state, slope + tree->n, NULL);
+struct quad_flow {
+    int n;
+    test_quad_fn *accelerate;
+    void *context;
+};
+static void quad_slope(const struct quad_flow *flow, const test_quad y[], test_quad time,
+                       test_quad slope[]) {
+    struct test_quad_state state = {y, y + flow->n, time};
+    memcpy(slope, y + flow->n, (size_t)flow->n * sizeof *slope);
+    flow->accelerate(flow->context, &state, slope + flow->n);
 }
 
 /* the modified midpoint rule over `span` in 2 `parts` parts; work: three states */
-static void quad_midpoint(const struct pend_tree *tree, const struct pend_loads *loads,
-                          const test_quad y[], test_quad time, test_quad span, int parts,
-                          test_quad end[], test_quad work[]) {
-    size_t count = 2 * (size_t)tree->n;
+static void quad_midpoint(const struct quad_flow *flow, const test_quad y[], test_quad time,
+                          test_quad span, int parts, test_quad end[], test_quad work[]) {
+    size_t count = 2 * (size_t)flow->n;
     test_quad *before = work, *now = work + count, *slope = work + 2 * count;
     test_quad h = span / (2 * parts);
     memcpy(before, y, count * sizeof *y);
-    quad_slope(tree, loads, y, time, slope);
+    quad_slope(flow, y, time, slope);
     for (size_t i = 0; i < count; i++) now[i] = y[i] + h * slope[i];
     for (int j = 1; j < 2 * parts; j++) {
-        quad_slope(tree, loads, now, time + j * h, slope);
+        quad_slope(flow, now, time + j * h, slope);
         for (size_t i = 0; i < count; i++) {
             test_quad next = before[i] + 2 * h * slope[i];
             before[i] = now[i], now[i] = next;
         }
     }
-    quad_slope(tree, loads, now, time + span, slope);
+    quad_slope(flow, now, time + span, slope);
     for (size_t i = 0; i < count; i++) end[i] = (now[i] + before[i] + h * slope[i]) / 2;
 }
 
-double test_quad_move(const struct pend_tree *tree, const struct pend_loads *loads, test_quad phi[],
-                      test_quad rate[], test_quad time, test_quad span, int parts) {
-    size_t n = (size_t)tree->n, count = 2 * n;
+double test_quad_advance(int arms, test_quad_fn *accelerate, void *context, test_quad phi[],
+                         test_quad rate[], test_quad time, test_quad span, int parts) {
+    const struct quad_flow flow = {arms, accelerate, context};
+    size_t n = (size_t)arms, count = 2 * n;
     test_quad *y = malloc((4 + COLUMNS) * count * sizeof *y), last = 0;
     if (!y) abort();
     test_quad *work = y + count, *table = work + 3 * count;
@@ -299,7 +304,7 @@ double test_quad_move(const struct pend_tree *tree, const struct pend_loads *loa
         for (int j = 0; j < COLUMNS; j++) {
             // row j of Neville's scheme in h^2; column i of the row before is in place i
             test_quad *row = table + (size_t)j * count;
-            quad_midpoint(tree, loads, y, time + part * step, step, j + 1, row, work);
+            quad_midpoint(&flow, y, time + part * step, step, j + 1, row, work);
             for (int i = j - 1; i >= 0; i--) {
                 test_quad *left = table + (size_t)i * count, *right = left + count;
                 test_quad ratio = (test_quad)(j + 1) / (i + 1), less = ratio * ratio - 1;
@@ -318,4 +323,20 @@ double test_quad_move(const struct pend_tree *tree, const struct pend_loads *loa
     memcpy(rate, y + n, n * sizeof *y);
     free(y);
     return (double)last;
+}
+
+/* a tree and its loads, for quad_real */
+struct quad_real {
+    const struct pend_tree *tree;
+    const struct pend_loads *loads;
+};
+static void quad_real(void *context, const struct test_quad_state *state, test_quad acc[]) {
+    const struct quad_real *real = context;
+    test_quad_bodies(real->tree, real->loads, state, acc, NULL);
+}
+
+double test_quad_move(const struct pend_tree *tree, const struct pend_loads *loads, test_quad phi[],
+                      test_quad rate[], test_quad time, test_quad span, int parts) {
+    struct quad_real real = {tree, loads};
+    return test_quad_advance(tree->n, quad_real, &real, phi, rate, time, span, parts);
 }

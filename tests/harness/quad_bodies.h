@@ -35,6 +35,13 @@ void test_quad_bodies(const struct pend_tree *tree, const struct pend_loads *loa
                       const struct test_quad_state *state, test_quad acc[],
                       const struct test_quad_forces *forces);
 
+/** Writes n accelerations of a state. */
+typedef void test_quad_fn(void *context, const struct test_quad_state *state, test_quad acc[]);
+
+/** test_quad_move for a system of n coordinates with any accelerations. */
+double test_quad_advance(int n, test_quad_fn *accelerate, void *context, test_quad phi[],
+                         test_quad rate[], test_quad time, test_quad span, int parts);
+
 /**
  * Moves a state on by `span` seconds, of either sign, with an error far below that of doubles:
  * steps of the modified midpoint rule over 1, 2 .. 10 parts of two, extrapolated to none.
