@@ -6,8 +6,9 @@
 #include <string.h>
 
 #include "core/orbits/orbit_algebra.h"
+#include "core/tree/turns.h"
 
-enum { DOUBLINGS_MOST = 60 };
+enum { DOUBLINGS_MOST = 60, ROUNDS_MOST = 8 };
 
 void pend_product(int n, int k, int m, const double a[], int ta, const double b[], int tb,
                   double keep, double out[]) {
@@ -55,40 +56,114 @@ static double riccati_double(struct orbit_algebra *algebra, int n, double a[], d
     return riccati_even(n, y) / riccati_even(n, h);
 }
 
-/* h <- the cost of the current gains, sum (A_c^T)^k (Q + K^T R K) A_c^k, A_c = A - B K, with
- * scratch `work` of 4 n^2; returns the relative change in the last doubling */
-static double riccati_cost(int n, int m, const double a[], const double b[], const double q[],
-                           const double r[], const double gains[], double h[], double work[]) {
-    size_t square = (size_t)n * (size_t)n;
-    double *c = work, *t = c + square, *y = t + square, change = INFINITY;
-    pend_product(n, m, n, b, 0, gains, 0, 0, c);
-    for (size_t i = 0; i < square; i++) c[i] = a[i] - c[i];
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++) {
-            h[i * n + j] = i == j ? q[i] : 0;
-            for (int k = 0; k < m; k++) h[i * n + j] += gains[k * n + i] * r[k] * gains[k * n + j];
-        }
-    for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++) {
-        pend_product(n, n, n, h, 0, c, 0, 0, t);
-        pend_product(n, n, n, c, 1, t, 0, 0, y);
-        for (size_t j = 0; j < square; j++) h[j] += y[j];
-        change = riccati_even(n, y) / riccati_even(n, h);
-        pend_product(n, n, n, c, 0, c, 0, 0, t);
-        memcpy(c, t, square * sizeof *c);
-    }
-    return change;
+/* A system and its gains in 32 digits; arrays of n x n, of b n x m, of g and u m x n. */
+struct exact {
+    int n, m;
+    const double *q, *r;
+    struct pend_sum *a, *b, *x, *c, *e, *t, *g, *u, *s; /* x the cost, g = -K, c = A + B g */
+};
+
+/* adds a product */
+static void exact_add(struct pend_sum *sum, struct pend_sum x, struct pend_sum y) {
+    double p = x.high * y.high, low = fma(x.high, y.high, -p) + (x.high * y.low + x.low * y.high);
+    double s = sum->high + p, part = s - sum->high;
+    low += (sum->high - (s - part)) + (p - part) + sum->low;
+    sum->high = s + low, part = sum->high - s;
+    sum->low = (s - (sum->high - part)) + (low - part);
 }
 
-/* gains for a cost matrix h, with scratch `work` of m (n + m); returns 0 if they are not finite */
-static int riccati_gains(struct orbit_algebra *algebra, int n, int m, const double a[],
-                         const double b[], const double r[], const double h[], double work[],
-                         double gains[]) {
-    double *mn = work, *mm = mn + n * m;
-    pend_product(m, n, n, b, 1, h, 0, 0, mn);
-    pend_product(m, n, n, mn, 0, a, 0, 0, gains);
-    pend_product(m, n, m, mn, 0, b, 0, 0, mm);
-    for (int i = 0; i < m; i++) mm[i * m + i] += r[i];
-    return pend_orbit_solve(algebra, m, mm, n, gains);
+/* out (n x m) += op(a) b */
+static void exact_product(int n, int k, int m, const struct pend_sum a[], int ta,
+                          const struct pend_sum b[], struct pend_sum out[]) {
+    for (int i = 0; i < n; i++)
+        for (int l = 0; l < k; l++)
+            for (int j = 0; j < m; j++)
+                exact_add(&out[i * m + j], a[ta ? l * n + i : i * k + l], b[l * m + j]);
+}
+
+static void exact_clear(struct pend_sum x[], int count) { memset(x, 0, (size_t)count * sizeof *x); }
+
+/* e <- Q + K^T R K + c^T x c - x, the residual of the cost of the gains */
+static void exact_residual(const struct exact *e) {
+    int n = e->n, m = e->m;
+    exact_clear(e->e, n * n);
+    exact_clear(e->t, n * n);
+    exact_clear(e->u, m * n);
+    for (int i = 0; i < n; i++) e->e[i * n + i].high = e->q[i];
+    for (int i = 0; i < m * n; i++) exact_add(&e->u[i], (struct pend_sum){e->r[i / n], 0}, e->g[i]);
+    exact_product(n, m, n, e->g, 1, e->u, e->e);
+    exact_product(n, n, n, e->x, 0, e->c, e->t);
+    exact_product(n, n, n, e->c, 1, e->t, e->e);
+    for (int i = 0; i < n * n; i++) exact_add(&e->e[i], (struct pend_sum){-1, 0}, e->x[i]);
+}
+
+/* x <- the cost of the gains, sum (c^T)^k (Q + K^T R K) c^k in doubles, and the same of the
+ * residual until it is small, with scratch `work` of 4 n^2; returns 0 if the sum does not converge
+ */
+static int exact_cost(const struct exact *e, double work[]) {
+    int n = e->n, square = n * n;
+    double *c = work, *t = c + square, *y = t + square, *h = y + square, rest = INFINITY;
+    memcpy(e->c, e->a, (size_t)square * sizeof *e->c);
+    exact_product(n, e->m, n, e->b, 0, e->g, e->c);
+    exact_clear(e->x, square);
+    for (int round = 0; round < ROUNDS_MOST && rest > 0x1p-80; round++) {
+        double change = INFINITY, most = 0, step = 0;
+        exact_residual(e);
+        for (int i = 0; i < square; i++) h[i] = e->e[i].high, c[i] = e->c[i].high;
+        for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++) {
+            pend_product(n, n, n, h, 0, c, 0, 0, t);
+            pend_product(n, n, n, c, 1, t, 0, 0, y);
+            for (int j = 0; j < square; j++) h[j] += y[j];
+            double sum = riccati_even(n, h);
+            change = sum > 0 ? riccati_even(n, y) / sum : 0;
+            pend_product(n, n, n, c, 0, c, 0, 0, t);
+            memcpy(c, t, (size_t)square * sizeof *c);
+        }
+        if (!(change <= 0x1p-52)) return 0;
+        for (int i = 0; i < square; i++) {
+            exact_add(&e->x[i], (struct pend_sum){1, 0}, (struct pend_sum){h[i], 0});
+            most = fmax(most, fabs(e->x[i].high)), step = fmax(step, fabs(h[i]));
+        }
+        rest = step / most;
+    }
+    return 1;
+}
+
+/* g <- -(R + B^T x B)^-1 B^T x A, with scratch `work` of m (n + m); returns 0 if they are not
+ * finite */
+static int exact_gains(const struct exact *e, struct orbit_algebra *algebra, double work[]) {
+    int n = e->n, m = e->m, good = 1;
+    double *step = work, *matrix = work + m * n;
+    exact_clear(e->u, m * n);
+    exact_clear(e->t, m * n);
+    exact_clear(e->s, m * m);
+    exact_product(m, n, n, e->b, 1, e->x, e->u);
+    exact_product(m, n, n, e->u, 0, e->a, e->t);
+    exact_product(m, n, m, e->u, 0, e->b, e->s);
+    for (int i = 0; i < m; i++)
+        exact_add(&e->s[i * m + i], (struct pend_sum){e->r[i], 0}, (struct pend_sum){1, 0});
+    for (int i = 0; i < m * m; i++) matrix[i] = e->s[i].high;
+    exact_clear(e->g, m * n);
+    for (int round = 0; round < 3 && good; round++) {
+        memcpy(e->u, e->t, (size_t)(m * n) * sizeof *e->u);
+        exact_product(m, m, n, e->s, 0, e->g, e->u);
+        for (int i = 0; i < m * n; i++) step[i] = e->u[i].high;
+        good = pend_orbit_solve(algebra, m, matrix, n, step);
+        for (int i = 0; i < m * n; i++)
+            exact_add(&e->g[i], (struct pend_sum){-1, 0}, (struct pend_sum){step[i], 0});
+    }
+    return good;
+}
+
+/* places the arrays of sums in memory of 5 n^2 + 3 m n + m^2, and copies the system */
+static void exact_init(struct exact *e, const double a[], const double b[], const double h[],
+                       struct pend_sum *memory) {
+    int n = e->n, m = e->m, square = n * n, wide = n > m ? square : m * n;
+    e->a = memory, e->x = e->a + square, e->c = e->x + square, e->e = e->c + square;
+    e->t = e->e + square, e->b = e->t + wide, e->g = e->b + m * n, e->u = e->g + m * n;
+    e->s = e->u + m * n;
+    for (int i = 0; i < square; i++) e->a[i].high = a[i], e->x[i].high = h[i];
+    for (int i = 0; i < m * n; i++) e->b[i].high = b[i];
 }
 
 enum pend_status pend_riccati(int n, int m, const double a[], const double b[], const double q[],
@@ -96,25 +171,29 @@ enum pend_status pend_riccati(int n, int m, const double a[], const double b[], 
     assert(n >= 1 && m >= 1);
     size_t square = (size_t)n * (size_t)n, few = (size_t)m * (size_t)(n + m);
     struct orbit_algebra *algebra = NULL;
+    struct exact exact = {.n = n, .m = m, .q = q, .r = r};
     double *block = calloc(7 * square + few, sizeof *block), change = INFINITY;
+    struct pend_sum *sums = calloc(5 * square + 4 * few, sizeof *sums);
     enum pend_status status =
-        block ? pend_orbit_algebra_new(&algebra, n > m ? n : m) : PEND_NO_MEMORY;
-    if (status != PEND_OK) {
-        free(block);
-        return status;
+        block && sums ? pend_orbit_algebra_new(&algebra, n > m ? n : m) : PEND_NO_MEMORY;
+    if (status == PEND_OK) {
+        double *now = block, *g = now + square, *h = g + square, *work = h + square;
+        double *room = work + 4 * square;
+        memcpy(now, a, square * sizeof *a);
+        for (int i = 0; i < n; i++) h[i * n + i] = q[i];
+        for (int i = 0; i < n * m; i++) room[i] = b[i] / r[i % m];
+        pend_product(n, m, n, room, 0, b, 1, 0, g);
+        for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++)
+            change = riccati_double(algebra, n, now, g, h, work);
+        exact_init(&exact, a, b, h, sums);
+        int good = change <= 0x1p-52 && exact_gains(&exact, algebra, room);
+        for (int i = 0; i < 2 && good; i++)
+            good = exact_cost(&exact, work) && exact_gains(&exact, algebra, room);
+        for (int i = 0; i < m * n; i++) gains[i] = -exact.g[i].high;
+        status = good ? PEND_OK : PEND_NO_CONVERGENCE;
     }
-    double *now = block, *g = now + square, *h = g + square, *work = h + square;
-    double *room = work + 4 * square;
-    memcpy(now, a, square * sizeof *a);
-    for (int i = 0; i < n; i++) h[i * n + i] = q[i];
-    for (int i = 0; i < n * m; i++) room[i] = b[i] / r[i % m];
-    pend_product(n, m, n, room, 0, b, 1, 0, g);
-    for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++)
-        change = riccati_double(algebra, n, now, g, h, work);
-    int good = change <= 0x1p-52 && riccati_gains(algebra, n, m, a, b, r, h, room, gains) &&
-               riccati_cost(n, m, a, b, q, r, gains, h, work) <= 0x1p-52 &&
-               riccati_gains(algebra, n, m, a, b, r, h, room, gains);
     pend_orbit_algebra_free(&algebra);
     free(block);
-    return good ? PEND_OK : PEND_NO_CONVERGENCE;
+    free(sums);
+    return status;
 }

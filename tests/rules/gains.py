@@ -1,12 +1,13 @@
 """Gains of /v1/controllers against SciPy's solution of the discrete Riccati equation: 200 random pendulums of 1 to 6 arms; an acrobot.
 
 A and B of the answer are compared with the exponential of what /v1/modes answers as M, C, K and B; the gains with those of
-solve_discrete_are for A, B, Q and R. SciPy's own error is larger than ours where one motor holds many arms, so that the gains are
-compared as far as two of its solutions, in different units, agree.
+solve_discrete_are for A, B, Q and R. Where one motor holds many arms SciPy loses up to 10 digits of them, although the rounding of A
+changes only the twelfth: gains that differ from SciPy's are compared with those of 50 decimal digits.
 
 usage: gains.py BUILD
 Leaves to others: the equations of motion (tests/laws). Invariant: what is not installed is skipped aloud.
 """
+import decimal
 import json
 import random
 import sys
@@ -34,11 +35,36 @@ def pendulum(chance, arms):
     return made
 
 
-def gains(a, b, q, r, unit):
-    """K of dlqr, solved in other units of the state."""
-    x = linalg.solve_discrete_are(a * unit / unit[:, None], b / unit[:, None], q * unit * unit[:, None], r)
-    scaled = b / unit[:, None]
-    return numpy.linalg.solve(r + scaled.T @ x @ scaled, scaled.T @ x @ (a * unit / unit[:, None])) / unit
+def gains(a, b, q, r):
+    """K of dlqr."""
+    x = linalg.solve_discrete_are(a, b, q, r)
+    return numpy.linalg.solve(r + b.T @ x @ b, b.T @ x @ a)
+
+
+def solved(matrix, right):
+    """By elimination, of any numbers."""
+    n, rows = len(matrix), numpy.hstack([matrix, right])
+    for i in range(n):
+        pivot = max(range(i, n), key=lambda k: abs(rows[k, i]))
+        rows[[i, pivot]] = rows[[pivot, i]]
+        rows[i] = rows[i] / rows[i, i]
+        for k in range(n):
+            if k != i:
+                rows[k] = rows[k] - rows[k, i] * rows[i]
+    return rows[:, n:]
+
+
+def exact(a, b, q, r):
+    """K in 50 digits, by doubling."""
+    decimal.getcontext().prec = 50
+    a, b, q, r = (numpy.vectorize(decimal.Decimal, otypes=[object])(x) for x in (a, b, q, r))
+    n, now, g, h = len(a), a, b @ solved(r, b.T), q
+    while True:
+        both = solved(numpy.vectorize(decimal.Decimal, otypes=[object])(numpy.eye(n)) + g @ h, numpy.hstack([now, g]))
+        more = now.T @ h @ both[:, :n]
+        now, g, h = now @ both[:, :n], g + now @ both[:, n:] @ now.T, h + more
+        if abs(more).max() < abs(h).max() * decimal.Decimal("1e-45"):
+            return solved(r + b.T @ h @ b, b.T @ h @ a).astype(float)
 
 
 def off(got, wanted):
@@ -46,7 +72,7 @@ def off(got, wanted):
 
 
 def system(server, chance, number):
-    """(error of A and B, error of the gains, disagreement of SciPy with itself) of one pendulum."""
+    """(error of A and B, of the gains, of SciPy's gains) of one pendulum."""
     arms = 1 + number % 6
     tree = pendulum(chance, arms)
     theta = [chance.choice([0, 180, 180]) for _ in range(arms)]
@@ -70,9 +96,9 @@ def system(server, chance, number):
     plant = max(off(a, held[numpy.ix_(order, order)]), off(b, held[numpy.ix_(order, range(2 * n, 2 * n + inputs))]))
     q, r = numpy.diag(answer["Q"]), numpy.diag(answer["R"])
     mine = numpy.array([row["law"]["feedback"]["gains"] for row in answer["control"]])
-    plain = gains(a, b, q, r, numpy.ones(2 * n))
-    other = gains(a, b, q, r, numpy.array([1 / numpy.sqrt(m[i % n, i % n]) for i in order]))
-    return plant, off(mine, plain), off(other, plain)
+    theirs = gains(a, b, q, r)
+    wanted = exact(a, b, q, r) if off(mine, theirs) > TOLERANCE / 10 else theirs
+    return plant, off(mine, wanted), off(theirs, wanted)
 
 
 # torques, N m, of an elbow that swings two equal arms up in 4 s, each for 0.05 s
@@ -125,13 +151,12 @@ def main(build):
     with daemon(build) as server:
         rows = [system(server, chance, number) for number in range(SYSTEMS)]
         acrobot(server)
-    plant, gain = max(row[0] for row in rows), [row[1] for row in rows if row[2] < TOLERANCE / 10]
+    plant, gain, theirs = (max(row[i] for row in rows) for i in range(3))
     check("A and B are the exponential", plant < TOLERANCE, f"off by {plant:.1e}")
-    check("gains are SciPy's", max(gain) < TOLERANCE, f"off by {max(gain):.1e}")
-    check("SciPy knows most gains itself", len(gain) > SYSTEMS // 2, f"{len(gain)} of {SYSTEMS}")
-    rest = max((row[1] for row in rows if row[2] >= TOLERANCE / 10), default=0)
-    check("and elsewhere they are near", rest < 1e-4, f"off by {rest:.1e}")
-    print(f"A and B {plant:.1e}, gains {max(gain):.1e} in {len(gain)} of {SYSTEMS}, {rest:.1e} elsewhere")
+    check("gains are right", gain < TOLERANCE, f"off by {gain:.1e}")
+    lost = sum(row[2] > TOLERANCE for row in rows)
+    check("SciPy has most of them too", lost < SYSTEMS // 5, f"not {lost} of {SYSTEMS}")
+    print(f"A and B {plant:.1e}, gains {gain:.1e}; SciPy's gains are off by {theirs:.1e}, by more than {TOLERANCE} in {lost}")
     return summary()
 
 
