@@ -97,34 +97,40 @@ static void exact_residual(const struct exact *e) {
     for (int i = 0; i < n * n; i++) exact_add(&e->e[i], (struct pend_sum){-1, 0}, e->x[i]);
 }
 
-/* x <- the cost of the gains, sum (c^T)^k (Q + K^T R K) c^k in doubles, and the same of the
- * residual until it is small, with scratch `work` of 4 n^2; returns 0 if the sum does not converge
- */
+/* h <- sum (c^T)^k h c^k, with scratch `work` of 2 n^2; c is changed; returns 0 if the sum does not
+ * converge */
+static int riccati_sum(int n, double c[], double h[], double work[]) {
+    double *t = work, *y = work + n * n, change = INFINITY;
+    for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++) {
+        pend_product(n, n, n, h, 0, c, 0, 0, t);
+        pend_product(n, n, n, c, 1, t, 0, 0, y);
+        for (int j = 0; j < n * n; j++) h[j] += y[j];
+        double sum = riccati_even(n, h);
+        change = sum > 0 ? riccati_even(n, y) / sum : 0;
+        pend_product(n, n, n, c, 0, c, 0, 0, t);
+        memcpy(c, t, (size_t)(n * n) * sizeof *c);
+    }
+    return change <= 0x1p-52;
+}
+
+/* x <- the cost of the gains: its sum in doubles, and that of the residual until it is small, with
+ * scratch `work` of 4 n^2; returns 0 if it is infinite */
 static int exact_cost(const struct exact *e, double work[]) {
     int n = e->n, square = n * n;
-    double *c = work, *t = c + square, *y = t + square, *h = y + square, rest = INFINITY;
+    double *c = work, *h = work + square, rest = INFINITY;
     memcpy(e->c, e->a, (size_t)square * sizeof *e->c);
     exact_product(n, e->m, n, e->b, 0, e->g, e->c);
     exact_clear(e->x, square);
     for (int round = 0; round < ROUNDS_MOST && rest > 0x1p-80; round++) {
-        double change = INFINITY, most = 0, step = 0;
+        double most = 0;
         exact_residual(e);
         for (int i = 0; i < square; i++) h[i] = e->e[i].high, c[i] = e->c[i].high;
-        for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++) {
-            pend_product(n, n, n, h, 0, c, 0, 0, t);
-            pend_product(n, n, n, c, 1, t, 0, 0, y);
-            for (int j = 0; j < square; j++) h[j] += y[j];
-            double sum = riccati_even(n, h);
-            change = sum > 0 ? riccati_even(n, y) / sum : 0;
-            pend_product(n, n, n, c, 0, c, 0, 0, t);
-            memcpy(c, t, (size_t)square * sizeof *c);
-        }
-        if (!(change <= 0x1p-52)) return 0;
+        if (!riccati_sum(n, c, h, work + 2 * square)) return 0;
         for (int i = 0; i < square; i++) {
             exact_add(&e->x[i], (struct pend_sum){1, 0}, (struct pend_sum){h[i], 0});
-            most = fmax(most, fabs(e->x[i].high)), step = fmax(step, fabs(h[i]));
+            most = fmax(most, fabs(e->x[i].high));
         }
-        rest = step / most;
+        rest = riccati_even(n, h) / most;
     }
     return 1;
 }
@@ -166,29 +172,38 @@ static void exact_init(struct exact *e, const double a[], const double b[], cons
     for (int i = 0; i < m * n; i++) e->b[i].high = b[i];
 }
 
+/* h <- the limit of the doubling, in `block` of 7 n^2 + n m, whose third matrix is h; returns 0 if
+ * there is none */
+static int riccati_limit(struct orbit_algebra *algebra, const struct exact *e, const double a[],
+                         const double b[], double block[]) {
+    int n = e->n, m = e->m;
+    double *g = block + n * n, *h = g + n * n, *work = h + n * n, *room = work + 4 * n * n,
+           change = INFINITY;
+    memcpy(block, a, (size_t)(n * n) * sizeof *a);
+    for (int i = 0; i < n; i++) h[i * n + i] = e->q[i];
+    for (int i = 0; i < n * m; i++) room[i] = b[i] / e->r[i % m];
+    pend_product(n, m, n, room, 0, b, 1, 0, g);
+    for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++)
+        change = riccati_double(algebra, n, block, g, h, work);
+    return change <= 0x1p-52;
+}
+
 enum pend_status pend_riccati(int n, int m, const double a[], const double b[], const double q[],
                               const double r[], double gains[]) {
     assert(n >= 1 && m >= 1);
     size_t square = (size_t)n * (size_t)n, few = (size_t)m * (size_t)(n + m);
     struct orbit_algebra *algebra = NULL;
     struct exact exact = {.n = n, .m = m, .q = q, .r = r};
-    double *block = calloc(7 * square + few, sizeof *block), change = INFINITY;
+    double *block = calloc(7 * square + few, sizeof *block), *work = block + 3 * square;
     struct pend_sum *sums = calloc(5 * square + 4 * few, sizeof *sums);
     enum pend_status status =
         block && sums ? pend_orbit_algebra_new(&algebra, n > m ? n : m) : PEND_NO_MEMORY;
     if (status == PEND_OK) {
-        double *now = block, *g = now + square, *h = g + square, *work = h + square;
-        double *room = work + 4 * square;
-        memcpy(now, a, square * sizeof *a);
-        for (int i = 0; i < n; i++) h[i * n + i] = q[i];
-        for (int i = 0; i < n * m; i++) room[i] = b[i] / r[i % m];
-        pend_product(n, m, n, room, 0, b, 1, 0, g);
-        for (int i = 0; i < DOUBLINGS_MOST && change > 0x1p-52; i++)
-            change = riccati_double(algebra, n, now, g, h, work);
-        exact_init(&exact, a, b, h, sums);
-        int good = change <= 0x1p-52 && exact_gains(&exact, algebra, room);
-        for (int i = 0; i < 2 && good; i++)
-            good = exact_cost(&exact, work) && exact_gains(&exact, algebra, room);
+        int good = riccati_limit(algebra, &exact, a, b, block);
+        exact_init(&exact, a, b, block + 2 * square, sums);
+        good = good && exact_gains(&exact, algebra, work);
+        for (int i = 0; i < 2; i++)
+            good = good && exact_cost(&exact, work) && exact_gains(&exact, algebra, work);
         for (int i = 0; i < m * n; i++) gains[i] = -exact.g[i].high;
         status = good ? PEND_OK : PEND_NO_CONVERGENCE;
     }
