@@ -142,6 +142,7 @@ export async function a_worksheet_goes_at_the_class_s_pace_and_tells_what_is_rig
   };
   await answer("3");
   await pupil.waitForSelector("text=/saved.*opens the next step/");
+  await teacher.waitForSelector(".cell-note >> text=1 of 5 answered");
   await answer("2.01");
   await pupil.waitForSelector("text=/earlier: 3 s/");
   assert.equal(await pupil.locator("text=/Correct|Not correct/").count(), 0, "nothing is told before the end");

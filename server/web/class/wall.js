@@ -110,13 +110,32 @@ function turn(wall) {
   for (const cell of wall.cells.values()) if (cell.seen && cell.motion) drawCell(wall, cell);
 }
 
+/**
+ * How far a pupil is with what the class is asked or given.
+ * @param {Room} room @param {number} number
+ */
+function workOf({ session, say }, number) {
+  const { question, worksheet } = session.value("stages/class") ?? {};
+  if (question)
+    return session.value(`answers/${question}/${number}`) ? say("class.is.answered") : "";
+  /** @type {Sheet | null} */
+  const sheet = worksheet ? session.value(`worksheets/${worksheet}`) : null;
+  const count = sheet?.steps.filter((step) => step.question).length;
+  if (!count) return "";
+  const { done = false, answers = [] } = session.value(`handins/${worksheet}/${number}`) ?? {};
+  return done ? say("sheet.in") : say("class.is.at", { done: answers.length, count });
+}
+
 /** What is told below a pupil's name. @param {Wall} wall @param {Cell} cell */
-function noteOf({ room: { say } }, { state, changed, scene, silence }) {
+function noteOf({ room }, { number, state, changed, scene, silence }) {
+  const { say } = room;
   const quiet = Date.now() - changed;
   if (state === "silent")
     return say("class.is.silent", { minutes: Math.max(1, Math.floor(silence / 60000)) });
   if (state !== "working") return say(`class.is.${state}`);
   if (!scene) return say("class.is.coming");
+  const work = workOf(room, number);
+  if (work) return work;
   return quiet > QUIET_MS ? say("class.is.quiet", { minutes: Math.floor(quiet / 60000) }) : "";
 }
 
@@ -338,7 +357,8 @@ export function createWall(room, open, told) {
   bag(
     room.session.subscribe(
       (names) =>
-        (!names || [...names].some((name) => /^(pupils|stages)\//.test(name))) && follow(wall),
+        (!names || [...names].some((name) => /^(pupils|stages|answers|handins)\//.test(name))) &&
+        follow(wall),
     ),
   );
   bag(room.app.theme.subscribe(recolour));

@@ -126,6 +126,8 @@ export default {
   "class.count.away.other": "{count} nicht da",
   "class.is.stuck": "braucht Hilfe",
   "class.is.done": "fertig",
+  "class.is.answered": "hat geantwortet",
+  "class.is.at": "{done} von {count} beantwortet",
   "class.is.away": "nicht da",
   "class.is.silent": "seit {minutes} min kein Zeichen",
   "class.is.coming": "kommt",

@@ -125,6 +125,8 @@ export default {
   "class.count.away.other": "{count} away",
   "class.is.stuck": "needs help",
   "class.is.done": "done",
+  "class.is.answered": "answered",
+  "class.is.at": "{done} of {count} answered",
   "class.is.away": "away",
   "class.is.silent": "no connection for {minutes} min",
   "class.is.coming": "joining",

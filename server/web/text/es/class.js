@@ -124,6 +124,8 @@ export default {
   "class.count.away.other": "{count} ausentes",
   "class.is.stuck": "necesita ayuda",
   "class.is.done": "ha terminado",
+  "class.is.answered": "ha respondido",
+  "class.is.at": "{done} de {count} respondidas",
   "class.is.away": "ausente",
   "class.is.silent": "sin señal desde hace {minutes} min",
   "class.is.coming": "entra",

@@ -124,6 +124,8 @@ export default {
   "class.count.away.other": "{count} absents",
   "class.is.stuck": "a besoin d’aide",
   "class.is.done": "a fini",
+  "class.is.answered": "a répondu",
+  "class.is.at": "{done} sur {count} répondues",
   "class.is.away": "absent",
   "class.is.silent": "aucun signe depuis {minutes} min",
   "class.is.coming": "arrive",

@@ -125,6 +125,8 @@ export default {
   "class.count.away.other": "{count} afwezig",
   "class.is.stuck": "heeft hulp nodig",
   "class.is.done": "klaar",
+  "class.is.answered": "heeft geantwoord",
+  "class.is.at": "{done} van {count} beantwoord",
   "class.is.away": "afwezig",
   "class.is.silent": "{minutes} min geen teken",
   "class.is.coming": "komt",

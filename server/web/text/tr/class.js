@@ -122,6 +122,8 @@ export default {
   "class.count.away.other": "{count} burada değil",
   "class.is.stuck": "yardım istiyor",
   "class.is.done": "bitirdi",
+  "class.is.answered": "yanıtladı",
+  "class.is.at": "{count} sorudan {done} yanıtlandı",
   "class.is.away": "burada değil",
   "class.is.silent": "{minutes} dakikadır ses yok",
   "class.is.coming": "geliyor",
