@@ -119,7 +119,7 @@ export async function answers_lie_in_round_bins_before_the_class_and_the_right_o
   assert.ok(end.y + end.height <= 900, "all of it is on the screen, its buttons too");
   await rig.shot(teacher, "lesson-bars");
   await teacher.keyboard.press("Escape");
-  assert.ok(await teacher.isVisible(".asked .histogram"), "it hangs in the drawer again");
+  await teacher.waitForSelector(".asked .histogram"); // it hangs in the drawer again
   await close(teacher);
 }
 
