@@ -29,7 +29,8 @@ int api_forecast_good(struct api_forecast *forecast, const struct api_op *op, vo
                       const struct api_limits *limits, double seconds,
                       struct api_problem *problem) {
     enum { LEAST_STEPS = 500 };
-    static const double forgiven[] = {12, 8, 6, 5, 3, 1.5, 1.2}, first_look = 0.01, next_look = 4;
+    static const double forgiven[] = {12, 10, 8, 7, 6, 5.5, 5, 4, 3, 2, 1.5, 1.3, 1.1},
+                        first_look = 0.01, next_look = 2;
     const int looks = sizeof forgiven / sizeof *forgiven;
     assert(op && limits && seconds >= 0);
     double part = -1, work = -1, steps = op->steps ? (double)op->steps(state) : 0;

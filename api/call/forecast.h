@@ -24,9 +24,9 @@ int api_forecast_begins(const struct api_op *op, const void *state, const struct
 
 /**
  * Forecasts during a computation, from the steps and the time used so far: first after 10 ms, then
- * whenever the time has quadrupled. Early forecasts have a larger tolerance, because a motion may
- * need more steps at its beginning; from 10 s on the tolerance is 50 %. Operations whose
- * progress is unknown are never refused here.
+ * whenever the time has doubled. Early forecasts have a larger tolerance, because a motion may
+ * need more steps at its beginning; after 10 s the tolerance is 50 %, after 40 s 10 %. Operations
+ * whose progress is unknown are never refused here.
  *
  * state    state of the operation, which is not complete.
  * seconds  computation time so far.
