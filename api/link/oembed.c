@@ -8,7 +8,8 @@
 
 #include "api/json/json_out.h"
 
-enum { OEMBED_VALUE = 1100 }; /* bytes; no request has a longer target */
+enum { OEMBED_VALUE = 1100, OEMBED_TITLE = 256 }; /* bytes; a request's target has at most 1023 */
+#define FRAME_END "\" style=\"border:0\" loading=\"lazy\" allow=\"fullscreen\"></iframe>"
 
 static const char oembed_unreserved[] =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
@@ -24,23 +25,16 @@ struct oembed_query {
 
 /* --- the query --- */
 
-static int oembed_digit(char letter) {
-    static const char digits[] = "0123456789abcdef";
-    const char *at = letter ? strchr(digits, letter | 0x20) : NULL;
-    if (letter >= '0' && letter <= '9') return letter - '0';
-    return at && at >= digits + 10 ? (int)(at - digits) : -1;
-}
-
 /* Decodes %XX. Returns 0 if the text is too long, malformed or contains a NUL. */
 static int oembed_decode(const char *text, size_t bytes, char *out, size_t cap) {
     size_t length = 0;
     for (size_t i = 0; i < bytes; i++) {
         int letter = (unsigned char)text[i];
         if (letter == '%') {
-            int high = i + 2 < bytes ? oembed_digit(text[i + 1]) : -1;
-            int low = i + 2 < bytes ? oembed_digit(text[i + 2]) : -1;
-            if (high < 0 || low < 0) return 0;
-            letter = 16 * high + low;
+            int whole = i + 2 < bytes;
+            const char pair[] = {whole ? text[i + 1] : 0, whole ? text[i + 2] : 0, 0};
+            if (strspn(pair, "0123456789abcdefABCDEF") != 2) return 0;
+            letter = (int)strtol(pair, NULL, 16);
             i += 2;
         }
         if (!letter || length + 1 >= cap) return 0;
@@ -192,44 +186,46 @@ enum pend_status api_oembed_read(const char *query, const char *host, struct api
 
 /* appends text to an attribute's value */
 static enum pend_status oembed_attribute(const char *text, struct api_buffer *out) {
-    for (; *text; text++) {
-        assert(!strchr("\"'<>", *text));
-        PEND_TRY(*text == '&' ? api_buffer_text(out, "&amp;") : api_buffer_add(out, text, 1));
-    }
+    for (; *text; text++)
+        PEND_TRY(*text == '&'             ? api_buffer_text(out, "&amp;")
+                 : strchr("\"'<>", *text) ? api_buffer_format(out, "&#%d;", *text)
+                                          : api_buffer_add(out, text, 1));
     return PEND_OK;
 }
 
-/* the title of a link, with the number of arms if the query has it; a fragment is not read */
-static void oembed_title(const char *link, char title[64]) {
-    const char *length = strstr(link, "&length="), *sheet = strstr(link, "&sheet=");
-    snprintf(title, 64, "Pendulum");
-    if (sheet)
-        snprintf(title, 64, "Worksheet: %.*s", (int)strcspn(sheet + 7, "&#%") % 40, sheet + 7);
-    if (!length) return;
+/* the title of a link: its parameter `title`, its worksheet or the number of its arms */
+static void oembed_title(const char *link, char title[OEMBED_TITLE]) {
+    const char *named = strstr(link, "&title="), *length = strstr(link, "&length=");
+    const char *sheet = strstr(link, "&sheet=");
+    size_t bytes = named ? strcspn(named + 7, "&#") : 0;
+    if (bytes && oembed_decode(named + 7, bytes, title, OEMBED_TITLE)) return;
     int arms = 1;
-    for (const char *at = length + 8; *at && *at != '&' && *at != '#'; at++)
+    for (const char *at = length ? length + 8 : ""; *at && *at != '&' && *at != '#'; at++)
         arms += *at == ',' || !strncasecmp(at, "%2C", 3);
-    snprintf(title, 64, arms == 1 ? "Single pendulum" : "Pendulum of %d arms", arms);
+    if (arms > 1)
+        snprintf(title, 64, "Pendulum of %d arms", arms);
+    else if (sheet && !length)
+        snprintf(title, 64, "Worksheet: %.*s", (int)strcspn(sheet + 7, "&#%") % 40, sheet + 7);
+    else
+        snprintf(title, 64, length ? "Single pendulum" : "Pendulum");
 }
 
 static enum pend_status oembed_frame(const struct api_oembed *wanted, const char *title,
                                      struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "<iframe src=\""));
     PEND_TRY(oembed_attribute(wanted->link, out));
-    PEND_TRY(api_buffer_format(out,
-                               "\" width=\"%ld\" height=\"%ld\" title=\"%s\" "
-                               "style=\"border:0\" loading=\"lazy\" allow=\"fullscreen\">"
-                               "</iframe>",
-                               wanted->width, wanted->height, title));
-    return api_buffer_add(out, "", 1);
+    PEND_TRY(api_buffer_format(out, "\" width=\"%ld\" height=\"%ld\" title=\"", wanted->width,
+                               wanted->height));
+    PEND_TRY(oembed_attribute(title, out));
+    return api_buffer_add(out, FRAME_END, sizeof FRAME_END);
 }
 
 enum pend_status api_oembed_write(const struct api_oembed *wanted, struct api_buffer *out) {
     struct api_buffer frame;
-    char title[64];
+    char title[OEMBED_TITLE];
     int home = (int)(strcspn(wanted->link, "?") + 1);
     assert(wanted->width > 0 && wanted->height > 0 && home > 8);
-    api_buffer_init(&frame, 4 * API_OEMBED_LINK + 1024);
+    api_buffer_init(&frame, 5 * API_OEMBED_LINK + 2048);
     oembed_title(wanted->link, title);
     enum pend_status status = oembed_frame(wanted, title, &frame);
     if (status == PEND_OK) status = api_buffer_text(out, "{\"version\":\"1.0\",\"type\":\"rich\"");
@@ -274,6 +270,8 @@ enum pend_status api_oembed_tag(const char *scheme, const char *host, const char
 int api_oembed_tells(const char *query) {
     const char *end = query ? query + strlen(query) : NULL;
     for (size_t bytes; query && (bytes = oembed_part(&query, end)) > 0; query += bytes)
-        if (oembed_is(query, bytes, "length") || oembed_is(query, bytes, "sheet")) return 1;
+        if (oembed_is(query, bytes, "length") || oembed_is(query, bytes, "sheet") ||
+            oembed_is(query, bytes, "example"))
+            return 1;
     return 0;
 }

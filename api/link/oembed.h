@@ -58,5 +58,5 @@ PEND_MUST_CHECK enum pend_status api_oembed_tag(const char *scheme, const char *
                                                 const char *query, struct api_buffer *out);
 
 /** Returns true for a query that selects a view, so that a frame makes sense: readable links
- * (/?length=1,1&theta=90,45) and built-in worksheets (/?sheet=period). */
+ * (/?length=1,1&theta=90,45), examples (/?example=kapitza) and worksheets (/?sheet=period). */
 int api_oembed_tells(const char *query);

@@ -129,6 +129,35 @@ TEST(the_answer_holds_a_frame_whose_attributes_nothing_ends) {
     api_buffer_clear(&out);
 }
 
+TEST(a_link_has_the_title_that_it_names) {
+    static const struct {
+        const char *link, *title, *attribute;
+    } row[] = {
+        {"http://h/?embed=1&title=Two%20side%20by%20side#d=x", "Two side by side", NULL},
+        {"http://h/?embed=1&length=1,1&title=Kr%C3%A4ne&lang=de", "Kr\303\244ne", NULL},
+        {"http://h/?embed=1&title=%22%3E%3Cb%3E%26'#d=x", "\\\"><b>&'",
+         "&#34;&#62;&#60;b&#62;&amp;&#39;"},
+        {"http://h/?embed=1&title=%FF&length=1", "\357\277\275", NULL},
+        {"http://h/?embed=1&title=%2&length=1,2", "Pendulum of 2 arms", NULL},
+        {"http://h/?embed=1&title=&sheet=period", "Worksheet: period", NULL},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        struct api_oembed wanted = {.width = 300, .height = 200};
+        char json[300], attribute[300];
+        struct api_buffer out;
+        snprintf(wanted.link, sizeof wanted.link, "%s", row[i].link);
+        api_buffer_init(&out, 1 << 16);
+        CHECK_INT(api_oembed_write(&wanted, &out), PEND_OK);
+        CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
+        snprintf(json, sizeof json, "\"title\":\"%s\"", row[i].title);
+        const char *held = row[i].attribute ? row[i].attribute : row[i].title;
+        snprintf(attribute, sizeof attribute, " title=\\\"%s\\\" style", held);
+        CHECK_SAYING(strstr(out.data, json) && strstr(out.data, attribute), "%s: %s", json,
+                     out.data);
+        api_buffer_clear(&out);
+    }
+}
+
 TEST(the_tag_names_the_document_it_stands_in_and_a_strange_host_has_none) {
     struct api_buffer out;
     api_buffer_init(&out, 1 << 16);
