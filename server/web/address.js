@@ -1,12 +1,12 @@
 // Links that people read and write: /?length=1,1&theta=90,45 is a chain of two arms, let go at
-// rest.
+// rest; /?example=kapitza is an example.
 // Leaves to others: links that hold or name a scene (link.js), checking what was read (link.js).
 // Invariant: lengths, masses, carriers, degrees from hanging, rad/s, m/s^2 and seconds, in the
 // order of the arms; what is left out is as simple as can be.
 
 import { foldedTheta, phiOf } from "./angles.js";
 import { ROOT } from "./root.js";
-import { request } from "./state.js";
+import { isBeside, request } from "./state.js";
 
 const LISTS = ["length", "mass", "parent", "theta", "omega"];
 const ONES = ["gravity", "time"];
@@ -15,8 +15,9 @@ const MOST_WRITTEN = 12; // arms of a link that is still read by people
 const DIGITS = 6;
 const STEP = 0.01;
 
-const NAMES = [...LISTS, ...ONES];
-const OTHERS = ["lang", "embed", "room", "sheet"];
+const NUMBERS = [...LISTS, ...ONES];
+const NAMES = [...NUMBERS, "example"];
+const OTHERS = ["lang", "embed", "room", "sheet", "title"];
 // What mail, search and newsletters put behind a link that they hand on: it is passed over.
 const FOLLOWED = /^(utm_.*|mc_[ce]id|fbclid|gclid|msclkid)$/;
 
@@ -25,13 +26,19 @@ export function namesMotion(search) {
   return [...new URLSearchParams(search).keys()].some((name) => NAMES.includes(name.toLowerCase()));
 }
 
+/** The example that an address names (/?example=kapitza), or null. @param {string} search */
+export function exampleIn(search) {
+  const name = new URLSearchParams(search).get("example");
+  return name && /^[a-z0-9-]{1,40}$/.test(name) ? name : null;
+}
+
 /**
  * What of an address that names a motion means nothing here, or is said twice; "" without any.
  * @param {string} search
  */
 export function strangeOf(search) {
   /** @type {Set<string>} */
-  const known = new Set([...NAMES, ...OTHERS]);
+  const known = new Set([...(exampleIn(search) ? ["example"] : NUMBERS), ...OTHERS]);
   const strange = [...new URLSearchParams(search)].filter(
     ([name]) => !known.delete(name) && !FOLLOWED.test(name),
   );
@@ -77,7 +84,7 @@ function numbersOf(asked, name) {
  * @param {string} search @returns {MotionBody | null}
  */
 export function readAddress(search) {
-  if (!namesMotion(search)) return null;
+  if (!namesMotion(search) || exampleIn(search)) return null;
   const asked = new URLSearchParams(search);
   const read = (/** @type {string} */ name) => numbersOf(asked, name);
   const length = read("length") ?? [];
@@ -115,7 +122,7 @@ export function addressOf(doc) {
   const { pendulum, initial, times } = request(doc);
   const { length, mass = [], parent, gravity = 9.81, ...terms } = pendulum;
   const plain = !Object.keys(terms).length && !initial.cart && !times.start;
-  if (!plain || length.length > MOST_WRITTEN) return null;
+  if (!plain || length.length > MOST_WRITTEN || doc.ghosts.some(isBeside)) return null;
   const chain = parent.every((carrier, k) => carrier === k);
   const parts = {
     length: length.map((value) => String(Number(value.toPrecision(DIGITS)))).join(","),

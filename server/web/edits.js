@@ -6,6 +6,7 @@
 
 import { foldedTheta, phiOf } from "./angles.js";
 import { still } from "./screen.js";
+import { isBeside } from "./state.js";
 import { massOf } from "./terms.js";
 import { path, reach, removable, tipMass, withArm, withoutBranch } from "./tree.js";
 
@@ -187,10 +188,39 @@ function branches({ store, text, announce }) {
   };
 }
 
+/** Two pendulums side by side, of which the tools show one. @param {App} app */
+function pairs({ store, motion, text, announce }) {
+  const label = { label: "beside" };
+  return {
+    /** A second pendulum beside this one, half as long. */
+    addBeside() {
+      const { pendulum, initial, ghosts } = store.get();
+      const half = { ...pendulum, length: pendulum.length.map((length) => tidy(length / 2)) };
+      const second = { ...initial, pendulum: half, beside: 1 };
+      store.set({ ghosts: [...ghosts.filter((ghost) => !isBeside(ghost)), second] }, label);
+    },
+    /** The tools show the other one, and this one goes on beside it. */
+    swap() {
+      const doc = store.get();
+      const i = doc.ghosts.findIndex(isBeside);
+      if (i < 0) return;
+      const { phi, phid, cart, pendulum = doc.pendulum, beside = 1 } = doc.ghosts[i];
+      const own = { ...doc.initial, pendulum: doc.pendulum, beside: -beside };
+      const ghosts = doc.ghosts.map((ghost, k) => (k === i ? own : ghost));
+      const initial = cart ? { phi, phid, cart } : { phi, phid };
+      motion.exchange(i);
+      const { preset, title } = doc;
+      store.set({ pendulum, initial, ghosts, preset, title }, label);
+      motion.exchange(-1);
+      announce(text("said.swapped", { length: text.short(pendulum.length[0]) }));
+    },
+  };
+}
+
 /** @param {App} app @returns {Edits} */
 export function createEdits(app) {
   const edits = holding(app);
-  Object.assign(edits, numbers(app), branches(app));
+  Object.assign(edits, numbers(app), branches(app), pairs(app));
   return /** @type {Edits} */ (edits);
 }
 

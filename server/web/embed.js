@@ -6,7 +6,8 @@
 // Invariant: what is set is checked as a link is; nothing but what is on the stage is told.
 
 import { linkOf, readScene, sceneOf } from "./link.js";
-import { h } from "./dom.js";
+import { h, icon } from "./dom.js";
+import { titleOf } from "./header.js";
 import { statementsOf } from "./class/statements.js";
 import { said } from "./client.js";
 import { fresh } from "./keep.js";
@@ -96,14 +97,17 @@ async function mountSheet(app) {
 /** @param {App} app */
 export default function beginEmbed(app) {
   const { store, text, clock } = app;
-  const attributes = { class: "embed-link", target: "_blank", rel: "noopener" };
-  const link = h("a", attributes, text("embed.open"));
-  document.getElementById("stage")?.append(h("h1", { class: "unseen" }, text("name")), link);
+  const words = text("embed.open");
+  const attributes = { class: "embed-link", target: "_blank", rel: "noopener", title: words };
+  const link = h("a", attributes, icon("arrows"), h("span", {}, words));
+  const heading = h("h1", { class: "unseen" });
+  document.getElementById("stage")?.append(heading, link);
   const tell = () => window.parent.postMessage(stateOf(app), "*");
   let timer = 0;
   let playing = clock.playing;
   async function follow() {
     timer = 0;
+    heading.textContent = titleOf(text, store.get()) || text("name");
     link.setAttribute("href", `./${await linkOf(store.get())}`);
     tell();
   }

@@ -8,7 +8,7 @@
 import { namesMotion } from "./address.js";
 import { bearer } from "./keep.js";
 import { isStatic, urlOf } from "./root.js";
-import { PAPER, request } from "./state.js";
+import { FIRST, request } from "./state.js";
 import { exchanges } from "./terms.js";
 
 export const OUTPUT = ["phi", "phid", "lambda", "energy"];
@@ -49,7 +49,7 @@ function eager({ body, headers }) {
 function ask() {
   const kept = Boolean(history.state?.["pendulumd.entry"]);
   if (isStatic || location.hash.length > 1 || kept || namesMotion(location.search)) return null;
-  const body = JSON.stringify(motionBody(PAPER));
+  const body = JSON.stringify(motionBody(FIRST));
   const headers = {
     "Content-Type": "application/json",
     Accept: "application/octet-stream",

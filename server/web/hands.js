@@ -40,6 +40,9 @@ function pick(look, px, py, coarse) {
   return arm;
 }
 
+/** The same of a second pendulum; 0 without one. @type {typeof pick} */
+const pickOther = (look, ...at) => (look.second ? pick({ ...look, shape: look.second }, ...at) : 0);
+
 /**
  * @param {number} px @param {number} py @param {number} ax @param {number} ay @param {number} bx
  * @param {number} by
@@ -100,15 +103,18 @@ function hold({ canvas, look }, event) {
   const [touch] = event.touches;
   const place = canvas.getBoundingClientRect();
   if (event.touches.length > 1) return;
-  if (pick(look, touch.clientX - place.left, touch.clientY - place.top, true))
-    event.preventDefault();
+  const [x, y] = [touch.clientX - place.left, touch.clientY - place.top];
+  if (pick(look, x, y, true) || pickOther(look, x, y, true)) event.preventDefault();
 }
 
 /** @param {Hands} hands @param {PointerEvent} event */
 function down(hands, event) {
   if (!event.isPrimary || event.button !== 0) return;
   const at = point(hands.canvas, event);
-  const arm = pick(hands.look, at.x, at.y, event.pointerType !== "mouse");
+  const coarse = event.pointerType !== "mouse";
+  const own = pick(hands.look, at.x, at.y, coarse);
+  const arm = own || pickOther(hands.look, at.x, at.y, coarse);
+  if (arm && !own) hands.app.edits.swap();
   if (arm) hands.canvas.setPointerCapture(event.pointerId);
   hands.press = { id: event.pointerId, arm, ...at, drag: null };
 }
@@ -127,7 +133,7 @@ function move(hands, event) {
 function hover({ canvas, look }, event, at) {
   if (event.pointerType !== "mouse") return;
   const arm = pick(look, at.x, at.y, false);
-  canvas.classList.toggle("grab", arm > 0);
+  canvas.classList.toggle("grab", arm > 0 || pickOther(look, at.x, at.y, false) > 0);
   if (arm === look.hover) return;
   look.hover = arm;
   look.soon();

@@ -64,6 +64,27 @@ function tongueOf({ text, speak }) {
   return tongue;
 }
 
+/**
+ * On a phone a key opens what else the head has, and a press elsewhere closes it.
+ * @param {App} app @param {HTMLElement} element @param {Bag} bag
+ */
+function moreOf({ text }, element, bag) {
+  const open = (/** @type {boolean} */ on) => {
+    element.classList.toggle("more", on);
+    key.setAttribute("aria-expanded", String(on));
+  };
+  const turn = () => open(!element.classList.contains("more"));
+  const key = iconButton("more", text("more"), turn, { "data-act": "more" });
+  open(false);
+  bag.on(document, "pointerdown", ({ target }) => key.contains(target) || leave(target));
+  const used = (/** @type {MouseEvent} */ { target }) =>
+    /** @type {Element} */ (target).closest(".rest .icon-button") && open(false);
+  bag.on(element, "click", used, { capture: true });
+  bag.on(element, "keydown", ({ key: name }) => name === "Escape" && open(false));
+  const leave = (/** @type {Element} */ target) => target.closest?.(".rest") || open(false);
+  return key;
+}
+
 /** What is shown, in words. @param {Text} text @param {Doc} doc */
 export function titleOf(text, { preset, title }) {
   return preset && text.has(`preset.${preset}`) ? text(`preset.${preset}`) : title;
@@ -86,7 +107,8 @@ export function mountHeader(element, app) {
   };
   const ask = iconButton("help", text("help.title"), help.show, { "data-act": "help" });
   const anew = h("button", begin, text("new"));
-  const tools = h("div", { class: "tools" }, anew, undo, redo, ask, docs, tongueOf(app), shade);
+  const rest = h("div", { class: "rest" }, redo, ask, docs, tongueOf(app), shade);
+  const tools = h("div", { class: "tools" }, anew, undo, moreOf(app, element, bag), rest);
   element.append(h("h1", {}, text("name")), title, tools, help.dialog);
 
   /** @param {Doc} doc */

@@ -4,7 +4,7 @@
 // Invariant: an address that names a scene stands for it alone: the first change of it makes an
 // entry of its own, without that address; what a frame of another page shows is not kept.
 
-import { namesMotion, ownAddress, readAddress, strangeOf } from "./address.js";
+import { exampleIn, namesMotion, ownAddress, readAddress, strangeOf } from "./address.js";
 import { YOURS, keep } from "./keep.js";
 import { patchOf, sceneOf } from "./link.js";
 
@@ -12,6 +12,7 @@ const ENTRY = "pendulumd.entry";
 const PAUSE_MS = 400;
 const MOST = 24;
 const MOST_LETTERS = 100000;
+const MOST_TITLE = 200;
 // what begins something else, which back leads away from
 const BEGINS = ["preset", "new", "yours"];
 
@@ -77,7 +78,8 @@ export function beginning() {
   try {
     const body = readAddress(location.search);
     fault = location.search.slice(1);
-    const named = body && patchOf({ request: body });
+    const title = new URLSearchParams(location.search).get("title") ?? "";
+    const named = body && patchOf({ request: body, title: title.slice(0, MOST_TITLE) });
     return { patch: named, time: 0, playing: true, fault: strangeOf(location.search) };
   } catch (error) {
     fault ||= /** @type {Error} */ (error).message;
@@ -163,6 +165,18 @@ function follow(journal, doc, before, label) {
 }
 
 /**
+ * Whether what the address stands for is not here at once: a link, read as soon as its hash
+ * is there, or an example.
+ * @param {() => unknown} open
+ */
+function openedLater(open) {
+  if (location.hash.length > 1) return true;
+  const example = exampleIn(location.search) !== null;
+  if (example) open();
+  return example;
+}
+
+/**
  * Keeps the document from now on; open() shows what the address stands for.
  * @param {App} app @param {() => unknown} open
  */
@@ -183,8 +197,7 @@ export function beginJournal(app, open) {
     }
     const entry = entryHere();
     const patch = beginning().patch ?? first;
-    // a link is read as soon as its hash is there
-    if (!entry && location.hash.length > 1) return;
+    if (!entry && openedLater(open)) return;
     clearTimeout(journal.timer);
     Object.assign(journal, { timer: 0, id: entry?.id ?? fresh(), own: entry?.own ?? false });
     travelling = true;

@@ -4,9 +4,10 @@
 // Invariant: its colours are those of the arms.
 
 import { createBag, h, iconButton } from "./dom.js";
+import { isBeside } from "./state.js";
 
 /** The legend's parts. @param {App} app */
-function partsOf({ store, text }) {
+function partsOf({ store, text, edits }) {
   const view = () => store.get().view;
   const turnArrows = () => store.set({ view: { arrows: !view().arrows } });
   const turnPalette = () =>
@@ -24,12 +25,13 @@ function partsOf({ store, text }) {
     ticks: [0, 1, 2, 3, 4].map(() => h("span")),
     arrows: iconButton("arrows", text("legend.arrows"), turnArrows, { "data-act": "arrows" }),
     swatch,
+    swap: iconButton("swap", text("stage.other"), edits.swap, { "data-act": "swap" }),
     palette: h("button", { type: "button", class: "icon-button", ...attributes }, swatch),
   };
 }
 
 /** @param {App} app @param {Look} look @param {ReturnType<typeof partsOf>} parts */
-function fill({ store, text }, look, { bar, ticks, arrows, swatch, palette }) {
+function fill({ store, text }, look, { bar, ticks, arrows, swatch, palette, swap }) {
   const { bins } = look.colours;
   const [low, none, high] = [bins[0], bins[bins.length >> 1], bins[bins.length - 1]];
   bar.style.backgroundImage = `linear-gradient(90deg, ${bins.join(", ")})`;
@@ -42,6 +44,7 @@ function fill({ store, text }, look, { bar, ticks, arrows, swatch, palette }) {
   document.documentElement.dataset.palette = view.palette;
   arrows.setAttribute("aria-pressed", String(view.arrows));
   palette.setAttribute("aria-pressed", String(view.palette === "paper"));
+  swap.hidden = !store.get().ghosts.some(isBeside);
 }
 
 /** @param {HTMLElement} element @param {App} app @param {Look} look */
@@ -59,9 +62,13 @@ export function mountLegend(element, app, look) {
     h("div", { class: "legend-words" }, tension, compression),
   );
   const attributes = { class: "legend", role: "group", "aria-label": text("legend") };
-  element.append(h("div", attributes, scale, parts.arrows, parts.palette));
+  element.append(h("div", attributes, scale, parts.swap, parts.arrows, parts.palette));
   const show = () => fill(app, look, parts);
-  bag(store.subscribe((doc, before) => doc.view !== before.view && show()));
+  bag(
+    store.subscribe((doc, before) => {
+      if (doc.view !== before.view || doc.ghosts !== before.ghosts) show();
+    }),
+  );
   show();
   return { show, destroy: bag.end };
 }

@@ -3,12 +3,14 @@
 // Invariant: views know the app (types.d.ts), never each other; what fails of the page is told, and
 // the rest goes on.
 
+import { exampleIn } from "./address.js";
 import { watchSleep } from "./asleep.js";
 import { createClient, said } from "./client.js";
 import { createClock } from "./clock.js";
 import { mountDrawers } from "./drawers.js";
 import { createEdits } from "./edits.js";
 import * as files from "./files.js";
+import { documentOf, exampleNamed } from "./gallery.js";
 import { mountHeader, titleOf } from "./header.js";
 import { beginJournal, beginning, yours } from "./journal.js";
 import { bearer, keep } from "./keep.js";
@@ -18,7 +20,7 @@ import { createLive } from "./live.js";
 import { createMotion } from "./motion.js";
 import { createOffline } from "./offline.js";
 import { followForces } from "./preview.js";
-import { enterRoom } from "./room.js";
+import { enterRoom, hasRoom } from "./room.js";
 import { mountStage } from "./stage.js";
 import { createStore } from "./state.js";
 import { still } from "./screen.js";
@@ -37,6 +39,7 @@ const VIEWS = {
   timebar: mountTimebar,
   drawers: mountDrawers,
 };
+const CLASS_SPREAD_MS = 60000;
 const TYPED = "input:not([type=range], [type=checkbox], [type=radio]), textarea";
 const PRESSED = "input:not([type=range]), textarea, select, button, summary, a";
 
@@ -173,10 +176,17 @@ function goOn() {
   clock.restart(first.time);
 }
 
-/** What a link stands for. */
+/** What a link or an example's name stands for. @returns {Promise<Patch | null>} */
+async function patchInAddress() {
+  const example = location.hash.length > 1 ? null : exampleIn(location.search);
+  return example
+    ? documentOf(await exampleNamed(client, example))
+    : readLink(location.hash, client);
+}
+
 async function open() {
   try {
-    const patch = await readLink(location.hash, client);
+    const patch = await patchInAddress();
     if (patch) store.set(patch, { label: "open" });
     else motion.begin();
   } catch {
@@ -249,10 +259,16 @@ async function beginEngine() {
   if (client.engine.ready) client.hurry();
 }
 
-/** When the first frames are seen, and the browser has nothing to do. @param {() => void} then */
+/**
+ * When the first frames are seen and the browser has nothing to do; of a class, whose pages open
+ * together and share a network, each within a minute.
+ * @param {() => void} then
+ */
 function later(then) {
   const idle = window.requestIdleCallback ?? ((done) => setTimeout(done, 100));
-  requestAnimationFrame(() => requestAnimationFrame(() => idle(then, { timeout: 2000 })));
+  const wait = hasRoom() ? Math.random() * CLASS_SPREAD_MS : 0;
+  const begin = () => setTimeout(() => idle(then, { timeout: 2000 }), wait);
+  requestAnimationFrame(() => requestAnimationFrame(begin));
 }
 
 // the engine comes when the pendulum swings, or where no server answers; the page is kept then

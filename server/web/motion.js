@@ -5,7 +5,7 @@
 
 import { Failure, gaveUp } from "./client.js";
 import { early, motionBody } from "./first.js";
-import { sameMotion } from "./state.js";
+import { ghostOf, sameMotion } from "./state.js";
 import { addRows, beginTrack, createGhost, createTrack, instantOf } from "./track.js";
 
 // how finely the horizon is asked for where the motion's own answer does not tell it
@@ -13,14 +13,14 @@ const HORIZON_SAMPLES = 401;
 
 /**
  * What loads: the motion that it keeps up to date, who listens, and what is under way; row: the
- * sample from which the next motion goes on, -1: from its own start; coming: a motion that takes
- * over when the clock is there.
+ * sample from which the next motion goes on, -1: from its own start; ghost: the one that the
+ * document changes places with, -1: none; coming: a motion that takes over when the clock is there.
  * @typedef {{
  *   store: Store, client: Client, clock: Clock, motion: Motion,
  *   listeners: Set<(motion: Motion, what: string) => unknown>,
  *   stop: AbortController | null, stopGhosts: AbortController | null,
  *   held: boolean, waiting: boolean, first: typeof early | null,
- *   row: number, coming: {track: Track, at: number} | null,
+ *   row: number, ghost: number, coming: {track: Track, at: number} | null,
  * }} Loader
  */
 
@@ -248,11 +248,29 @@ async function proceed(loader, row) {
   }
 }
 
+/**
+ * The document's motion and that of a ghost have changed places: nothing is loaded.
+ * @param {Loader} loader @param {Doc} doc @param {number} ghost
+ */
+function exchange(loader, doc, ghost) {
+  const { motion } = loader;
+  const [first, second] = [motion.ghosts[ghost], motion.track];
+  Object.assign(first, { doc, initial: doc.initial });
+  Object.assign(second, ghostOf(doc, doc.ghosts[ghost]));
+  motion.track = first;
+  motion.ghosts = motion.ghosts.map((track, i) => (i === ghost ? second : track));
+  motion.stats = null;
+  for (const what of ["begin", "rows", "ghosts"]) tell(loader, what);
+  finish(loader);
+}
+
 /** @param {Loader} loader @param {Doc} doc @param {Doc} before */
 function follow(loader, doc, before) {
-  const { row } = loader;
-  loader.row = -1;
-  if (!sameMotion(doc, before)) {
+  const { row, ghost } = loader;
+  loader.row = loader.ghost = -1;
+  const whole = !loader.held && !loader.coming && !loader.motion.loading;
+  if (ghost >= 0 && whole && loader.motion.ghosts[ghost]?.complete) exchange(loader, doc, ghost);
+  else if (!sameMotion(doc, before)) {
     if (loader.held) wait(loader, doc);
     else if (row >= 0) proceed(loader, row);
     else load(loader);
@@ -309,6 +327,13 @@ const verbs = (loader) => ({
   proceed(row) {
     loader.row = row;
   },
+  /**
+   * With the document's next change it and a ghost change places.
+   * @param {number} ghost
+   */
+  exchange(ghost) {
+    loader.ghost = ghost;
+  },
   /** The forces of the start, known before its motion. @param {ArrayLike<number>} lambda */
   foresee(lambda) {
     const { track } = loader.motion;
@@ -359,6 +384,7 @@ export function createMotion({ store, client, clock }) {
     waiting: false,
     first: early,
     row: -1,
+    ghost: -1,
     coming: null,
   };
   const motion = /** @type {Motion} */ (/** @type {unknown} */ (first));

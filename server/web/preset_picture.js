@@ -24,10 +24,13 @@ const STEP = 0.04;
 
 /** @typedef {{pivot: string, line: string, mass: string}} PictureColours */
 
-/** What a picture is drawn with. @typedef {{
- *   context: CanvasRenderingContext2D, tree: Tree, n: number, spots: Spots, heaviest: number,
+/** What a pendulum is drawn with. @typedef {{
+ *   context: CanvasRenderingContext2D, track: Samples, tree: Tree, rows: number[],
+ *   phi: Float64Array, n: number, spots: Spots, heaviest: number,
  *   middle: number, top: number, scale: number, ratio: number,
  * }} Sketch */
+
+const PLACE = { index: 0, fraction: 0 };
 
 /**
  * A preset as it starts, for a picture that does not move.
@@ -81,19 +84,13 @@ export async function loadSeconds(preset, client, signal) {
   return track;
 }
 
-/**
- * How far around its pivot a track goes.
- * @param {Samples} track @param {number[]} rows @param {Spots} spots @returns {Box}
- */
-function extent(track, rows, spots) {
-  const box = { side: 0.1, up: 0, down: 0.1 };
-  const { pendulum } = track.doc;
+/** Widens a box by all that a track reaches. @param {Box} box @param {Sketch} sketch */
+function extend(box, { track, tree, rows, spots }) {
   for (let i = 0; i < track.count; i += 3) {
     spots.cart = cartAt(track, i);
-    tips(pendulum, rows, track.columns.phi, i * track.n, spots, i * STEP);
-    widenBy(box, pendulum, track.columns.phi, i * track.n, spots);
+    tips(tree, rows, track.columns.phi, i * track.n, spots, i * STEP);
+    widenBy(box, tree, track.columns.phi, i * track.n, spots);
   }
-  return box;
 }
 
 /** @param {Sketch} sketch @param {PictureColours} colours */
@@ -141,40 +138,37 @@ function drawTips({ context, tree, n, spots, heaviest, middle, top, scale }, col
 
 /**
  * Makes the canvas as fine as its place, and puts the box in its middle.
- * @param {Sketch} sketch @param {HTMLCanvasElement} canvas @param {Box} box
+ * @param {Sketch[]} sketches @param {HTMLCanvasElement} canvas @param {Box} box
  */
-function prepare(sketch, canvas, box) {
+function prepare(sketches, canvas, box) {
   const { clientWidth: width, clientHeight: height } = canvas;
-  const { ratio } = sketch;
+  const [{ ratio, context }] = sketches;
   if (canvas.width !== Math.round(width * ratio)) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
   }
   const along = box.up + box.down;
-  sketch.scale = Math.min((width / 2 - 10) / box.side, (height - 20) / along);
-  sketch.middle = width / 2;
-  sketch.top = (height - sketch.scale * along) / 2 + sketch.scale * box.up;
-  sketch.context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  sketch.context.clearRect(0, 0, width, height);
+  const scale = Math.min((width / 2 - 10) / box.side, (height - 20) / along);
+  const top = (height - scale * along) / 2 + scale * box.up;
+  for (const sketch of sketches) Object.assign(sketch, { scale, middle: width / 2, top });
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
 }
 
 /**
- * Draws a track on a small canvas at a time; forth and back, since a motion may be run backwards.
- * @param {HTMLCanvasElement} canvas @param {Samples} track @returns {Picture}
+ * One pendulum of a picture.
+ * @param {CanvasRenderingContext2D} context @param {Samples} track @param {number} apart m
+ * @returns {Sketch}
  */
-export function createPicture(canvas, track) {
-  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+function sketchOf(context, track, apart) {
   const tree = track.doc.pendulum;
-  const rows = order(tree.parent);
-  const phi = new Float64Array(track.n);
-  const spots = createSpots(track.n);
-  const place = { index: 0, fraction: 0 };
-  const far = reach(tree);
-  const box = track.count ? extent(track, rows, spots) : { side: far, up: far, down: far };
-  const last = (track.count - 1) * STEP;
-  const sketch = {
+  const spots = createSpots(track.n, apart);
+  return {
     context,
+    track,
     tree,
+    rows: order(tree.parent),
+    phi: new Float64Array(track.n),
     n: track.n,
     spots,
     heaviest: Math.max(...tree.mass.map((_, k) => massOf(tree, k))),
@@ -183,16 +177,36 @@ export function createPicture(canvas, track) {
     scale: 1,
     ratio: fineness(),
   };
+}
 
+/** @param {Sketch} sketch @param {number} time s @param {PictureColours} colours */
+function drawSketch(sketch, time, colours) {
+  const { track, tree, rows, phi, spots } = sketch;
+  anglesAt(track, time, PLACE, phi);
+  spots.cart = cartAt(track, PLACE.index, PLACE.fraction);
+  tips(tree, rows, phi, 0, spots, time);
+  drawPivot(sketch, colours);
+  drawArms(sketch, colours);
+  drawTips(sketch, colours);
+}
+
+/**
+ * Draws tracks, one or two side by side, on a small canvas at a time; forth and back, since a
+ * motion may be run backwards.
+ * @param {HTMLCanvasElement} canvas @param {Samples[]} tracks @returns {Picture}
+ */
+export function createPicture(canvas, ...tracks) {
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  const far = tracks.map(({ doc }) => reach(doc.pendulum));
+  const apart = tracks.length > 1 ? 0.45 * (far[0] + far[1]) : 0;
+  const sketches = tracks.map((track, i) => sketchOf(context, track, i ? apart : -apart));
+  const box = { side: 0.1, up: 0, down: 0.1 };
+  for (const sketch of sketches) extend(box, sketch);
+  const last = (tracks[0].count - 1) * STEP;
   return (time, colours) => {
-    const turn = track.count > 1 ? time % (2 * last) : 0;
-    const at = turn > last ? 2 * last - turn : turn;
-    anglesAt(track, at, place, phi);
-    spots.cart = cartAt(track, place.index, place.fraction);
-    tips(tree, rows, phi, 0, spots, at);
-    prepare(sketch, canvas, box);
-    drawPivot(sketch, colours);
-    drawArms(sketch, colours);
-    drawTips(sketch, colours);
+    const turn = last ? time % (2 * last) : 0;
+    prepare(sketches, canvas, box);
+    for (const sketch of sketches)
+      drawSketch(sketch, turn > last ? 2 * last - turn : turn, colours);
   };
 }

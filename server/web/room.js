@@ -23,15 +23,20 @@ export function sheetInAddress() {
 /** Whether the address names a worksheet, or holds one (#w=). */
 export const namesSheet = () => location.hash.startsWith("#w=") || sheetInAddress() !== null;
 
+/** Whether there is a room to go into: the address names one, or the browser was in one. */
+export function hasRoom() {
+  const kept = keep.get("pendulumd.rooms") ?? history.state?.["pendulumd.rooms"] ?? "[]";
+  const ofTab = keep.ofTab("pendulumd.rooms.tab") ?? history.state?.["pendulumd.rooms.tab"] ?? "[]";
+  return codeInAddress() !== null || kept !== "[]" || ofTab !== "[]";
+}
+
 /**
  * Opens the worksheet of a link; goes into the room, if there is one to go into.
  * @param {App} app
  */
 export async function enterRoom(app) {
   if (namesSheet()) app.store.set({ view: { drawer: "worksheet" } });
-  const kept = keep.get("pendulumd.rooms") ?? history.state?.["pendulumd.rooms"] ?? "[]";
-  const ofTab = keep.ofTab("pendulumd.rooms.tab") ?? history.state?.["pendulumd.rooms.tab"] ?? "[]";
-  if (!codeInAddress() && kept === "[]" && ofTab === "[]") return;
+  if (!hasRoom()) return;
   const { resume } = await app.files.script("drawers/class.js");
   await resume(app);
 }

@@ -12,6 +12,7 @@ import { mountCard } from "./card.js";
 import { said } from "./client.js";
 import { createBag, h } from "./dom.js";
 import { mountHands } from "./hands.js";
+import { mountInvite } from "./invite.js";
 import { mountLegend } from "./legend.js";
 import { mountNotices } from "./notices.js";
 import * as paint from "./paint.js";
@@ -22,6 +23,7 @@ import { readColours } from "./palette.js";
 import { bare, fineness, still } from "./screen.js";
 import { anglesAt, cartAt, valuesAt } from "./track.js";
 import { createTrails } from "./trails.js";
+import { isBeside } from "./state.js";
 import { massOf } from "./terms.js";
 import { createSpots, order, reach, tips } from "./tree.js";
 import { tried } from "./trouble.js";
@@ -43,8 +45,11 @@ const NARROW = 560; // pixels, below which the card lies under the pendulum
  * }} Stage
  */
 
-/** What depends on the tree only. @param {Tree} tree @returns {Shape} */
-function shapeOf(tree) {
+/**
+ * What depends on the tree only, and on how far beside the middle it is drawn, m.
+ * @param {Tree} tree @param {number} apart @returns {Shape}
+ */
+function shapeOf(tree, apart = 0) {
   const n = tree.length.length;
   const array = () => new Float64Array(n);
   return {
@@ -57,8 +62,8 @@ function shapeOf(tree) {
     phi: array(),
     lambda: array(),
     ghostPhi: array(),
-    ...createSpots(n),
-    ghost: createSpots(n),
+    ...createSpots(n, apart),
+    ghost: createSpots(n, apart),
     time: 0,
   };
 }
@@ -84,6 +89,14 @@ function fit(stage) {
   draw(stage);
 }
 
+/** The second pendulum beside the document's, and on which side. @param {App} app */
+function secondOf({ motion, store }) {
+  const { ghosts } = store.get();
+  const i = ghosts.findIndex(isBeside);
+  const track = motion.ghosts[i];
+  return track ? { track, side: ghosts[i].beside ?? 1 } : null;
+}
+
 /**
  * Takes the measure of the motion; while it is not whole, nothing that is shown goes out of sight.
  * @param {Stage} stage
@@ -92,16 +105,34 @@ function measure(stage) {
   stage.stale = false;
   const { track } = stage.app.motion;
   const { look } = stage;
-  const { shape } = look;
-  const found = boxOf(track, shape.rows, shape.reach, shape.ghost);
+  const { shape, second } = look;
+  const boxed = (/** @type {Track} */ of, /** @type {Shape} */ { rows, reach: far, ghost }) =>
+    boxOf(of, rows, far + Math.abs(ghost.apart), ghost);
+  const other = second && secondOf(stage.app);
+  const own = boxed(track, shape);
+  const found = other ? union(own, boxed(other.track, second)) : own;
   stage.box = track.complete || !stage.box ? found : union(stage.box, found);
   if (track.complete || !look.most) look.most = forceScale(track);
 }
 
 /** @param {Stage} stage @returns {Box} the box of the motion that is shown */
 function settleShape(stage) {
+  const { look } = stage;
   const { pendulum } = stage.app.motion.doc;
-  if (stage.look.shape.tree !== pendulum) stage.look.shape = shapeOf(pendulum);
+  const second = secondOf(stage.app);
+  const other = second?.track.doc.pendulum;
+  // as far apart as they do not touch
+  const gap = other ? 0.9 * (reach(pendulum) + reach(other)) : 0;
+  const apart = second ? (-second.side * gap) / 2 : 0;
+  if (look.shape.tree !== pendulum || look.shape.apart !== apart) {
+    look.shape = shapeOf(pendulum, apart);
+    stage.stale = true;
+  }
+  if (!other) look.second = null;
+  else if (look.second?.tree !== other || look.second.apart !== -apart) {
+    look.second = shapeOf(other, -apart);
+    stage.stale = true;
+  }
   if (stage.stale) measure(stage);
   return /** @type {Box} */ (stage.box);
 }
@@ -162,7 +193,9 @@ function draw(stage) {
 function drawPendulum(stage) {
   const { app, painter, look, place } = stage;
   const { motion, store } = app;
-  for (let i = 0; i < motion.ghosts.length; i++) drawGhost(stage, i);
+  for (let i = 0; i < motion.ghosts.length; i++)
+    if (!isBeside(store.get().ghosts[i] ?? {})) drawGhost(stage, i);
+  drawSecond(stage);
   const until = motion.stats?.horizon;
   stage.trails.draw(
     place,
@@ -225,6 +258,27 @@ function drawGhost({ app, look, painter, ghostPlace }, i) {
   paint.paintGhost(painter, i, look);
 }
 
+/** The second pendulum, paler than the one that the tools show. @param {Stage} stage */
+function drawSecond({ app, look, painter, ghostPlace }) {
+  const { second } = look;
+  const other = second && secondOf(app);
+  if (!other || other.track.n !== second.n) return;
+  const { track } = other;
+  anglesAt(track, app.clock.time, ghostPlace, second.phi);
+  if (track.columns.lambda) valuesAt(track, "lambda", app.clock.time, ghostPlace, second.lambda);
+  second.cart = cartAt(track, ghostPlace.index, ghostPlace.fraction);
+  tips(second.tree, second.rows, second.phi, 0, second, look.shape.time);
+  const own = { ...look, shape: second };
+  painter.context.globalAlpha = 0.6;
+  paintUnder(painter, own);
+  if (!second.tree.pivot?.cart) paint.paintPivot(painter, own);
+  if (second.tree.at) paint.paintBrackets(painter, own);
+  paint.paintArms(painter, own);
+  paint.paintTips(painter, own);
+  paintOver(painter, own);
+  painter.context.globalAlpha = 1;
+}
+
 /** @param {Stage} stage */
 function recolour(stage) {
   stage.look.colours = readColours(stage.app.store.get().view.palette);
@@ -257,6 +311,10 @@ function followDocument(stage, doc, before) {
   if (doc.view.palette !== before.view.palette) recolour(stage);
   if (doc.view.trails !== before.view.trails)
     stage.trails.follow(stage.app.motion.track, doc.view.trails);
+  const { look } = stage;
+  // they have changed places, and a hand may hold one of them
+  if (look.second && doc.pendulum === look.second.tree)
+    [look.shape, look.second] = [look.second, look.shape];
   if (doc.pendulum !== before.pendulum) describe(stage);
   stage.look.soon();
 }
@@ -270,6 +328,8 @@ function createStage(element, app) {
     shape: shapeOf(app.motion.doc.pendulum),
     camera: { x: 0, y: 0, scale: 0 },
     colours: readColours(app.store.get().view.palette),
+    /** @type {Shape | null} */
+    second: null,
     most: 0,
     hover: 0,
     focused: false,
@@ -306,9 +366,10 @@ function createStage(element, app) {
 
 /**
  * Where on the stage an arm's tip is (0: the pivot), in pixels; for those who point at it.
- * @param {Look} look @param {number} arm
+ * @param {Look} look @param {number} arm @param {boolean} other of the second pendulum
  */
-function tipOf({ shape, camera }, arm) {
+function tipOf({ shape: own, second, camera }, arm, other) {
+  const shape = other && second ? second : own;
   return {
     x: camera.x + camera.scale * (arm ? shape.x[arm - 1] : shape.pivot.x),
     y: camera.y - camera.scale * (arm ? shape.y[arm - 1] : shape.pivot.y),
@@ -357,7 +418,7 @@ export function mountStage(element, app) {
   const stage = createStage(element, app);
   const { look, canvas } = stage;
   app.stage = {
-    tip: (arm) => tipOf(look, arm),
+    tip: (arm, other = false) => tipOf(look, arm, other),
     camera: look.camera,
     seen: () => seenOf(stage),
     join(part) {
@@ -367,7 +428,7 @@ export function mountStage(element, app) {
     },
   };
   // in the order of the tab key
-  const mounts = [mountArms, mountCard, mountLegend, mountNotices];
+  const mounts = [mountArms, mountCard, mountLegend, mountNotices, mountInvite];
   stage.parts = mounts.map((mount) => tried(app, () => mount(element, app, look)));
   stage.parts.push(tried(app, () => mountHands(canvas, app, look)));
   for (const { destroy } of [...stage.parts].reverse()) if (destroy) bag(destroy);

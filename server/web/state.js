@@ -5,17 +5,12 @@
 
 import { pendulumOf, termsOf } from "./terms.js";
 
-/** @type {Doc} */
-export const PAPER = {
+/** What the page opens with: the example "single". @type {Doc} */
+export const FIRST = {
   title: "",
-  preset: "paper-four-arms",
-  pendulum: {
-    length: [2, 1.5, 0.75, 1.25],
-    mass: [1, 1, 1, 0.1],
-    parent: [0, 1, 2, 2],
-    gravity: 9.81,
-  },
-  initial: { phi: [0, 0, 0, 0], phid: [0, 0, 0, 0] },
+  preset: "single",
+  pendulum: { length: [1], mass: [1], parent: [0], gravity: 9.81 },
+  initial: { phi: [-0.8726646259971648], phid: [0] },
   span: { stop: 20, step: 0.01 },
   method: "taylor",
   rtol: null,
@@ -26,7 +21,7 @@ export const PAPER = {
     drawer: null,
     speed: 1,
     loop: true,
-    trails: [4],
+    trails: [1],
     arrows: false,
     vectors: [],
     vectorScale: 1,
@@ -58,6 +53,9 @@ export const DRAWERS = [
 ];
 
 const HISTORY = 500;
+
+/** Whether a ghost is a second pendulum beside the document's. @param {Ghost} ghost */
+export const isBeside = ({ beside }) => Boolean(beside);
 
 /**
  * A start as requests have it.
@@ -187,7 +185,7 @@ function viewOn(view, to) {
 
 /** @param {Patch} first @returns {Omit<Store, "refuse">} */
 function freeStore(first) {
-  let doc = patched(PAPER, first);
+  let doc = patched(FIRST, first);
   /** @type {Step[]} */
   let past = [];
   /** @type {Step[]} */

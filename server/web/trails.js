@@ -74,15 +74,13 @@ function drawPiece(context, trail, { camera, shape }, stretch, begin, end) {
   const age = (stretch.last - end) / stretch.span;
   context.globalAlpha = (1 - age) * (1 - age) * (end > stretch.trusted ? 0.22 : 0.8);
   context.beginPath();
-  context.moveTo(
-    camera.x + camera.scale * trail.x[begin],
-    camera.y - camera.scale * trail.y[begin],
-  );
+  const { x, y } = trail;
   const { stride } = stretch;
-  for (let s = begin - (begin % stride) + stride; s < end; s += stride) {
-    context.lineTo(camera.x + camera.scale * trail.x[s], camera.y - camera.scale * trail.y[s]);
-  }
-  context.lineTo(camera.x + camera.scale * trail.x[end], camera.y - camera.scale * trail.y[end]);
+  const left = camera.x + camera.scale * shape.apart;
+  context.moveTo(left + camera.scale * x[begin], camera.y - camera.scale * y[begin]);
+  for (let s = begin - (begin % stride) + stride; s < end; s += stride)
+    context.lineTo(left + camera.scale * x[s], camera.y - camera.scale * y[s]);
+  context.lineTo(left + camera.scale * x[end], camera.y - camera.scale * y[end]);
   if (end === stretch.last) {
     const k = trail.arm - 1;
     context.lineTo(camera.x + camera.scale * shape.x[k], camera.y - camera.scale * shape.y[k]);

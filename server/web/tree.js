@@ -33,14 +33,19 @@ export function children(parent) {
   return rows;
 }
 
-/** Room for the places of n arms. @param {number} n @returns {Spots} */
-export const createSpots = (n) => ({
+/**
+ * Room for the places of n arms.
+ * @param {number} n @param {number} apart m, of one of two pendulums side by side
+ * @returns {Spots}
+ */
+export const createSpots = (n, apart = 0) => ({
   x: new Float64Array(n),
   y: new Float64Array(n),
   fromX: new Float64Array(n),
   fromY: new Float64Array(n),
   pivot: { x: 0, y: 0 },
   cart: 0,
+  apart,
 });
 
 /**
@@ -66,6 +71,7 @@ export function pivotAt(tree, time, pivot, cart = 0) {
 export function tips(tree, rows, phi, offset, spots, time = 0) {
   const { x, y, fromX, fromY, pivot } = spots;
   pivotAt(tree, time, pivot, spots.cart);
+  pivot.x += spots.apart;
   for (let i = 0; i < rows.length; i++) {
     const k = rows[i];
     const carrier = tree.parent[k] - 1;
@@ -192,6 +198,12 @@ export function withArm(doc, carrier, { length, mass, phi }) {
   const { pendulum } = doc;
   /** @template {State} Start @param {Start} state @returns {Start} */
   const longer = (state) => ({ ...state, phi: [...state.phi, phi], phid: [...state.phid, 0] });
+  /** @param {Ghost} ghost @returns {Ghost} */
+  const grownGhost = (ghost) => {
+    if (!ghost.pendulum) return longer(ghost);
+    const own = { ...doc, pendulum: ghost.pendulum, ghosts: [] };
+    return { ...longer(ghost), pendulum: withArm(own, carrier, { length, mass, phi }).pendulum };
+  };
   /** @type {Tree} */
   let grown = {
     ...pendulum,
@@ -213,13 +225,24 @@ export function withArm(doc, carrier, { length, mass, phi }) {
   return {
     pendulum: grown,
     initial: longer(doc.initial),
-    ghosts: doc.ghosts.map(longer),
+    ghosts: doc.ghosts.map(grownGhost),
   };
+}
+
+/**
+ * A ghost whose own pendulum, where it has one, is without the arm and its branch too.
+ * @param {Doc} doc @param {Ghost} ghost @param {number} arm @returns {Ghost}
+ */
+function shorterGhost(doc, ghost, arm) {
+  if (!ghost.pendulum) return ghost;
+  const own = withoutBranch({ ...doc, pendulum: ghost.pendulum, ghosts: [] }, arm);
+  return { ...ghost, pendulum: own.pendulum };
 }
 
 /**
  * {pendulum, initial, ghosts, view} without the arm and its branch; the others close up.
  * @param {Doc} doc @param {number} arm
+ * @returns {{pendulum: Tree, initial: State, ghosts: Ghost[], view: View}}
  */
 export function withoutBranch(doc, arm) {
   const { pendulum } = doc;
@@ -243,7 +266,7 @@ export function withoutBranch(doc, arm) {
   return {
     pendulum: rest,
     initial: shorter(doc.initial),
-    ghosts: doc.ghosts.map(shorter),
+    ghosts: doc.ghosts.map((ghost) => shorterGhost(doc, shorter(ghost), arm)),
     view: {
       ...doc.view,
       selected: number.get(pendulum.parent[arm - 1]) ?? 0,

@@ -87,6 +87,8 @@ interface State {
 interface Ghost extends State {
     /** Of the same arms as the document's, with other numbers; the document's where it is left out. */
     pendulum?: Tree;
+    /** A second pendulum, drawn to the right (1) or to the left (-1) of the document's. */
+    beside?: number;
     apart?: number;
     method?: string;
     rtol?: number | null;
@@ -258,6 +260,7 @@ interface Motion {
     at(time: number): Instant;
     hold(): void;
     proceed(row: number): void;
+    exchange(ghost: number): void;
     foresee(lambda: ArrayLike<number>): void;
     release(): void;
     reload(): Promise<void>;
@@ -366,6 +369,8 @@ interface Edits {
     remove(arm: number): void;
     trail(arm: number): void;
     select(arm: number): void;
+    addBeside(): void;
+    swap(): void;
     begin(): void;
 }
 
@@ -425,7 +430,13 @@ interface App {
     speak(language: string): Promise<void>;
     /** The stage's: opens the fields of an arm. */
     editArm(arm: number): void;
-    stage: { tip(arm: number): Point; camera: Camera; seen(): Seen; join(part: StagePart): End };
+    stage: {
+        /** other: of the second pendulum beside the document's. */
+        tip(arm: number, other?: boolean): Point;
+        camera: Camera;
+        seen(): Seen;
+        join(part: StagePart): End;
+    };
     /** Whose table a fit is of: the film that was marked (drawers/film/film.js). */
     film?: { fitted(table: string, camera: FitCamera): number | null } | null;
     /** The film that was there before another language was. */
@@ -502,6 +513,8 @@ interface Spots {
     pivot: Point;
     /** The cart's place on its rail, m. */
     cart: number;
+    /** How far beside the middle the pivot is drawn, m. */
+    apart: number;
 }
 
 /** What depends on the tree only, and where its joints and tips are in this frame. */
@@ -536,6 +549,8 @@ interface Colours {
 /** What is on the stage, for those who ask where. */
 interface Look {
     shape: Shape;
+    /** Of a second pendulum beside it. */
+    second: Shape | null;
     camera: Camera;
     colours: Colours;
     most: number;

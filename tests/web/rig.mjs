@@ -17,6 +17,8 @@ export const fetched = createRequire(join(ROOT, "build/webtest/package.json"));
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
 const PROGRAM = process.env.PENDULUMD ?? join(ROOT, "build/release/pendulumd");
 const PICTURES = join(ROOT, "build/check/web");
+/** The address of the paper's four arms, with which pages open unless a test names another. */
+export const PAPER = "/?example=paper-four-arms";
 const FRAME_MS = 60; // a test's page is drawn no more often
 const BENCH = process.argv.includes("--bench"); // what is measured is drawn as often as it can be
 const TIMEOUT_MS = 180000; // for what a browser does at once: the machine may be slow, and busy with others
@@ -199,7 +201,7 @@ async function wishFor(page, home, { dark, still }) {
  * a time without a server unless serviceWorkers is "allow". It is drawn as on a slow machine, unless `frames`.
  * page.faults lists what went wrong; what fits the patterns in page.forgiven is not held against it. page.asked lists its requests.
  */
-async function openPage(home, used, { path = "/", width = 1280, height = 800, dark = false, still = false, touch = false, language = "en", wait = true, cold = false, ...more } = {}) {
+async function openPage(home, used, { path = PAPER, width = 1280, height = 800, dark = false, still = false, touch = false, language = "en", wait = true, cold = false, ...more } = {}) {
   const page = await emptyPage({ hasTouch: touch, locale: language, serviceWorkers: "block", frames: BENCH, wants: IN_FIREFOX ? { dark, still } : {}, ...more }, cold || IN_FIREFOX);
   page.home = home;
   page.used = used.add(page);

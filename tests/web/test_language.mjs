@@ -20,7 +20,7 @@ export async function the_page_speaks_each_of_its_languages_and_asks_for_no_othe
     await speaks(page, language);
     await openDrawer(page, "plots");
     assert.ok((await asked(page)).every((path) => path.includes(`/text/${language}/`) || path.endsWith("/text/languages.js") || path.endsWith("/text/en/page.js")), (await asked(page)).join(" "));
-    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(3); });
+    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(1); });
     await drawn(page);
     const seen = await page.evaluate(() => [document.body.innerText, ...[...document.querySelectorAll("[aria-label], [title]")]
       .flatMap((element) => [element.ariaLabel, element.title])].join("\n"));
@@ -91,7 +91,7 @@ export async function a_language_from_right_to_left_turns_the_page_and_has_its_o
     assert.deepEqual(await page.evaluate(() => [document.documentElement.lang, document.documentElement.dir]), ["ar", "rtl"]);
     await openDrawer(page, "presets");
     await page.waitForSelector('[data-preset="mobile"]:not([disabled])');
-    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(3); });
+    await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(1); });
     await drawn(page);
     await rig.shot(page, `language-rtl-${name}`);
     assert.equal(await page.textContent('[data-preset="single"] .quiet'), ARABIC["presets.arms.one"]);

@@ -21,13 +21,15 @@ const PARTED = 5; // degrees
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, shown: boolean, off: number, chart: Chart | null, lines: number, group: ChartGroup |
  *   null,
- *   amount: ReturnType<typeof choice>, addOff: HTMLButtonElement, keep: HTMLButtonElement, clear:
- *   HTMLButtonElement,
+ *   amount: ReturnType<typeof choice>, addOff: HTMLButtonElement, keep: HTMLButtonElement,
+ *   beside: HTMLButtonElement, clear: HTMLButtonElement,
  * }} View
  */
 
 /** What a ghost is, in words. @param {Ghost} ghost @param {Text} text */
 export function ghostName(ghost, text) {
+  if (ghost.beside)
+    return text("compare.second", { length: text.short(ghost.pendulum?.length[0] ?? 0) });
   if (ghost.method) return text("compare.ghostMethod", { method: ghost.method });
   if (ghost.apart !== undefined)
     return text("compare.ghostOff", { amount: figure(text, ghost.apart / DEGREE, 2) });
@@ -149,13 +151,14 @@ function createView(app) {
     amount: choice(text("compare.off"), amounts, 1e-4, take),
     addOff: button(text("compare.add"), addOff, { "data-add": "off" }),
     keep: button(text("compare.keep"), () => add(store, {}), { "data-add": "keep" }),
+    beside: button(text("compare.beside"), app.edits.addBeside, { "data-add": "beside" }),
     clear: button(text("compare.clear"), clear, { hidden: true }),
   };
   return view;
 }
 
 /** @param {HTMLElement} element @param {View} view @param {HTMLElement} map */
-function lay(element, { app, amount, addOff, keep, list, clear, chartPlace, verdict }, map) {
+function lay(element, { app, amount, addOff, keep, beside, list, clear, ...view }, map) {
   const { text } = app;
   const hint = h("span", { class: "quiet" }, text("compare.keepHint"));
   element.append(
@@ -163,10 +166,11 @@ function lay(element, { app, amount, addOff, keep, list, clear, chartPlace, verd
     h("p", { class: "quiet" }, text("compare.intro")),
     h("div", { class: "row" }, amount.element, addOff),
     h("div", { class: "row" }, keep, hint),
+    h("div", { class: "row" }, beside, h("span", { class: "quiet" }, text("compare.besideHint"))),
     list,
     clear,
-    chartPlace,
-    verdict,
+    view.chartPlace,
+    view.verdict,
     map,
   );
 }

@@ -7,6 +7,7 @@
 import { addressOf, linkTo } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
+import { titleOf } from "../header.js";
 import { linkOf, sceneOf } from "../link.js";
 import { numbersAsFiles } from "./kit/files_of_numbers.js";
 import { button, copyButton, needsServer, save, settled } from "./kit/kit.js";
@@ -26,6 +27,17 @@ const LONGEST = 1200; // letters of a link that a camera still reads off a proje
  *   projector: HTMLButtonElement, report: HTMLButtonElement, make: HTMLButtonElement,
  * }} View
  */
+
+/**
+ * A link to the pendulum, with its title where it has one.
+ * @param {Text} text @param {string} rest what stands behind the host @param {Doc} doc
+ */
+function linkNamed(text, rest, doc) {
+  const title = encodeURIComponent(titleOf(text, doc)).replace(/'/g, "%27");
+  const [search, hash] = rest.split("#");
+  const named = title && `${search ? `${search}&` : "?"}title=${title}`;
+  return linkTo(text, `${named || search}${hash ? `#${hash}` : ""}`);
+}
 
 /** What is handed on: all but this drawer being open. @param {Doc} doc @returns {Doc} */
 const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
@@ -97,10 +109,10 @@ async function follow(view) {
     status.textContent = text("share.outdated");
   }
   const address = addressOf(doc);
-  view.plain.set(address ? linkTo(text, address) : "", text("share.plain"));
+  view.plain.set(address ? linkNamed(text, address, doc) : "", text("share.plain"));
   if (view.plainPart) view.plainPart.hidden = !address;
   const hash = await linkOf(handedOn(doc));
-  if (doc === store.get()) long.set(linkTo(text, hash), text("share.qrLong"));
+  if (doc === store.get()) long.set(linkNamed(text, hash, doc), text("share.qrLong"));
 }
 
 /** @param {Store} store */

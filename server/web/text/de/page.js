@@ -12,6 +12,7 @@ export default {
   degrees: "{angle}°",
   seconds: "{time} s",
   menu: "Menü",
+  more: "Mehr",
   close: "Schließen",
   again: "Noch einmal",
   "again.now": "Jetzt versuchen",
@@ -36,6 +37,8 @@ export default {
   "step.method": "Verfahren",
   "step.tolerance": "Toleranz",
   "step.title": "Titel",
+  "stage.other": "Das andere Pendel auswählen",
+  "stage.invite": "Zieh mich",
   "stage.label.other":
     "Ein Pendel aus {count} Armen in Bewegung. Seine Arme sind Knöpfe, die mit der Tabulatortaste folgen.",
   "stage.label.one":
@@ -105,6 +108,8 @@ export default {
   "presets.none": "Die Beispiele konnten nicht geladen werden.",
   "preset.paper-four-arms": "Die vier Arme des Aufsatzes",
   "preset.single": "Einfaches Pendel",
+  "preset.side-by-side": "Zwei nebeneinander",
+  "preset.upright": "Kurz vor dem höchsten Punkt",
   "preset.double": "Doppelpendel",
   "preset.triple": "Dreifachpendel",
   "preset.non-standard-triple": "Verzweigtes Dreifachpendel",
@@ -123,18 +128,6 @@ export default {
   "preset.coupled": "Gekoppelt durch eine Feder",
   "preset.laboratory-double": "Doppelpendel im Labor",
   "preset.metronome-cart": "Metronom auf einem Wagen",
-  "preset.metronome-cart.words":
-    "Der Arm eines Metronoms, mit seinem Gewicht oben und einem schwereren unten, auf einem Wagen, der rollt: Arm und Wagen schwingen gegeneinander, ein wenig schneller als auf einem Tisch.",
-  "preset.kapitza.words":
-    "Die Aufhängung rüttelt 32 Mal in der Sekunde auf und ab: So bleibt das Pendel oben stehen. Mit einer Amplitude unter 11 mm fällt es.",
-  "preset.double-bars.words":
-    "Zwei Stäbe ohne Gewichte an den Enden, wie die meisten Doppelpendel auf einem Tisch.",
-  "preset.driven-damped.words":
-    "Ein Motor dreht es hin und her, Reibung bremst es. Mit einem Motor von 0,9 N m schwingt es im Takt des Motors, mit 1,07 N m wiederholt es sich erst nach zwei Perioden, und mit 1,15 N m, wie hier, wiederholt es sich nie: der Weg ins Chaos.",
-  "preset.coupled.words":
-    "Zwei gleiche Pendel hängen an einem Rahmen, den eine Feder aufrecht hält. Das erste gibt seine Schwingung an das zweite ab und bekommt sie wieder.",
-  "preset.laboratory-double.words":
-    "Ein Versuchsstand mit Lagern und einem Motor im zweiten Gelenk, beschrieben durch fünfzehn Zahlen.",
 
   "help.title": "So wird die Bühne bedient",
   "help.hand":
@@ -172,6 +165,7 @@ export default {
   "said.trail.on": "Spur von Arm {arm} sichtbar",
   "said.trail.off": "Spur von Arm {arm} verborgen",
   "said.preset": "{name} ist auf der Bühne",
+  "said.swapped": "Das andere Pendel ist ausgewählt: {length} m",
 
   "step.change": "Änderung",
   "step.open": "Öffnen eines Links",
@@ -185,6 +179,7 @@ export default {
   "step.remove": "Löschen eines Arms",
   "step.new": "neues Pendel",
   "step.preset": "Beispiel",
+  "step.beside": "ein zweites Pendel",
   "step.span": "Dauer",
   "step.endless": "Weiterlaufen",
 

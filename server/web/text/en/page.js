@@ -14,6 +14,7 @@ export default {
   degrees: "{angle}°",
   seconds: "{time} s",
   menu: "Menu",
+  more: "More",
   close: "Close",
   again: "Try again",
   "again.now": "Try now",
@@ -38,6 +39,8 @@ export default {
   "step.method": "method",
   "step.tolerance": "tolerance",
   "step.title": "title",
+  "stage.other": "Select the other pendulum",
+  "stage.invite": "Drag me",
   "stage.label.other":
     "A pendulum of {count} arms in motion. Its arms are buttons, next in the order of the tab key.",
   "stage.label.one":
@@ -106,6 +109,8 @@ export default {
   "presets.none": "The examples could not be loaded.",
   "preset.paper-four-arms": "The paper’s four arms",
   "preset.single": "Single pendulum",
+  "preset.side-by-side": "Two side by side",
+  "preset.upright": "Released near the top",
   "preset.double": "Double pendulum",
   "preset.triple": "Triple pendulum",
   "preset.non-standard-triple": "Branched triple pendulum",
@@ -124,18 +129,6 @@ export default {
   "preset.coupled": "Coupled by a spring",
   "preset.laboratory-double": "Laboratory double pendulum",
   "preset.metronome-cart": "Metronome on a cart",
-  "preset.metronome-cart.words":
-    "The arm of a metronome, with a weight above the joint and a heavier one below, on a cart that rolls: arm and cart swing against each other, slightly faster than on a table.",
-  "preset.kapitza.words":
-    "The pivot shakes up and down 32 times a second, which keeps the pendulum upside down. With an amplitude below 11 mm it falls.",
-  "preset.double-bars.words":
-    "Two uniform bars without masses at their tips, like most double pendulums on a table.",
-  "preset.driven-damped.words":
-    "A motor turns it back and forth, and friction slows it. With 0.9 N m it follows the motor, with 1.07 N m it takes two periods to repeat, and with 1.15 N m, as here, it never repeats: the route to chaos.",
-  "preset.coupled.words":
-    "Two equal pendulums hang from a frame that a spring holds upright. The first passes its swing on to the second, and gets it back.",
-  "preset.laboratory-double.words":
-    "A rig with bearings and a motor in the second joint, described by fifteen numbers.",
 
   "help.title": "How to use the stage",
   "help.hand":
@@ -173,6 +166,7 @@ export default {
   "said.trail.on": "Trail of arm {arm} shown",
   "said.trail.off": "Trail of arm {arm} hidden",
   "said.preset": "{name} loaded",
+  "said.swapped": "The other pendulum is selected: {length} m",
 
   "step.change": "change",
   "step.open": "opening a link",
@@ -186,6 +180,7 @@ export default {
   "step.remove": "deleting an arm",
   "step.new": "new pendulum",
   "step.preset": "example",
+  "step.beside": "a second pendulum",
   "step.span": "duration",
   "step.endless": "endless run",
 

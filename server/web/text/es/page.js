@@ -12,6 +12,7 @@ export default {
   degrees: "{angle}°",
   seconds: "{time} s",
   menu: "Menú",
+  more: "Más",
   close: "Cerrar",
   again: "Reintentar",
   "again.now": "Intentar ahora",
@@ -35,6 +36,8 @@ export default {
   "step.method": "método",
   "step.tolerance": "tolerancia",
   "step.title": "título",
+  "stage.other": "Elegir el otro péndulo",
+  "stage.invite": "Arrástrame",
   "stage.label.other":
     "Un péndulo de {count} brazos en movimiento. Sus brazos son botones, que siguen con la tecla de tabulación.",
   "stage.label.one":
@@ -100,6 +103,8 @@ export default {
   "presets.none": "No se pudieron cargar los ejemplos.",
   "preset.paper-four-arms": "Los cuatro brazos del artículo",
   "preset.single": "Péndulo simple",
+  "preset.side-by-side": "Dos lado a lado",
+  "preset.upright": "Soltado cerca del punto más alto",
   "preset.double": "Péndulo doble",
   "preset.triple": "Péndulo triple",
   "preset.non-standard-triple": "Triple ramificado",
@@ -118,18 +123,6 @@ export default {
   "preset.coupled": "Acoplados por un muelle",
   "preset.laboratory-double": "Péndulo doble de laboratorio",
   "preset.metronome-cart": "Metrónomo sobre un carrito",
-  "preset.metronome-cart.words":
-    "El brazo de un metrónomo, con su pesa arriba y otra más pesada abajo, sobre un carrito que rueda: brazo y carrito oscilan uno contra otro, un poco más deprisa que sobre una mesa.",
-  "preset.kapitza.words":
-    "El pivote se agita arriba y abajo 32 veces por segundo: así el péndulo se mantiene cabeza abajo. Con una amplitud de menos de 11 mm se cae.",
-  "preset.double-bars.words":
-    "Dos barras sin nada en los extremos, como la mayoría de los péndulos dobles de mesa.",
-  "preset.driven-damped.words":
-    "Un motor lo gira a un lado y a otro, el rozamiento lo frena. Con un motor de 0,9 N m oscila al compás del motor, con 1,07 N m necesita dos periodos para repetirse, y con 1,15 N m, como aquí, no se repite nunca: el camino al caos.",
-  "preset.coupled.words":
-    "Dos péndulos iguales cuelgan de un marco que un muelle mantiene derecho. El primero cede su oscilación al segundo, y la recupera.",
-  "preset.laboratory-double.words":
-    "Un banco de pruebas con cojinetes y un motor en la segunda articulación, descrito por quince números.",
   "help.title": "Cómo se maneja",
   "help.hand":
     "Arrastra un extremo y suelta: el péndulo parte de ahí, en reposo. Con la tecla Mayús también cambia la longitud. Un clic en un brazo permite cambiar sus números, añadirle un brazo o borrarlo.",
@@ -165,6 +158,7 @@ export default {
   "said.trail.on": "Rastro del brazo {arm} visible",
   "said.trail.off": "Rastro del brazo {arm} oculto",
   "said.preset": "{name} está en el escenario",
+  "said.swapped": "Se ha elegido el otro péndulo: {length} m",
   "step.change": "cambio",
   "step.open": "apertura de un enlace",
   "step.turn": "giro de un brazo",
@@ -177,6 +171,7 @@ export default {
   "step.remove": "brazo borrado",
   "step.new": "péndulo nuevo",
   "step.preset": "ejemplo",
+  "step.beside": "un segundo péndulo",
   "step.span": "duración",
   "step.endless": "seguir moviéndose",
   "embed.open": "Abrir la página entera",

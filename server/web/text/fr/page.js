@@ -12,6 +12,7 @@ export default {
   degrees: "{angle}°",
   seconds: "{time} s",
   menu: "Menu",
+  more: "Plus",
   close: "Fermer",
   again: "Réessayer",
   "again.now": "Essayer maintenant",
@@ -35,6 +36,8 @@ export default {
   "step.method": "méthode",
   "step.tolerance": "tolérance",
   "step.title": "titre",
+  "stage.other": "Choisir l’autre pendule",
+  "stage.invite": "Tirez-moi",
   "stage.label.other":
     "Un pendule de {count} bras en mouvement. Ses bras sont des boutons, qui suivent avec la touche de tabulation.",
   "stage.label.one":
@@ -100,6 +103,8 @@ export default {
   "presets.none": "Les exemples n’ont pas pu être chargés.",
   "preset.paper-four-arms": "Les quatre bras de l’article",
   "preset.single": "Pendule simple",
+  "preset.side-by-side": "Deux côte à côte",
+  "preset.upright": "Lâché près du sommet",
   "preset.double": "Pendule double",
   "preset.triple": "Pendule triple",
   "preset.non-standard-triple": "Triple ramifié",
@@ -118,18 +123,6 @@ export default {
   "preset.coupled": "Couplés par un ressort",
   "preset.laboratory-double": "Pendule double de laboratoire",
   "preset.metronome-cart": "Métronome sur un chariot",
-  "preset.metronome-cart.words":
-    "Le bras d’un métronome, avec son poids en haut et un autre, plus lourd, en bas, sur un chariot qui roule : bras et chariot oscillent l’un contre l’autre, un peu plus vite que sur une table.",
-  "preset.kapitza.words":
-    "Le pivot tremble de haut en bas 32 fois par seconde : le pendule se tient alors la tête en bas. Avec une amplitude sous 11 mm, il tombe.",
-  "preset.double-bars.words":
-    "Deux barres sans masse aux extrémités, comme la plupart des pendules doubles posés sur une table.",
-  "preset.driven-damped.words":
-    "Un moteur le tourne dans un sens puis dans l’autre, le frottement le freine. Avec un moteur de 0,9 N m il oscille au rythme du moteur, avec 1,07 N m il lui faut deux périodes pour se répéter, et avec 1,15 N m, comme ici, il ne se répète jamais : la route vers le chaos.",
-  "preset.coupled.words":
-    "Deux pendules égaux sont accrochés à un cadre qu’un ressort tient debout. Le premier cède son oscillation au second, puis la récupère.",
-  "preset.laboratory-double.words":
-    "Un banc d’essai avec des paliers et un moteur dans la deuxième articulation, décrit par quinze nombres.",
   "help.title": "Comment utiliser la scène",
   "help.hand":
     "Tirez une extrémité et lâchez : le pendule part de là, sans vitesse. Avec la touche Maj, la longueur suit aussi. Un clic sur un bras permet de changer ses nombres, d’y ajouter un bras ou de le supprimer.",
@@ -165,6 +158,7 @@ export default {
   "said.trail.on": "Trace du bras {arm} montrée",
   "said.trail.off": "Trace du bras {arm} cachée",
   "said.preset": "{name} est sur la scène",
+  "said.swapped": "L’autre pendule est choisi : {length} m",
   "step.change": "modification",
   "step.open": "ouverture d’un lien",
   "step.turn": "rotation d’un bras",
@@ -177,6 +171,7 @@ export default {
   "step.remove": "suppression d’un bras",
   "step.new": "nouveau pendule",
   "step.preset": "exemple",
+  "step.beside": "un deuxième pendule",
   "step.span": "durée",
   "step.endless": "poursuite",
   "embed.open": "Ouvrir la page entière",

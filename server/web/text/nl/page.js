@@ -12,6 +12,7 @@ export default {
   degrees: "{angle}°",
   seconds: "{time} s",
   menu: "Menu",
+  more: "Meer",
   close: "Sluiten",
   again: "Nog eens proberen",
   "again.now": "Nu proberen",
@@ -35,6 +36,8 @@ export default {
   "step.method": "methode",
   "step.tolerance": "tolerantie",
   "step.title": "titel",
+  "stage.other": "De andere slinger kiezen",
+  "stage.invite": "Sleep mij",
   "stage.label.other":
     "Een slinger met {count} armen in beweging. De armen zijn knoppen, die volgen met de tabtoets.",
   "stage.label.one":
@@ -99,6 +102,8 @@ export default {
   "presets.none": "De voorbeelden konden niet worden geladen.",
   "preset.paper-four-arms": "De vier armen van het artikel",
   "preset.single": "Enkele slinger",
+  "preset.side-by-side": "Twee naast elkaar",
+  "preset.upright": "Losgelaten vlak bij de top",
   "preset.double": "Dubbele slinger",
   "preset.triple": "Drievoudige slinger",
   "preset.non-standard-triple": "Vertakte drievoudige slinger",
@@ -117,18 +122,6 @@ export default {
   "preset.coupled": "Gekoppeld door een veer",
   "preset.laboratory-double": "Dubbele slinger in het lab",
   "preset.metronome-cart": "Metronoom op een wagentje",
-  "preset.metronome-cart.words":
-    "De arm van een metronoom, met zijn gewicht boven en een zwaarder onder, op een wagentje dat rolt: arm en wagentje slingeren tegen elkaar in, iets sneller dan op een tafel.",
-  "preset.kapitza.words":
-    "Het ophangpunt schudt 32 keer per seconde op en neer: zo blijft de slinger ondersteboven staan. Met een amplitude onder 11 mm valt hij.",
-  "preset.double-bars.words":
-    "Twee staven met niets aan de uiteinden, zoals de meeste dubbele slingers op een tafel.",
-  "preset.driven-damped.words":
-    "Een motor draait hem heen en weer, wrijving remt hem. Met een motor van 0,9 N m slingert hij in de maat van de motor, met 1,07 N m herhaalt hij zich pas na twee perioden, en met 1,15 N m, zoals hier, herhaalt hij zich nooit: de weg naar chaos.",
-  "preset.coupled.words":
-    "Twee gelijke slingers hangen aan een frame dat een veer rechtop houdt. De eerste geeft zijn slingering door aan de tweede en krijgt haar terug.",
-  "preset.laboratory-double.words":
-    "Een proefopstelling met lagers en een motor in het tweede scharnier, beschreven door vijftien getallen.",
   "help.title": "Zo werkt het",
   "help.hand":
     "Sleep een uiteinde en laat los: de slinger begint daar, uit rust. Met de shifttoets ingedrukt volgt ook de lengte. Klik op een arm om zijn getallen te veranderen, er een arm aan te hangen of hem te verwijderen.",
@@ -164,6 +157,7 @@ export default {
   "said.trail.on": "Spoor van arm {arm} zichtbaar",
   "said.trail.off": "Spoor van arm {arm} verborgen",
   "said.preset": "{name} staat op het toneel",
+  "said.swapped": "De andere slinger is gekozen: {length} m",
   "step.change": "wijziging",
   "step.open": "openen van een link",
   "step.turn": "draaien van een arm",
@@ -176,6 +170,7 @@ export default {
   "step.remove": "verwijderen van een arm",
   "step.new": "nieuwe slinger",
   "step.preset": "voorbeeld",
+  "step.beside": "een tweede slinger",
   "step.span": "duur",
   "step.endless": "doorlopen",
   "embed.open": "De hele pagina openen",

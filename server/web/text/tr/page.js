@@ -12,6 +12,7 @@ export default {
   degrees: "{angle}°",
   seconds: "{time} s",
   menu: "Menü",
+  more: "Diğer",
   close: "Kapat",
   again: "Yeniden dene",
   "again.now": "Şimdi dene",
@@ -35,6 +36,8 @@ export default {
   "step.method": "yöntem",
   "step.tolerance": "tolerans",
   "step.title": "başlık",
+  "stage.other": "Öteki sarkacı seç",
+  "stage.invite": "Beni sürükle",
   "stage.label.other":
     "{count} kollu bir sarkaç hareket ediyor. Kolları düğmedir; sekme tuşuyla sırayla gezilir.",
   "stage.label.one":
@@ -99,6 +102,8 @@ export default {
   "presets.none": "Örnekler yüklenemedi.",
   "preset.paper-four-arms": "Makaledeki dört kol",
   "preset.single": "Basit sarkaç",
+  "preset.side-by-side": "Yan yana iki sarkaç",
+  "preset.upright": "Tepeye yakın bırakılan",
   "preset.double": "Çift sarkaç",
   "preset.triple": "Üçlü sarkaç",
   "preset.non-standard-triple": "Dallanmış üçlü sarkaç",
@@ -117,18 +122,6 @@ export default {
   "preset.coupled": "Yayla bağlı iki sarkaç",
   "preset.laboratory-double": "Laboratuvar çift sarkacı",
   "preset.metronome-cart": "Araba üzerinde metronom",
-  "preset.metronome-cart.words":
-    "Bir metronomun kolu: üstünde ağırlığı, altında daha ağır bir kütle, yuvarlanan bir arabanın üstünde. Kol ve araba birbirine karşı salınır, masadakinden biraz daha hızlı.",
-  "preset.kapitza.words":
-    "Askı noktası saniyede 32 kez aşağı yukarı titrer: sarkaç böylece baş aşağı durur. 11 mm altındaki genlikte düşer.",
-  "preset.double-bars.words":
-    "Uçlarında kütle olmayan iki çubuk; masa üstündeki çift sarkaçların çoğu böyledir.",
-  "preset.driven-damped.words":
-    "Bir motor onu ileri geri çevirir, sürtünme yavaşlatır. 0,9 N m motorla motorun temposunda salınır, 1,07 N m ile ancak iki periyotta bir kendini yineler, buradaki gibi 1,15 N m ile hiç yinelemez: kaosa giden yol.",
-  "preset.coupled.words":
-    "İki eşit sarkaç, bir yayın dik tuttuğu bir çerçeveye asılıdır. Birincisi salınımını ikincisine verir ve geri alır.",
-  "preset.laboratory-double.words":
-    "Yatakları ve ikinci ekleminde motoru olan bir deney düzeneği; on beş sayıyla tanımlanır.",
   "help.title": "Nasıl kullanılır",
   "help.hand":
     "Bir ucu sürükleyip bırakın: sarkaç oradan, durgun başlar. Shift basılıyken kolun uzunluğu da değişir. Sayılarını değiştirmek, ona kol eklemek ya da onu silmek için bir kola tıklayın.",
@@ -164,6 +157,7 @@ export default {
   "said.trail.on": "Kol {arm}: iz gösteriliyor",
   "said.trail.off": "Kol {arm}: iz gizlendi",
   "said.preset": "Sahnede: {name}",
+  "said.swapped": "Öteki sarkaç seçildi: {length} m",
   "step.change": "değişiklik",
   "step.open": "bağlantı açma",
   "step.turn": "kol çevirme",
@@ -176,6 +170,7 @@ export default {
   "step.remove": "kol silme",
   "step.new": "yeni sarkaç",
   "step.preset": "örnek",
+  "step.beside": "ikinci bir sarkaç",
   "step.span": "süre",
   "step.endless": "sürekli hareket",
   "embed.open": "Sayfanın tümünü aç",
