@@ -4,7 +4,7 @@
 // Invariant: a field that somebody types in is not built anew.
 
 import { createBag, h } from "../dom.js";
-import { button, toggle } from "../drawers/kit/kit.js";
+import { button, later, toggle } from "../drawers/kit/kit.js";
 import { createMini } from "../drawers/kit/mini.js";
 import { mountQuestion } from "./ask_pupil.js";
 import { keptLink } from "./kept.js";
@@ -76,6 +76,30 @@ function stateKeys({ say, tell }, follower) {
   return h("div", { class: "row", role: "group", "aria-label": say("class.am") }, ...keys);
 }
 
+/** What a pupil is asked to do. */
+const TASKS = "[data-class=letGo], .question form, .given-sheet form";
+
+/**
+ * Scrolls to a new task, which on a phone would lie out of sight; again when the phone is turned.
+ * @param {HTMLElement} element @param {Bag} bag
+ */
+function revealing(element, bag) {
+  /** @type {Element | undefined} */
+  let last;
+  const reveal = later(() => {
+    const tasks = [...element.querySelectorAll(TASKS)];
+    const task = tasks.find((one) => one.getClientRects().length);
+    if (task !== last) task?.scrollIntoView({ block: "nearest" });
+    last = task;
+  });
+  bag(reveal.end);
+  bag.on(window, "resize", () => {
+    last = undefined;
+    reveal();
+  });
+  return reveal;
+}
+
 /** @param {HTMLElement} element @param {Room} room @param {Follower} follower */
 export function mountPupil(element, room, follower) {
   const { session, say } = room;
@@ -101,6 +125,7 @@ export function mountPupil(element, room, follower) {
       keptLink(room),
     ),
   );
+  const reveal = revealing(element, bag);
   function show() {
     const text = session.value("stages/class")?.text ?? "";
     const told = situation(room, follower);
@@ -110,6 +135,7 @@ export function mountPupil(element, room, follower) {
     hand.show();
     question.show();
     sheet.show();
+    reveal();
   }
   bag(follower.subscribe(show));
   bag(session.subscribe((names) => names ?? show()));
