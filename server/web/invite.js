@@ -14,7 +14,7 @@ const ABOVE = 14; // pixels between the tip and the words below it, or above
 export function mountInvite(element, app) {
   const { store, edits, text } = app;
   const { pendulum } = store.get();
-  if (keep.get(KNOWN) || pendulum !== FIRST.pendulum) return {};
+  if (keep.get(KNOWN) || pendulum !== FIRST.pendulum) return { destroy() {} };
   const bag = createBag();
   // keys are told of by the names of the arms
   const words = h("p", { class: "invite", "aria-hidden": "true" }, text("stage.invite"));
