@@ -28,10 +28,9 @@ export async function one_pendulum_moves_without_a_click_and_invites_to_be_dragg
   await page.mouse.down();
   await page.mouse.move(left + x - 30, top + y - 30, { steps: 3 });
   await page.mouse.up();
-  assert.equal(await page.locator(".invite").count(), 0, "who has dragged it knows");
   await page.reload();
   await moving(page);
-  assert.equal(await page.locator(".invite").count(), 0);
+  assert.equal(await page.locator(".invite").count(), 0, "who has dragged it knows");
   await close(page);
 }
 
@@ -88,7 +87,6 @@ export async function two_pendulums_side_by_side_have_lengths_and_masses_of_thei
   assert.deepEqual(await page.evaluate(() => pendulumd.store.get().ghosts[0].pendulum.parent), [0, 1]);
   await page.evaluate(() => pendulumd.edits.remove(2));
   assert.deepEqual(await page.evaluate(() => pendulumd.store.get().ghosts[0].pendulum.parent), [0]);
-  await rig.shot(page, "side-by-side");
   await close(page);
 }
 
@@ -105,20 +103,6 @@ export async function the_page_opens_wide_with_the_examples_beside_it(rig) {
   await close(page);
 }
 
-export async function the_page_fits_a_phone(rig) {
-  const page = await rig.open({ width: 390, height: 844, touch: true, isMobile: true, deviceScaleFactor: 2 });
-  // a browser's own scroll bar may take some of it
-  const beside = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
-  assert.equal(beside, 0, "nothing lies beside the screen");
-  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(2.8); });
-  await drawn(page);
-  await rig.shot(page, "phone");
-  await page.evaluate(() => pendulumd.edits.select(2));
-  await drawn(page);
-  await rig.shot(page, "phone_arm");
-  await close(page);
-}
-
 export async function the_page_is_dark_where_the_system_is_and_the_switch_turns_it(rig) {
   const page = await rig.open({ dark: true });
   const paper = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
@@ -130,17 +114,6 @@ export async function the_page_is_dark_where_the_system_is_and_the_switch_turns_
   assert.equal(await paper(), "rgb(250, 249, 246)");
   await page.reload();
   assert.equal(await paper(), "rgb(250, 249, 246)", "the choice is kept");
-  await close(page);
-}
-
-export async function the_page_fills_a_projector(rig) {
-  const page = await rig.open({ width: 1920, height: 1080 });
-  await page.waitForSelector('[data-preset="mobile"]:not([disabled])');
-  await page.click('[data-preset="octopus"]');
-  await page.waitForFunction(() => pendulumd.motion.n === 17 && pendulumd.motion.complete);
-  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(2.5); });
-  await drawn(page);
-  await rig.shot(page, "projector");
   await close(page);
 }
 

@@ -7,18 +7,16 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { IN_FIREFOX } from "./bidi.mjs";
 import { openDrawer } from "./drawers.mjs";
-import { close, drawn, moving } from "./rig.mjs";
+import { PAPER, close, drawn, moving } from "./rig.mjs";
 
 export const rig = { store: true, sources: false };
 
 const FILE = new URL("states.json", import.meta.url);
 const [ACROSS, DOWN] = [40, 30];
 const MOST = 4; // mean difference of brightness, of 255
-const WIDE = { width: 1366, height: 768 };
-const PHONE = { width: 390, height: 664, touch: true, isMobile: true };
+const [WIDE, PHONE, paper] = [{ width: 1366, height: 768 }, { width: 390, height: 664, touch: true, isMobile: true }, { path: PAPER }];
 const drawer = (id) => (page) => openDrawer(page, id);
 const examples = (page) => page.waitForSelector("[data-preset=mobile]");
-const paper = { path: "/?example=paper-four-arms" };
 
 /** Each state: the options of its page, and how it is come to. */
 const STATES = {
@@ -79,15 +77,13 @@ export async function twenty_states_look_as_they_did(rig) {
     await drawn(page);
     now[name] = await greyOf(page);
     if (name === "first") {
-      await page.addStyleTag({ content: ".canvas { visibility: hidden; }" }).catch(() => page.evaluate(() => { document.querySelector(".canvas").hidden = true; document.querySelector(".canvas").style.visibility = "hidden"; }));
+      await page.evaluate(() => { document.querySelector(".canvas").style.visibility = "hidden"; });
       hidden = await greyOf(page);
-      page.forgiven.push(/Content Security Policy/);
     }
     await close(page);
   }
   if (process.env.PICTURES === "write") writeFileSync(FILE, `${JSON.stringify(Object.fromEntries(Object.entries(now).map(([name, grey]) => [name, grey.toString("base64")])), null, 1)}\n`);
   const kept = Object.fromEntries(Object.entries(JSON.parse(readFileSync(FILE, "utf8"))).map(([name, letters]) => [name, Buffer.from(letters, "base64")]));
-  assert.deepEqual(Object.keys(kept), Object.keys(STATES));
   const off = Object.entries(now).map(([name, grey]) => [name, distance(grey, kept[name])]);
   const [farthest, most] = off.reduce((a, b) => (b[1] > a[1] ? b : a));
   const bad = off.filter(([, far]) => !(far < MOST)).map(([name, far]) => `${name} is ${far.toFixed(1)} from its picture`);

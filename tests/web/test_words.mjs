@@ -3,7 +3,7 @@
 // Invariant: the words are those of the browser's own accessibility tree.
 
 import assert from "node:assert/strict";
-import { close, drawn, moving } from "./rig.mjs";
+import { close, moving } from "./rig.mjs";
 
 /** The lines of an element's accessibility tree. */
 const heard = async (page, selector) => (await page.locator(selector).ariaSnapshot()).split("\n").map((line) => line.trim().replace(/^- '(.*)'$/, "- $1").replace(/^(- text: )"(.*)"$/, "$1$2"));
@@ -32,9 +32,8 @@ export async function the_stage_is_told_in_words(rig) {
   const card = await heard(page, ".card");
   for (const part of ['- group "Selected arm":', "- strong: Arm 2", '- button "Close"', '- textbox "Length in m": "1.05"', '- button "Add an arm"'])
     assert.ok(card.some((line) => line.startsWith(part)), `${part} in ${card.join(" | ")}`);
-  await page.evaluate(() => { pendulumd.edits.addBeside(); });
+  await page.evaluate(() => pendulumd.edits.addBeside());
   await moving(page);
-  await drawn(page);
   assert.ok((await heard(page, "#stage")).includes('- button "Select the other pendulum"'));
   await page.click("[data-act=swap]");
   assert.match(await said(page), /^The other pendulum is selected: 0\.525 m$/);
