@@ -43,7 +43,8 @@ static enum pend_status curve_clear(struct curve *curve, struct pend_fit *fit,
     return status;
 }
 
-/* half of the derivatives of the sum of squares by relative changes; 0 for fixed unknowns */
+/* half of the derivatives of the sum of squares with respect to relative changes; 0 for fixed
+ * unknowns */
 static void curve_slopes(const struct pend_fit *fit, double gradient[]) {
     size_t m = (size_t)fit->problem.rows * (size_t)fit->problem.columns;
     size_t q = (size_t)fit->problem.unknowns;

@@ -231,7 +231,7 @@ static enum pend_status model_modes(struct fit_model *model, const double value[
 
 /* ---- residuals */
 
-/* the derivative of a measurement by an unknown */
+/* the derivative of a measurement with respect to an unknown */
 static double model_slope(const struct fit_model *model, const struct pend_fit_column *column,
                           const struct fit_number *number, int j) {
     const struct pend_fit_problem *p = model->problem;

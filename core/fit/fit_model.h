@@ -24,7 +24,8 @@ struct fit_model {
     double *lean;            /* n x unknowns: derivatives of the frequencies */
     double *beside;          /* values at a finite-difference step */
     struct fit_seen seen;    /* quantities of a block of rows */
-    double *slope[FIT_SEEN]; /* their derivatives by the parameters; NULL = not needed */
+    double *slope[FIT_SEEN]; /* their derivatives with respect to the parameters; NULL = not
+                              * needed */
     long block;
     double *room; /* the instants of a motion without derivatives */
     double *zero; /* zeros of the instruments */

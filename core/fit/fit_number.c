@@ -33,7 +33,7 @@ static void number_by(struct fit_number *number, int what, size_t at, double by)
     number->by[number->terms++] = by;
 }
 
-/* an angle or a rate; if the column counts from another arm, its value is subtracted */
+/* an angle or a rate; if the column is relative to another arm, that arm's value is subtracted */
 static void number_turn(const struct fit_seen *seen, const struct pend_fit_column *column,
                         size_t at, struct fit_number *number) {
     int what = column->kind == PEND_FIT_PHI ? PEND_DERIVED_PHI : PEND_DERIVED_RATE;

@@ -1,6 +1,6 @@
-/* One measurement as a function of the motion: its value, and its derivatives by all that it
- * depends on.
- * Leaves to others: the motion and its derivatives by the unknowns (fit_model).
+/* One measurement as a function of the motion: its value, and its derivatives with respect to all
+ * that it depends on.
+ * Leaves to others: the motion and its derivatives with respect to the unknowns (fit_model).
  * Invariant: nothing is allocated or changed. */
 #pragma once
 
@@ -23,14 +23,15 @@ enum {
 /* The quantities of a block of rows. */
 struct fit_seen {
     const struct pend_fit_problem *problem;
-    double *value[FIT_SEEN]; /* row * arms + arm, the caller's order; of a cart row; NULL = none */
+    double *value[FIT_SEEN]; /* index row * arms + arm, caller's order; for a cart: row; NULL =
+                              * none */
     double camera[PEND_FIT_CAMERA];
     const double *length, *zero, *omega; /* m; the instruments' offsets; rad/s, modes at hanging */
     double gravity, swing;               /* m/s^2; rad/s, a typical frequency of a swing */
     int lens;                            /* the camera is tilted or distorted, or may be */
 };
 
-/* A measurement; its derivatives by quantities are multiplied by `lead`. */
+/* A measurement; its derivatives with respect to quantities are multiplied by `lead`. */
 struct fit_number {
     double value, lead;
     int terms, what[FIT_TERMS];
@@ -45,9 +46,10 @@ unsigned pend_fit_number_needs(enum pend_fit_kind kind);
 int pend_fit_number_pace(int what);
 
 /**
- * Computes a measurement of row `row` of the block. `data` is the measured value, the angle of a
- * passage, whose value is the time in s by which the motion passes too early: the angle that is
- * left over the rate, as atan(w u / v) / w, which is bounded at turning points. O(1).
+ * Computes a measurement of row `row` of the block. `data` is the measured value. For a passage it
+ * is the angle, and the computed value is the time, s, by which the motion passes too early: the
+ * remaining angle divided by the rate, as atan(w u / v) / w, which is bounded at turning points.
+ * O(1).
  */
 void pend_fit_number(const struct fit_seen *seen, const struct pend_fit_column *column, double data,
                      size_t row, struct fit_number *number);

@@ -74,7 +74,7 @@ static void camera_shift(struct api_fit *fit, const struct api_value *item,
     if (fit->t) camera_unknown(fit, PEND_FIT_SHIFT);
 }
 
-/* y counts downwards, as in images */
+/* reads the flag that y counts downwards, as in images */
 static void camera_down(struct api_fit *fit, const struct api_value *camera,
                         struct api_problem *problem) {
     struct api_value down = api_value_member(camera, "down");
@@ -111,7 +111,7 @@ static void camera_center(struct api_fit *fit, const struct api_value *center,
     fit->reach = hypot(far[0], far[1]) > 0 ? hypot(far[0], far[1]) : 1;
 }
 
-/* the camera's numbers as requests name them; of two of one name the second follows */
+/* names of the camera's numbers in requests; of two with the same name the second follows */
 static const struct {
     const char *name;
     enum pend_fit_camera what;
@@ -244,7 +244,7 @@ static void read_bounds(const struct api_value *item, double scale, double shift
                     u->start - shift, u->low - shift, u->high - shift);
 }
 
-/* adds an unknown, and a fault if it is listed already */
+/* adds an unknown, and an error if it is listed already */
 static void unknown_add(struct api_fit *fit, const struct api_value *item,
                         const struct pend_fit_unknown *u, struct api_problem *problem) {
     if (fit->unknowns + PEND_FIT_CAMERA >= API_FIT_UNKNOWNS) {
@@ -283,15 +283,15 @@ static int unknown_runs(const struct api_fit *fit, const struct api_value *item,
     return given >= 0 && (of_start || !given);
 }
 
-/* whether the number was identified; after the last fault that is reported, further faults are only
+/* whether the number was identified; after the last error that is reported, further errors are only
  * counted */
 static int target_found(const struct api_target *target) {
     if (target->quantity == API_VARY_TERM) return target->place >= 0;
     return target->arm >= 0 || target->quantity == API_VARY_GRAVITY;
 }
 
-/* the zero of an angle, or the bias of an angular velocity, which the instrument adds; 0 for any
- * other item */
+/* reads the zero of an angle, or the bias of an angular velocity, which the instrument adds;
+ * returns 0 for any other item */
 static int read_instrument(struct api_fit *fit, const struct api_value *item,
                            struct api_problem *problem) {
     static const struct {

@@ -1,6 +1,6 @@
-/* A requested fit, its camera and its unknowns.
+/* A request for a fit, and reading the camera's part of it and the unknowns.
  * Leaves to others: the other fields of the request (fits_json).
- * Invariant: the parsed fit holds no pointer into the document. */
+ * Invariant: the parsed fit contains no pointer into the document. */
 #pragma once
 
 #include "api/op/measured_json.h"
@@ -9,8 +9,9 @@
 #include "core/fit/fit.h"
 
 enum {
-    API_FIT_UNKNOWNS = 265, /* with the camera's */
-    API_FIT_LISTED = 60, /* unknowns of a request; one unknown of a start may stand for every run */
+    API_FIT_UNKNOWNS = 265, /* most unknowns, including those of the camera */
+    API_FIT_LISTED = 60, /* most unknowns in a request; an unknown of a start may stand for one in
+                          * every run */
     API_FIT_SERIES = 64,
     API_FIT_MODES = 30,
     API_FIT_RUNS = 32,
@@ -20,9 +21,10 @@ enum {
 
 /* One motion of the pendulum: its start, and its own measurements. */
 struct api_fit_run {
-    int guessed;                /* no start was given: it is estimated from the data */
-    int begins;                 /* the time of the start was given */
-    long rows;                  /* of all rows */
+    int guessed;                /* whether no start was given, so that it is estimated from the
+                                 * data */
+    int begins;                 /* whether the time of the start was given */
+    long rows;                  /* number of rows of the run */
     int series;                 /* number of columns of this run, in the request's order */
     int column[API_FIT_SERIES]; /* index of each column */
 };
@@ -31,36 +33,40 @@ struct api_fit_run {
 struct api_fit {
     struct api_tree tree;
     struct api_states *start;
-    double *length, *mass; /* the caller's order */
+    double *length, *mass; /* in the caller's order */
     unsigned char *bare;
     int *parent;
     int runs;
     struct api_fit_run run[API_FIT_RUNS];
     double begin[API_FIT_RUNS]; /* s, the start time of each run */
-    int *of;                    /* the run of each row */
-    long *row;                  /* the number of each row in its run, as in the request, from 0 */
+    int *of;                    /* the run to which each row belongs */
+    long *row;                  /* the number of each row within its run, as in the request, from
+                                 * 0 */
     double camera[PEND_FIT_CAMERA], center[2], reach; /* center and reach of its lens */
     double offset[API_FIT_SERIES]; /* offsets of the instruments: the zeros of core/fit */
     long rows;
-    double *t, *data; /* rows; series x rows */
-    double *each;     /* series x rows: standard deviations of the series that list them */
-    int columns, modes, unknowns; /* number of columns, including those of modes */
-    int freed; /* number of the last unknowns, which are starts estimated from the data */
-    struct pend_fit_column column[API_FIT_SERIES + API_FIT_MODES]; /* the modes come last */
-    double zero[API_FIT_SERIES + API_FIT_MODES]; /* rad, the phi at which the series is 0 */
+    double *t, *data; /* instants of the rows; data of the series, series x rows */
+    double *each;     /* standard deviations, series x rows, of the series that list them */
+    int columns, modes, unknowns; /* numbers of columns, including those of modes; of modes; of
+                                   * unknowns */
+    int freed; /* number of unknowns, at the end of the list, that are starts estimated from the
+                * data */
+    struct pend_fit_column column[API_FIT_SERIES + API_FIT_MODES]; /* columns; those of modes come
+                                                                    * last */
+    double zero[API_FIT_SERIES + API_FIT_MODES]; /* rad, the phi at which a series is 0 */
     struct pend_fit_unknown unknown[API_FIT_UNKNOWNS];
-    char label[API_FIT_UNKNOWNS][API_FIT_LABEL]; /* "length of arm 2" */
-    double shift[API_FIT_UNKNOWNS];              /* offset of a reported value: pi / 2 for theta */
+    char label[API_FIT_UNKNOWNS][API_FIT_LABEL]; /* names for messages: "length of arm 2" */
+    double shift[API_FIT_UNKNOWNS];              /* offsets of reported values: pi / 2 for theta */
     int loss;
     double knee[API_FIT_SERIES + API_FIT_MODES];
     double rtol;
     long iterations, step_cap;
     char advice[API_MEASURED_ADVICE]; /* likely mistakes in the numbers of a table */
-    struct api_buffer tables;         /* JSON: the role of each column of each table */
+    struct api_buffer tables;         /* JSON: the role of each column of every table */
 };
 
-/** Returns the index, from 0, of the instrument that measures an angle or a rate of an arm, shared
- * by all runs; -1 = none. joint: whether it measures from the parent arm; -1 = either. */
+/** Returns the index, from 0, of the instrument that measures an angle or a rate of an arm, which
+ * all runs share; -1 = none. joint: whether it measures relative to the parent arm; -1 = either. */
 int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int arm, int joint);
 
 /** Writes the label of an unknown: name, "of arm 2" or "of the cart" (stored arm, -1 = none), "in
@@ -72,14 +78,14 @@ void api_fit_label(const struct api_fit *fit, const char *name, int arm, int run
 const char *api_fit_camera_label(enum pend_fit_camera what);
 
 /** Reads the unknowns of a fit whose pendulum, start and instants are read, from an array of
- * objects or a missing value; every fault is added. O(unknowns harmonics). */
+ * objects or a missing value. Every error is added. O(unknowns harmonics). */
 void api_fit_read_unknowns(struct api_fit *fit, const struct api_value *list,
                            struct api_problem *problem);
 
 /**
- * Reads the position of the camera, and which of its numbers are unknowns; every fault is added.
+ * Reads the position of the camera, and which of its numbers are unknowns. Every error is added.
  *
- * fit  with its instants and `begin` already read; receives the camera and its unknowns.
+ * fit  its instants and `begin` must be read; receives the camera and its unknowns.
  *
  * O(1).
  */

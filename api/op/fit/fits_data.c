@@ -11,7 +11,7 @@ static const char *const data_fields[] = {"t",    "series", "csv",   "arms",    
                                           "unit", "runs",   "modes", "columns", NULL};
 static const char *const run_fields[] = {"t",    "series",  "csv",   "arms",    "sigma",
                                          "unit", "initial", "start", "columns", NULL};
-/* initializes empty runs, which share one count of bytes */
+/* allocates empty runs, which share one count of bytes */
 static struct api_fit_part *parts_new(int runs, double *taken, struct api_fit *fit) {
     struct api_fit_part *part = calloc((size_t)runs, sizeof *part);
     for (int r = 0; part && r < runs; r++)
@@ -32,7 +32,7 @@ static void parts_free(struct api_fit_part part[], int runs) {
 
 /* a row of a run */
 struct place {
-    double since, t; /* s, from the start of its run, and as given */
+    double since, t; /* s: time since the start of its run; time as given */
     long row;
     int run;
 };
@@ -45,7 +45,7 @@ static int place_before(const void *left, const void *right) {
     return (a->row > b->row) - (a->row < b->row);
 }
 
-/* the column of a series, shared by all runs that measure it; an unknown sigma stays unknown */
+/* the column for a series, shared by all runs that measure it; an unknown sigma stays unknown */
 static int data_column(struct api_fit *fit, const struct pend_fit_column *column, int run) {
     struct api_fit_run *own = &fit->run[run];
     int c = 0;
@@ -109,7 +109,7 @@ static enum pend_status data_merge(struct api_fit *fit, const struct api_fit_par
     if (!data_columns(fit, part, data, reading)) return PEND_INVALID;
     fit->columns += modes, fit->modes = modes;
     size_t rows = (size_t)fit->rows, count = rows * (size_t)fit->columns;
-    // keeps the runs in memory until their table is complete
+    // runs are kept until their common table is complete
     double *taken = part[0].taken;
     *taken += (double)(rows * (sizeof(struct place) + sizeof(int) + sizeof(long)));
     if (!api_fit_part_fits((double)rows, fit->columns, taken, data, reading)) return PEND_INVALID;
@@ -162,7 +162,7 @@ static enum pend_status read_run(struct api_fit *fit, int r, struct api_fit_part
     return api_fit_part_read(part, &fit->tree, data, reading);
 }
 
-/* adds a fault for fields that belong to the runs */
+/* adds an error for fields that belong in the runs */
 static void fault_beside(const struct api_value *at, const char *const names[],
                          struct api_problem *problem) {
     for (int i = 0; names[i]; i++) {
@@ -173,7 +173,7 @@ static void fault_beside(const struct api_value *at, const char *const names[],
     }
 }
 
-/* counts the runs of a request; 0 after a fault */
+/* counts the runs of a request; 0 after an error */
 static int count_runs(const struct api_value *root, const struct api_value *data,
                       const struct api_value *runs, struct api_problem *problem) {
     static const char *const of_data[] = {"t",     "series", "csv",     "arms",
@@ -202,7 +202,7 @@ static enum pend_status read_runs(struct api_fit *fit, struct api_fit_part part[
     }
     if (api_value_kind(&runs) == API_MISSING) {
         PEND_TRY(read_run(fit, 0, alone ? NULL : part, reading->root, data, reading));
-        // if only modes are measured, the motion is just its first instant
+        // if only modes are measured, the motion consists of its first instant
         if (!alone) return PEND_OK;
         PEND_TRY(api_fit_part_room(part, 1, 0, data, reading));
         part->t[0] = fit->begin[0];

@@ -13,13 +13,13 @@
 static const double pi = 3.14159265358979323846;
 
 /* A try is reported if it removes this fraction of the excess sum of squares, and explains this
- * fraction of the data; a value this many times its start suggests a wrong unit. */
+ * fraction of the variance of the data; a value this many times its start suggests a wrong unit. */
 static const double hints_taken = 0.7, hints_explained = 0.9, hints_far = 30;
 
 /* iterations of a try */
 enum { HINT_ITERATIONS = 40, HINT_TEXT = 400 };
 
-/* tries that change the data; after them come the fixed numbers, one by one */
+/* tries that change the data; the fixed numbers follow, one by one */
 enum hint {
     HINT_UNIT,
     HINT_ZERO,
@@ -39,7 +39,7 @@ struct api_hints {
     struct api_fit tried; /* a copy with its own data and start */
     struct pend_fit *search;
     double *data, best, left,
-        floor; /* fraction of the variance that remains, and the fraction due to noise */
+        floor; /* fraction of the variance that remains; fraction due to noise */
     int next;
     long motions, most;
     char what[200], text[HINT_TEXT];
@@ -65,7 +65,7 @@ static int hint_scale(struct api_hints *h, unsigned kinds, int k, double by) {
     return last;
 }
 
-/* angles in degrees that were taken for rad, or the reverse */
+/* angles in degrees that were read as rad, or the reverse */
 static int hint_unit(struct api_hints *h) {
     const struct api_fit *fit = &h->tried;
     double low = INFINITY, high = -INFINITY;
@@ -147,8 +147,8 @@ static int hint_round(struct api_hints *h, int which) {
     return 1;
 }
 
-/* angles from the parent arm instead of from hanging, or the reverse; or angular velocities instead
- * of angles */
+/* angles relative to the parent arm instead of the vertical, or the reverse; or angular velocities
+ * instead of angles */
 static int hint_angles(struct api_hints *h, int rates) {
     struct api_fit *fit = &h->tried;
     int seen = 0, joint = 0;
@@ -170,8 +170,8 @@ static int hint_angles(struct api_hints *h, int rates) {
     return seen;
 }
 
-/* the i-th fixed number as an unknown: first of the camera, then of the pendulum, then of the
- * start; returns -1 after the last, 0 if it is an unknown already or of no use */
+/* frees the i-th fixed number: first of the camera, then of the pendulum, then of the start;
+ * returns -1 after the last, 0 if it is an unknown already or has no effect */
 static int hint_held(struct api_hints *h, int which) {
     static const char *const names[] = {"length", "mass", "the start angle", "the start rate"};
     static const enum pend_parameter_kind kinds[] = {PEND_PARAMETER_LENGTH, PEND_PARAMETER_MASS,

@@ -8,18 +8,19 @@
 #include "api/base/buffer.h"
 #include "api/op/fit/fits_camera.h"
 
-/* numbers beyond this count are not tried */
+/* a fit with more measured numbers than this is not tried */
 enum { API_HINT_NUMBERS = 20000 };
 
 struct api_hints;
 
-/** Prepares the tries, none if the model is not rejected, or frequencies alone were measured; ends
- * with api_hints_free. The fit and its result must outlive the hints. At most `motions` are
- * computed, or as many as the fit had. PEND_NO_MEMORY  O(measurements + unknowns). */
+/** Prepares the tries; there are none if the model is not rejected, or if only frequencies were
+ * measured. Ends with api_hints_free. The fit and its result must outlive the hints. At most
+ * `motions` motions are computed, or as many as the fit needed. PEND_NO_MEMORY  O(measurements +
+ * unknowns). */
 PEND_MUST_CHECK enum pend_status api_hints_new(struct api_hints **hints, const struct api_fit *fit,
                                                const struct pend_fit_result *result, long motions);
 
-/** Frees them; NULL is accepted. */
+/** Frees the hints; NULL is accepted. */
 void api_hints_free(struct api_hints **hints);
 
 /** Computes one iteration of a try. done  out: non-zero after the last. PEND_NO_MEMORY. */

@@ -17,8 +17,8 @@ static const char *const fields[] = {"pendulum", "initial", "start", "data",    
                                      "unknowns", "fixed",   "rtol",  "iterations", NULL};
 static const char *const losses[] = {"linear", "soft_l1", "huber", "cauchy", NULL};
 
-/* with normal noise, a knee at this many standard deviations keeps 95 % of the efficiency of least
- * squares */
+/* knees of the losses, in standard deviations; with normal noise they keep 95 % of the efficiency
+ * of least squares */
 static const double fit_knees[] = {0, 1.345, 1.345, 2.385};
 
 void api_fit_clear(struct api_fit *fit) {
@@ -137,7 +137,7 @@ static enum pend_status give_terms(struct api_tree *tree, const struct api_value
     return status;
 }
 
-/* ---- all of it */
+/* sets the pendulum's own numbers in the caller's order */
 
 /* the pendulum's own numbers in the caller's order */
 static enum pend_status fit_arms(struct api_fit *fit) {
@@ -160,7 +160,7 @@ static enum pend_status fit_arms(struct api_fit *fit) {
 /* rows further apart than this many swings suggest another unit of time */
 enum { MANY_ROWS = 10, FEW_SWINGS = 10 };
 
-/* refuses times so far apart that they are probably in another unit */
+/* refuses instants so far apart that they are probably in another unit */
 static void fit_apart(const struct api_fit *fit, const struct api_value *data,
                       struct api_problem *problem) {
     double apart = fit->rows > 1 ? fit->t[fit->rows - 1] - fit->t[0] : 0, swing = 0;
@@ -174,7 +174,7 @@ static void fit_apart(const struct api_fit *fit, const struct api_value *data,
                         apart, apart / swing);
 }
 
-/* at least as many measurements as unknowns, counted from the start */
+/* requires at least as many measurements as unknowns, counted from the start */
 static void fit_check(const struct api_fit *fit, const struct api_value *root,
                       struct api_problem *problem) {
     struct api_value data = api_value_member(root, "data"), start = api_value_member(root, "start");

@@ -42,7 +42,7 @@ enum pend_status api_fit_part_room(struct api_fit_part *part, long rows, int col
     return PEND_OK;
 }
 
-/* reads an array of numbers, or null for missing measurements */
+/* reads an array of numbers, with null for missing measurements */
 static void read_values(struct api_fit_part *run, int c, const struct api_value *list, double scale,
                         double shift, struct api_problem *problem) {
     double *to = run->data + (size_t)c * (size_t)run->rows;
@@ -63,7 +63,7 @@ static void read_values(struct api_fit_part *run, int c, const struct api_value 
     }
 }
 
-/* reads the standard deviation of a series, one number or one per instant; scale: of its unit */
+/* reads the standard deviation of a series, one number or one per instant; `scale`: of its unit */
 static void read_sigma(struct api_fit_part *run, int c, const struct api_value *sigma, double scale,
                        struct api_problem *problem) {
     static const double least = 1e-12, most = 1e12;
@@ -114,7 +114,7 @@ static int is_turn(enum pend_fit_kind kind) {
            kind == PEND_FIT_PASSAGE;
 }
 
-/* arm: -1 = none */
+/* sets the quantity of a series; arm: -1 = none */
 static void series_of(struct api_fit_part *run, int c, const struct api_tree *tree, int kind,
                       int arm) {
     struct pend_fit_column *column = &run->column[c];
@@ -123,7 +123,7 @@ static void series_of(struct api_fit_part *run, int c, const struct api_tree *tr
     run->zero[c] = kinds[kind].theta && !column->joint ? -pi / 2 : 0;
 }
 
-/* adds a fault if a quantity does not exist in this pendulum */
+/* adds an error if a quantity does not exist in this pendulum */
 static void series_check(const struct api_tree *tree, enum pend_fit_kind kind,
                          const struct api_value *arm, struct api_problem *problem) {
     const struct pend_terms *terms = tree->terms;
@@ -160,7 +160,7 @@ static int series_kind(struct api_fit_part *run, int c, const struct api_tree *t
     return found;
 }
 
-/* where an accelerometer is, and whether it removes gravity */
+/* reads where an accelerometer is, and whether it removes gravity */
 static void read_place(struct pend_fit_column *column, const struct api_value *item,
                        struct api_problem *problem) {
     struct api_value at = api_value_member(item, "at"), gravity = api_value_member(item, "gravity");
@@ -192,14 +192,14 @@ static void read_series(struct api_fit_part *run, const struct api_tree *tree,
     double scale = degrees ? pi / 180 : 1;
     read_place(column, item, problem);
     read_sigma(run, c, &sigma, passes ? 1 : scale, problem);
-    // without angles every passage is through the lowest place
+    // without angles every passage is through the lowest point
     for (long i = 0; i < run->rows && passes && api_value_kind(&values) == API_MISSING; i++)
         run->data[c * run->rows + i] = run->zero[c];
     if (!passes || api_value_kind(&values) != API_MISSING)
         read_values(run, c, &values, scale, run->zero[c], problem);
 }
 
-/* instants and series */
+/* reads instants and series */
 static enum pend_status read_table(struct api_fit_part *run, const struct api_tree *tree,
                                    const struct api_value *data,
                                    const struct api_reading *reading) {
@@ -260,7 +260,7 @@ static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *rol
         int measured = taken->role >= API_CSV_THETA && taken->role < API_CSV_SIGMA;
         series[i] = measured && count < API_FIT_SERIES ? count++ : -1;
         if (!place) continue;
-        // mixed with metres, these positions would describe another pendulum
+        // next to positions in metres, positions in another unit would describe another pendulum
         if (unit > 0 && taken->unit != unit)
             api_value_fault(text, problem,
                             API_CODE_CONFLICT "line %d: field %d is in another unit than the "
@@ -277,7 +277,7 @@ static int csv_choose(const struct api_csv *csv, const struct api_csv_roles *rol
     return count;
 }
 
-/* every series of a table that a fit can use; with the table's errors unless `sigma` is given */
+/* reads the series that a fit can use from a table, and its errors unless `sigma` is given */
 static enum pend_status read_csv(struct api_fit_part *run, const struct api_tree *tree,
                                  const struct api_value *data, const struct api_reading *reading) {
     struct api_value text = api_value_member(data, "csv"), sigma = api_value_member(data, "sigma"),
@@ -349,7 +349,7 @@ static void read_mode(struct api_fit *fit, const struct api_value *item,
                 API_CODE_CONFLICT
                 "is one quantity too many: give only one of omega, frequency and period");
         if (api_value_read_number(&value, 1e-9, 1e9, "", &x, problem) <= 0) continue;
-        // the ratio of the angular frequency to the given number, and the derivative
+        // ratio of the angular frequency to the given number, or the derivative for a period
         double scale = i == 1 ? 1 : 2 * pi;
         *to = i == 3 ? scale / x : scale * x;
         column->sigma = error * (i == 3 ? scale / (x * x) : scale);

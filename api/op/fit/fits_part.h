@@ -1,5 +1,5 @@
-/* One run of a request for a fit: its instants, and its series, its table or its counted modes.
- * Leaves to others: several runs (fits_data), what a table's columns are (op/measured_json).
+/* One run of a request for a fit: its instants, and its series, table or counted modes.
+ * Leaves to others: several runs (fits_data), the meaning of a table's columns (op/measured_json).
  * Invariant: no pointer into the document is kept; missing measurements are NaN. */
 #pragma once
 
@@ -9,30 +9,31 @@ struct api_fit_part {
     long rows;
     int columns;
     double *t, *data, *each;
-    double *taken;             /* bytes of all runs together */
+    double *taken;             /* bytes of all runs so far, shared */
     char *advice;              /* likely mistakes in the tables of all runs, or "" */
     struct api_buffer *tables; /* JSON: the roles of the columns of all runs' tables */
     struct pend_fit_column column[API_FIT_SERIES];
-    double zero[API_FIT_SERIES]; /* rad, the phi at which the series is 0 */
+    double zero[API_FIT_SERIES]; /* rad, the phi at which a series is 0 */
 };
 
-/** Adds a fault if a run of this size, with the runs before it, exceeds max-answer-bytes. Returns 0
- * then. O(1). */
+/** Adds an error if a run of this size, with the runs before it, exceeds max-answer-bytes. Returns
+ * 0 then. O(1). */
 int api_fit_part_fits(double rows, double columns, double *taken, const struct api_value *data,
                       const struct api_reading *reading);
 
-/** Allocates a run; its measurements are missing. PEND_INVALID with a fault, PEND_NO_MEMORY. */
+/** Allocates a run, whose measurements are missing at first. PEND_INVALID with an error,
+ * PEND_NO_MEMORY. */
 PEND_MUST_CHECK enum pend_status api_fit_part_room(struct api_fit_part *part, long rows,
                                                    int columns, const struct api_value *data,
                                                    const struct api_reading *reading);
 
-/** Reads `t` and `series`, or `csv`, of a run. PEND_INVALID with faults, PEND_NO_MEMORY. */
+/** Reads `t` and `series`, or `csv`, of a run. PEND_INVALID with errors, PEND_NO_MEMORY. */
 PEND_MUST_CHECK enum pend_status api_fit_part_read(struct api_fit_part *part,
                                                    const struct api_tree *tree,
                                                    const struct api_value *data,
                                                    const struct api_reading *reading);
 
-/** Reads an array of counted modes into the columns from `first` on, the number in row 0. O(modes).
- */
+/** Reads an array of counted modes into the columns from `first` on, each number in row 0.
+ * O(modes). */
 void api_fit_read_modes(struct api_fit *fit, const struct api_value *list, int first,
                         struct api_problem *problem);

@@ -45,7 +45,7 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
     return problem;
 }
 
-/* the index of the unknown that stands for a number; -1 = none */
+/* returns the index of the unknown for a number; -1 = none */
 static int start_sought(const struct api_fit *fit, enum pend_parameter_kind kind, int at, int run) {
     for (int j = 0; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *u = &fit->unknown[j];
@@ -114,7 +114,7 @@ static void start_fixed(struct api_fit *fit, const struct api_value *list, unsig
 
 /* makes unknowns of the estimated numbers of starts that are not unknowns yet */
 static void start_free(struct api_fit *fit, const unsigned char seen[]) {
-    static const char *const names[2][2] = {{"theta", "thetad"}, {"phi", "phid"}}; // of a cart
+    static const char *const names[2][2] = {{"theta", "thetad"}, {"phi", "phid"}}; // for a cart
     long numbers = fit->start->count * fit->start->n, count = 0, more = 0;
     for (long i = 0; i < fit->rows * fit->columns; i++) count += !isnan(fit->data[i]);
     for (int pass = 0; pass < 2; pass++)
@@ -124,7 +124,7 @@ static void start_free(struct api_fit *fit, const unsigned char seen[]) {
             struct pend_parameter by = {rate ? PEND_PARAMETER_RATE : PEND_PARAMETER_PHI, k};
             if (!seen[i] || start_sought(fit, by.kind, k, run) >= 0) continue;
             if (!pass && ++more) continue;
-            // no measurement would be left over to determine the errors
+            // no measurement would be left to determine the errors
             if (fit->unknowns + more >= count || fit->unknowns + 1 > API_FIT_UNKNOWNS) return;
             int j = fit->unknowns++;
             double start = (rate ? fit->start->rate : fit->start->phi)[i % numbers];

@@ -21,8 +21,7 @@ enum {
 /* The requested answer, and the results. */
 struct api_damped {
     const struct api_tree *tree; /* with terms; not owned */
-    const double
-        *phi; /* n angles: start of the search for the equilibrium, stored order; not owned */
+    const double *phi; /* n: start of the search for the equilibrium, stored order; not owned */
     const struct api_format *format;
     struct api_table *table; /* one row per mode; not owned */
     int vectors;             /* whether the answer includes the shapes */
