@@ -190,8 +190,8 @@ static enum pend_status problem_write_detail(const struct api_problem *problem,
     if (problem->detail[0]) return api_text_quote(out, problem->detail, strlen(problem->detail));
     long faults = problem->count + problem->beyond;
     if (faults == 1 && problem->count == 1)
-        return api_buffer_text(out, "\"1 fault in the request: see errors\"");
-    if (faults) return api_buffer_format(out, "\"%ld faults in the request: see errors\"", faults);
+        return api_buffer_text(out, "\"1 error in the request: see errors\"");
+    if (faults) return api_buffer_format(out, "\"%ld errors in the request: see errors\"", faults);
     return api_text_quote(out, problem->title, strlen(problem->title));
 }
 

@@ -30,12 +30,12 @@ static const char *escape_unicode(const char *text, size_t bytes, size_t *taken,
                                   size_t *length) {
     long code = escape_hex(text, bytes);
     if (code < 0) return "\\u must be followed by four hexadecimal digits";
-    if (!code) return "a string may not hold the character U+0000";
-    if (code >= 0xdc00 && code <= 0xdfff) return "a low surrogate stands alone";
+    if (!code) return "a string must not contain the character U+0000";
+    if (code >= 0xdc00 && code <= 0xdfff) return "a low surrogate is unpaired";
     int high = code >= 0xd800 && code <= 0xdbff;
     if (high) {
         long low = escape_hex(text + 6, bytes - 6);
-        if (low < 0xdc00 || low > 0xdfff) return "a high surrogate stands alone";
+        if (low < 0xdc00 || low > 0xdfff) return "a high surrogate is unpaired";
         code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
     }
     *taken = high ? 12 : 6;

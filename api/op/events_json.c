@@ -184,7 +184,7 @@ static void check_rows(const struct api_events *events, const struct api_value *
         if (present(&field))
             api_value_fault(&field, problem,
                             API_CODE_CONFLICT
-                            "does not go together with \"rows\": \"events\", whose columns are t, "
+                            "cannot be combined with \"rows\": \"events\", whose columns are t, "
                             "event, direction, phi and phid: leave it out");
     }
 }

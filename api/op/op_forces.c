@@ -153,7 +153,7 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
     if (api_value_kind(&one) != API_MISSING)
         api_value_fault(&one, problem,
                         API_CODE_CONFLICT
-                        "does not go together with \"states\": give one of the two");
+                        "cannot be combined with \"states\": give one of the two");
     if (api_value_kind(&many) != API_ARRAY || !count) {
         api_value_fault(&many, problem,
                         API_CODE_WRONG_COUNT "must be an array of at least one state");

@@ -88,7 +88,7 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     if (from_theta && api_value_kind(&phi) != API_MISSING)
         api_value_fault(&phi, problem,
                         API_CODE_CONFLICT
-                        "does not go together with \"theta\": give one of the two");
+                        "cannot be combined with \"theta\": give one of the two");
     if (!from_theta && api_value_kind(&phi) == API_MISSING)
         api_value_fault(section, problem,
                         API_CODE_MISSING "needs the angle of the section: \"theta\" or \"phi\"");
@@ -137,7 +137,7 @@ static void sections_read_period(struct sections *sections, const struct api_val
         if (api_value_kind(&field) != API_MISSING)
             api_value_fault(&field, problem,
                             API_CODE_CONFLICT
-                            "does not go together with a period: a section is taken either when an "
+                            "cannot be combined with a period: a section is taken either when an "
                             "arm passes a direction, or stroboscopically");
     }
     (void)api_value_read_number(&first, -duration_most, duration_most, "s", &sections->first,

@@ -57,7 +57,7 @@ static void target_arm(const struct api_value *value, const struct api_tree *tre
     if (!of_arm) {
         if (api_value_kind(value) != API_MISSING)
             api_value_fault(value, problem,
-                            API_CODE_CONFLICT "does not go together with %s, which all arms share",
+                            API_CODE_CONFLICT "cannot be combined with %s, which all arms share",
                             name);
         return;
     }

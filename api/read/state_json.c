@@ -156,7 +156,7 @@ static int state_form(const struct api_value *value, struct api_problem *problem
         if (found != form)
             api_value_fault(given ? &angle : &rate, problem,
                             API_CODE_CONFLICT
-                            "does not go together with \"%s\": give a state by phi and phid, by "
+                            "cannot be combined with \"%s\": give a state by phi and phid, by "
                             "theta and thetad, or "
                             "by mode and amplitude",
                             state_forms[found].angle);

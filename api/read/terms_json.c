@@ -265,7 +265,7 @@ void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendu
         if (form)
             api_value_fault(&list, terms->problem,
                             API_CODE_CONFLICT
-                            "does not go together with %s: it is a field of each arm of \"arms\", "
+                            "cannot be combined with %s: it is a field of each arm of \"arms\", "
                             "or a list next to \"length\", \"mass\" and \"parent\"",
                             form);
         else

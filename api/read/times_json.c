@@ -99,7 +99,7 @@ static void check_one(const struct api_value *value, const struct api_value *cou
                       int by_count, struct api_problem *problem) {
     if (by_step && by_count)
         api_value_fault(count, problem,
-                        API_CODE_CONFLICT "does not go together with step: give one of the two");
+                        API_CODE_CONFLICT "cannot be combined with step: give one of the two");
     if (!by_step && !by_count && !api_value_meant(value, "step", problem) &&
         !api_value_meant(value, "count", problem))
         api_value_fault(value, problem, API_CODE_MISSING "must have a \"step\" or a \"count\"");

@@ -104,7 +104,7 @@ static void tree_report(void *context, enum pend_field field, int i, int j, cons
     const struct tree_reading *reading = context;
     const char *name = forms[reading->form].blamed[field];
     if (name && !fault_is_known(reading, field, i))
-        tree_fault(reading, name, i, j, text ? text : "is at fault");
+        tree_fault(reading, name, i, j, text ? text : "is invalid");
 }
 
 /* adds an error that terms_json found */

@@ -29,15 +29,7 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
         srv_exchange_problem(exchange, 404, "there is no scene with this id");
         break;
     case SRV_STORED_QUOTA:
-        srv_exchange_problem(
-            exchange, 429,
-            API_TYPE_QUOTA
-            "the stored scenes have reached a limit: %.0f scenes (max-client-scenes) or "
-            "%.0f bytes (max-client-scene-bytes) per client, max-address-clients "
-            "times as many per address, or %.0f bytes (max-store-scene-bytes) for "
-            "all clients; DELETE scenes that are not needed",
-            exchange->service->config.client_scenes, exchange->service->config.client_scene_bytes,
-            exchange->service->config.store_scene_bytes);
+        srv_exchange_problem(exchange, 429, API_TYPE_QUOTA "%.200s", asked->job.message);
         srv_exchange_retry(exchange, 3600);
         break;
     default:
@@ -90,6 +82,8 @@ static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call
             stored = srv_store_scene_put(store, asked->id, who->key, who->source, asked->scene.data,
                                          asked->scene.bytes);
     }
+    if (stored == SRV_STORED_QUOTA)
+        snprintf(asked->job.message, sizeof asked->job.message, "%s", srv_store_complaint(store));
     return stored;
 }
 

@@ -127,23 +127,6 @@ static int store_request_work(struct srv_task *task) {
     return 0;
 }
 
-/* Answers 503: the queue of the storage is full. */
-static void store_request_crowded(struct srv_exchange *exchange, enum pend_status status) {
-    struct srv_metrics *metrics = &exchange->service->metrics;
-    if (status == PEND_LIMIT) {
-        srv_metrics_count(&metrics->refused_queue, 1);
-        srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
-        return;
-    }
-    srv_metrics_count(&metrics->refused_client, 1);
-    srv_exchange_problem(exchange, 429,
-                         API_TYPE_RATE
-                         "%.0f of your requests wait for a worker, the limit max-client-queue, or "
-                         "requests of your address fill three quarters of max-queue",
-                         srv_service_config(exchange->service)->client_queue);
-    srv_exchange_retry(exchange, 1);
-}
-
 void srv_store_request_work(
     struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
@@ -159,7 +142,7 @@ void srv_store_request_work(
         .level = exchange->body.bytes > STORE_REQUEST_LONG_BODY ? SRV_QUEUE_READ : 0};
     enum pend_status status = srv_queue_push(asked->service->queue, &asked->task);
     if (status == PEND_OK) return;
-    store_request_crowded(exchange, status);
+    srv_exchange_queued_out(exchange, status, asked->task.road_full);
     srv_store_request_end(asked);
 }
 

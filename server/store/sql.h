@@ -49,7 +49,8 @@ struct srv_value {
 /* A connection; the first member of a driver's own struct. */
 struct srv_sql {
     const struct srv_sql_driver *driver;
-    char complaint[SRV_SQL_COMPLAINT]; /* the database's message about the last failure */
+    char complaint[SRV_SQL_COMPLAINT]; /* the database's message about the last failure, or
+                                        * the limit that refused a scene */
 };
 
 /** Receives a row; its fields are valid during the call. Any result other than SRV_STORED ends the

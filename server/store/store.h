@@ -135,7 +135,8 @@ void srv_store_close(struct srv_store **store);
 /** Returns true once the tables are known to have this version's schema. */
 int srv_store_settled(const struct srv_store *store);
 
-/** Returns the database's message about the last failure; "" = none. */
+/** Returns the database's message about the last failure, or the limit that refused a scene; "" =
+ * none. */
 const char *srv_store_complaint(const struct srv_store *store);
 
 /** Returns the largest useful number of calls for one srv_store_together. */

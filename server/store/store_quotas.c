@@ -108,9 +108,23 @@ enum srv_stored srv_store_room_scene(struct srv_store *store, const char *name, 
     if (anew) SRV_STORED_TRY(quotas_disk(store, bytes));
     SRV_STORED_TRY(srv_tally_look(&store->tally, name, &client));
     SRV_STORED_TRY(srv_tally_total(&store->tally, SRV_TALLY_SCENE_BYTES, &all));
-    int good = client->scenes_were + client->scenes < rules->client_scenes &&
-               client->scene_bytes_were + client->scene_bytes + (int64_t)bytes <=
-                   rules->client_scene_bytes &&
-               (!anew || all + (int64_t)bytes <= rules->all_scene_bytes);
-    return good ? SRV_STORED : SRV_STORED_QUOTA;
+    char text[SRV_SQL_COMPLAINT];
+    int64_t own = client->scene_bytes_were + client->scene_bytes + (int64_t)bytes;
+    if (client->scenes_were + client->scenes >= rules->client_scenes)
+        snprintf(text, sizeof text,
+                 "the client has as many scenes as max-client-scenes allows, %ld; DELETE scenes "
+                 "that are no longer needed",
+                 rules->client_scenes);
+    else if (own > rules->client_scene_bytes)
+        snprintf(text, sizeof text,
+                 "the client's scenes would exceed max-client-scene-bytes, %lld bytes; DELETE "
+                 "scenes that are no longer needed",
+                 rules->client_scene_bytes);
+    else if (anew && all + (int64_t)bytes > rules->all_scene_bytes)
+        snprintf(text, sizeof text, "all scenes would exceed max-store-scene-bytes, %lld bytes",
+                 rules->all_scene_bytes);
+    else
+        return SRV_STORED;
+    srv_sql_complain(store->sql, text);
+    return SRV_STORED_QUOTA;
 }

@@ -48,7 +48,8 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *client, co
  * bytes  counted for the scene.
  * anew   non-zero: no other client stores it, so it needs disk space too.
  *
- * SRV_STORED_FULL, SRV_STORED_QUOTA
+ * SRV_STORED_FULL
+ * SRV_STORED_QUOTA  srv_store_complaint says which.
  */
 enum srv_stored srv_store_room_scene(struct srv_store *store, const char *client, size_t bytes,
                                      int anew);

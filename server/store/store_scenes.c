@@ -21,7 +21,11 @@ static enum srv_stored scene_room(struct srv_store *store, const char *client, c
     SRV_STORED_TRY(srv_store_room_scene(store, client, bytes + SRV_ROW_BYTES, anew));
     if (!rules->source_scenes || !strcmp(client, source)) return SRV_STORED;
     SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_FROM, srv_row_wholes, &all, source));
-    return all.whole[0] < rules->source_scenes ? SRV_STORED : SRV_STORED_QUOTA;
+    if (all.whole[0] < rules->source_scenes) return SRV_STORED;
+    srv_sql_complain(store->sql, "the clients of your address together have max-address-clients "
+                                 "times max-client-scenes scenes; DELETE scenes that are no longer "
+                                 "needed");
+    return SRV_STORED_QUOTA;
 }
 
 /* changes the number of a client's scenes by one, up or down */

@@ -344,27 +344,16 @@ static int compute_run(struct srv_task *task) {
 
 /* --- in and out --- */
 
-/* Answers a work that could not start because of lack of memory. */
+/* Answers a work that the queue has refused. */
 static void compute_refuse(struct srv_work *work, enum pend_status status) {
-    struct srv_metrics *metrics = &work->service->metrics;
     struct srv_service *service = work->service;
     struct srv_list taken = {0};
+    int road_full = work->task.road_full;
     srv_inflight_take(work, &taken);
     struct srv_exchange *exchange = srv_inflight_next(&taken);
     srv_inflight_end(work);
     srv_delivery_done(service);
-    if (status == PEND_LIMIT) {
-        srv_metrics_count(&metrics->refused_queue, 1);
-        srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
-    } else {
-        srv_metrics_count(&metrics->refused_client, 1);
-        srv_exchange_problem(exchange, 429,
-                             API_TYPE_RATE
-                             "%.0f of your requests wait for a worker, the limit max-client-queue, "
-                             "or requests of your address fill three quarters of max-queue",
-                             srv_service_config(service)->client_queue);
-        srv_exchange_retry(exchange, 1);
-    }
+    srv_exchange_queued_out(exchange, status, road_full);
     exchange->finish(exchange);
 }
 

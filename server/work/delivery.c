@@ -76,8 +76,8 @@ void srv_delivery_settle(struct srv_work *work) {
     } else if (response_body->status == 200 && !srv_hold_room(service)) {
         srv_metrics_count(&service->metrics.refused_held, 1);
         srv_response_body_drop(&response_body);
-        srv_delivery_fail(work,
-                          "no memory is left: answers that are being sent need it: max-held-bytes");
+        srv_delivery_fail(
+            work, "no memory is left, because other answers are being sent: max-held-bytes");
     } else {
         if (response_body->status == 200 && work->key_bytes)
             srv_cache_add(service->cache, work->key, work->key_bytes, response_body);

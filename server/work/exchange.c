@@ -261,6 +261,32 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
     srv_exchange_retry(exchange, 5);
 }
 
+void srv_exchange_queued_out(struct srv_exchange *exchange, enum pend_status status,
+                             int road_full) {
+    struct srv_metrics *metrics = &exchange->service->metrics;
+    const struct srv_config *config = srv_service_config(exchange->service);
+    assert(status == PEND_LIMIT || status == PEND_INVALID);
+    if (status == PEND_LIMIT) {
+        srv_metrics_count(&metrics->refused_queue, 1);
+        srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
+        return;
+    }
+    srv_metrics_count(&metrics->refused_client, 1);
+    if (road_full)
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_RATE
+                             "requests of your address fill three quarters of the queue: "
+                             "max-queue is %.0f",
+                             config->queue);
+    else
+        srv_exchange_problem(exchange, 429,
+                             API_TYPE_RATE
+                             "as many of your requests wait for a worker as max-client-queue "
+                             "allows: %.0f",
+                             config->client_queue);
+    srv_exchange_retry(exchange, 1);
+}
+
 void srv_exchange_settle(struct srv_exchange *exchange) {
     assert(srv_exchange_valid(exchange) && exchange->status);
     size_t received = exchange->body.bytes;

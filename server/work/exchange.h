@@ -220,6 +220,10 @@ enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);
 /** Answers that there is no memory for `what`: 413, 429 or 503, with the limit's name. */
 void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, const char *what);
 
+/** Answers 503 or 429 if srv_queue_push has refused the exchange's task with PEND_LIMIT or
+ * PEND_INVALID. road_full: that of the task. */
+void srv_exchange_queued_out(struct srv_exchange *exchange, enum pend_status status, int road_full);
+
 /** Call it when the exchange is answered and its body is not needed: frees the body, and counts the
  * answer. An answer for which there is no memory becomes a problem. */
 void srv_exchange_settle(struct srv_exchange *exchange);

@@ -107,6 +107,7 @@ enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) 
         status = PEND_INVALID;
     else
         queue_add(queue, task);
+    task->road_full = status == PEND_INVALID && task->lane->count < queue->lane_cap;
     pthread_mutex_unlock(&queue->lock);
     if (status == PEND_OK) queue_tell(queue, level);
     return status;

@@ -42,6 +42,7 @@ struct srv_task {
     struct srv_lane *lane; /* of the client that it belongs to */
     int level;             /* 0 = the shortest; SRV_QUEUE_READ; must not change while it waits */
     int queued;            /* used by the queue */
+    int road_full; /* out of srv_queue_push: non-zero if its road was full, and not its lane */
 };
 
 struct srv_queue;

@@ -86,7 +86,7 @@ def test_answers(run, work, server):
 
 
 def test_refusals(run, work, server):
-    for status, words, text in ((3, ("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"), (3, ("run", "four.json"), "422 1 fault in the request: see errors\n  /times (--t) is missing"),
+    for status, words, text in ((3, ("run", "four.json", "--t", "0:5:0.01", "-s", "fruit=3"), "/fruit is not a known field"), (3, ("run", "four.json"), "422 1 error in the request: see errors\n  /times (--t) is missing"),
                         (3, ("run", "four.json", "--t", "0:5:0.01", "-s", "pendulum.fruit=x y", "--local"), "/pendulum/fruit is not a known field"),
                         (2, ("run", "four.json", "--t", "0:x:1"), "START:STOP:STEP"), (1, ("run", "none.json", "--t", "0:1:1"), "No such file"), (2, ("run", "four.json", "--t", "5"), "is a single instant"),
                         (2, ("run", "four.json", "--t", "0:1:1", "-o", "a.odd"), "unknown format odd"), (2, ("run", "four.json", "-s", "rtol"), "NAME=VALUE"),

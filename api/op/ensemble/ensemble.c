@@ -91,12 +91,12 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
     if (api_value_kind(&start) != API_MISSING)
         api_value_fault(&start, problem,
                         API_CODE_CONFLICT
-                        "does not go together with \"times\": members start at the first of these");
+                        "cannot be combined with \"times\": members start at the first of these");
     if (api_value_kind(&duration) != API_MISSING)
         api_value_fault(
             &duration, problem,
             API_CODE_CONFLICT
-            "does not go together with \"times\", which set the length of a trajectory");
+            "cannot be combined with \"times\", which set the length of a trajectory");
     enum pend_status status = api_times_read(&e->times, &times, reading->limits, problem);
     if (status != PEND_OK) return status == PEND_NO_MEMORY ? status : PEND_OK;
     long count = e->times.times.count;
@@ -141,11 +141,11 @@ static void set_derived(struct api_ensemble *e, const struct api_reading *readin
         api_value_fault(
             &list, problem,
             API_CODE_CONFLICT
-            "do not go together with \"rows\": \"events\": passages have no derivatives");
+            "cannot be combined with \"rows\": \"events\": passages have no derivatives");
     else if (e->events.stops)
         api_value_fault(&list, problem,
                         API_CODE_CONFLICT
-                        "do not go together with conditions that stop a member, since its end "
+                        "cannot be combined with conditions that stop a member, since its end "
                         "depends on the parameters: leave out \"stop\"");
     else if (!api_observables_derived(&e->seen, &e->derived))
         api_value_fault(&list, problem,
@@ -236,7 +236,7 @@ static void choose_columns(struct api_ensemble *e, const struct api_reading *rea
                         API_CODE_WRONG_COUNT "must be an array of at least one name of a column");
     if (!all && table->picture.across)
         api_value_fault(&list, reading->problem,
-                        API_CODE_CONFLICT "do not go together with a picture: leave them out");
+                        API_CODE_CONFLICT "cannot be combined with a picture: leave them out");
     if (reading->problem->status) return;
     struct api_value name = api_value_item(&list, 0);
     for (; !all && api_value_kind(&name) != API_MISSING; name = api_value_next(&name))

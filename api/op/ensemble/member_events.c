@@ -32,13 +32,13 @@ void api_member_events_read(struct api_events *events, const struct api_reading 
         if (api_value_kind(&other) != API_MISSING)
             api_value_fault(&other, problem,
                             API_CODE_CONFLICT
-                            "does not go together with \"rows\": \"events\", whose columns are "
+                            "cannot be combined with \"rows\": \"events\", whose columns are "
                             "member, status, t, event, direction, phi and phid: leave it out");
     }
     if (events->count && trajectory)
         api_value_fault(&field, problem,
                         API_CODE_CONFLICT
-                        "do not go together with the observable \"trajectory\": ask for them in "
+                        "cannot be combined with the observable \"trajectory\": ask for them in "
                         "another request");
 }
 

@@ -20,7 +20,7 @@ int api_energy_target(struct api_target *target, const struct api_value *value,
     if (api_value_kind(&arm) != API_MISSING)
         api_value_fault(&arm, problem,
                         API_CODE_CONFLICT
-                        "does not go together with energy, which belongs to the whole pendulum");
+                        "cannot be combined with energy, which belongs to the whole pendulum");
     if (api_value_kind(&harmonic) != API_MISSING)
         api_value_fault(&harmonic, problem,
                         API_CODE_NOT_APPLICABLE "has no meaning for energy: leave it out");

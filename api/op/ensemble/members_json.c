@@ -351,7 +351,7 @@ static enum pend_status read_way(struct api_members *members, enum way chosen,
         api_value_fault(
             &initial, reading->problem,
             API_CODE_CONFLICT
-            "does not go together with \"states\", which give the start of each member");
+            "cannot be combined with \"states\", which give the start of each member");
     if (chosen == WAY_STATES) return read_states(members, way, reading);
     if (chosen == WAY_MEMBERS) return read_members(members, way, &initial, reading);
     if (reading->tree->n)
@@ -440,7 +440,7 @@ enum pend_status api_members_read(struct api_members *members, const struct api_
         if (chosen >= 0)
             api_value_fault(
                 &way[i], problem,
-                API_CODE_CONFLICT "does not go together with \"%s\": give one of the two%s",
+                API_CODE_CONFLICT "cannot be combined with \"%s\": give one of the two%s",
                 ways[chosen], chosen ? "" : "; \"initial\" is the common start of all members");
         else
             chosen = i;

@@ -45,7 +45,7 @@ static void read_amplitude(struct api_orbits *asked, const struct api_value *roo
     if (present(&amplitude) == present(&energy)) {
         api_value_fault(present(&energy) ? &energy : &amplitude, problem,
                         present(&energy) ? API_CODE_CONFLICT
-                            "does not go together with an amplitude: orbits are "
+                            "cannot be combined with an amplitude: orbits are "
                             "followed up to one of the two"
                                          : API_CODE_MISSING
                             "is required, or \"energy\": the end up to which orbits are followed, "
@@ -165,7 +165,7 @@ static void read_branch(struct api_orbits *asked, const struct api_value *branch
     if (omega) {
         static const char *const others[] = {"arm", "harmonic", NULL};
         asked->problem.vary = PEND_ORBIT_OMEGA;
-        fault_others(branch, others, "does not go together with omega, which all drives share",
+        fault_others(branch, others, "cannot be combined with omega, which all drives share",
                      problem);
     } else {
         read_varied(asked, branch, problem);

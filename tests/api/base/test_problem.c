@@ -69,7 +69,7 @@ TEST(problem_of_faults_is_a_422_with_pointers) {
     api_problem_fault(&problem, "", "has \"no\" arms");
     CHECK_TEXT(text_of(&problem),
                "{\"type\":\"/docs#problem-invalid-request\",\"title\":\"Unprocessable "
-               "Content\",\"status\":422,\"detail\":\"2 faults in "
+               "Content\",\"status\":422,\"detail\":\"2 errors in "
                "the request: see "
                "errors\",\"errors\":[{\"pointer\":\"/pendulum/arms/3/mass\",\"detail\":\"must be "
                "greater than 0, got "
@@ -109,7 +109,7 @@ TEST(problem_keeps_a_hundred_faults_and_counts_the_rest) {
     CHECK_INT(problem.count, 100);
     CHECK_INT(problem.beyond, 150);
     const char *text = text_of(&problem);
-    CHECK(strstr(text, "\"250 faults in the request: see errors\"") != NULL);
+    CHECK(strstr(text, "\"250 errors in the request: see errors\"") != NULL);
     CHECK(strstr(text, "\"errors_omitted\":150}") != NULL);
     CHECK(strstr(text, "/99\"") && !strstr(text, "/100\""));
     api_problem_clear(&problem);

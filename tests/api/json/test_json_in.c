@@ -146,12 +146,12 @@ TEST(json_that_is_none_is_refused_with_what_was_expected_and_found) {
     refuses("\"\\", "a backslash in a string must be followed by one of");
     refuses("\"\\u12g4\"", "four hexadecimal digits");
     refuses("\"\\u12", "four hexadecimal digits");
-    refuses("\"\\ud800\"", "a high surrogate stands alone");
-    refuses("\"\\ud800\\n\"", "a high surrogate stands alone");
-    refuses("\"\\ud800\\ud800\"", "a high surrogate stands alone");
-    refuses("\"\\udc00\"", "a low surrogate stands alone");
-    refuses("\"\\u0000\"", "may not hold the character U+0000");
-    refuses("{\"\\u0000\":1}", "may not hold the character U+0000");
+    refuses("\"\\ud800\"", "a high surrogate is unpaired");
+    refuses("\"\\ud800\\n\"", "a high surrogate is unpaired");
+    refuses("\"\\ud800\\ud800\"", "a high surrogate is unpaired");
+    refuses("\"\\udc00\"", "a low surrogate is unpaired");
+    refuses("\"\\u0000\"", "must not contain the character U+0000");
+    refuses("{\"\\u0000\":1}", "must not contain the character U+0000");
     refuses("\"\xc0\x80\"", "the byte 0xC0 does not begin a UTF-8 character");
     refuses("\"\xed\xa0\x80\"", "the byte 0xED does not begin a UTF-8 character");
     refuses("\"\xe2\x82\"", "the byte 0xE2 does not begin a UTF-8 character");

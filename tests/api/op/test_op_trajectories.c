@@ -186,7 +186,7 @@ TEST(all_faults_of_a_request_are_told_at_once) {
         CHECK_SAYING(test_reply_has_fault(&reply, pointers[i], ""), "no fault at %s: %s",
                      pointers[i], reply.out.data);
     CHECK_INT(test_reply_faults(&reply), 10);
-    CHECK_TEXT(test_reply_text(&reply, "/detail"), "10 faults in the request: see errors");
+    CHECK_TEXT(test_reply_text(&reply, "/detail"), "10 errors in the request: see errors");
     test_reply_free(&reply);
 }
 
