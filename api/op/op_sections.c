@@ -87,8 +87,7 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     (void)api_field_word(API_MEMBER(section, "unit"), units, &degrees, problem);
     if (from_theta && api_value_kind(&phi) != API_MISSING)
         api_value_fault(&phi, problem,
-                        API_CODE_CONFLICT
-                        "cannot be combined with \"theta\": give one of the two");
+                        API_CODE_CONFLICT "cannot be combined with \"theta\": give one of the two");
     if (!from_theta && api_value_kind(&phi) == API_MISSING)
         api_value_fault(section, problem,
                         API_CODE_MISSING "needs the angle of the section: \"theta\" or \"phi\"");

@@ -93,10 +93,9 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
                         API_CODE_CONFLICT
                         "cannot be combined with \"times\": members start at the first of these");
     if (api_value_kind(&duration) != API_MISSING)
-        api_value_fault(
-            &duration, problem,
-            API_CODE_CONFLICT
-            "cannot be combined with \"times\", which set the length of a trajectory");
+        api_value_fault(&duration, problem,
+                        API_CODE_CONFLICT
+                        "cannot be combined with \"times\", which set the length of a trajectory");
     enum pend_status status = api_times_read(&e->times, &times, reading->limits, problem);
     if (status != PEND_OK) return status == PEND_NO_MEMORY ? status : PEND_OK;
     long count = e->times.times.count;

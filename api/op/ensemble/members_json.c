@@ -348,10 +348,9 @@ static enum pend_status read_way(struct api_members *members, enum way chosen,
                                  const struct reading *reading) {
     struct api_value initial = api_value_member(root, "initial");
     if (chosen == WAY_STATES && api_value_kind(&initial) != API_MISSING)
-        api_value_fault(
-            &initial, reading->problem,
-            API_CODE_CONFLICT
-            "cannot be combined with \"states\", which give the start of each member");
+        api_value_fault(&initial, reading->problem,
+                        API_CODE_CONFLICT
+                        "cannot be combined with \"states\", which give the start of each member");
     if (chosen == WAY_STATES) return read_states(members, way, reading);
     if (chosen == WAY_MEMBERS) return read_members(members, way, &initial, reading);
     if (reading->tree->n)

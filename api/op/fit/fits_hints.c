@@ -152,6 +152,8 @@ static int hint_round(struct api_hints *h, int which) {
 static int hint_angles(struct api_hints *h, int rates) {
     struct api_fit *fit = &h->tried;
     int seen = 0, joint = 0;
+    // a small swing and its rate look alike
+    if (rates && h->left < 1 - hints_explained) return 0;
     for (int c = 0; c < fit->columns; c++) {
         struct pend_fit_column *column = &fit->column[c];
         if (column->kind != PEND_FIT_PHI) continue;

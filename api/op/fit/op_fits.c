@@ -322,8 +322,7 @@ static enum pend_status fits_step(struct fits *fits, const struct api_turn *turn
         enum pend_status status = pend_fit_step(fits->fit, over, error);
         // a likely mistake in the table explains more than how the search ended
         if (status != PEND_OK && status != PEND_NO_MEMORY && error && *fits->asked.advice)
-            snprintf(error->text, sizeof error->text, "the fit failed: %s",
-                     fits->asked.advice);
+            snprintf(error->text, sizeof error->text, "the fit failed: %s", fits->asked.advice);
         if (status != PEND_OK && status != PEND_NO_MEMORY && !fits->begun && turn->problem && error)
             api_problem_fault(turn->problem, fits->asked.runs > 1 ? "/data/runs" : "/initial",
                               API_CODE_OUT_OF_RANGE "%s", error->text);

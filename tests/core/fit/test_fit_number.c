@@ -12,7 +12,7 @@
 #include "core/fit/fit_model.h"
 #include "tests/harness/test.h"
 
-enum { ROWS = 5, MOST = 12, UNKNOWNS = 16 };
+enum { ROWS = 5, MOST = 12, UNKNOWNS = 20 };
 
 static const double t[ROWS] = {0.1, 0.35, 0.6, 0.9, 1.3};
 
@@ -114,72 +114,53 @@ static void check_slopes(struct motion *m) {
     free(slope);
 }
 
+/* one arm, two arms, an arm on a cart; without accelerations the shift is an unknown too */
 TEST(measurements_have_the_derivatives_of_their_values) {
-    for (int arms = 1; arms < 3; arms++) {
+    for (int which = 0; which < 4; which++) {
         struct motion m;
-        int last = arms - 1;
-        motion_new(&m, arms, 0);
-        // the shift is not an unknown together with accelerations
+        int cart = which == 3, last = which % 2, forces = which < 2;
+        motion_new(&m, cart ? 1 : 1 + last, cart);
         for (int i = 0; i < PEND_FIT_CAMERA; i++)
-            if (i != PEND_FIT_SHIFT) motion_unknown(&m, i, 0, 0, m.problem.camera[i]);
+            if (!forces || i != PEND_FIT_SHIFT) motion_unknown(&m, i, 0, 0, m.problem.camera[i]);
+        if (cart) last = 0;
         motion_column(&m, PEND_FIT_PHI, last, -1);
         motion_column(&m, PEND_FIT_X, last, -1);
         motion_column(&m, PEND_FIT_Y, last, -1);
         motion_column(&m, PEND_FIT_RATE, last, -1);
         motion_column(&m, PEND_FIT_PASSAGE, 0, -1);
-        motion_column(&m, PEND_FIT_ALONG, 0, 0.25);
-        motion_column(&m, PEND_FIT_ACROSS, 0, 0.25);
-        motion_column(&m, PEND_FIT_ALONG, last, -1);
-        motion_column(&m, PEND_FIT_ACROSS, last, -1);
-        m.column[8].still = 1;
-        if (arms == 1) motion_column(&m, PEND_FIT_AMPLITUDE, 0, -1);
-        if (arms == 1) motion_column(&m, PEND_FIT_PERIOD, 0, -1);
-        motion_unknown(&m, PEND_FIT_CAMERA + 5, 0, 0, 0.2);
-        check_slopes(&m);
-    }
-}
-
-TEST(measurements_on_a_cart_and_by_a_late_clock_have_the_derivatives_of_their_values) {
-    for (int cart = 0; cart < 2; cart++) {
-        struct motion m;
-        motion_new(&m, cart ? 1 : 2, cart);
-        motion_unknown(&m, PEND_FIT_SHIFT, 0, 0, 0.05);
-        motion_column(&m, PEND_FIT_PHI, 0, -1);
-        motion_column(&m, PEND_FIT_X, 0, -1);
-        motion_column(&m, PEND_FIT_RATE, 0, -1);
-        motion_column(&m, PEND_FIT_PASSAGE, 0, -1);
         if (cart) motion_column(&m, PEND_FIT_CART, 1, -1);
+        for (int k = 0; k < 4 && forces; k++) {
+            motion_column(&m, k % 2 ? PEND_FIT_ACROSS : PEND_FIT_ALONG, k < 2 ? 0 : last,
+                          k < 2 ? 0.25 : -1);
+            m.column[m.problem.columns - 1].still = k == 3;
+        }
+        if (which == 0) motion_column(&m, PEND_FIT_AMPLITUDE, 0, -1);
+        if (which == 0) motion_column(&m, PEND_FIT_PERIOD, 0, -1);
+        motion_unknown(&m, PEND_FIT_CAMERA + 3, 0, 0, 0.2);
         check_slopes(&m);
         pend_terms_free(&m.terms);
     }
 }
 
-/* gravity at rest, a period by K(k), an amplitude by the energy, a passage just missed */
+/* gravity at rest, a period by K(sin 45 deg) = 1.854, an amplitude by the energy, a missed gate */
 TEST(measurements_of_states_are_those_of_textbooks) {
     struct motion m;
     double phi[1] = {-M_PI / 2}, rate[1] = {0}, acc[1] = {0}, place[1] = {0}, omega[1] = {2};
     struct fit_number number;
     motion_new(&m, 1, 0);
-    motion_column(&m, PEND_FIT_ALONG, 0, 0.3);
-    motion_column(&m, PEND_FIT_PERIOD, 0, -1);
-    motion_column(&m, PEND_FIT_AMPLITUDE, 0, -1);
-    motion_column(&m, PEND_FIT_PASSAGE, 0, -1);
-    struct fit_seen seen = {.problem = &m.problem,
-                            .length = m.length,
-                            .zero = m.zero,
-                            .omega = omega,
-                            .gravity = 9.81,
-                            .swing = 3};
+    static const enum pend_fit_kind kinds[] = {PEND_FIT_ALONG, PEND_FIT_PERIOD, PEND_FIT_AMPLITUDE,
+                                               PEND_FIT_PASSAGE};
+    for (int k = 0; k < 4; k++) motion_column(&m, kinds[k], 0, 0.3);
+    struct fit_seen seen = {.problem = &m.problem, .length = m.length, .zero = m.zero};
+    seen.omega = omega, seen.gravity = 9.81, seen.swing = 3;
     seen.value[PEND_DERIVED_PHI] = phi, seen.value[PEND_DERIVED_RATE] = rate;
     seen.value[PEND_DERIVED_ACC] = acc;
     seen.value[PEND_DERIVED_ZDD_RE] = seen.value[PEND_DERIVED_ZDD_IM] = place;
     pend_fit_number(&seen, &m.column[0], 0, 0, &number);
     CHECK(fabs(number.value + 9.81) < 1e-14);
-    // 4 K(sin 45 deg) / omega, K = 1.8540746773013719
     phi[0] = 0;
     pend_fit_number(&seen, &m.column[1], 0, 0, &number);
     CHECK(fabs(number.value - 2 * 1.8540746773013719) < 1e-13);
-    // through the lowest place at 2 omega sin(amplitude / 2)
     phi[0] = -M_PI / 2, rate[0] = 4 * sin(0.4);
     pend_fit_number(&seen, &m.column[2], 0, 0, &number);
     CHECK(fabs(number.value - 0.8) < 1e-13);

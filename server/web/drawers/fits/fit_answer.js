@@ -36,8 +36,11 @@ const SENTENCES = [
  * The name of a number in the page's language.
  * @param {Text} text @param {{vary: string, arm?: number}} one
  */
-export const nameOf = (text, { vary, arm }) =>
-  arm ? text("fits.ofArm", { what: text(`fits.${vary}`), arm }) : text(`fits.${vary}`);
+export const nameOf = (text, { vary, arm }) => {
+  if (/^bias_/.test(vary))
+    return `${text("fits.acceleration")}: ${text(`fits.role.${vary.slice(5)}`, { arm })}`;
+  return arm ? text("fits.ofArm", { what: text(`fits.${vary}`), arm }) : text(`fits.${vary}`);
+};
 
 /** An answer's pendulum as the page has pendulums. @param {any} pendulum @returns {Tree} */
 function treeOf({ arms, gravity, drag_per_mass: air, pivot }) {
@@ -56,7 +59,8 @@ function treeOf({ arms, gravity, drag_per_mass: air, pivot }) {
 /** @param {Fitted} fitted the fitted pendulum, its start, and when it is there */
 export function motionOf({ answer }) {
   const { pendulum, initial, times } = answer.request;
-  const start = { phi: initial.phi, phid: initial.phid ?? initial.phi.map(() => 0) };
+  const { phi, phid = phi.map(() => 0), cart } = initial;
+  const start = { phi, phid, ...(cart && { cart }) };
   return { pendulum: treeOf(pendulum), initial: start, times };
 }
 
@@ -265,7 +269,16 @@ const broken = (list) =>
 const colourOf = (k) => `--arm-${(k % 8) + 1}`;
 
 /** What is drawn together: its unit is that of the picture. @type {{[unit: string]: RegExp}} */
-const GROUPS = { "\u00b0": /^(theta|phi|joint)$/, "\u00b0/s": /^thetad$/, "": /^[xy]$/ };
+const GROUPS = {
+  "\u00b0": /^(theta|phi|joint|amplitude)$/,
+  "\u00b0/s": /^thetad$/,
+  "": /^[xy]$/,
+  "m/s\u00b2": /^(along|across)$/,
+  s: /^period$/,
+  m: /^cart$/,
+};
+const TURNS = /^(theta|phi|joint|thetad|amplitude)$/;
+const SMOOTH = /^(theta|phi|joint|thetad)$/;
 
 /**
  * The series of one kind, angles, rates or places: measured, of the model, and left over.
@@ -280,14 +293,14 @@ function curvesOf({ answer, body, measured }, model, group) {
     if (!group.test(kind)) return;
     const colour = colourOf(k);
     const turning = GROUPS["\u00b0"].test(kind);
-    const factor = GROUPS[""].test(kind) ? 1 : 1 / DEGREE;
-    const shown = values.map((value) => {
+    const factor = TURNS.test(kind) ? 1 / DEGREE : 1;
+    const folded = (/** @type {number | null} */ value) => {
       const scaled = value === null ? null : value * factor;
       return scaled === null || !turning ? scaled : scaled - 360 * Math.ceil(scaled / 360 - 0.5);
-    });
-    const line = model.column(kind, arm);
-    over.push({ xs: model.t, ys: turning ? broken(line) : line, colour });
-    over.push({ xs: measured.t, ys: shown, colour, dots: 2.2 });
+    };
+    // between the instants it is known of angles, rates, and places without a lens and a cart
+    const bare = !("reach" in answer.camera) && !answer.request.pendulum.pivot?.cart;
+    const smooth = GROUPS[""].test(kind) ? bare : SMOOTH.test(kind);
     // the server's are model less measurement, over a sigma that it knows
     const { sigma = 1 } = /** @type {{sigma?: number | number[]}} */ (body.data.series[k]);
     const rest = answer.residuals.map(
@@ -296,6 +309,12 @@ function curvesOf({ answer, body, measured }, model, group) {
           ? null
           : -Number(row[k]) * factor * (Array.isArray(sigma) ? sigma[i] : sigma),
     );
+    const ends = values.map((value, i) =>
+      value === null || rest[i] === null ? null : folded(value - rest[i] / factor),
+    );
+    const line = smooth ? model.column(kind, arm) : ends;
+    over.push({ xs: smooth ? model.t : measured.t, ys: turning ? broken(line) : line, colour });
+    over.push({ xs: measured.t, ys: values.map(folded), colour, dots: 2.2 });
     left.push({ xs: measured.t, ys: rest, colour, dots: 1.8 });
   });
   return { over, left };

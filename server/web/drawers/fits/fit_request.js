@@ -9,11 +9,13 @@ import { columnsLike } from "./fit_table.js";
 
 /**
  * What has been chosen; columns: what they are, where the engine took them for something else;
- * places: whether the pivot's place and the turn of the camera are sought as
- * well; sigmas as typed, NaN for none, in the unit of the columns.
+ * places: whether the pivot's place, the turn, the tilt and the
+ * distortion of the camera are sought as well; stage: the pendulum of the stage is fitted, though
+ * the table has another number of arms; sigmas as typed, NaN for none, in the unit of the columns.
  * @typedef {{
  *   columns: import("./fit_table.js").Given, angle: string, place: string,
- *   down: boolean, origin: boolean, turned: boolean,
+ *   down: boolean, origin: boolean, turned: boolean, tilt: boolean, distortion: boolean,
+ *   stage: boolean,
  *   sigmaAngle: number, sigmaPlace: number, unknown: Set<string>,
  * }} Choices
  */
@@ -42,7 +44,27 @@ const UNITS = {
   thetad: ["\u00b0/s", 1 / DEGREE],
   zero: ["\u00b0", 1 / DEGREE],
   bias: ["\u00b0/s", 1 / DEGREE],
+  bias_along: ["m/s\u00b2", 1],
+  bias_across: ["m/s\u00b2", 1],
 };
+
+/**
+ * A chain of equal arms that swings about as fast as what was measured.
+ * @param {number} arms @param {number} gravity m/s^2
+ * @param {import("./fit_table.js").FitTable} table @returns {Tree}
+ */
+export function plainTree(arms, gravity, { data }) {
+  const { t, series } = data ?? { t: [], series: [] };
+  const list = (series.find((one) => !("y" in one))?.values ?? []).map(Number);
+  const mean = list.reduce((sum, one) => sum + one, 0) / list.length;
+  const passed = t.filter((_, i) => i && list[i] > mean !== list[i - 1] > mean);
+  const period = (2 * (passed[passed.length - 1] - passed[0])) / (passed.length - 1);
+  const length = gravity * (period / (2 * Math.PI)) ** 2;
+  const long = passed.length > 2 && length > 0.01 && length < 100 ? length : 0.5;
+  const each = Number((long / arms).toPrecision(3));
+  const row = (/** @type {number} */ value) => Array(arms).fill(value);
+  return { length: row(each), mass: row(1), parent: row(0).map((_, k) => k), gravity };
+}
 
 /** @param {string} vary @param {number} [arm] @returns {Candidate} */
 const candidate = (vary, arm) => ({
@@ -79,6 +101,8 @@ export function candidatesOf(tree, table) {
   const instruments = [
     ["zero", /^(theta|phi|joint) /],
     ["bias", /^thetad /],
+    ["bias_along", /^along /],
+    ["bias_across", /^across /],
   ];
   const added = instruments.flatMap(([vary, kind]) => {
     const measured = columnsLike(table, kind).map(({ is }) => Number(is.split(" ")[1]));
@@ -109,6 +133,9 @@ export function measuredOf({ data }, { down }) {
 
 /** @typedef {ReturnType<typeof measuredOf>} Measured */
 
+/** Series in rad or rad/s. */
+const TURNS = /^(theta|phi|joint|thetad|amplitude)$/;
+
 /** @param {string} kind of a series */
 export const isPlace = (kind) => kind === "x" || kind === "y";
 
@@ -116,30 +143,32 @@ export const isPlace = (kind) => kind === "x" || kind === "y";
  * The camera, null where no places were measured. Where it begins is taken from the data.
  * @param {Measured} measured @param {Choices} choices
  */
-function cameraOf({ series }, { place, origin, turned }) {
+function cameraOf({ series }, { place, origin, turned, tilt, distortion }) {
   if (!series.some(({ kind }) => isPlace(kind))) return null;
   const scale = PLACES[place];
   const unknown = [
     ...(scale ? [] : ["scale"]),
     ...(origin ? ["origin"] : []),
     ...(turned ? ["rotation"] : []),
+    ...(tilt ? ["tilt"] : []),
+    ...(distortion ? ["distortion"] : []),
   ];
   return { ...(scale && { scale }), unknown };
 }
 
 /**
  * The body for POST /v1/fits.
- * @param {Doc} doc @param {import("./fit_table.js").FitTable} table @param {Measured} measured
- * @param {Choices} choices
+ * @param {Tree} pendulum @param {import("./fit_table.js").FitTable} table
+ * @param {Measured} measured @param {Choices} choices
  */
-export function fitBody({ pendulum }, table, measured, choices) {
+export function fitBody(pendulum, table, measured, choices) {
   const { angle, sigmaAngle, sigmaPlace, unknown } = choices;
   const camera = cameraOf(measured, choices);
   const turn = angle === "deg" ? DEGREE : 1;
   const series = measured.series.map(({ kind, arm, values, sigma: listed }) => {
-    const typed = isPlace(kind) ? sigmaPlace : sigmaAngle * turn;
+    const typed = isPlace(kind) ? sigmaPlace : TURNS.test(kind) ? sigmaAngle * turn : NaN;
     const sigma = typed > 0 ? typed : listed;
-    return { [kind]: arm, values, ...(sigma && { sigma }) };
+    return { [kind]: kind === "cart" || arm, values, ...(sigma && { sigma }) };
   });
   const all = candidatesOf(pendulum, table);
   const named = all.map(({ vary, arm }) => (arm ? { vary, arm } : { vary }));
@@ -166,6 +195,8 @@ export function foundOf({ unknowns, camera }, unit) {
     scale: [{ id: "scale", vary: "scale", unit: `${unit}/m`, factor: 1 }],
     rotation: [{ id: "rotation", vary: "rotation", unit: "\u00b0", factor: 1 / DEGREE }],
     origin: ["origin_x", "origin_y"].map((vary) => ({ id: vary, vary, unit, factor: 1 })),
+    tilt: ["x", "y"].map((id) => ({ id: `tilt_${id}`, vary: "tilt", unit: "1/m", factor: 1 })),
+    distortion: [{ id: "distortion", vary: "distortion", unit: "%", factor: 100 }],
   };
   return [...own, ...(camera?.unknown ?? []).flatMap((name) => more[name])];
 }

@@ -1,5 +1,5 @@
 // A table of measurements as people have it: what the engine takes its columns for, shown, with a
-// choice for each; files in the encodings that programs save.
+// choice for each.
 // Leaves to others: reading the table (the engine, POST /v1/tables), the request (fit_request.js).
 // Invariant: what the engine is not sure of is shown with its reason.
 
@@ -8,7 +8,7 @@ import { pendulumOf } from "../../terms.js";
 import { choice, figure } from "../kit/kit.js";
 
 const SHOWN = 4; // rows of the table
-const KINDS = ["theta", "x", "y", "phi", "joint", "thetad"];
+const KINDS = "theta x y phi joint thetad amplitude period along across".split(" ");
 const DEGREE = Math.PI / 180;
 
 /** A column: `is` "t", "theta 1", "x 2", "sigma theta 1" or "".
@@ -30,28 +30,32 @@ const DEGREE = Math.PI / 180;
 
 /**
  * Asks the engine for its reading; throws what the client throws.
- * @param {Client} client @param {Tree} tree @param {string} csv @param {Given} columns
+ * @param {Client} client @param {Tree | null} tree null: the table names the arms
+ * @param {string} csv @param {Given} columns
  * @param {AbortSignal} signal @returns {Promise<FitTable>}
  */
 export async function tableOf(client, tree, csv, columns, signal) {
   const data = { csv, ...(columns.length && { columns }) };
-  const body = { pendulum: pendulumOf(tree), data, include: ["data"] };
+  const body = { ...(tree && { pendulum: pendulumOf(tree) }), data, include: ["data"] };
   return (await client.tables(body, { signal })).tables[0];
-}
-
-/** A file's text, in UTF-8, UTF-16 or, if it is neither, Windows-1252. @param {File} file */
-export async function wordsOf(file) {
-  const bytes = new Uint8Array(await file.arrayBuffer());
-  const wide = { "255,254": "utf-16le", "254,255": "utf-16be" }[bytes.slice(0, 2).join()];
-  try {
-    return new TextDecoder(wide ?? "utf-8", { fatal: true }).decode(bytes);
-  } catch {
-    return new TextDecoder("windows-1252").decode(bytes);
-  }
 }
 
 /** Columns of a kind: "theta", "x". @param {FitTable} table @param {RegExp} kind */
 export const columnsLike = ({ columns }, kind) => columns.filter(({ is }) => kind.test(is));
+
+/** The highest arm that is measured. @param {FitTable} table */
+const armsIn = ({ columns }) =>
+  columns.reduce((most, { is }) => Math.max(most, Number(/ (\d+)$/.exec(is)?.[1] ?? 0)), 0);
+
+/**
+ * How many arms a table measures, as the engine reads it for the pendulum of the stage, or by
+ * itself where it names arms that this one has not.
+ * @param {Client} client @param {FitTable} table @param {string} csv @param {AbortSignal} signal
+ */
+export async function armsOf(client, table, csv, signal) {
+  const more = table.columns.some(({ why }) => why?.startsWith("names no arm"));
+  return armsIn(more ? await tableOf(client, null, csv, [], signal) : table);
+}
 
 /** "deg" or "rad", whichever the angles and angular velocities are in. @param {FitTable} table */
 export function angleOf(table) {
@@ -115,7 +119,10 @@ function optionsOf(text, arms, table) {
     { value: "t (ms)", words: text("fits.ms") },
     { value: "t (min)", words: text("fits.min") },
   ];
-  return [{ value: "", words: text("fits.role.none") }, ...times, ...all, ...errors];
+  const cart = table.columns.some(({ is }) => is === "cart")
+    ? [{ value: "cart", words: text("fits.role.cart") }]
+    : [];
+  return [{ value: "", words: text("fits.role.none") }, ...times, ...all, ...cart, ...errors];
 }
 
 /**
@@ -141,20 +148,14 @@ export function columnsShown(text, table, arms, change) {
 
 /**
  * What the engine was not sure of, why it leaves columns out, and what it suggests; null if
- * nothing. zero: lets the zero of an arm's angle be found.
- * @param {Text} text @param {FitTable} table @param {(arm: number) => unknown} zero
+ * nothing.
+ * @param {Text} text @param {FitTable} table
  */
-export function doubtsShown(text, { columns, suggestions }, zero) {
+export function doubtsShown(text, { columns, suggestions }) {
   const whys = columns.flatMap(({ name, why }, k) =>
     why ? [h("li", {}, `${name || k + 1}: ${why}`)] : [],
   );
-  const advice = suggestions.map((words) => {
-    const arm = Number(/"zero" of arm (\d+)/.exec(words)?.[1]);
-    const click = () => zero(arm);
-    const key = h("button", { type: "button", class: "link", "data-fit": "zero", on: { click } });
-    key.append(text("fits.findZero"));
-    return h("li", { "data-fit": "suggestion" }, words, ...(arm ? [" ", key] : []));
-  });
+  const advice = suggestions.map((words) => h("li", { "data-fit": "suggestion" }, words));
   const list = [...advice, ...whys];
   if (!list.length) return null;
   const sure = columns.every((column) => column.sure);

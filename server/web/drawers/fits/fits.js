@@ -9,20 +9,22 @@ import { h } from "../../dom.js";
 import { fromRequest } from "../../state.js";
 import { reach } from "../../tree.js";
 import { motionOf, nameOf, scrolled, showFit } from "./fit_answer.js";
-import { candidatesOf, fitBody, foundOf, measuredOf, usual } from "./fit_request.js";
+import { wordsOf } from "./fit_files.js";
+import { candidatesOf, fitBody, foundOf, measuredOf, plainTree, usual } from "./fit_request.js";
 import * as tables from "./fit_table.js";
 import { computed } from "../kit/job.js";
 import { aborted, button, choice, settled, tick } from "../kit/kit.js";
 
-const BINARY = /[\0-\x08\x0e-\x1f]/; // no text holds these
 const STEP = 0.01; // s between the samples of the fitted motion
 
 /** @typedef {import("./fit_request.js").Choices} Choices */
 
 /**
- * The part while it is there; tree: of which `choices.unknown` are numbers.
+ * The part while it is there; tree: that is fitted, of which `choices.unknown` are numbers; arms:
+ * of the table.
  * @typedef {ReturnType<typeof partsOf> & {
  *   app: App, table: import("./fit_table.js").FitTable | null, choices: Choices, tree: Tree,
+ *   arms: number,
  *   looking: AbortController | null, stop: AbortController | null, endPlots: () => void,
  *   run: HTMLButtonElement,
  *   fitted: import("./fit_answer.js").Fitted | null,
@@ -51,6 +53,9 @@ const firstChoices = (tree) => ({
   down: false,
   origin: false,
   turned: false,
+  tilt: false,
+  distortion: false,
+  stage: false,
   sigmaAngle: NaN,
   sigmaPlace: NaN,
   unknown: new Set(usual(tree)),
@@ -69,6 +74,28 @@ function chooseFirst({ choices, table }, /** @type {Tree} */ tree) {
   choices.origin = choices.place === "px";
   choices.down = table.suggestions.some((words) => words.includes('"down": true'));
   choices.unknown = new Set(usual(tree));
+  // a zero that is elsewhere is found with the rest
+  for (const words of table.suggestions) {
+    const arm = /"zero" of arm (\d+)/.exec(words)?.[1];
+    if (arm) choices.unknown.add(`zero ${arm}`);
+  }
+}
+
+/**
+ * The pendulum to be fitted, and the table as the engine reads it for this one: that of the stage,
+ * or a plain one where the table measures another number of arms.
+ * @param {View} view @param {string} words @param {import("./fit_table.js").Given} given
+ * @param {AbortSignal} signal
+ */
+async function fitted(view, words, given, signal) {
+  const { client, store } = view.app;
+  const { pendulum } = store.get();
+  const table = await tables.tableOf(client, pendulum, words, given, signal);
+  view.arms = await tables.armsOf(client, table, words, signal);
+  const same = !view.arms || view.arms === pendulum.length.length || view.choices.stage;
+  if (same) return { tree: pendulum, table };
+  const tree = plainTree(view.arms, pendulum.gravity, table);
+  return { tree, table: await tables.tableOf(client, tree, words, given, signal) };
 }
 
 /** What the engine says of a text that is no table. @param {any} error @param {Text} text */
@@ -87,23 +114,21 @@ function faultOf(error, text) {
  */
 async function read(view, given = []) {
   const { app, field, choices } = view;
-  const { client, store, text } = app;
-  const { pendulum } = store.get();
+  const { text } = app;
   const words = field.value;
   view.looking?.abort();
   const looking = new AbortController();
-  Object.assign(view, { looking, fitted: null, tree: pendulum });
+  Object.assign(view, { looking, fitted: null });
   if (!given.length) view.table = null;
   let fault = "";
   try {
-    if (words.trim())
-      view.table = await tables.tableOf(client, pendulum, words, given, looking.signal);
+    if (words.trim()) Object.assign(view, await fitted(view, words, given, looking.signal));
     choices.columns = given;
   } catch (error) {
     if (aborted(error)) return false;
     fault = faultOf(error, text);
   }
-  if (!given.length) chooseFirst(view, pendulum);
+  if (!given.length) chooseFirst(view, view.tree);
   if (view.table) choices.angle = tables.angleOf(view.table);
   build(view);
   say(view, fault || (view.table ? text("fits.rows", { count: view.table.rows }) : ""), !!fault);
@@ -112,20 +137,33 @@ async function read(view, given = []) {
 
 /** @param {View} view */
 function columnsOf(view) {
-  const { app, table, choices, unknowns, answer } = view;
-  const { text, store } = app;
+  const { app, table, choices, unknowns, answer, tree } = view;
+  const { text } = app;
   if (!table) return [];
-  const arms = store.get().pendulum.length.length;
+  const arms = tree.length.length;
   const rows = tables.columnsShown(text, table, arms, (k, value) =>
     read(view, tables.givenWith(table, choices.columns, k, value)),
   );
-  const doubts = tables.doubtsShown(text, table, (arm) => {
-    choices.unknown.add(`zero ${arm}`);
-    build(view);
-  });
+  const doubts = tables.doubtsShown(text, table);
   answer.replaceChildren();
   unknowns.hidden = false;
-  return [scrolled(text("fits.columns"), ...rows), ...(doubts ? [doubts] : [])];
+  return [scrolled(text("fits.columns"), ...rows), ...(doubts ? [doubts] : []), ...otherOf(view)];
+}
+
+/** That the pendulum to be fitted is not that of the stage, with the other choice.
+ * @param {View} view */
+function otherOf(view) {
+  const { app, arms, choices } = view;
+  const { text, store } = app;
+  const has = store.get().pendulum.length.length;
+  if (!arms || arms === has) return [];
+  const change = () => {
+    choices.stage = !choices.stage;
+    read(view);
+  };
+  const words = text("fits.arms", { arms, has });
+  const key = text(choices.stage ? "fits.plain" : "fits.stage");
+  return [h("p", { "data-fit": "arms" }, words, " ", button(key, change, { class: "link" }))];
 }
 
 /** A number that may be left out. @param {Text} text @param {string} label @param {string} unit
@@ -159,7 +197,7 @@ function showOptions(view) {
     pick.select.dataset.fit = name;
     return pick.element;
   };
-  const box = (/** @type {"down" | "origin" | "turned"} */ name) => {
+  const box = (/** @type {"down" | "origin" | "turned" | "tilt" | "distortion"} */ name) => {
     const one = tick(text(`fits.${name}`), choices[name], (on) => {
       choices[name] = on;
     });
@@ -179,7 +217,9 @@ function showOptions(view) {
     });
   options.replaceChildren(
     ...(turning ? [angle(), sigma("sigmaAngle", choices.angle === "deg" ? "\u00b0" : "rad")] : []),
-    ...(places ? [place(), box("down"), box("origin"), box("turned")] : []),
+    ...(places
+      ? [place(), box("down"), box("origin"), box("turned"), box("tilt"), box("distortion")]
+      : []),
     ...(places ? [sigma("sigmaPlace", choices.place)] : []),
   );
 }
@@ -219,7 +259,7 @@ function missing({ app, table }) {
   if (!table) return text("fits.noTable");
   if (table.data) return "";
   if (!tables.columnsLike(table, /^t$/).length) return text("fits.noTime");
-  const measured = tables.columnsLike(table, /^(theta|phi|joint|x|y)/);
+  const measured = tables.columnsLike(table, /^(?!t$|sigma|$)/);
   return measured.length ? table.suggestions.join(" ") : text("fits.nothing");
 }
 
@@ -262,6 +302,7 @@ async function resume(view, { words, choices, fitted }) {
   const { app, field } = view;
   app.fitting = null;
   field.value = words;
+  view.choices.stage = choices.stage;
   if (!(await read(view, choices.columns)) || !view.table) return;
   const known = new Set(candidatesOf(view.tree, view.table).map(({ id }) => id));
   Object.assign(view.choices, choices, {
@@ -278,14 +319,13 @@ async function resume(view, { words, choices, fitted }) {
 /** @param {View} view */
 async function fit(view) {
   const { app, choices, table, bar, run } = view;
-  const { client, store, text } = app;
+  const { client, text } = app;
   if (view.stop) return view.stop.abort();
   const fault = missing(view);
   if (fault || !table) return say(view, fault, true);
   const stop = new AbortController();
-  const doc = store.get();
   const measured = measuredOf(table, choices);
-  const body = fitBody(doc, table, measured, choices);
+  const body = fitBody(view.tree, table, measured, choices);
   const unit = choices.place;
   const found = foundOf(body, unit);
   view.stop = stop;
@@ -310,8 +350,9 @@ async function fit(view) {
 /** A file that is chosen or dropped. @param {View} view @param {File | undefined} file */
 async function take(view, file) {
   if (!file) return;
-  const words = await tables.wordsOf(file);
-  if (BINARY.test(words)) return say(view, view.app.text("fits.binary"), true);
+  const words = await wordsOf(file).catch(() => null);
+  if (words === null) return say(view, view.app.text("fits.binary"), true);
+  view.choices.stage = false;
   view.field.value = words;
   read(view);
 }
@@ -337,7 +378,7 @@ function dropping(view, element) {
 
 /** The button that opens a file, and its unseen input. @param {View} view */
 function openerOf(view) {
-  const accept = ".csv,.txt,.tsv,text/csv,text/plain";
+  const accept = ".csv,.txt,.tsv,.dat,.xlsx,.zip,text/csv,text/plain";
   const unseen = { class: "unseen", tabindex: -1, "aria-hidden": "true" };
   const input = h("input", { type: "file", accept, ...unseen });
   input.addEventListener("change", () => take(view, input.files?.[0]));
@@ -359,6 +400,7 @@ export default async function mountFits(app) {
     table: null,
     choices: firstChoices(pendulum),
     tree: pendulum,
+    arms: 0,
     looking: null,
     stop: null,
     endPlots: () => {},
@@ -380,9 +422,11 @@ export default async function mountFits(app) {
   element.append(h("div", { class: "row" }, view.run), view.bar, view.answer);
   dropping(view, element);
   if (app.fitting) resume(view, app.fitting);
+  let stage = pendulum.parent.length;
   const end = store.subscribe((doc) => {
-    const same = doc.pendulum.parent.length === view.tree.parent.length;
-    if (!same && view.table) read(view);
+    const { length: arms } = doc.pendulum.parent;
+    if (arms !== stage && view.table) read(view);
+    stage = arms;
   });
   return {
     element,
