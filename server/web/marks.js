@@ -17,7 +17,7 @@ function slackMoments(track, only, pixels) {
   const counts = new Uint16Array(pixels);
   const { lambda } = track.columns;
   const { n, count, total } = track;
-  if (!lambda) return counts;
+  if (!lambda || !pixels) return counts;
   for (let i = 1; i < count; i++) {
     const pixel = Math.min(pixels - 1, Math.floor((i / (total - 1)) * pixels));
     const row = i * n;
@@ -87,7 +87,9 @@ function paint({ store, motion, clock }, context, width) {
   context.fillRect(0, HEIGHT / 2 - 2, width * share, 4);
   const until = motion.stats?.horizon ?? Infinity;
   if (until < clock.duration) hatch(context, (width * until) / clock.duration, width);
-  const counts = slackMoments(motion.track, store.get().view.selected, Math.round(width));
+  // who looks at forces sees when a rod has none
+  const { arrows, selected } = store.get().view;
+  const counts = slackMoments(motion.track, selected, arrows ? Math.round(width) : 0);
   ticks(context, counts);
   return counts.reduce((sum, count) => sum + count, 0);
 }

@@ -192,7 +192,8 @@ export function mountTimebar(element, app) {
   bag(
     store.subscribe((doc, before) => {
       settings(bar, doc);
-      if (doc.view.selected === before.view.selected) return;
+      const same = doc.view.arrows === before.view.arrows;
+      if (same && doc.view.selected === before.view.selected) return;
       marks.draw();
       explain(bar);
     }),

@@ -55,6 +55,9 @@ export async function the_time_bar_tells_slack_moments_and_the_end_of_trust(rig)
   assert.ok(until > 8 && until < 20, `trusted until ${until}`);
   const digits = String(Number(until.toPrecision(3))); // of the double: 11.95 is below the half
   await drawn(page);
+  assert.doesNotMatch(await page.textContent(".caption"), /marks/, "marks are for those who look at forces");
+  await page.click('[data-act="arrows"]');
+  await page.waitForFunction(() => /marks/.test(document.querySelector(".caption").textContent));
   assert.match(await page.textContent(".caption"), /marks.*shaded: not predictable after/);
   assert.ok((await page.textContent(".caption")).includes(`after ${digits} s`), await page.textContent(".caption"));
   // a pendulum of one arm on a small swing is never slack, and trusted for ever
