@@ -19,7 +19,7 @@ const READY = {
   method: "[data-fact=atEnd]",
   equations: "[data-part=bbb] .katex",
   share: "svg.qr",
-  worksheet: "[data-step='5']",
+  worksheet: "[data-sheet=begin]",
 };
 
 async function look(rig, name, options) {
@@ -37,6 +37,10 @@ async function look(rig, name, options) {
       await page.click("[data-add=off]");
       await page.click("[data-drawer=compare] [data-map=compute]");
       await page.waitForSelector("[data-drawer=compare] [data-map=png]:not([hidden])");
+    }
+    if (id === "worksheet") {
+      await page.click("[data-sheet=begin]");
+      await page.waitForSelector("[data-step='5']");
     }
     if (id === "method") await page.waitForSelector(".verdict");
     await drawn(page);
