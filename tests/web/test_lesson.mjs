@@ -49,7 +49,6 @@ export async function the_class_follows_the_teacher_s_stage_clock_and_drawer(rig
   for (const page of both) await page.waitForSelector("[data-drawer=plots]:not([hidden]) [data-chart=energy]");
   await ada.evaluate(() => pendulumd.edits.setMass(1, 5));
   assert.equal(await ada.evaluate(() => pendulumd.store.get().pendulum.mass[0]), 1, "the stage is the teacher's");
-  await rig.shot(phone, "lesson-follow-phone");
   await openDrawer(teacher, "class");
   // who comes later is there at once
   const late = await join(rig, code, "Cem");
@@ -65,7 +64,6 @@ export async function a_teacher_s_link_leads_the_room_from_another_device(rig) {
   const { page: teacher, code } = await teach(rig);
   await teacher.click("[data-class=lead]");
   await teacher.waitForSelector("dialog.lead svg");
-  await rig.shot(teacher, "lesson-lead");
   const token = await teacher.evaluate(() => JSON.parse(sessionStorage.getItem("pendulumd.rooms.tab"))[0].token);
   const other = await rig.open({ path: `/${code}#teach=${token}`, wait: false });
   await other.waitForSelector(".room-code");
@@ -117,7 +115,6 @@ export async function answers_lie_in_round_bins_before_the_class_and_the_right_o
   assert.ok(size >= 26, `${size} pixels`);
   const end = await teacher.locator("dialog.bars [data-class=closeQuestion]").boundingBox();
   assert.ok(end.y + end.height <= 900, "all of it is on the screen, its buttons too");
-  await rig.shot(teacher, "lesson-bars");
   await teacher.keyboard.press("Escape");
   await teacher.waitForSelector(".asked .histogram"); // it hangs in the drawer again
   await close(teacher);
@@ -158,7 +155,6 @@ export async function a_worksheet_goes_at_the_class_s_pace_and_tells_what_is_rig
   await answer("2");
   await pupil.waitForSelector("text=Handed in: 3 of 5 correct.");
   assert.deepEqual(await pupil.locator(".step-number").allTextContents(), ["✓", "✗", "✓", "✓", "✗"]);
-  await rig.shot(pupil, "lesson-handed-in");
   await pupil.click("[data-sheet=mine]");
   await hasArms(pupil, 3);
 
@@ -169,7 +165,6 @@ export async function a_worksheet_goes_at_the_class_s_pace_and_tells_what_is_rig
   assert.match(table, /✓ 2\.01 s\s+\(earlier: 3 s\)/);
   assert.match(table, /✗ 2 s/);
   assert.match(await teacher.innerText(".answers tfoot"), /1 \/ 1\s+0 \/ 1/);
-  await rig.shot(teacher, "lesson-answers");
   await teacher.keyboard.press("Escape");
   const [saved] = await Promise.all([teacher.waitForEvent("download"), teacher.click("[data-class=table]")]);
   const rows = readFileSync(await saved.path(), "utf8").trim().split("\r\n");
@@ -194,7 +189,6 @@ export async function the_wall_fills_its_screen_and_names_can_be_hidden(rig) {
   assert.ok(font >= 24, `${font} pixels`);
   await teacher.click("[data-class=anonymous]");
   assert.deepEqual(await teacher.locator(".cell-name").allTextContents(), ["Pupil 1", "Pupil 2", "Pupil 3"]);
-  await rig.shot(teacher, "lesson-wall");
   await teacher.keyboard.press("Escape");
   assert.ok((await teacher.locator(".cell").first().boundingBox()).width < 250);
   await close(teacher);

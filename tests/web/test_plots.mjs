@@ -189,7 +189,6 @@ export async function each_plot_has_its_times_round_numbers_and_names_at_the_lin
   assert.ok(angles.left.every((words) => Number(words) % 15 === 0 && Math.abs(Number(words)) <= 180), `${angles.left}`);
   assert.deepEqual(angles.names.map(({ words }) => words).sort(), ["1", "2"]);
   assert.ok(Math.abs(angles.names[0].y - angles.names[1].y) >= 10, "no name lies over another");
-  await rig.shot(page, "plots-folded");
   await page.click("[data-plots=fold]");
   assert.ok((await wordsOf(page, "angles")).left.some((words) => Math.abs(Number(words)) >= 720), "full turns are counted where they are wanted");
   await page.click("[data-plots=large]");
@@ -198,7 +197,6 @@ export async function each_plot_has_its_times_round_numbers_and_names_at_the_lin
   const large = await wordsOf(page, "energy");
   assert.ok(large.size >= 20 && large.left.length >= 3, `${large.size} pixels`);
   assert.ok(await page.evaluate(() => document.querySelector("[data-drawer=plots]").getBoundingClientRect().right <= document.querySelector(".panels").getBoundingClientRect().right), "nothing is cut off");
-  await rig.shot(page, "plots-large");
   await close(page);
 }
 
@@ -212,7 +210,6 @@ export async function two_quantities_stand_beside_the_stage_and_below_the_energi
   await page.selectOption("[data-axis=x]", "x_1");
   await page.selectOption("[data-axis=y]", "kinetic");
   assert.match(await page.getAttribute("[data-part=any] .plot", "aria-label"), /kinetic.* against .*x1/);
-  await rig.shot(page, "plots-own");
   await close(page);
 }
 
