@@ -103,6 +103,14 @@ double test_reply_number(const struct test_reply *reply, const char *pointer) {
     return number;
 }
 
+double test_reply_off(const struct test_reply *reply, int j, double truth) {
+    char pointer[40];
+    snprintf(pointer, sizeof pointer, "/unknowns/%d/value", j);
+    double value = test_reply_number(reply, pointer);
+    snprintf(pointer, sizeof pointer, "/unknowns/%d/error", j);
+    return fabs(value - truth) / test_reply_number(reply, pointer);
+}
+
 const char *test_reply_text(const struct test_reply *reply, const char *pointer) {
     const char *text = NULL;
     visit_at(reply, pointer, visit_text, &text);

@@ -31,6 +31,9 @@ void test_reply_free(struct test_reply *reply);
 /** The number at a pointer ("/phi/3/0"), NAN where there is none. */
 double test_reply_number(const struct test_reply *reply, const char *pointer);
 
+/** How many standard errors unknown j of a fit is off its true value. */
+double test_reply_off(const struct test_reply *reply, int j, double truth);
+
 /** The text at a pointer, or NULL; valid as long as the reply. */
 const char *test_reply_text(const struct test_reply *reply, const char *pointer);
 

@@ -104,6 +104,15 @@ int test_random_int(unsigned long long *state, int below) {
     return (int)(test_random(state) * below);
 }
 
+double test_noise(unsigned long long *state) {
+    return sqrt(6) * (test_random(state) + test_random(state) - 1);
+}
+
+double test_gauss(unsigned long long *state) {
+    double size = sqrt(-2 * log(1 - test_random(state)));
+    return size * cos(6.28318530717958647692 * test_random(state));
+}
+
 /* seconds that processors spent on this program and on the programs that it started and that
  * have ended */
 static double test_processor_seconds(void) {

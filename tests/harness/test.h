@@ -93,3 +93,6 @@ long test_disk_faults_off(void);
 double test_random(unsigned long long *state);
 /** The same, an integer in [0, below). */
 int test_random_int(unsigned long long *state, int below);
+/** The same, with mean 0 and variance 1: a sum of two, and normal by Box and Muller. */
+double test_noise(unsigned long long *state);
+double test_gauss(unsigned long long *state);

@@ -61,11 +61,6 @@ struct study {
 
 static const int parents[ARMS] = {-1, 0}, in_order[ARMS] = {0, 1};
 
-static double gauss(unsigned long long *seed) {
-    double size = sqrt(-2 * log(1 - test_random(seed)));
-    return size * cos(2 * M_PI * test_random(seed));
-}
-
 /* where the study has an unknown's number */
 static double *study_place(struct study *s, const struct pend_fit_unknown *u) {
     double *array[] = {s->phi, s->rate, s->length, s->mass, &s->problem.loads.gravity, s->value};
@@ -166,7 +161,7 @@ static void study_draw(struct study *s, int draw, unsigned long long *seed) {
     const struct model *model = s->model;
     for (int c = 0; c < s->problem.columns; c++) {
         for (int i = 0; i < model->rows; i++)
-            s->data[c][i] = s->seen[c][i] + model->noise * gauss(seed);
+            s->data[c][i] = s->seen[c][i] + model->noise * test_gauss(seed);
         enum pend_fit_kind kind = !model->places ? PEND_FIT_PHI : c % 2 ? PEND_FIT_Y : PEND_FIT_X;
         s->column[c] = (struct pend_fit_column){
             kind, model->places ? c / 2 : c, draw % 2 ? model->noise : 0, NULL, s->data[c], 0, 0, 0,

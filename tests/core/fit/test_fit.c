@@ -34,11 +34,6 @@ struct study {
 
 static const int parents[ARMS] = {-1, 0, 1}, in_order[ARMS] = {0, 1, 2};
 
-static double gauss(unsigned long long *seed) {
-    double size = sqrt(-2 * log(1 - test_random(seed)));
-    return size * cos(2 * M_PI * test_random(seed));
-}
-
 static void study_run(struct study *s, double span) {
     struct pend_problem problem = {
         .tree = s->tree,
@@ -103,7 +98,7 @@ static void study_angles(struct study *s, double noise, int known, unsigned long
     double sigma = noise * sqrt(square);
     for (int k = 0; k < s->n; k++) {
         for (int i = 0; i < s->rows; i++)
-            s->data[k][i] = remainder(s->angle[i * s->n + k] + sigma * gauss(seed), 2 * M_PI);
+            s->data[k][i] = remainder(s->angle[i * s->n + k] + sigma * test_gauss(seed), 2 * M_PI);
         s->column[k] = (struct pend_fit_column){
             PEND_FIT_PHI, k, known ? sigma : 0, NULL, s->data[k], 0, 0, 0, 0};
     }
@@ -490,8 +485,8 @@ TEST(fits_find_the_camera_with_the_pendulum) {
     for (int k = 0; k < 2; k++) {
         for (int i = 0; i < s.rows; i++) {
             double x = s.x[i * 2 + k], y = s.y[i * 2 + k], c = cos(turn), b = sin(turn);
-            s.data[2 * k][i] = ox + scale * (c * x - b * y) + sigma * gauss(&seed);
-            s.data[2 * k + 1][i] = oy + scale * (b * x + c * y) + sigma * gauss(&seed);
+            s.data[2 * k][i] = ox + scale * (c * x - b * y) + sigma * test_gauss(&seed);
+            s.data[2 * k + 1][i] = oy + scale * (b * x + c * y) + sigma * test_gauss(&seed);
             if (i % 10 == 3) s.data[2 * k][i] = NAN; // a frame that was missed
         }
         s.column[2 * k] =

@@ -29,11 +29,6 @@ struct film {
 
 static const int parents[ARMS] = {-1, 0}, in_order[ARMS] = {0, 1};
 
-static double gauss(unsigned long long *seed) {
-    double size = sqrt(-2 * log(1 - test_random(seed)));
-    return size * cos(2 * M_PI * test_random(seed));
-}
-
 /* the angles of a run, with noise */
 static void film_run(struct film *f, const struct pend_tree *tree, int run,
                      unsigned long long *seed) {
@@ -53,7 +48,7 @@ static void film_run(struct film *f, const struct pend_tree *tree, int run,
         int row = i * RUNS + run;
         f->t[row] = t[i], f->run[row] = run;
         for (int k = 0; k < ARMS; k++)
-            f->data[k][row] = remainder(angle[i * ARMS + k] + sigma * gauss(seed), 2 * M_PI);
+            f->data[k][row] = remainder(angle[i * ARMS + k] + sigma * test_gauss(seed), 2 * M_PI);
     }
 }
 

@@ -15,11 +15,6 @@ enum { ROWS = 200, UNKNOWNS = 3, DRAWS = 200 };
 
 static const double truth[UNKNOWNS] = {0.7, 1.2 - M_PI / 2, 0.3};
 
-static double gauss(unsigned long long *seed) {
-    double size = sqrt(-2 * log(1 - test_random(seed)));
-    return size * cos(2 * M_PI * test_random(seed));
-}
-
 /* one arm, 8 s from 1.2 rad, its length and start to be found */
 struct study {
     double length, mass, phi, rate, t[ROWS], angle[ROWS], data[ROWS], knee;
@@ -75,11 +70,11 @@ static void study_new(struct study *s, double sigma) {
 
 /* noise of standard deviation 1 that is by `alike` what it was the row before */
 static void study_noise(struct study *s, double size, double alike, unsigned long long *seed) {
-    double noise = gauss(seed);
+    double noise = test_gauss(seed);
     for (int i = 0; i < ROWS; i++) {
         double far = s->often > 0 && test_random(seed) < s->often ? 10 : 1;
         s->data[i] = s->angle[i] + far * size * noise;
-        noise = alike * noise + sqrt(1 - alike * alike) * gauss(seed);
+        noise = alike * noise + sqrt(1 - alike * alike) * test_gauss(seed);
     }
 }
 

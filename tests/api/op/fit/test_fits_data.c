@@ -37,10 +37,6 @@ static double number(const struct test_reply *reply, const char *name, int i, in
     return test_reply_number(reply, pointer);
 }
 
-static double noise(unsigned long long *seed) {
-    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
-}
-
 /* a table of an arm's angle, or of both, each line behind `unit` of them */
 static char *table(char *at, const struct test_reply *from, int rows, int arms, double unit,
                    const char *names, unsigned long long *seed) {
@@ -48,18 +44,11 @@ static char *table(char *at, const struct test_reply *from, int rows, int arms, 
     for (int i = 0; i < rows; i++) {
         at += sprintf(at, "%.12g", number(from, "t", i, -1));
         for (int k = 0; k < arms; k++)
-            at += sprintf(at, ",%.9g", unit * (number(from, "theta", i, k) + 0.01 * noise(seed)));
+            at += sprintf(at, ",%.9g",
+                          unit * (number(from, "theta", i, k) + 0.01 * test_noise(seed)));
         at += sprintf(at, "\\n");
     }
     return at;
-}
-
-static double off(const struct test_reply *reply, int j, double truth) {
-    char pointer[40];
-    snprintf(pointer, sizeof pointer, "/unknowns/%d/value", j);
-    double value = test_reply_number(reply, pointer);
-    snprintf(pointer, sizeof pointer, "/unknowns/%d/error", j);
-    return fabs(value - truth) / test_reply_number(reply, pointer);
 }
 
 #define REST                                                                                       \
@@ -86,7 +75,7 @@ TEST(fits_of_several_runs_have_a_start_each) {
         at += sprintf(at, "{\"theta\":%d,\"sigma\":0.01,\"values\":[", k + 1);
         for (int i = 0; i < ROWS; i++)
             at += sprintf(at, "%s%.9g", i ? "," : "",
-                          number(&one, "theta", i, k) + 0.01 * noise(&seed));
+                          number(&one, "theta", i, k) + 0.01 * test_noise(&seed));
         at += sprintf(at, "]}%s", k ? "," : "");
     }
     at += sprintf(at, "]},{\"initial\":{\"theta\":[-0.6,0.9]},\"sigma\":0.01,\"csv\":\"");
@@ -98,7 +87,8 @@ TEST(fits_of_several_runs_have_a_start_each) {
     const double truth[] = {0.35, 0.004, 1, -0.7, 0.5};
     CHECK_INT(test_reply_count(&reply, "/unknowns"), 5);
     for (int j = 0; j < 5; j++)
-        CHECK_SAYING(off(&reply, j, truth[j]) < 4, "unknown %d: %g", j, off(&reply, j, truth[j]));
+        CHECK_SAYING(test_reply_off(&reply, j, truth[j]) < 4, "unknown %d: %g", j,
+                     test_reply_off(&reply, j, truth[j]));
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/1/name"), "damping of arm 1");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/3/name"), "theta of arm 1 in run 2");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/4/name"), "theta of arm 2 in run 1");
@@ -141,7 +131,7 @@ TEST(fits_take_angles_of_tables_in_degrees) {
         struct test_reply reply = test_post(API_OP_FITS, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
-        CHECK_SAYING(off(&reply, 0, 0.35) < 4, "%d", i);
+        CHECK_SAYING(test_reply_off(&reply, 0, 0.35) < 4, "%d", i);
         CHECK(fabs(test_reply_number(&reply, "/chi_squared_per_degree") - 1) < 0.4);
         test_reply_free(&reply);
     }
@@ -247,8 +237,8 @@ static void instruments(char *body, const struct test_reply *from, const char *d
     for (int i = 0; i < ROWS; i++) {
         double one = number(from, gyro ? "phid" : "theta", i, 0), two = number(from, "theta", i, 1);
         at += sprintf(at, "\\n%.12g,%.9g,%.9g", number(from, "t", i, -1),
-                      one + (gyro ? -0.2 : 1.3) + 0.01 * noise(&seed),
-                      two - (joint ? number(from, "theta", i, 0) : 0) + 0.01 * noise(&seed));
+                      one + (gyro ? -0.2 : 1.3) + 0.01 * test_noise(&seed),
+                      two - (joint ? number(from, "theta", i, 0) : 0) + 0.01 * test_noise(&seed));
     }
     sprintf(at, "\\n\"}}");
 }
@@ -278,9 +268,10 @@ TEST(fits_find_zeros_and_biases_from_angles_rates_and_angles_between_arms) {
         CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
         CHECK_TEXT(test_reply_text(&reply, "/model"), "accepted");
         CHECK_TEXT(test_reply_text(&reply, "/unknowns/1/name"), tried[i].name);
-        CHECK_SAYING(off(&reply, 0, 0.35) < 4 && off(&reply, 1, tried[i].truth) < 4,
-                     "%zu: %g and %g errors off", i, off(&reply, 0, 0.35),
-                     off(&reply, 1, tried[i].truth));
+        CHECK_SAYING(test_reply_off(&reply, 0, 0.35) < 4 &&
+                         test_reply_off(&reply, 1, tried[i].truth) < 4,
+                     "%zu: %g and %g errors off", i, test_reply_off(&reply, 0, 0.35),
+                     test_reply_off(&reply, 1, tried[i].truth));
         CHECK(test_reply_number(&reply, "/unknowns/1/error") < 0.02);
         test_reply_free(&reply);
     }
@@ -314,18 +305,19 @@ TEST(fits_turn_y_over_and_begin_with_rates_alone) {
         for (int i = 0; i < 90; i++) {
             at += sprintf(at, "\\n%.12g", number(&from, "t", i, -1));
             if (gyro)
-                at += sprintf(at, ",%.9g", number(&from, "phid", i, 0) + 0.02 * noise(&seed));
+                at += sprintf(at, ",%.9g", number(&from, "phid", i, 0) + 0.02 * test_noise(&seed));
             else
                 at += sprintf(at, ",%.4f,%.4f",
-                              300 + 900 * number(&from, "z/re", i, 0) + noise(&seed),
-                              200 - 900 * number(&from, "z/im", i, 0) + noise(&seed));
+                              300 + 900 * number(&from, "z/re", i, 0) + test_noise(&seed),
+                              200 - 900 * number(&from, "z/im", i, 0) + test_noise(&seed));
         }
         sprintf(at, "\\n\"}}");
         struct test_reply reply = test_post(API_OP_FITS, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
-        CHECK_SAYING(off(&reply, 0, 0.5) < 4 && off(&reply, 1, 0.02) < 4, "%d: %g, %g", gyro,
-                     off(&reply, 0, 0.5), off(&reply, 1, 0.02));
+        CHECK_SAYING(test_reply_off(&reply, 0, 0.5) < 4 && test_reply_off(&reply, 1, 0.02) < 4,
+                     "%d: %g, %g", gyro, test_reply_off(&reply, 0, 0.5),
+                     test_reply_off(&reply, 1, 0.02));
         CHECK(test_reply_number(&reply, "/unknowns/0/error") < 0.01);
         test_reply_free(&reply);
     }

@@ -212,10 +212,6 @@ static const struct row {
 };
 
 /* triangular noise of standard deviation 1 */
-static double noise(unsigned long long *seed) {
-    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
-}
-
 static struct test_reply motion(int arms) {
     static const char *const pendulum[] = {
         [1] = "\"arms\":[{\"length\":0.7,\"mass\":1,\"damping\":0.05}]},\"initial\":{\"theta\":[1."
@@ -252,8 +248,8 @@ static struct test_reply asked(const struct row *row, const struct test_reply *f
         at += sprintf(at, "%s{%s,\"values\":[", s ? "," : "", row->series[s].name);
         for (int i = 0; i < ROWS; i++)
             at += sprintf(at, "%s%.9g", i ? "," : "",
-                          row->series[s].by *
-                                  (measured(from, row->series[s].from, i) + 0.005 * noise(&seed)) +
+                          row->series[s].by * (measured(from, row->series[s].from, i) +
+                                               0.005 * test_noise(&seed)) +
                               row->series[s].plus);
         at += sprintf(at, "]}");
     }

@@ -18,18 +18,12 @@ static double number(const struct test_reply *reply, const char *before, int i, 
     return test_reply_number(reply, pointer);
 }
 
-static double noise(unsigned long long *seed) {
-    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
-}
-
 /* the unknown with this name: how many standard errors it is off; infinite if there is none */
 static double off(const struct test_reply *reply, const char *name, double truth) {
     for (int j = 0; j < test_reply_count(reply, "/unknowns"); j++) {
         char pointer[40];
         snprintf(pointer, sizeof pointer, "/unknowns/%d/name", j);
-        if (strcmp(test_reply_text(reply, pointer), name) != 0) continue;
-        double value = number(reply, "/unknowns/", j, "/value");
-        return fabs(value - truth) / number(reply, "/unknowns/", j, "/error");
+        if (!strcmp(test_reply_text(reply, pointer), name)) return test_reply_off(reply, j, truth);
     }
     return INFINITY;
 }
@@ -79,11 +73,11 @@ TEST(fits_take_accelerations_and_gyroscopes_of_a_phone) {
     for (int i = 0; i < ROWS; i++) {
         double theta = number(&from, "/theta/", i, "/0"), rate = number(&from, "/phid/", i, "/0");
         t[i] = number(&from, "/t/", i, "");
-        bare[i] = -0.4 * rate * rate + 0.05 * noise(&seed);
+        bare[i] = -0.4 * rate * rate + 0.05 * test_noise(&seed);
         along[i] = bare[i] - 9.81 * cos(theta) + 0.3;
         across[i] =
-            0.4 * number(&from, "/phidd/", i, "/0") + 9.81 * sin(theta) + 0.05 * noise(&seed);
-        gyro[i] = rate + 0.02 * noise(&seed);
+            0.4 * number(&from, "/phidd/", i, "/0") + 9.81 * sin(theta) + 0.05 * test_noise(&seed);
+        gyro[i] = rate + 0.02 * test_noise(&seed);
     }
     struct test_reply reply = fitted(GUESS SOUGHT ",{\"vary\":\"bias_along\",\"arm\":1}]", t, ROWS,
                                      (const char *[2]){"\"along\":1,\"at\":0.4,\"sigma\":0.05",
@@ -115,7 +109,8 @@ TEST(fits_take_passages_amplitudes_and_periods) {
                                  "\"events\":[{\"of\":\"theta\",\"arm\":1,\"value\":0}]}");
     int count = test_reply_count(&gate, "/events");
     REQUIRE(count > 40 && count < ROWS);
-    for (int i = 0; i < count; i++) t[i] = number(&gate, "/events/", i, "/t") + 1e-3 * noise(&seed);
+    for (int i = 0; i < count; i++)
+        t[i] = number(&gate, "/events/", i, "/t") + 1e-3 * test_noise(&seed);
     struct test_reply reply = fitted(
         GUESS
         "\"initial\":{\"theta\":[1]},\"start\":0,\"fixed\":[{\"vary\":\"theta\",\"arm\":1}]," SOUGHT
@@ -131,9 +126,9 @@ TEST(fits_take_passages_amplitudes_and_periods) {
     for (int i = 0; i < count; i++) {
         turn[i] = number(&top, "/events/", i + 1, "/t");
         period[i] = number(&top, "/events/", i + 2, "/t") - number(&top, "/events/", i, "/t") +
-                    1e-3 * noise(&seed);
+                    1e-3 * test_noise(&seed);
         wide[i] = fabs(number(&top, "/events/", i + 1, "/phi/0") + M_PI / 2) * 180 / M_PI +
-                  0.2 * noise(&seed);
+                  0.2 * test_noise(&seed);
     }
     reply = fitted(GUESS SOUGHT "]", turn, count,
                    (const char *[2]){"\"period\":1", "\"amplitude\":1,\"unit\":\"deg\""},
@@ -163,8 +158,8 @@ TEST(fits_find_a_cart_that_a_measured_force_drives) {
     struct test_reply from = test_post(API_OP_TRAJECTORIES, body);
     for (int i = 0; i < ROWS; i++) {
         t[i] = number(&from, "/t/", i, "");
-        angle[i] = number(&from, "/theta/", i, "/0") + 0.005 * noise(&seed);
-        place[i] = number(&from, "/cart/x/", i, "") + 0.002 * noise(&seed);
+        angle[i] = number(&from, "/theta/", i, "/0") + 0.005 * test_noise(&seed);
+        place[i] = number(&from, "/cart/x/", i, "") + 0.002 * test_noise(&seed);
     }
     snprintf(
         body, sizeof body,
@@ -208,7 +203,8 @@ TEST(fits_find_tilt_stretch_and_distortion_of_a_camera) {
             // bent by that part at 350 from the center
             d *= 1 + tried[k].bent * pow(cabs(d) / 350, 2);
             t[i] = number(&from, "/t/", i, "");
-            x[i] = 350 + creal(d) + 0.3 * noise(&seed), y[i] = cimag(d) + 0.3 * noise(&seed);
+            x[i] = 350 + creal(d) + 0.3 * test_noise(&seed),
+            y[i] = cimag(d) + 0.3 * test_noise(&seed);
         }
         snprintf(request, sizeof request,
                  GUESS

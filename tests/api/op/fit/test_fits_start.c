@@ -12,10 +12,6 @@
 
 enum { ROWS = 60, BODY = 20000 };
 
-static double noise(unsigned long long *seed) {
-    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
-}
-
 /* A damped pendulum of 0.318 m let go from 0.4 rad, as `what` sees it: its angle, or its tip in
  * pixels, 800 to a metre, below (320, 100). Behind `data` comes the rest of the request. */
 static struct test_reply post_film(int places, double metre, const char *damping,
@@ -39,7 +35,7 @@ static struct test_reply post_film(int places, double metre, const char *damping
             char pointer[2][30];
             snprintf(pointer[0], sizeof pointer[0], "/t/%d", i);
             snprintf(pointer[1], sizeof pointer[1], "/theta/%d/0", i);
-            double theta = test_reply_number(&film, pointer[1]) + 0.002 * noise(&seed);
+            double theta = test_reply_number(&film, pointer[1]) + 0.002 * test_noise(&seed);
             double to = !places ? theta
                         : s     ? 100 / 800.0 - 0.318 * cos(theta)
                                 : 320 / 800.0 + 0.318 * sin(theta);
@@ -177,7 +173,7 @@ static char *film_angles(char *at, const char *start, int rows, int lost,
         for (int i = 0; i < rows; i += i == 2 ? lost + 1 : 1) {
             char pointer[40];
             snprintf(pointer, sizeof pointer, "/theta/%d/%d", i, k);
-            double theta = test_reply_number(&film, pointer) + 0.004 * noise(seed);
+            double theta = test_reply_number(&film, pointer) + 0.004 * test_noise(seed);
             at += sprintf(at, "%s%.6f", i ? "," : "", theta);
         }
         at += sprintf(at, "]}");

@@ -43,10 +43,6 @@ static double motion_time(const struct test_reply *reply, int i) {
 }
 
 /* triangular noise of standard deviation 1 */
-static double noise(unsigned long long *seed) {
-    return sqrt(6) * (test_random(seed) + test_random(seed) - 1);
-}
-
 /* a request with the angles of both arms, one of them missing */
 static void body_angles(const struct test_reply *from, char *body) {
     unsigned long long seed = 3;
@@ -58,21 +54,13 @@ static void body_angles(const struct test_reply *from, char *body) {
         for (int i = 0; i < ROWS; i++)
             at += i == 7 ? sprintf(at, ",null")
                          : sprintf(at, "%s%.9g", i ? "," : "",
-                                   motion_at(from, "theta", i, k) + 0.01 * noise(&seed));
+                                   motion_at(from, "theta", i, k) + 0.01 * test_noise(&seed));
         at += sprintf(at, "]}");
     }
     sprintf(at, "]}}");
 }
 
 /* value number j, and how many standard errors it is off */
-static double off(const struct test_reply *reply, int j, double truth) {
-    char pointer[40];
-    snprintf(pointer, sizeof pointer, "/unknowns/%d/value", j);
-    double value = test_reply_number(reply, pointer);
-    snprintf(pointer, sizeof pointer, "/unknowns/%d/error", j);
-    return fabs(value - truth) / test_reply_number(reply, pointer);
-}
-
 TEST(fits_of_angles_answer_values_errors_and_a_request) {
     static char body[BODY];
     struct test_reply from = motion();
@@ -83,8 +71,8 @@ TEST(fits_of_angles_answer_values_errors_and_a_request) {
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/0/name"), "length of arm 1");
     for (int j = 0; j < 6; j++)
-        CHECK_SAYING(off(&reply, j, truth[j]) < 4, "unknown %d is off by %g errors", j,
-                     off(&reply, j, truth[j]));
+        CHECK_SAYING(test_reply_off(&reply, j, truth[j]) < 4, "unknown %d is off by %g errors", j,
+                     test_reply_off(&reply, j, truth[j]));
     CHECK(fabs(test_reply_number(&reply, "/chi_squared_per_degree") - 1) < 0.4);
     CHECK_INT((int)test_reply_number(&reply, "/degrees_of_freedom"), 2 * ROWS - 2 - 6);
     CHECK(test_reply_number(&reply, "/correlation/2/2") == 1);
@@ -118,8 +106,9 @@ TEST(fits_take_the_table_of_a_film_as_it_is) {
     for (int i = 0; i < ROWS; i++) {
         at += sprintf(at, "%.9g", motion_time(&from, i));
         for (int k = 0; k < 2; k++)
-            at += sprintf(at, ";%.6f;%.6f", 500 * motion_at(&from, "z/re", i, k) + noise(&seed),
-                          500 * motion_at(&from, "z/im", i, k) + noise(&seed));
+            at +=
+                sprintf(at, ";%.6f;%.6f", 500 * motion_at(&from, "z/re", i, k) + test_noise(&seed),
+                        500 * motion_at(&from, "z/im", i, k) + test_noise(&seed));
         at += sprintf(at, "\\r\\n");
     }
     sprintf(at, "\"}}");
@@ -129,7 +118,7 @@ TEST(fits_take_the_table_of_a_film_as_it_is) {
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/5/name"), "scale of the camera");
-    CHECK(off(&reply, 5, 500) < 4 && off(&reply, 0, 0.002) < 4);
+    CHECK(test_reply_off(&reply, 5, 500) < 4 && test_reply_off(&reply, 0, 0.002) < 4);
     CHECK(fabs(test_reply_number(&reply, "/camera/scale") - 500) < 2);
     test_reply_free(&reply);
     test_reply_free(&from);
@@ -205,7 +194,7 @@ TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
                       i < 4 ? ",\"sigma\":0.002" : "");
         for (int k = 0; k < 60; k++)
             at += sprintf(at, "%s%.6f", k ? "," : "",
-                          0.1 * cos(sqrt(9.81) * 0.05 * k) + 0.002 * noise(&seed) +
+                          0.1 * cos(sqrt(9.81) * 0.05 * k) + 0.002 * test_noise(&seed) +
                               0.1 * ((k == 3) + (k == 17) + (k == 40)));
         sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\""
                     ":1},{\"vary\":\"thetad\",\"arm\":1}]}");
@@ -217,7 +206,7 @@ TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
         // small swings of 1 m take a thousandth of their time more
         double gap = test_reply_number(&reply, "/unknowns/0/value") - 1;
         CHECK_SAYING(fabs(gap) < (i % 4 ? 0.003 : 0.1), "%s: %g", losses[i % 4], gap);
-        CHECK(off(&reply, 0, 1) < 3.5);
+        CHECK(test_reply_off(&reply, 0, 1) < 3.5);
         CHECK_TEXT(test_reply_text(&reply, "/model"), i == 0  ? "rejected"
                                                       : i > 3 ? test_reply_text(&reply, "/model")
                                                               : "accepted");
@@ -262,7 +251,7 @@ TEST(fits_begin_at_a_bound) {
     struct test_reply reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
-    CHECK(off(&reply, 1, 0.002) < 4);
+    CHECK(test_reply_off(&reply, 1, 0.002) < 4);
     test_reply_free(&reply);
     test_reply_free(&from);
 }
@@ -278,7 +267,7 @@ TEST(fits_find_the_shift_of_a_camera) {
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/0/name"), "shift of the camera");
-    CHECK_SAYING(off(&reply, 0, 0.1) < 4, "%s", reply.out.data);
+    CHECK_SAYING(test_reply_off(&reply, 0, 0.1) < 4, "%s", reply.out.data);
     double shift = test_reply_number(&reply, "/camera/shift");
     CHECK(shift == test_reply_number(&reply, "/unknowns/0/value"));
     CHECK(fabs(test_reply_number(&reply, "/request/times/stop") - 0.65 - shift) < 1e-12);
@@ -383,7 +372,7 @@ TEST(fits_tell_what_is_alike_beside_a_bound) {
         for (int i = 1; i < 200; i++) at += sprintf(at, ",%.12g", motion_time(&from, i));
         at += sprintf(at, "],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0.3");
         for (int i = 1; i < 200; i++)
-            at += sprintf(at, ",%.6f", motion_at(&from, "theta", i, 0) + 0.01 * noise(&s));
+            at += sprintf(at, ",%.6f", motion_at(&from, "theta", i, 0) + 0.01 * test_noise(&s));
         sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"damping\",\"arm\":1},{\"vary\":"
                     "\"drag_per_mass\"},{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"thetad\","
                     "\"arm\":1},{\"vary\":\"length\",\"arm\":1}]}");
@@ -406,7 +395,8 @@ TEST(fits_tell_another_pendulum_from_noise) {
         for (int i = 1; i < ROWS; i++) at += sprintf(at, ",%g", 0.025 * i);
         at += sprintf(at, "],\"series\":[{\"theta\":1,\"values\":[0.3");
         for (int i = 1; i < ROWS; i++)
-            at += sprintf(at, ",%g", 0.3 * cos(i / 8.) + (noisy ? noise(&s) : cos(0.3 * i)) / 25);
+            at += sprintf(at, ",%g",
+                          0.3 * cos(i / 8.) + (noisy ? test_noise(&s) : cos(0.3 * i)) / 25);
         sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\","
                     "\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}]}");
         struct test_reply reply = test_post(API_OP_FITS, body);
