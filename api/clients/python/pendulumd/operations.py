@@ -63,20 +63,18 @@ class Operations:
         initial: The state at the first instant.
         method: How the motion is integrated.
         rtol: Relative tolerance.
-        atol: Absolute tolerance, rad and rad/s: an error is allowed where either tolerance allows it, and both are obeyed in the same way.
-        step: Length of every step, s; of the method `symplectic` only.
+        atol: Absolute tolerance, rad and rad/s: an error is allowed if either tolerance allows it.
+        step: Length of every step, s; only for the method `symplectic`.
         precision: Arithmetic of the integration.
-        output: What to answer beside `t`.
+        output: The output besides `t`.
         number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
-        none: The value of a time that never comes in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed are
-            NaN either way.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
-        trust: Whether to find out how long the answer's digits hold.
-        accuracy: What `horizon` of the stats goes by: errors of angles in rad, of angular velocities over the largest angular velocity of any arm so far, of
-            forces over the largest force in any arm so far; a cart's place and speed count in lengths of the shortest arm.
-        derivatives: By what the answer's quantities are differentiated.
-        events: Conditions whose passages are reported: when a quantity reaches a value, found on the power series of the steps as sections are, so that none
-            is missed and none told twice, passages that graze and simultaneous ones included.
+        none: The value of a time that is never reached in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed
+            are NaN in both cases.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
+        trust: Whether to determine how long the answer is accurate.
+        accuracy: The error bound of `horizon` in the stats.
+        derivatives: The parameters with respect to which the answer's quantities are differentiated.
+        events: Conditions whose passages are reported: the instants at which a quantity reaches a value.
         rows: The meaning of a row of the answer: the instants of `times`, or the passages of `events` between the first and the last of these, in the columns
             `t`, `event`, `direction` (1 up, -1 down), `phi` and `phid`, and `cart` where there is one; without `output`, `trust` and `derivatives`.
         job: True, or a key of your own: a Job is returned at once.
@@ -114,8 +112,8 @@ class Operations:
         state: One state.
         states: Many states, at most `max-samples`.
         time: The time at which drives are taken, s.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
-        derivatives: By what the answer's quantities are differentiated.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
+        derivatives: The parameters with respect to which the answer's quantities are differentiated.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -164,12 +162,12 @@ class Operations:
     ) -> Any:
         """Frequencies and shapes of small oscillations.
 
-        about: The equilibrium, one word an arm, `down` for one that hangs.
-        select: Which modes to answer.
-        vectors: Whether the shapes of the modes are answered too.
+        about: The equilibrium, one word per arm, `down` for one that hangs.
+        select: The modes to return.
+        vectors: Whether the shapes of the modes are returned too.
         normalize: How the shapes are scaled: `first` makes the first entry that is not zero 1, as the paper prints them; `mass` makes v^T M v = 1, M being
             the mass matrix at the equilibrium; `max` makes the entry of largest magnitude 1.
-        include: Matrices to answer, of M x'' + C x' + K x = B u at the equilibrium: x are the angles from it, u the torques in the joints.
+        include: Matrices to return, of M x'' + C x' + K x = B u at the equilibrium: x are the angles from it, u the torques in the joints.
         theta: Angles from hanging, of the start.
         thetad: Angular velocities of the start.
         phi: Angles from the positive real axis, instead of theta.
@@ -177,8 +175,8 @@ class Operations:
         unit: Unit of the start's angles.
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
-        initial: A start, to be split into the modes.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        initial: A start, to be decomposed into the modes.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -227,8 +225,8 @@ class Operations:
     ) -> Any:
         """Many trajectories of one pendulum.
 
-        states: The members' starts themselves.
-        members: The members one by one, each with its start and what its pendulum has that `pendulum` has not.
+        states: The starts of the members.
+        members: The members one by one, each with its start and the numbers in which its pendulum differs from `pendulum`.
         grid: Axes; the members are their product.
         random: Random members.
         theta: Angles from hanging, of the start.
@@ -238,34 +236,33 @@ class Operations:
         unit: Unit of the start's angles.
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
-        initial: With `members`, `grid` and `random`, the start of quantities that do not vary.
-        energy: Where all members start, J: kinetic and potential energy as trajectories tell them, measured from the pivot.
-        duration: How long members are followed, s.
+        initial: With `members`, `grid` and `random`, the start values of quantities that do not vary.
+        energy: Energy at which all members start, J: kinetic plus potential energy as in trajectories, measured from the pivot.
+        duration: Duration of the members, s.
         start: When members begin, s, in the time of the pendulum's drives.
-        times: The instants of trajectories.
-        observables: What to find out.
-        output: What trajectories tell, as `output` of `POST /v1/trajectories`, of each member's own pendulum; `cart` is the place `x` and the speed `v` of a
-            cart, m and m/s.
+        times: The instants of the trajectories.
+        observables: The observables.
+        output: The output of trajectories, as `output` of `POST /v1/trajectories`, of each member's own pendulum; `cart` is the position `x` and the speed
+            `v` of a cart, m and m/s.
         within: The bound of the observable `settled`, rad.
         method: The method is always `taylor`.
-        rtol: Relative tolerance, as of `POST /v1/trajectories`.
-        atol: Absolute tolerance, as of `POST /v1/trajectories`.
-        accuracy: What `horizon` of the stats goes by: errors of angles in rad, of angular velocities over the largest angular velocity of any arm so far, of
-            forces over the largest force in any arm so far; a cart's place and speed count in lengths of the shortest arm.
-        events: Conditions on each member, as of `POST /v1/trajectories`.
-        rows: What the rows of the answer are: the members, or the passages of `events`, member after member and each in the order of time, in the columns
+        rtol: Relative tolerance, as in `POST /v1/trajectories`.
+        atol: Absolute tolerance, as in `POST /v1/trajectories`.
+        accuracy: The error bound of `horizon` in the stats.
+        events: Conditions on each member, as in `POST /v1/trajectories`.
+        rows: The meaning of a row of the answer: the members, or the passages of `events`, member after member and each in the order of time, in the columns
             `member`, `status`, `t`, `event`, `direction` (1 up, -1 down), `phi` and `phid`, and `cart` where there is one; without `observables` and
             `derivatives`.
-        derivatives: By what each member's `final` state, as `final_phi` and `final_phid`, its `cart`, or each output of its `trajectory` is differentiated,
-            as of `POST /v1/trajectories`: a row more an arm and parameter.
-        picture: What `image/png` shows: one number of a grid of two axes, in shades from dark to light that differ evenly for every kind of colour vision;
+        derivatives: The parameters with respect to which each member's `final` state, as `final_phi` and `final_phid`, its `cart`, or each output of its
+            `trajectory` is differentiated, as in `POST /v1/trajectories`.
+        picture: What `image/png` shows: one number of a grid of two axes, in perceptually uniform shades from dark to light, for every kind of colour vision;
             white if it never happened, grey if a member failed.
-        columns: The requested columns of the answer, by their names (`t`, `final`) or with their part (`final_phi`), as CSV and `X-Columns` have them; all
-            where it is left out.
+        columns: The requested columns of the answer, by their names (`t`, `final`) or with their part (`final_phi`), as in CSV and `X-Columns`; by default
+            all.
         number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
-        none: The value of a time that never comes in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed are
-            NaN either way.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        none: The value of a time that is never reached in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed
+            are NaN in both cases.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -305,12 +302,12 @@ class Operations:
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
         initial: The motion's start.
-        start: When the motion begins, s, in the time of the pendulum's drives: `initial` is the state then.
-        duration: How long neighbours are followed, s.
-        transient: Time before that in which the directions turn to where they grow, s; it is not counted.
-        samples: Rows of the answer, at equal distances; at most `max-samples`.
-        count: How many exponents, the largest first, up to 2 n, and two more of a pendulum on a cart; or all of them.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        start: When the motion begins, s, in the time of the pendulum's drives; `initial` is the state then.
+        duration: Duration of the motion after the transient, s.
+        transient: Duration of the transient, s, in which the directions turn into those of growth; it is not counted.
+        samples: Rows of the answer, at equal intervals; at most `max-samples`.
+        count: The number of exponents, from the largest on, up to 2 n, or 2 n + 2 for a pendulum on a cart; or all of them.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -351,14 +348,13 @@ class Operations:
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
         initial: The motion's start.
-        section: What the states are taken at.
-        start: When the motion begins, s, in the time of the pendulum's drives: `initial` is the state then.
-        duration: How long the motion is followed, s.
-        count: Passages after which the search ends; at most `max-samples`.
-        rtol: Relative tolerance, as of `POST /v1/trajectories`; the method is taylor.
-        accuracy: What `horizon` of the stats goes by: errors of angles in rad, of angular velocities over the largest angular velocity of any arm so far, of
-            forces over the largest force in any arm so far; a cart's place and speed count in lengths of the shortest arm.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        section: Where the section is taken.
+        start: When the motion begins, s, in the time of the pendulum's drives; `initial` is the state then.
+        duration: Duration of the motion, s.
+        count: Number of passages after which the search ends; at most `max-samples`.
+        rtol: Relative tolerance, as in `POST /v1/trajectories`; the method is taylor.
+        accuracy: The error bound of `horizon` in the stats.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -397,11 +393,11 @@ class Operations:
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
         initial: Start of the search for the equilibrium; its rates do not matter.
-        drive: What drives the pendulum; left out, its own harmonics.
-        omega: Angular frequencies, rad/s, in any order, or a range of them; needed beside `drive`.
-        output: phi: the arms' angles, rad. z: the tips' places, m, the pivot's motion included. lambda, joint_force, tip_force.
-        poles: Whether the free motion's poles are answered.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        drive: What drives the pendulum; by default its own harmonics.
+        omega: Angular frequencies, rad/s, in any order, or a range of them; required with `drive`.
+        output: phi: the arms' angles, rad. z: the tips' positions, m, including the pivot's motion. lambda, joint_force, tip_force.
+        poles: Whether the poles of the free motion are returned.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -428,15 +424,15 @@ class Operations:
     ) -> Any:
         """Gains of a sampled controller about an equilibrium.
 
-        equilibrium: Angles near the equilibrium, and the cart's place there.
-        actuators: What the controller moves.
-        sensors: What is measured; for `seen` and `unobservable` alone.
+        equilibrium: Angles near the equilibrium, and the cart's position there.
+        actuators: What the controller actuates.
+        sensors: What is measured; only for `seen` and `unobservable`.
         period: Time between two samples, s.
         delay: Samples from the reading of the state to the output.
-        Q: Weights of the state without outputs that wait, one a number.
-        R: Weights of the outputs, one an actuator.
-        gains: Gains to be examined: one row an actuator, or the only row itself.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        Q: Weights of the state, one per number, without the delayed outputs.
+        R: Weights of the outputs, one per actuator.
+        gains: Gains to be analysed: one row per actuator, or the only row itself.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -471,23 +467,25 @@ class Operations:
     ) -> Any:
         """Periodic orbits, their branches and their stability.
 
-        mode: Of a pendulum without drive, which needs it: the linear mode that is continued, from 1, slowest first, among those that swing about the rest.
+        mode: Required for a pendulum without a drive: the linear mode that is continued, from 1, the slowest first, among those that oscillate about the
+            equilibrium.
         amplitude: The largest angle of any arm from its rest, where all turn back, from 1e-4 to 1000 rad; or `energy`.
         unit: Unit of the start's angles.
-        energy: Energy above the rest, J; or `amplitude`.
+        energy: Energy above that of the equilibrium, J; or `amplitude`.
         theta: Angles from hanging, of the start.
         thetad: Angular velocities of the start.
         phi: Angles from the positive real axis, instead of theta.
         phid: Angular velocities, instead of thetad.
-        initial: Of driven pendulums, the state at t = 0 near which an orbit is searched; by default hanging at rest.
-        periods: Of driven pendulums, how many periods of the drive an orbit takes.
-        settle: Of driven pendulums, periods that the start is left to itself before the search.
-        step: The longest step along the branch, rad; left out, 0.1, or 0.3 for one orbit.
+        initial: For driven pendulums, the state at t = 0 near which an orbit is searched; by default hanging at rest.
+        periods: For driven pendulums, the period of an orbit in periods of the drive.
+        settle: For driven pendulums, the number of periods for which the motion settles before the search.
+        step: The longest step along the branch, rad; by default 0.1, or 0.3 for a single orbit.
         points: Most steps along the branch.
-        branch: Whether all orbits on the way are answered; of driven pendulums, what varies.
-        switch: At which bifurcations, from 1, a branch is left for the one that begins there, one after the other; with a minus sign to its other side.
-        rows: What the rows of the answer are.
-        digits: Rounds the numbers of the answer to at most so many significant digits; 6 is enough to draw.
+        branch: Whether all orbits along the branch are returned; for driven pendulums, what varies.
+        switch: The bifurcations, from 1, at which the search switches to the branch that begins there, one after the other; a minus sign selects the other
+            side.
+        rows: The meaning of a row of the answer.
+        digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -530,16 +528,16 @@ class Operations:
         unit: Unit of the start's angles.
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
-        initial: The start, by angles; left out, it is taken from the data, and what is found there is an unknown unless it is `fixed`.
-        start: When the start is there, s; left out, at the first instant.
-        data: Either `t` and `series`, or `csv`, or `runs`, or neither; besides, or alone, `modes`.
+        initial: The start, by angles; if omitted, it is estimated from the data, and its numbers are unknowns unless they are `fixed`.
+        start: Time of the start, s; by default the first instant.
+        data: Either `t` and `series`, or `csv`, or `runs`, or none of them; with `modes`, or `modes` alone.
         camera: A tip at x + i y, m, is seen at d = origin + scale e^(i rotation) w / (1 + tilt . w), where w = x + i (1 + stretch) y.
         unknowns: The unknowns other than the camera's; at least one in total, and at most 256 in all runs.
-        fixed: Angles and rates of a start that is taken from the data, which stay as they are, or as their `start` says.
-        rtol: Of the motions, as of method `taylor`.
-        iterations: The most.
-        loss: What of the residuals is made least, as SciPy names it: their squares, or less of those that are beyond 1.345 standard deviations (`cauchy`:
-            2.385), so that outliers hardly count.
+        fixed: Angles and rates of an estimated start that keep their estimates, or the values in their `start`.
+        rtol: Relative tolerance of the motions, by method `taylor`.
+        iterations: Most iterations.
+        loss: The loss to minimize, by SciPy's names: the sum of squares of the residuals, or a function that grows more slowly beyond 1.345 standard
+            deviations (`cauchy`.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -573,10 +571,10 @@ class Operations:
         save: Any = None,
         **fields: Any,
     ) -> Any:
-        """What the columns of measured tables are taken for.
+        """How the columns of measured tables are interpreted.
 
         csv: A table: a file's path, a pandas.DataFrame or a dict of columns; or a list of these, a run each.
-        data: Either `t` and `series`, or `csv`, or `runs`, or neither; besides, or alone, `modes`.
+        data: Either `t` and `series`, or `csv`, or `runs`, or none of them; with `modes`, or `modes` alone.
         theta: Angles from hanging, of the start.
         thetad: Angular velocities of the start.
         phi: Angles from the positive real axis, instead of theta.
@@ -592,7 +590,7 @@ class Operations:
         fixed: Not read.
         rtol: Not read.
         iterations: Not read.
-        include: `data`: the measurements of tables of at most 300000 cells together.
+        include: `data`: the measurements of tables with at most 300000 cells in total.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
@@ -617,7 +615,7 @@ class Operations:
         save: Any = None,
         **fields: Any,
     ) -> Any:
-        """Write the equations of motion out.
+        """Write out the equations of motion.
 
         theta: Angles from hanging, of the start.
         thetad: Angular velocities of the start.
@@ -626,8 +624,8 @@ class Operations:
         unit: Unit of the start's angles.
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
-        initial: What the programs start from; as of `POST /v1/trajectories`.
-        form: How the formulas are written; left out, `explicit` up to 8 arms and `compact` above and of real pendulums.
+        initial: The start of the programs; as in `POST /v1/trajectories`.
+        form: How the formulas are written; by default `explicit` up to 8 arms, and `compact` for more arms and for real pendulums.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
         save: A file's path, whose suffix is the format; the path is returned.
