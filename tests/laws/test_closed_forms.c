@@ -34,7 +34,7 @@ static void rig_open(struct rig *r, int n, double gravity, int harmonics, const 
     memset(r, 0, sizeof *r);
     memset(rows, 1, sizeof rows);
     memset(ones, 1, sizeof ones);
-    ones[PEND_TERM_RAIL] = 0; // no cart
+    memset(ones + PEND_TERM_RAIL, 0, PEND_TERM_ONES - PEND_TERM_RAIL); // no cart, no pieces
     r->n = n;
     for (int k = 0; k < n; k++) {
         r->length[k] = r->mass[k] = 1;
