@@ -46,7 +46,7 @@ void srv_daemon_look(struct srv_daemon *daemon);
 /** Reopens the log's file, after a program that rotates logs has moved it. */
 void srv_daemon_reopen(struct srv_daemon *daemon);
 
-/** Returns the seconds that a drain may take, by the current options. */
+/** Returns the seconds that a drain may take, according to the current options. */
 double srv_daemon_patience(const struct srv_daemon *daemon);
 
 /**

@@ -1,6 +1,6 @@
-/* An RFC 9457 problem: a status, a sentence, and every fault of a request with its JSON pointer.
- * Leaves to others: finding the faults (read, op); sending the response (server).
- * Invariant: at most API_PROBLEM_FAULTS faults are kept; further ones are counted. */
+/* An RFC 9457 problem: a status, a sentence, and every error of a request with its JSON pointer.
+ * Leaves to others: finding the errors (read, op); sending the response (server).
+ * Invariant: at most API_PROBLEM_FAULTS errors are kept; further ones are counted. */
 #pragma once
 
 #include <stdarg.h>
@@ -63,10 +63,10 @@ struct api_problem {
 /** Returns true if the counts agree with the errors and the status; for assertions. */
 int api_problem_valid(const struct api_problem *problem);
 
-/** Initializes a problem that has not occurred: status 0, no faults. */
+/** Initializes a problem that has not occurred: status 0, no errors. */
 void api_problem_init(struct api_problem *problem);
 
-/** Frees the faults and initializes the problem again. */
+/** Frees the errors and initializes the problem again. */
 void api_problem_clear(struct api_problem *problem);
 
 /** Returns the HTTP status of a result of core: 200, 422, 500 or 503. */

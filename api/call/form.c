@@ -63,7 +63,7 @@ static int form_boundary(struct form *form, const char *content_type) {
     return 1;
 }
 
-/* Returns the start of the next part after a boundary; NULL after the last boundary or a fault. */
+/* Returns the start of the next part after a boundary; NULL after the last boundary or an error. */
 static const char *form_behind(const struct form *form, const char *at) {
     const char *end = form->end;
     if (end - at >= 2 && !memcmp(at, "--", 2)) {

@@ -32,7 +32,7 @@ void api_request_check(const struct api_request *request, const struct api_limit
  * canonical  the body is appended, without blanks and with keys in order if that is shorter,
  *            otherwise unchanged; NULL if not needed.
  *
- * PEND_INVALID  the faults are in problem.
+ * PEND_INVALID  the errors are in problem.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status

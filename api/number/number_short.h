@@ -61,7 +61,7 @@ struct short_exponents {
 };
 constexpr short_exponents short_binaries{};
 
-/* 10^p for p = digits - 1 - exponent, from -7 on; exact from 0 on, the entries before are unused */
+/* 10^p for p = digits - 1 - exponent >= -7; exact for p >= 0; smaller p are not used */
 constexpr int SHORT_TENS_LEAST = -7;
 constexpr double short_tens[] = {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1,    1e1,  1e2, 1e3,
                                  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11, 1e12, 1e13};

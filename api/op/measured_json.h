@@ -20,8 +20,8 @@ struct api_measured {
     char advice[API_MEASURED_ADVICE]; /* likely mistakes in the numbers, or "" */
 };
 
-/** Reads `csv`, `unit`, `arms` and `columns` of `data`. If the pendulum has no arms and no faults,
- * the table names the arms. Returns 0 after a fault. O(bytes). */
+/** Reads `csv`, `unit`, `arms` and `columns` of `data`. If the pendulum has no arms and no errors,
+ * the table names the arms. Returns 0 after an error. O(bytes). */
 int api_measured_read(struct api_measured *table, const struct api_tree *tree,
                       const struct api_value *data, struct api_problem *problem);
 

@@ -25,7 +25,7 @@ int api_control_place(const struct api_controlled *of, int i);
 /**
  * Reads controllers; without a value there are none.
  *
- * PEND_NO_MEMORY  faults are added to the problem. O(numbers).
+ * PEND_NO_MEMORY  errors are added to the problem. O(numbers).
  */
 PEND_MUST_CHECK enum pend_status api_control_read(struct api_rules *rules,
                                                   const struct api_controlled *of,

@@ -3,7 +3,7 @@
 #include <assert.h>
 
 /* The least ratio of an arm's own moment of inertia to that of the arm with its load as a point at
- * the tip. The system loses as many digits as this number has. */
+ * the tip. The system loses that many digits: three. */
 static const double ideal_own = 1e-3;
 
 /* largest distance of a center from the middle of its arm, in lengths; beyond it the masses of the

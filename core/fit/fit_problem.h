@@ -113,8 +113,8 @@ struct pend_fit_problem {
     long step_cap;      /* most steps of a motion, 0 = no limit; lowered for ordinary motions */
 };
 
-/** Returns the size of a quantity in a motion by about a radian, in the data's unit; scale: the
- * camera's. O(arms). */
+/** Returns the typical size of a quantity in a motion of about a radian, in the data's unit. scale:
+ * of the camera. O(arms). */
 double pend_fit_size(const struct pend_fit_problem *problem, enum pend_fit_kind kind, double scale);
 
 /** Returns the number of arms, without a cart. O(1). */

@@ -5,7 +5,8 @@
 
 #include "core/fit/fit_problem.h"
 
-/* What data tell of a start: nothing, the angle and the rate, or the angle of a turning point. */
+/* What data determine of a start: nothing, the angle and the rate, or the angle of a turning point.
+ */
 enum pend_fit_started { PEND_FIT_START_NONE, PEND_FIT_START_BOTH, PEND_FIT_START_ANGLE };
 
 /** Returns the angle of an arm (the caller's order) at a row, rad, from its own column or from the

@@ -20,8 +20,9 @@ struct fit_told {
 };
 
 /**
- * Decomposes slopes, m x q, of m >= q measurements by q unknowns; pend_fit_told_clear also after a
- * failure. fixed: unknowns at a bound, whose slopes count as 0. size: must outlive `told`.
+ * Decomposes slopes, m x q, of m >= q measurements with respect to q unknowns; pend_fit_told_clear
+ * also after a failure. fixed: unknowns at a bound, whose slopes count as 0. size: must outlive
+ * `told`.
  *
  * PEND_NOT_FINITE  slopes times sizes are not finite, or above 1e140. PEND_NO_MEMORY  O(m q^2).
  */

@@ -98,9 +98,9 @@ void pend_rules_spline(int count, const double t[], const double value[], double
  * infinite if there is none. O(tables log(instants)). */
 double pend_rules_next(const struct pend_rules *rules, double now, int way);
 
-/** Writes a pivot's place, m, and its three derivatives at `now`, x and y of each, in the piece
- * that starts there, or ends there if way < 0; coordinates without a table keep theirs. O(tables
- * log(instants)). */
+/** Writes a pivot's position, m, and its first three derivatives at `now`, x and y of each, in the
+ * piece that starts there, or ends there if way < 0; coordinates without a table keep theirs.
+ * O(tables log(instants)). */
 void pend_rules_track(const struct pend_rules *rules, double now, int way, double track[8]);
 
 /**

@@ -46,8 +46,8 @@ enum pend_term_one {
     PEND_TERM_RAIL,                 /* rad, direction of the cart's rail; present if there is a
                                      * cart */
     PEND_TERM_PIECE,                /* s: T, the start of the piece whose inputs are in the list */
-    PEND_TERM_PIVOT_TRACK,          /* of a piece (rules.h): the pivot's place, m, and its three
-                                     * derivatives at T, x and y of each */
+    PEND_TERM_PIVOT_TRACK, /* of a piece (rules.h): the pivot's position, m, and its first three
+                              derivatives at T, x and y of each */
     PEND_TERM_PIVOT_TRACK_END = PEND_TERM_PIVOT_TRACK + 7,
     PEND_TERM_ONES,
     PEND_TERM_OWN_ONES = PEND_TERM_PIECE

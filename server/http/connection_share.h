@@ -15,7 +15,7 @@ int srv_connection_share(const struct srv_config *config);
 void srv_connection_share_peer(const struct sockaddr *address, char peer[SRV_PEER_BYTES]);
 
 /** Adds a reference to the record of an address, as srv_clients_take does. Returns NULL for a
- * trusted proxy, and without memory. */
+ * trusted proxy, and if memory is short. */
 struct srv_client *srv_connection_share_client(struct srv_service *service, const char *peer);
 
 /** Returns true if an address is so far above its share that a new connection is closed without an

@@ -29,7 +29,7 @@ void srv_recv_hooks_clear(struct srv_recv_hooks *hooks);
 /** Makes the calling thread read through these hooks. */
 void srv_recv_hooks_here(struct srv_recv_hooks *hooks);
 
-/** Adds a connection; returns 0 without memory. */
+/** Adds a connection; returns 0 if memory is short. */
 int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hook *hook);
 
 /** Removes a connection before its socket is closed. */

@@ -127,7 +127,7 @@ static int head_decode(const char *from, size_t bytes, char *to) {
 }
 
 /* Reduces the absolute form (RFC 9112 3.2.2) to the origin form; its host replaces the field Host.
- * Returns NULL if the target has neither form, or without memory. */
+ * Returns NULL if the target has neither form, or if memory is short. */
 static const char *head_origin(struct srv_exchange *exchange) {
     const char *target = exchange->target;
     exchange->host = exchange->field[SRV_HOST];

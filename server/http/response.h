@@ -29,7 +29,7 @@ void srv_response_identify(struct srv_exchange *exchange);
  *
  * stream  used if the body is a stream; must outlive the response.
  *
- * Returns NULL without memory.
+ * Returns NULL if memory is short.
  */
 struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
                                       struct srv_response_stream *stream);

@@ -35,8 +35,8 @@ static void router_metrics(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Cache-Control", "no-store");
 }
 
-/* The three kinds of rows: a worker runs an operation; the response takes time; the response is
- * there at once. */
+/* The three kinds of rows: a worker runs an operation; the response is computed elsewhere; the
+ * response is immediate. */
 #define ROUTER_OPERATION(method, pattern, op)                                                      \
     { method, pattern, NULL, NULL, op, method " " pattern, 0 }
 #define ROUTER_LATER(method, pattern, begin, special)                                              \
@@ -269,7 +269,7 @@ static int router_exists(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* Copies the variable part of the path. Returns 0 without memory. */
+/* Copies the variable part of the path. Returns 0 if memory is short. */
 static int router_argument(struct srv_exchange *exchange, const char *argument, size_t bytes) {
     exchange->argument = argument;
     if (!argument || !argument[bytes]) return 1;

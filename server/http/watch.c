@@ -264,7 +264,7 @@ int srv_watch_crowd_out(struct srv_watch *watch) {
     int most = 0;
     pthread_mutex_lock(&watch->lock);
     assert(srv_watch_valid(watch));
-    /* A connection that was never in another phase is at the place where it was added. */
+    /* A connection that was never in another phase is still where it was added. */
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *at = watch_of_link(link);
         if (at->phase != SRV_WATCH_IDLE || at->served || !at->siblings) continue;

@@ -1,6 +1,5 @@
-/* A part of a job on a worker: it is begun, computed a piece at a time, and its results are held
- * until they are stored.
- * Leaves to others: leases and storing (part_runner), what it computes
+/* A part of a job on a worker: it is started, computed a piece at a time, and its results are kept
+ * until they are stored. Leaves to others: leases and storing (part_runner), what it computes
  * (api/call/part).
  * Invariant: one thread at a time uses it, except `stop`; the request stays for the next part of
  * the same job. */

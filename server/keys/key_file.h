@@ -13,7 +13,7 @@
  * keys  from srv_keys_init; the caller clears it, after a failure too.
  * seen  out: the file's status; NULL if not needed.
  *
- * PEND_INVALID, PEND_NO_MEMORY  error names the fault and its line.
+ * PEND_INVALID, PEND_NO_MEMORY  error names the mistake and its line.
  */
 PEND_MUST_CHECK enum pend_status srv_key_file_read(const char *path, struct srv_keys *keys,
                                                    struct stat *seen, struct pend_error *error);
@@ -25,7 +25,7 @@ PEND_MUST_CHECK enum pend_status srv_key_file_read(const char *path, struct srv_
  * make    non-zero: creates the file if it does not exist.
  * change  modifies the keys; if it fails, the file stays unchanged.
  *
- * PEND_INVALID, PEND_NO_MEMORY  error names the fault; or the result of `change`.
+ * PEND_INVALID, PEND_NO_MEMORY  error names the mistake; or the result of `change`.
  */
 PEND_MUST_CHECK enum pend_status srv_key_file_change(
     const char *path, int make,

@@ -19,7 +19,7 @@ enum {
     SRV_STRICT_NAME = 20         /* bytes of a field's name that are kept to identify it */
 };
 
-/* The place in a request to which the next byte belongs. */
+/* The part of a request to which the next byte belongs. */
 enum srv_http_strict_place {
     SRV_STRICT_START, /* before the first byte of a request */
     SRV_STRICT_START_LF,

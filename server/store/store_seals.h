@@ -1,4 +1,4 @@
-/* Seals: checksums of rows and of their place, which show whether a row is unchanged.
+/* Seals: checksums of rows and their positions, which show whether a row is unchanged.
  * Leaves to others: the rows (store_rows), and the treatment of damaged ones.
  * Invariant: every job, chunk of results, scene and room item has a seal. A seal has no secret: it
  * detects accidents and exchanged rows, not an attacker who can write to the database. */

@@ -12,7 +12,7 @@
 static const char admission_realm[] = "Bearer realm=\"pendulumd\"";
 static const char admission_invalid[] = "Bearer realm=\"pendulumd\", error=\"invalid_token\"";
 
-/* Adds a WWW-Authenticate field that names the error. Without memory the field says less. */
+/* Adds a WWW-Authenticate field that names the error. If memory is short the field is shorter. */
 static void admission_asks(struct srv_exchange *exchange, const char *error, const char *name,
                            const char *value) {
     enum { ADMISSION_ASKS = 192 };

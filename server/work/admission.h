@@ -41,6 +41,6 @@ void srv_admission_forbid(struct srv_exchange *exchange, enum srv_role needed, c
  * left.
  *
  * Returns 1 if both permit the request, and sets exchange->account. Otherwise answers the exchange:
- * 429 if one is exceeded, 503 without memory.
+ * 429 if one is exceeded, 503 if memory is short.
  */
 int srv_admission_count(struct srv_exchange *exchange);

@@ -87,8 +87,8 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
     if (source && source != client) clients_give(clients, source);
 }
 
-/* Finds or creates the record of the address of a client, unless it is known already. Returns 0
- * without memory. The caller holds the lock. */
+/* Finds or creates the record of the address of a client, unless it is known already. Returns 0 if
+ * memory is short. The caller holds the lock. */
 static int clients_trace(struct srv_clients *clients, struct srv_client *client,
                          const char *source) {
     if (client->source) return 1;

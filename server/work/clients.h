@@ -66,7 +66,7 @@ void srv_clients_free(struct srv_clients **clients);
  * key     its identity, shorter than SRV_CLIENT_KEY: longer ones are truncated.
  * source  the key of its address or account; NULL or the same key if that is its identity.
  *
- * Returns NULL without memory. Any thread.
+ * Returns NULL if memory is short. Any thread.
  */
 struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key,
                                     const char *source);
@@ -109,7 +109,7 @@ double srv_clients_debt(struct srv_clients *clients, struct srv_client *client, 
 void srv_clients_charge(struct srv_clients *clients, struct srv_client *client, double seconds);
 
 /**
- * Subtracts one action from a rate limit: up to `burst` at once, and so many per second.
+ * Subtracts one action from a rate limit: `burst` at once, and then a rate per second.
  *
  * taken  0 = only checks whether one is available.
  *

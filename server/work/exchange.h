@@ -232,5 +232,5 @@ void srv_exchange_settle(struct srv_exchange *exchange);
  * that reported by a trusted proxy. */
 const char *srv_exchange_scheme(const struct srv_exchange *exchange);
 
-/** Returns the record of the client that pays for the memory, NULL without memory for it. */
+/** Returns the record of the client that pays for the memory, NULL if memory is short. */
 struct srv_client *srv_exchange_payer(struct srv_exchange *exchange);

@@ -50,7 +50,7 @@ double srv_hold_share_of(const struct srv_config *config, const struct srv_clien
  * memory, which a checkpoint of another process might contain. */
 size_t srv_hold_count(double bytes);
 
-/** Returns true if a job's part of so many bytes does not fit even if nothing else is held. */
+/** Returns true if a job's part of this size does not fit even if nothing else is held. */
 int srv_hold_never(const struct srv_config *config, double bytes);
 
 /** Returns the largest number of bytes that a part of a job may hold. */

@@ -64,7 +64,7 @@ PEND_MUST_CHECK enum pend_status srv_inflight_new(struct srv_inflight **inflight
 /** Frees the computations; none may be under way. */
 void srv_inflight_free(struct srv_inflight **inflight);
 
-/** Creates a work for an exchange, which waits for it. Returns NULL without memory. */
+/** Creates a work for an exchange, which waits for it. Returns NULL if memory is short. */
 struct srv_work *srv_inflight_begin(struct srv_exchange *exchange);
 
 /** Frees a work without waiting exchanges that no worker, queue or reader has. */

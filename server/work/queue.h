@@ -90,7 +90,7 @@ struct srv_task *srv_queue_pop_read(struct srv_queue *queue);
  * one lock, so that no other thread sees the lane longer by this task. */
 struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task);
 
-/** Removes a task from any place in the queue. Returns 0 if it is not there because a worker has it
+/** Removes a task from anywhere in the queue. Returns 0 if it is not there because a worker has it
  * or had it. O(1). */
 int srv_queue_remove(struct srv_queue *queue, struct srv_task *task);
 

@@ -19,7 +19,7 @@ static const char result_retry[] = "60";
 /* --- the exact bytes of a request --- */
 
 /* Forms the key of the exact cache from the bytes that determine the response. The key is written
- * behind the request's body. Returns its length, 0 without memory. */
+ * after the request's body. Returns its length, 0 if memory is short. */
 static size_t result_exact_key(struct srv_exchange *exchange, const char **key) {
     struct api_buffer *body = &exchange->body;
     size_t bytes = body->bytes;

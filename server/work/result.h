@@ -29,7 +29,7 @@ enum srv_coding srv_result_code(struct srv_work *work, const char *media_type);
  *
  * body  taken over, and emptied.
  *
- * Returns NULL without memory.
+ * Returns NULL if memory is short.
  */
 struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer,
                                                    enum srv_coding coding, struct api_buffer *body);

@@ -27,7 +27,7 @@ struct srv_part_runner;
 
 /* The stages of the end of this process. */
 enum srv_drain {
-    SRV_DRAIN_NOT,  /* the process serves */
+    SRV_DRAIN_NOT,  /* normal operation */
     SRV_DRAIN_LAST, /* no new connections; open ones are closed after their next answer */
     SRV_DRAIN_HURRY /* computations are cancelled, and none is started */
 };

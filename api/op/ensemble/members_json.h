@@ -12,7 +12,7 @@
  *
  * members  out; released by api_members_clear, also after a failure.
  * root     the request's object.
- * tree     the result of api_tree_read; of an invalid tree the known parts are used.
+ * tree     the result of api_tree_read; if the tree is invalid, its known parts are used.
  *
  * PEND_INVALID   every error was added to the problem.
  * PEND_NO_MEMORY

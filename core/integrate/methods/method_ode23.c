@@ -15,7 +15,7 @@
 struct ode23 {
     const struct pend_tree *tree;
     struct pend_loads loads;
-    double asked, rtol, threshold; /* the caller's rtol; the tolerances requested of one step */
+    double asked, rtol, threshold; /* the caller's rtol; the tolerances of one step */
     double begin, end,
         length; /* s: start and end of the last step, and its length; all 0 before the first step */
     double first, last;    /* s: the first instant in the time of the request; the last instant,

@@ -152,7 +152,7 @@ VEC_INLINE struct couples_lift couples_lift(const struct jets_system *s, double 
     return (struct couples_lift){loads->lift_x[k] * s->share[k], loads->lift_y[k] * s->share[k]};
 }
 
-/* ---- behind the orders */
+/* ---- after the orders */
 
 /* in place, from the highest order down: lambda = Re (conj(u) F) */
 static void couples_along(const struct jets_system *s, int order) {
