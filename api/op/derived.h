@@ -74,7 +74,7 @@ long api_derived_cap(const struct api_derived *derived, long rows);
  *
  * cap  rows per block.
  *
- * PEND_NO_MEMORY, and the failures of pend_derivatives_new.
+ * PEND_NO_MEMORY; also fails as pend_derivatives_new does.
  */
 PEND_MUST_CHECK enum pend_status api_derived_begin(struct api_derived *derived,
                                                    const struct pend_problem *problem, long cap,
@@ -85,7 +85,7 @@ PEND_MUST_CHECK enum pend_status api_derived_begin(struct api_derived *derived,
  *
  * made  out: number of new rows, at most `rows`.
  *
- * The failures of pend_derivatives_next.
+ * Fails as pend_derivatives_next does.
  */
 PEND_MUST_CHECK enum pend_status api_derived_next(struct api_derived *derived, long from, long rows,
                                                   double work, long *made,

@@ -27,8 +27,8 @@ static const struct trajectory_steps {
 /* cost, in steps, of the change between two pieces and of the step that ends one */
 static const double steps_a_piece = 1.6;
 
-/* relative time of 32 digits, and of the fixed step; time of a comparison with 32 digits in
- * addition to the trajectory */
+/* time relative to the taylor method: with 32 digits, with a fixed step; additional time of a
+ * comparison with 32 digits */
 static const double extended_times = 25, symplectic_times = 17,
                     trust_times = API_TRAJECTORY_TRUST_TIMES;
 

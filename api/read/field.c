@@ -117,8 +117,8 @@ static int field_unknown(const struct api_value *value, const char *expected,
     return -1;
 }
 
-/* writes the words that contain `part`, or all words if it is empty, as a list that fits; returns
- * their number */
+/* writes the words that contain `part`, or all words if it is empty, as a list, as far as there is
+ * space; returns their number */
 static int field_list_words(const char *const words[], const char *part, char *list, size_t bytes) {
     static const char more[] = ", and others";
     size_t used = 0;

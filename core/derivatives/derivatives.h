@@ -21,7 +21,7 @@ struct pend_derivatives;
  * count        number of parameters, >= 1.
  * parameter    copied.
  *
- * PEND_INVALID    as of pend_run_new.
+ * PEND_INVALID    as in pend_run_new.
  * PEND_NO_MEMORY  O(n (order + count)), one allocation and the terms of an ideal pendulum.
  */
 PEND_MUST_CHECK enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,

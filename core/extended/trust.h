@@ -19,7 +19,7 @@ struct pend_trust;
  * problem    copied; its tree and its list of instants must outlive the comparison.
  * tolerance  rad, > 0: the allowed error of angles.
  *
- * PEND_NO_MEMORY, and the failures of pend_run_new.
+ * PEND_NO_MEMORY; also fails as pend_run_new does.
  */
 PEND_MUST_CHECK enum pend_status pend_trust_new(struct pend_trust **trust,
                                                 const struct pend_method *method,

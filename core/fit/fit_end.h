@@ -9,6 +9,6 @@
 /**
  * Computes the result at the fit's inner numbers, and marks it as ready.
  *
- * PEND_NO_MEMORY; the failures of pend_fit_model_at.
+ * PEND_NO_MEMORY; also fails as pend_fit_model_at does.
  */
 PEND_MUST_CHECK enum pend_status pend_fit_end(struct pend_fit *fit, struct pend_error *error);

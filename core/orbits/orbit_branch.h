@@ -10,7 +10,7 @@
  * Continues the search by one piece of work: Newton's method, the motion that checks an orbit, or
  * the step after that motion.
  *
- * work  as of pend_derivatives_next.
+ * work  as in pend_derivatives_next.
  *
  * PEND_NO_MEMORY
  * PEND_NO_CONVERGENCE  the eigenvalues did not converge.

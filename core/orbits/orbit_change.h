@@ -15,7 +15,7 @@ void pend_orbit_change_next(struct pend_orbits *o);
  *
  * found  out: a bifurcation, once it is located accurately enough.
  *
- * The failures of pend_orbit_form_set.
+ * Fails as pend_orbit_form_set does.
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_change_between(struct pend_orbits *o,
                                                            enum pend_orbits_found *found,

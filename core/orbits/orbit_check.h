@@ -51,10 +51,10 @@ PEND_MUST_CHECK enum pend_status pend_orbit_check_begin(struct orbit_check *chec
 /**
  * Continues the motion.
  *
- * work  as of pend_run_next.
+ * work  as in pend_run_next.
  * done  out, non-zero once closure, divisor and amplitude are known.
  *
- * The failures of pend_run_next.
+ * Fails as pend_run_next does.
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_check_next(struct orbit_check *check,
                                                        const struct orbit_form *form, double work,

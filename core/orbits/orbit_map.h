@@ -55,7 +55,7 @@ pend_orbit_map_begin(struct orbit_map *map, const struct pend_problem *problem, 
 /**
  * Continues the map.
  *
- * work  as of pend_derivatives_next.
+ * work  as in pend_derivatives_next.
  * done  out, non-zero once the results are complete.
  *
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the map failed; start it again.

@@ -37,7 +37,7 @@ struct orbit_newton {
  * newton   out; released by pend_orbit_newton_clear, also after a failure.
  * problem  must outlive the method.
  *
- * PEND_NO_MEMORY, and the failures of pend_orbit_form_init.
+ * PEND_NO_MEMORY; also fails as pend_orbit_form_init does.
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_newton_init(struct orbit_newton *newton,
                                                         const struct pend_orbit_problem *problem,
@@ -55,7 +55,7 @@ void pend_orbit_newton_begin(struct orbit_newton *newton);
 /**
  * Continues by a piece of a map, or a correction.
  *
- * work  as of pend_derivatives_next.
+ * work  as in pend_derivatives_next.
  *
  * PEND_NO_MEMORY  Any other failure ends the search as ORBIT_LOST.
  */

@@ -106,7 +106,7 @@ void pend_orbit_search_over(struct pend_orbits *o, enum pend_orbits_end end);
 /**
  * Sets the reported orbit from a list of unknowns that pend_orbit_form_set has set before.
  *
- * The failures of pend_orbit_form_set.
+ * Fails as pend_orbit_form_set does.
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_search_tell(struct pend_orbits *o, const double u[],
                                                         struct pend_error *error);

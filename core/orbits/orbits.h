@@ -17,7 +17,7 @@ struct pend_orbits;
  * problem  copied; the data that it points to must outlive the search.
  *
  * PEND_INVALID    the pendulum has no such mode or drive, or is on a cart.
- * PEND_NO_MEMORY  O(n^2); the failures of modes.
+ * PEND_NO_MEMORY  O(n^2); also fails as modes does.
  */
 PEND_MUST_CHECK enum pend_status pend_orbits_new(struct pend_orbits **orbits,
                                                  const struct pend_orbit_problem *problem,

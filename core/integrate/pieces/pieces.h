@@ -67,7 +67,7 @@ void pend_pieces_series(const void *stepper, const struct pend_series *series, d
  *
  * time    s, in the time of the drives.
  * acc     out, n values.
- * forces  out, as of pend_bodies_at.
+ * forces  out, as in pend_bodies_at.
  */
 void pend_pieces_forces(void *stepper, double time, const double phi[], const double rate[],
                         double acc[], const struct bodies_forces *forces);
