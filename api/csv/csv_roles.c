@@ -196,7 +196,7 @@ static const char *column_unfit(const struct guess *guess, int i, enum api_csv_r
         return "its unit is not a unit of angles";
     if (!arm) return "names no arm of this pendulum";
     if ((role == API_CSV_AMPLITUDE || role == API_CSV_PERIOD) && guess->hints->arms > 1)
-        return "is measured of a pendulum of one arm alone";
+        return "is measured only for a pendulum of one arm";
     if (role == API_CSV_CART && !guess->hints->cart) return "the pendulum has no cart";
     return is_taken(guess, i, role, arm) ? "another column has the same quantity of this arm"
                                          : NULL;

@@ -139,7 +139,7 @@ export default {
   "method.rtol": "Relative Toleranz",
   "method.default": "voreingestellt, {value}",
   "method.atol": "Absolute Toleranz",
-  "method.none": "Es hat keine Toleranz.",
+  "method.none": "Diese Methode hat keine Toleranz.",
   "method.precision": "Genauigkeit der Zahlen",
   "method.double": "16 Stellen (double)",
   "method.extended": "32 Stellen (extended)",
@@ -163,7 +163,7 @@ export default {
   "method.staysRight": "{name}: nie um mehr als {most} rad falsch.",
   "method.atEnd": "Differenz am Ende, rad",
 
-  "equations.intro": "Die Gleichungen des Pendels auf der Bühne, in den Buchstaben des Artikels.",
+  "equations.intro": "Die Gleichungen des Pendels auf der Bühne, in der Schreibweise des Artikels.",
   "equations.form": "Form",
   "equations.explicit": "jeder Eintrag ausgeschrieben",
   "equations.compact": "kompakt, mit Matrizen",

@@ -36,7 +36,7 @@ export default {
   "preset.non-standard-triple.words":
     "Zwei Arme hängen am Ende des ersten. In einer Eigenschwingung schwingen sie gegeneinander, und der erste Arm ruht: Dieser Start kommt ihr nahe.",
   "preset.chain-10.words":
-    "Zehn gleiche Arme, gestreckt aus der Waagrechten losgelassen. Der Zug läuft die Kette entlang bis an ihr Ende, das durchschlägt.",
+    "Zehn gleiche Arme, gestreckt aus der Waagrechten losgelassen. Der Zug läuft die Kette entlang bis an ihr Ende, das ausschlägt.",
   "preset.star.words":
     "Acht Arme um ein Ende, gespreizt wie Speichen. Sie wirken nur über die Nabe aufeinander.",
   "preset.binary-4.words": "Jeder Arm trägt zwei kürzere und leichtere, vier Stufen tief.",

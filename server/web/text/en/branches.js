@@ -22,7 +22,7 @@ export default {
   "branches.branch": "Mode {mode} at {angle}°: another branch crosses it.",
   "branches.symmetry": "Mode {mode} at {angle}°: asymmetric oscillations branch off.",
   "branches.doubling": "Mode {mode} at {angle}°: period-doubled oscillations branch off here.",
-  "branches.torus": "Mode {mode} at {angle}°: its stability changes by a rotating disturbance.",
+  "branches.torus": "Mode {mode} at {angle}°: its stability changes through a rotating disturbance.",
   "branches.driven.intro":
     "The amplitude against the frequency of the drive, from half to twice its frequency: solid where the oscillation is stable, dashed where the smallest push grows.",
   "branches.driven.name": "Response to the drive",
@@ -39,5 +39,5 @@ export default {
   "branches.driven.doubling":
     "{frequency} Hz, {angle}°: oscillations of twice the period branch off.",
   "branches.driven.torus":
-    "{frequency} Hz, {angle}°: its stability changes by a rotating disturbance.",
+    "{frequency} Hz, {angle}°: its stability changes through a rotating disturbance.",
 };

@@ -158,7 +158,7 @@ export default {
   "class.lead": "Teacher’s link",
   "class.lead.warning":
     "This link is for you on another device, or for a second teacher: it opens the room with all your rights. Do not show it to the class.",
-  "class.lead.none": "This link does not lead room {code}.",
+  "class.lead.none": "This link cannot manage room {code}.",
   "class.joinHere": "Join the class",
   "class.codeIs": "The code is {code}",
   "class.qr": "QR code of room {code}",
@@ -304,7 +304,7 @@ export default {
   "sheet.stepText": "Instructions",
   "sheet.scene": "Stage of this step",
   "sheet.scene.take": "Use my current stage",
-  "sheet.scene.none": "No change of the stage",
+  "sheet.scene.none": "Do not change the stage",
   "sheet.scene.off": "This step does not change the stage.",
   "sheet.asks": "This step has a question",
   "sheet.needs": "Required to continue",

@@ -204,7 +204,7 @@ export default {
   "yours.from": "Saved at {time}",
   "yours.remove": "Delete “{name}”",
   "yours.clear": "Delete all of them",
-  "presets.ours": "Examples of the server",
+  "presets.ours": "Examples from the server",
   "share.plain": "Readable link",
   "share.plainHint":
     "Lengths in m, masses in kg, angles θ in degrees from hanging, with six digits: easy to read and to change.",

@@ -113,7 +113,7 @@ export default {
   "trials.empty": "Add an empty row",
   "trials.copy": "Copy the table",
   "trials.remove": "Remove row {row}",
-  "trials.none": "Only a pendulum with one arm that swings with a period gives a row.",
+  "trials.none": "A row needs a pendulum with one arm that swings periodically.",
   "trials.few": "At least two different values of the horizontal axis are needed.",
   "trials.length": "Length",
   "trials.mass": "Mass",

@@ -203,7 +203,7 @@ export default {
   "problem.409": "Someone else has changed this in the meantime.",
   "problem.413": "This is too large for the server.",
   "problem.422": "This motion cannot be computed.",
-  "problem.500": "The server has failed: an internal error.",
+  "problem.500": "The server failed with an internal error.",
   "failure.link": "This link cannot be read.",
   "failure.link.part": "This part of the link cannot be read: {part}",
   "failure.file":

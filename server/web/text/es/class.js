@@ -94,7 +94,7 @@ export default {
     "Por un número aleatorio que tu navegador saca para esta sala. El servidor guarda solo un resumen, del que no se puede obtener el número. No hay cookies.",
   "class.kept.not.name": "Qué no se guarda",
   "class.kept.not":
-    "Ni nombre real, ni correo, ni cuenta, ni la dirección de tu dispositivo en la sala. La página no pregunta a ningún otro servidor.",
+    "Ni nombre real, ni correo, ni cuenta, ni la dirección de tu dispositivo en la sala. La página no contacta con ningún otro servidor.",
   "class.kept.passed.name": "Quién más lo recibe",
   "class.kept.passed":
     "Nadie, por sí solo. Tu docente puede guardar todas las respuestas en un archivo y pasarlo a otros: como tabla con los nombres elegidos, o para una plataforma de aprendizaje (xAPI) con números en lugar de nombres. Una ficha dentro de la página de otro comunica a esa página lo que respondes, con un número que se saca en cada visita.",

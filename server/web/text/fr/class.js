@@ -94,7 +94,7 @@ export default {
     "À un nombre aléatoire que ton navigateur tire pour cette salle. Le serveur n’en garde qu’une empreinte, dont on ne peut pas retrouver le nombre. Il n’y a pas de cookies.",
   "class.kept.not.name": "Ce qui n’est pas gardé",
   "class.kept.not":
-    "Ni vrai nom, ni adresse électronique, ni compte, ni adresse de ton appareil dans la salle. La page n’interroge aucun autre serveur.",
+    "Ni vrai nom, ni adresse électronique, ni compte, ni adresse de ton appareil dans la salle. La page ne contacte aucun autre serveur.",
   "class.kept.passed.name": "Qui d’autre le reçoit",
   "class.kept.passed":
     "Personne d’office. Ton professeur peut enregistrer toutes les réponses dans un fichier et le transmettre : en tableau avec les noms choisis, ou pour une plateforme d’apprentissage (xAPI) avec des numéros à la place des noms. Une fiche placée dans la page de quelqu’un d’autre communique à cette page ce que tu réponds, sous un numéro tiré à chaque visite.",

@@ -12,7 +12,7 @@ export default {
   "branches.amplitude": "de amplitude",
   "branches.energy": "de energie",
   "branches.amplitude.axis": "grootste hoek van een arm, °",
-  "branches.energy.axis": "energie boven de rust, J",
+  "branches.energy.axis": "energie boven het evenwicht, J",
   "branches.along": "Welke baan van de tak",
   "branches.begin": "Deze baan in beweging zetten",
   "branches.moving": "De baan van eigentrilling {mode} beweegt op het toneel.",
@@ -37,7 +37,7 @@ export default {
   "branches.driven.unstable":
     "Aandrijving {frequency} Hz: {angle}° naar elke kant, periode {period} s; instabiel: de kleinste duw groeit.",
   "branches.driven.none":
-    "Dicht bij de rust is geen slingering gevonden die met de aandrijving in de pas loopt.",
+    "Dicht bij het evenwicht is geen slingering gevonden die met de aandrijving in de pas loopt.",
   "branches.driven.fold": "{frequency} Hz, {angle}°: de tak keert om.",
   "branches.driven.branch": "{frequency} Hz, {angle}°: een andere tak kruist hem.",
   "branches.driven.symmetry":

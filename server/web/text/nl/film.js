@@ -38,7 +38,7 @@ export default {
   "film.tolerance": "Hoeveel een kleur mag afwijken",
   "film.scaled": "{scale} pixels van de film zijn een meter.",
   "film.unscaled":
-    "Zonder schaal staan plaatsen in pixels; een fit vindt lengtes toch, uit de zwaartekracht.",
+    "Zonder schaal staan posities in pixels; een fit vindt lengtes toch, uit de zwaartekracht.",
   "film.marked": "Markeringen van het uiteinde van arm {arm}: {count}",
   "film.fit": "De slinger aanpassen",
   "film.save": "Opslaan als CSV",

@@ -2,7 +2,7 @@
 
 export default {
   "fits.intro":
-    "Plak een tabel met tijden en hoeken of plaatsen, zoals Tracker of een rekenblad die heeft, of sleep het bestand hierheen. Het zoeken begint bij de slinger op het toneel.",
+    "Plak een tabel met tijden en hoeken of posities, zoals Tracker of een rekenblad die heeft, of sleep het bestand hierheen. Het zoeken begint bij de slinger op het toneel.",
   "fits.paste": "Tabel met metingen",
   "fits.open": "Bestand openen",
   "fits.noTable": "Dit is geen tabel met twee kolommen getallen.",
@@ -19,7 +19,7 @@ export default {
   "fits.role.period": "periode van arm {arm}, s",
   "fits.role.along": "versnelling langs arm {arm}",
   "fits.role.across": "versnelling dwars op arm {arm}",
-  "fits.role.cart": "plaats van het karretje, m",
+  "fits.role.cart": "positie van de wagen, m",
   "fits.role.sigma": "standaardfout: {what}",
   "fits.t": "tijd t, s",
   "fits.ms": "tijd t, ms",
@@ -36,7 +36,7 @@ export default {
   "fits.origin": "Plaats van het draaipunt mee bepalen",
   "fits.turned": "Draaiing van de camera mee bepalen",
   "fits.sigmaAngle": "Fout van een hoek, indien bekend",
-  "fits.sigmaPlace": "Fout van een plaats, indien bekend",
+  "fits.sigmaPlace": "Fout van een positie, indien bekend",
   "fits.unknowns": "Onbekenden",
   "fits.run": "Aanpassen",
   "fits.stop": "Stoppen",
@@ -44,7 +44,7 @@ export default {
   "fits.stopped": "De aanpassing is gestopt.",
   "fits.moving": "De aangepaste slinger beweegt op het toneel.",
   "fits.noTime": "Geen kolom is de tijd.",
-  "fits.nothing": "Geen kolom is een hoek of een plaats.",
+  "fits.nothing": "Geen kolom is een hoek of een positie.",
   "fits.accepted": "De aangepaste beweging volgt de metingen.",
   "fits.rejected":
     "De beste gevonden beweging volgt de metingen niet: ze zijn van een andere slinger, of de gegeven fout is te klein.",

@@ -52,7 +52,7 @@ export default {
   "physics.energy.words":
     "Beweging, hoogte, veren en warmte, min wat van aandrijvingen kwam: het blijft gelijk. De hoogte is 0 in de laagste stand.",
   "physics.energy.unknown":
-    "Warmte en wat aandrijvingen geven kent deze methode niet: zie Methode.",
+    "Deze methode berekent warmte en arbeid van aandrijvingen niet: zie Methode.",
   "map.title": "Kaart van twee getallen",
   "map.intro":
     "Elk punt is deze slinger met twee andere getallen, vanuit dezelfde start: resonantie, wat een slinger ondersteboven houdt, waar chaos begint. Klik op een punt om ze over te nemen.",
@@ -82,7 +82,7 @@ export default {
     "Een massa boven 0 zet het ophangpunt op een wagen, als het niet geschud wordt.",
   "physics.hint.body":
     "Een star lichaam van willekeurige vorm, vast aan de arm: zijn massa, zwaartepunt en traagheidsmoment.",
-  "physics.hint.hanging": "Een plaats op de arm die hem draagt, vanaf diens gewricht.",
+  "physics.hint.hanging": "Een punt op de arm die hem draagt, vanaf diens gewricht.",
   "physics.hint.faster":
     "Het toneel gaat met het ophangpunt mee, zoals wie in de lift of de trein staat het ziet.",
   "physics.cart": "Massa van de wagen",
