@@ -51,14 +51,14 @@ TEST(checkpoint_touches_nothing_beyond_its_bytes) {
         CHECK(!pend_checkpoint_whole(&checkpoint) && !pend_checkpoint_puts(&checkpoint) &&
               two.row[0] == 4);
     }
-    /* too long is not whole either */
+    /* a text that is too long is invalid too */
     struct pend_checkpoint checkpoint = {
         .way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = sizeof bytes};
     show(&two, &checkpoint);
     CHECK(!pend_checkpoint_whole(&checkpoint));
 }
 
-/* three counters and a choice, as a disk may give them back */
+/* three counters and an enumeration, as a damaged disk may return them */
 TEST(checkpoint_refuses_numbers_that_nobody_counted) {
     static const long bad[] = {-1, PEND_CHECKPOINT_MOST + 1, 0x7fffffffffffffff};
     for (int i = 0; i < 6; i++) {

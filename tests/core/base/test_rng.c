@@ -1,4 +1,4 @@
-/* Tests of core/base/rng: the published vectors, the distributions, independence of places and
+/* Tests of core/base/rng: the published vectors, the distributions, independence of draws and
  * members.
  * Leaves to others: what is drawn (test_op_ensembles). Invariant: seeds are fixed, so that
  * statistics are too. */
@@ -39,7 +39,7 @@ TEST(rng_numbers_have_the_moments_of_their_distributions) {
         for (int j = 0; j < 5; j++) normal[j] += pow(x, j) / COUNT;
         cross += (u - 0.5) * x / COUNT;
     }
-    // four deviations of each mean
+    // four standard deviations of each mean
     CHECK(fabs(uniform[1] - 0.5) < 4 * sqrt(1.0 / 12 / COUNT) &&
           fabs(uniform[2] - 1.0 / 3) < 4 * sqrt(0.089 / COUNT));
     CHECK(fabs(normal[1]) < 4 / sqrt(COUNT) && fabs(normal[2] - 1) < 4 * sqrt(2.0 / COUNT));
@@ -51,7 +51,7 @@ TEST(rng_normal_is_the_inverse_of_the_error_function) {
     double worst = 0;
     for (uint64_t i = 0; i < 20000; i++) {
         double u = pend_rng_uniform(3, i, 0), x = pend_rng_normal(3, i, 0);
-        // the smaller tail, relative to itself; its derivative tells what that is in x
+        // the smaller tail, with relative error; its derivative converts the error to x
         double tail = u < 0.5 ? u : 1 - u, got = 0.5 * erfc(fabs(x) / sqrt(2));
         double slope = exp(-x * x / 2) / sqrt(2 * M_PI);
         worst =

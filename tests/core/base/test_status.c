@@ -1,6 +1,6 @@
-/* Tests of core/base/status: the list of codes, and errors that are filled or not wanted.
+/* Tests of core/base/status: the list of codes, and errors with and without a receiver.
  * Leaves to others: how a code reaches a user (tests/api).
- * Invariant: every code of the list is looked at. */
+ * Invariant: every code of the list is tested. */
 #include "core/base/status.h"
 
 #include <stdio.h>
@@ -26,7 +26,7 @@ TEST(status_knows_an_unknown_code) {
     static const int strange[] = {-1, PEND_STATUS_COUNT, 1000000};
     for (int i = 0; i < 3; i++) {
         enum pend_status code;
-        // not every int is a value of the enumeration; this is what a damaged one looks like
+        // not every int is a value of the enumeration; this is a damaged one
         memcpy(&code, &strange[i], sizeof code);
         CHECK_TEXT(pend_status_text(code), "unknown status");
         CHECK_TEXT(pend_status_name(code), "unknown");

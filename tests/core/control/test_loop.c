@@ -1,5 +1,5 @@
-/* Tests of core/control: gains against the quadratic equation of one state, margins against what
- * they promise, modes that symmetry hides from an actuator.
+/* Tests of core/control: gains against the quadratic equation of a single state, margins against
+ * simulated loops, modes that symmetry hides from an actuator.
  * Leaves to others: gains of larger systems against SciPy (tests/rules/gains.py).
  * Invariant: all systems are random, from seeds. */
 #include "core/control/loop.h"
@@ -31,7 +31,7 @@ TEST(gains_of_one_state_solve_the_quadratic_equation) {
     CHECK(pend_riccati(1, 1, &a, &b, &q, &r, &gain) == PEND_NO_CONVERGENCE);
 }
 
-/* the largest multiplier where gains of actuator 0 count `factor` times */
+/* the largest multiplier if gains of actuator 0 are multiplied by `factor` */
 static double multiplied(const struct pend_loop *loop, const double gains[], double factor) {
     double some[ROWS * 2], re[ROWS], im[ROWS];
     for (int i = 0; i < loop->rows * loop->inputs; i++)
@@ -82,7 +82,7 @@ TEST(a_delay_of_a_margin_makes_the_loop_unstable) {
     REQUIRE(pend_loop_new(&loop, t.tree, TEST_LOADS(9.81), &phi, 1, &input, 0.01, 0) == PEND_OK);
     REQUIRE(pend_loop_gains(loop, q, &r, gains) == PEND_OK);
     REQUIRE(pend_loop_margins(loop, gains, 0, &margins) == PEND_OK);
-    // the same gains without prediction, late by whole samples
+    // the same gains without prediction, delayed by whole samples
     int samples = (int)(margins.delay / 0.01);
     for (int i = 0; i < 2; i++) {
         REQUIRE(pend_loop_new(&late, t.tree, TEST_LOADS(9.81), &phi, 1, &input, 0.01,
@@ -112,7 +112,7 @@ TEST(symmetry_hides_modes_from_an_actuator) {
                 PEND_OK);
         REQUIRE(pend_loop_reach(loop, modes, inputs, loop->joint, reach) == PEND_OK);
         for (int j = 0; j < modes->count; j++) hidden += reach[j] < PEND_LOOP_REACHED;
-        // the two branches swing against each other; a motor at one of them moves that too
+        // the two branches swing against each other; a motor at one of them acts on that mode too
         CHECK_INT(hidden, 2 - inputs);
         pend_loop_free(&loop);
     }

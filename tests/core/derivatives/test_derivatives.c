@@ -1,5 +1,5 @@
 /* Tests of motions with derivatives: central differences in 32 digits, the laws of flows, ends,
- * checkpoints and faults.
+ * checkpoints and errors.
  * Leaves to others: the motion itself (laws), requests (api).
  * Invariant: pendulums are random, from seeds; arrays of a parameter are in the caller's order. */
 #include "core/derivatives/derivatives.h"
@@ -42,7 +42,7 @@ static struct pend_problem problem_of(const struct test_tree *t, const struct pe
 struct answer {
     double phi[ROWS * ARMS], rate[ROWS * ARMS];
     double phi_by[ROWS * ARMS * PARAMETERS], rate_by[ROWS * ARMS * PARAMETERS];
-    double place_by[ROWS * PARAMETERS], speed_by[ROWS * PARAMETERS]; /* of a cart */
+    double place_by[ROWS * PARAMETERS], speed_by[ROWS * PARAMETERS]; /* for a cart */
     long rows, steps;
 };
 
@@ -86,7 +86,7 @@ static void end_of(const struct test_tree *t, const struct pend_loads *loads, do
     pend_extended_free(&extended);
 }
 
-/* where a parameter of the pendulum stands; of an arm's own numbers in the caller's order */
+/* address of a parameter of the pendulum; an arm's own numbers are in the caller's order */
 static double *parameter_of(struct test_tree *t, struct test_bodies *b, struct pend_parameter by) {
     switch (by.kind) {
     case PEND_PARAMETER_PHI:
@@ -113,13 +113,13 @@ parameter_random(const struct test_tree *t, const struct test_bodies *b, unsigne
         int at = 0;
         if (kind != PEND_PARAMETER_GRAVITY)
             at = test_random_int(seed, kind == PEND_PARAMETER_TERM ? b->terms->count : t->n);
-        // numbers of arms that hang at a tip have no place of their own
+        // arms that hang at a tip have no attachment point
         if (kind != PEND_PARAMETER_TERM || b->value[at] != 0)
             return (struct pend_parameter){kind, at};
     }
 }
 
-/* the derivatives of the angle and the rate of a stored arm, or of a cart, at the end */
+/* derivatives of the angle and the rate of a stored arm, or of a cart, at the end */
 static void slopes_of(const struct test_tree *t, const struct test_bodies *b,
                       const struct answer *a, int k, int count, int column, double slope[2]) {
     int cart = pend_terms_cart(b->terms), place = t->tree->order[k];
@@ -130,7 +130,8 @@ static void slopes_of(const struct test_tree *t, const struct test_bodies *b,
     slope[1] = cart && !k ? a->speed_by[at] : a->rate_by[at];
 }
 
-/* the largest error of the derivatives by one parameter at the end, over the largest of them */
+/* the largest error of the derivatives with respect to a parameter at the end, relative to the
+ * largest of them */
 static double difference_gap(struct test_tree *t, struct test_bodies *b, struct pend_parameter by,
                              double span, const struct answer *a, int count, int column) {
     static struct end side[2];
@@ -154,7 +155,7 @@ static double difference_gap(struct test_tree *t, struct test_bodies *b, struct 
         most = fmax(most, fmax(fabs(phi), fabs(rate)));
         gap = fmax(gap, fmax(fabs(slope[0] - phi), fabs(slope[1] - rate)));
     }
-    // a derivative that is next to nothing has the digits of what it is a difference of
+    // a derivative near 0 has the digits of the difference that it is compared with
     return gap / fmax(most, 1e-3);
 }
 
@@ -192,7 +193,7 @@ TEST(derivatives_are_differences_in_32_digits_on_100_random_pendulums) {
 
 /* ---- laws of flows */
 
-/* entry i, j of the mass matrix, from kinetic energies of rates 1 */
+/* entry i, j of the mass matrix, from kinetic energies of unit rates */
 static double inertia(const struct pend_problem *problem, const double phi[], int i, int j) {
     double rate[ARMS] = {0}, scratch[4 * ARMS], sum = 0;
     for (int part = 0; part < 3; part++) {
@@ -207,8 +208,8 @@ static double inertia(const struct pend_problem *problem, const double phi[], in
     return sum;
 }
 
-/* The matrix of d(phi, p) by d(phi, rate), p = M(phi) rate, all in stored order. An arm that turns
- * by a quarter turns its row of M into the derivative by its angle. */
+/* The matrix of d(phi, p) with respect to d(phi, rate), p = M(phi) rate, all in stored order.
+ * Turning an arm turns its row of M into the derivative with respect to its angle. */
 static void canonical(const struct pend_problem *problem, const double phi[], const double rate[],
                       double m[2 * ARMS][2 * ARMS]) {
     int n = problem->tree->n;
@@ -256,7 +257,7 @@ static void carried(const struct pend_tree *tree, const struct answer *a,
     }
 }
 
-/* |D^T J D - J| over |D|^2 of D in (phi, p), which is (A_end D)^T J (A_end D) - A^T J A of D in
+/* |D^T J D - J| / |D|^2 for D in (phi, p), which is (A_end D)^T J (A_end D) - A^T J A for D in
  * (phi, rate) */
 static double symplectic_gap(const struct pend_problem *problem, const struct answer *a) {
     const struct pend_tree *tree = problem->tree;
@@ -306,8 +307,8 @@ TEST(derivatives_of_a_conservative_motion_are_symplectic) {
     CHECK_RESIDUAL(worst, 1e-13, "D^T J D - J over |D|^2");
 }
 
-/* moved along its own flow, the start moves the end along the flow: D (phi', phi'')_0 is
- * (phi', phi'')_end where nothing depends on time */
+/* a start moved along its own flow moves the end along the flow: D (phi', phi'')_0 = (phi',
+ * phi'')_end if nothing depends on time */
 TEST(derivatives_carry_the_flow_along_itself) {
     unsigned long long seed = 8;
     double worst = 0;
@@ -350,8 +351,9 @@ TEST(derivatives_carry_the_flow_along_itself) {
     CHECK_RESIDUAL(worst, 1e-13, "D of the flow against the flow");
 }
 
-/* Lengths a times as long and gravity a times as large are another unit of length: angles stay, so
- * that the sum of l d/dl and g d/dg of them is 0. Masses all alike: the sum of m d/dm is 0. */
+/* Multiplying lengths and gravity by the same factor changes the unit of length: angles stay, so
+ * that the sum of l d/dl and g d/dg of them is 0. Likewise the sum of m d/dm is 0 for the
+ * masses. */
 TEST(derivatives_obey_a_change_of_units) {
     unsigned long long seed = 13;
     double worst = 0;
@@ -383,11 +385,11 @@ TEST(derivatives_obey_a_change_of_units) {
     CHECK_RESIDUAL(worst, 1e-13, "sums of scaled derivatives");
 }
 
-/* the largest exponent is the growth of the derivatives by the state */
+/* the largest exponent is the growth rate of the derivatives with respect to the state */
 TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
     const double length[] = {1, 1}, mass[] = {1, 1}, phi[] = {1, 1.3}, rate[] = {0, 0};
     const int parent[] = {-1, 0};
-    enum { SPAN = 20 }; // s; after 25 s rounding has made two motions of it
+    enum { SPAN = 20 }; // s; after 25 s rounding has separated the two motions
     struct pend_tree *tree;
     struct pend_parameter by[PARAMETERS];
     REQUIRE(pend_tree_new(&tree, 2, length, mass, parent, NULL) == PEND_OK);
@@ -414,7 +416,7 @@ TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
         REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
     pend_lyapunov_exponents(lyapunov, &exponent);
     pend_lyapunov_errors(lyapunov, &error);
-    // the growth has a factor of a few beside e^(exponent t)
+    // the growth contains a factor of a few besides e^(exponent t)
     CHECK_SAYING(exponent > 1 && fabs(log(most) / SPAN - exponent) < 3.0 / SPAN,
                  "growth %g 1/s, exponent %g +- %g 1/s", log(most) / SPAN, exponent, error);
     pend_lyapunov_free(&lyapunov);
@@ -423,8 +425,8 @@ TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
 
 /* ---- other quantities */
 
-/* every quantity that a run too has: values against the run's, derivatives against differences of
- * pend_derivatives_state, which are those of other states */
+/* every quantity that a run has too: values against the run's, derivatives against differences of
+ * pend_derivatives_state at other states */
 static void check_values(unsigned what) {
     unsigned long long seed = 17;
     struct test_tree t;
@@ -469,7 +471,7 @@ static void check_values(unsigned what) {
     for (int i = 0; i < last; i++) {
         int numbers = i < PEND_DERIVED_KINETIC ? ROWS * (ARMS - cart) : ROWS;
         if (i == PEND_DERIVED_ZDD_RE || i == PEND_DERIVED_ZDD_IM) continue;
-        if (i == PEND_DERIVED_CART_ACC) continue; // a run has none
+        if (i == PEND_DERIVED_CART_ACC) continue; // a run has no such quantity
         double gap = test_gap(numbers, value[i], run_value[i]);
         CHECK_SAYING(gap < 1e-13, "quantity %d: %g", i, gap);
         worst = fmax(worst, gap);
@@ -572,8 +574,8 @@ static void check_blocks(const struct pend_loads *loads) {
     test_tree_clear(&t);
 }
 
-/* an ideal pendulum, and one with rods, friction, a torque and a drive, whose motions are formed
- * first; and one by numbers with derivatives */
+/* an ideal pendulum; one with rods, friction, a torque and a drive, whose motions are computed
+ * first; and one for the general kernel with numbers and derivatives */
 TEST(derivatives_have_the_same_bits_in_blocks_of_any_size_and_after_a_checkpoint) {
     check_blocks(TEST_LOADS(9.81));
     for (int general = 0; general < 2; general++) {

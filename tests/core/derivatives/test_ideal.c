@@ -1,8 +1,8 @@
-/* Tests of the derivatives of pendulums whose motion is formed once, by kernels of their own: every
- * quantity by every kind of parameter against the general kernel, to which friction of 0 sends the
- * same motion. Leaves to others: what derivatives are (test_derivatives). Invariant: trees are
- * random, from a seed; more parameters than two groups of eight, and arms by every form of the
- * orders. */
+/* Tests of the derivatives of pendulums whose motion is computed once, by separate kernels: every
+ * quantity with respect to every kind of parameter, against the general kernel, which computes the
+ * same motion if a friction of 0 is added. Leaves to others: what derivatives are
+ * (test_derivatives). Invariant: trees are random, from a seed; more parameters than two groups of
+ * eight, and arms by every form of the orders. */
 #include "core/derivatives/ideal.h"
 
 #include <math.h>
@@ -23,7 +23,7 @@ struct subject {
     double gravity, value[PEND_TERM_ROWS * TALL + 16];
 };
 
-/* terms with friction of 0 at least, where a pendulum goes by the general kernel */
+/* with terms a friction of 0 selects the general kernel */
 static void subject_make(struct subject *x, const struct test_tree *t, int general,
                          const unsigned char wanted[], int pivot, unsigned long long seed) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
@@ -70,13 +70,14 @@ static void everything(const struct subject *x, const struct pend_parameter by[]
     pend_derivatives_free(&d);
 }
 
-/* the largest gap of all quantities of two ways, and that no other is larger than `most` */
+/* the largest gap of all quantities between two ways; checks that no other gap is larger than
+ * `most` */
 static double ways_gap(double number[2][PEND_DERIVED * NUMBERS], int arms, int points) {
     double worst = 0;
     for (int what = 0; what < PEND_DERIVED; what++) {
         double most = 0;
         for (int j = 0; j < NUMBERS; j++) most = fmax(most, fabs(number[0][what * NUMBERS + j]));
-        // arms without bodies push their tips along themselves
+        // arms without bodies exert forces along themselves only
         if (points && what == PEND_DERIVED_TIP_ACROSS) CHECK_SAYING(most < 1e-9, "%g", most);
         if (points && what == PEND_DERIVED_TIP_ACROSS) continue;
         double gap = test_gap(NUMBERS, number[0] + what * NUMBERS, number[1] + what * NUMBERS);
@@ -89,7 +90,7 @@ static double ways_gap(double number[2][PEND_DERIVED * NUMBERS], int arms, int p
 TEST(derivatives_of_ideal_pendulums_are_those_of_the_general_kernel) {
     static double number[2][PEND_DERIVED * NUMBERS];
     const int arms[] = {1, 2, 3, 4, 5, 8, 9, TALL, 1, 2};
-    const size_t afloat = 8; // those from here on are without gravity
+    const size_t afloat = 8; // pendulums from this index on are without gravity
     unsigned long long seed = 41;
     double worst = 0;
     for (size_t i = 0; i < sizeof arms / sizeof *arms; i++) {
@@ -115,7 +116,7 @@ TEST(derivatives_of_ideal_pendulums_are_those_of_the_general_kernel) {
     CHECK_RESIDUAL(worst, 1e-12, "derivatives of ideal pendulums by two kernels");
 }
 
-/* the same place of the list in a list that has friction too, or has not */
+/* the same index in a list that has friction too, or lacks it */
 static int place_in(const struct pend_terms *from, const struct pend_terms *to, int at) {
     for (int row = 0; row < PEND_TERM_ROWS; row++)
         if (from->row[row] >= 0 && at >= from->row[row] && at < from->row[row] + from->n)
@@ -123,7 +124,8 @@ static int place_in(const struct pend_terms *from, const struct pend_terms *to, 
     abort();
 }
 
-/* the gap of the two ways of a pendulum with rows of terms, by parameters of all kinds */
+/* the gap between the two ways for a pendulum with rows of terms, with respect to parameters of all
+ * kinds */
 static double real_gap(int arms, const unsigned char rows[], int pivot, unsigned long long *seed) {
     static double number[2][PEND_DERIVED * NUMBERS];
     struct test_tree t;
@@ -178,7 +180,8 @@ TEST(derivatives_of_real_pendulums_whose_motion_is_known_are_those_of_the_genera
     CHECK_RESIDUAL(worst, 1e-12, "derivatives of real pendulums by two kernels");
 }
 
-/* whether derivatives of two arms by a parameter follow from the motion, as the numbers are */
+/* whether derivatives of two arms with respect to a parameter follow from the motion, for these
+ * values */
 static int suits(const struct subject *x, enum pend_parameter_kind kind, int at) {
     struct pend_parameter by = {kind, at};
     return pend_ideal_suits(x->t->tree, &(struct pend_loads){9.81, x->terms, x->value}, 1, &by);
@@ -195,7 +198,7 @@ TEST(derivatives_follow_from_the_motion_of_pendulums_whose_system_keeps_its_digi
     const int *row = x.terms->row;
     CHECK(suits(&x, PEND_PARAMETER_PHI, 1) && suits(&x, PEND_PARAMETER_TERM, row[PEND_TERM_ROD]));
     CHECK(suits(&x, PEND_PARAMETER_TERM, row[PEND_TERM_INERTIA] + 1));
-    // what moves centers off their arms, and drives
+    // parameters that move centers off their arms, and drives
     CHECK(!suits(&x, PEND_PARAMETER_TERM, row[PEND_TERM_CENTER_Y]));
     CHECK(!suits(&x, PEND_PARAMETER_TERM, x.terms->harmonic[0].at));
     CHECK(!suits(&x, PEND_PARAMETER_TERM, x.terms->one[PEND_TERM_PIVOT_ACCELERATION_X]));
@@ -206,7 +209,7 @@ TEST(derivatives_follow_from_the_motion_of_pendulums_whose_system_keeps_its_digi
     CHECK(!suits(&x, PEND_PARAMETER_PHI, 1));
     x.value[row[PEND_TERM_CENTER_X] + 1] = -0.9 * t.tree->len[1];
     CHECK(suits(&x, PEND_PARAMETER_PHI, 1));
-    // an arm that is next to nothing beside what hangs on it
+    // an arm that is negligible next to what hangs on it
     x.value[row[PEND_TERM_BODY] + 1] = 1e6;
     CHECK(!suits(&x, PEND_PARAMETER_PHI, 1));
     pend_terms_free(&x.terms);

@@ -1,7 +1,7 @@
-/* Tests of radau: its coefficients, the paper's example, real pendulums, and stiff motions whose
- * closed forms are known.
+/* Tests of radau: its coefficients, the paper's example, real pendulums, and stiff motions with
+ * known closed forms.
  * Leaves to others: what holds for every method (test_run, tests/laws/test_tolerances).
- * Invariant: what is compared with are closed forms, method taylor, or 32 digits. */
+ * Invariant: results are compared with closed forms, method taylor, or 32 digits. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,8 +14,8 @@
 
 enum { S = RADAU_STAGES, POLES = RADAU_POLES };
 
-/* what collocation is: powers of time up to the 7th are integrated exactly; and the last row, to
- * the 13th */
+/* the collocation conditions: powers of time up to the 7th are integrated exactly; and the last
+ * row, to the 13th */
 TEST(radau_table_integrates_powers_of_time) {
     double stages = 0, end = 0;
     for (int power = 0; power < 2 * S - 1; power++)
@@ -30,8 +30,8 @@ TEST(radau_table_integrates_powers_of_time) {
     CHECK_RESIDUAL(end, 4e-16, "integrals of powers over the step");
 }
 
-/* z = t^k has the derivative 1 at the start for k = 1, else 0: the embedded formula has its order
- */
+/* z = t^k has the derivative 1 at the start for k = 1, else 0: the embedded formula has its
+ * order */
 TEST(radau_embedded_formula_is_exact_for_powers_up_to_the_stages) {
     double most = 0, beyond = 0;
     for (int power = 1; power <= S + 1; power++) {
@@ -111,7 +111,7 @@ TEST(radau_solves_the_papers_example) {
     test_paper_clear(&paper);
 }
 
-/* one arm, and its terms: those that are named have the numbers given, 0 and 1 where none is */
+/* one arm and its terms; named terms have the given numbers, others 0 or 1 */
 struct lone {
     struct pend_tree *tree;
     struct pend_terms *terms;
@@ -148,7 +148,7 @@ static void lone_clear(struct lone *lone) {
     pend_tree_free(&lone->tree);
 }
 
-/* without gravity phi' = e^{-c t}, through all the time in which it dies out */
+/* without gravity phi' = e^{-c t}, until it has decayed */
 TEST(radau_follows_a_rate_that_dies_out_at_once) {
     double angle = 0, rate = 0;
     long most = 0;
@@ -173,8 +173,9 @@ TEST(radau_follows_a_rate_that_dies_out_at_once) {
     CHECK_SAYING(most <= 40, "%ld steps", most);
 }
 
-/* In syrup tan(theta / 2) falls as e^{-m g l t / c}; the inertia changes that by (m g l I / c^2),
- * 1e-15 of it. The number of steps does not depend on c, and the work of the fall is heat. */
+/* In a viscous fluid tan(theta / 2) decays as e^{-m g l t / c}; inertia changes that by (m g l I /
+ * c^2), 1e-15 of it. The number of steps does not depend on c, and the work of the fall becomes
+ * heat. */
 TEST(radau_creeps_in_syrup_with_steps_of_the_creeping) {
     double gap = 0, rate = 0, balance = 0;
     long most = 0;
@@ -204,8 +205,8 @@ TEST(radau_creeps_in_syrup_with_steps_of_the_creeping) {
     CHECK_SAYING(most <= 80, "%ld steps", most);
 }
 
-/* A stuck joint creeps at s artanh(m g l sin theta / f), which is the smoothing's; it gets there in
- * I s / f seconds. */
+/* A stuck joint creeps at s artanh(m g l sin theta / f), an effect of the smoothing; it reaches
+ * that rate in I s / f seconds. */
 TEST(radau_holds_a_stuck_joint) {
     double gap = 0;
     long most = 0;
@@ -229,7 +230,7 @@ TEST(radau_holds_a_stuck_joint) {
     CHECK_SAYING(most <= 60, "%ld steps", most);
 }
 
-/* a pendulum that swings against dry friction until it sticks: turns are corners */
+/* a pendulum that swings against dry friction until it sticks: its turning points are corners */
 TEST(radau_goes_round_the_corners_of_dry_friction) {
     struct lone lone;
     struct test_record record, exact;
@@ -249,8 +250,8 @@ TEST(radau_goes_round_the_corners_of_dry_friction) {
     lone_clear(&lone);
 }
 
-/* the springs of a random pendulum are a million times as stiff and its dampers more, so that what
- * is fast dies out: 32 digits with thousands of steps tell the rest */
+/* the springs of a random pendulum are a million times as stiff, and its dampers stronger, so that
+ * fast motion decays: 32 digits with thousands of steps are the reference */
 TEST(radau_agrees_with_32_digits_on_stiff_springs) {
     unsigned long long seed = 12;
     double phi = 0, rate = 0;
@@ -286,7 +287,7 @@ TEST(radau_agrees_with_32_digits_on_stiff_springs) {
     CHECK_RESIDUAL(rate, 1e-8, "phi' beside 32 digits");
 }
 
-/* work, heat, carts, drives and the air, beside taylor */
+/* work, heat, carts, drives and air, compared with taylor */
 TEST(radau_agrees_with_taylor_on_random_real_pendulums) {
     unsigned long long seed = 77;
     double phi = 0, rate = 0, balance = 0;

@@ -1,5 +1,5 @@
 /* Tests of core/dynamics/dynamics: known motions, the interface's promises, and trees that break
- * lesser forms.
+ * less careful forms.
  * Leaves to others: agreement with the matrix form over all trees, symmetries, energy (laws).
  * Invariant: residuals are relative to the largest component. */
 #include "core/dynamics/dynamics.h"
@@ -86,7 +86,7 @@ TEST(dynamics_reproduce_the_papers_forces_for_one_tree_alone) {
     CHECK_INT(alike, 1);
 }
 
-/* accelerations of a double pendulum as textbooks print them, angles from hanging */
+/* accelerations of a double pendulum as in textbooks, with angles from hanging */
 static void double_pendulum(const double l[2], const double m[2], double g, const double a[2],
                             const double w[2], double acc[2]) {
     double d = a[0] - a[1], den = 2 * m[0] + m[1] - m[1] * cos(2 * d);
@@ -126,7 +126,7 @@ TEST(dynamics_keep_their_promises) {
     CHECK_SAYING(!memcmp(acc, alone, sizeof acc),
                  "without forces the accelerations are other bits");
 
-    // acc may be the same array as rate, the scratch may hold anything, nothing is allocated
+    // acc may be the same array as rate, the scratch may contain anything, nothing is allocated
     void *work = aligned_alloc(64, pend_dynamics_work_bytes(N));
     REQUIRE(work);
     CHECK_INT(pend_dynamics_work_bytes(N) % 64, 0);
@@ -188,8 +188,8 @@ TEST(dynamics_bear_light_joints_between_heavy_arms_nearly_aligned) {
 }
 
 TEST(dynamics_of_a_y_with_a_light_hub_are_finite_to_the_last_bit_of_alignment) {
-    // two of 1e8 kg on a joint of 1e-8 kg, from half a turn apart down to one unit in the last
-    // place, and aligned
+    // two masses of 1e8 kg on a joint of 1e-8 kg, from half a turn apart down to one unit in the
+    // last place, and aligned
     struct worst worst = {0, 0};
     unsigned long long seed = 7;
     for (double gap = 1; gap > 1e-17; gap /= 3)
@@ -209,8 +209,8 @@ TEST(dynamics_of_a_y_with_a_light_hub_are_finite_to_the_last_bit_of_alignment) {
 }
 
 TEST(dynamics_bear_many_heavy_arms_in_two_directions_at_a_light_joint) {
-    // heavy and light arms side by side, along two lines: what they do across each line is all that
-    // counts
+    // heavy and light arms side by side, along two lines: only their motion across each line
+    // matters
     struct worst worst = {0, 0};
     unsigned long long seed = 11;
     for (int digits = 0; digits <= 16; digits += 2)
@@ -237,8 +237,8 @@ TEST(dynamics_bear_many_heavy_arms_in_two_directions_at_a_light_joint) {
 }
 
 TEST(dynamics_bear_the_smallest_masses_there_are) {
-    // a few units in the last place of the smallest double, against the same tree with a few
-    // kilograms
+    // masses of a few units in the last place of the smallest double, against the same tree with a
+    // few kilograms
     unsigned long long seed = 12;
     double acc[6], force[6], acc_tiny[6], force_tiny[6];
     struct test_tree t;
@@ -310,7 +310,7 @@ TEST(dynamics_take_a_hundred_thousand_arms) {
     free(acc);
 }
 
-/* eight states of a tree, and what they are when each goes alone */
+/* eight states of a tree, and the results of each computed alone */
 struct eight {
     int n;
     double *phi, *rate, *acc, *force; /* n by PEND_DYNAMICS_VEC */
@@ -351,7 +351,7 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
             struct eight e;
             double phi[8][MOST], rate[8][MOST], acc[MOST], force[MOST];
             int n = 1 + test_random_int(&seed, MOST);
-            // with masses of 10^+-8 some states of the eight are for the careful form
+            // with masses of 10^+-8 some of the eight states need the careful form
             test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3,
                              &seed);
             eight_init(&e, n);
@@ -448,7 +448,7 @@ TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
     for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
         double acc[N], force[N];
         for (int place = 0; place < 8; place++) {
-            // the neighbours are other states, and once not even numbers
+            // the neighbours are other states, and once not even finite numbers
             for (int k = 0; k < 8 * N; k++)
                 e.phi[k] = place == 7 ? NAN : 6 * test_random(&seed), e.rate[k] = 1;
             eight_fill(&e, place, t.phi, t.rate);
@@ -505,7 +505,7 @@ TEST(dynamics_of_long_chains_keep_the_digits) {
         double acc[MOST], force[MOST], other_acc[MOST], other_force[MOST];
         test_quad exact_acc[MOST], exact_force[MOST];
         int n = 128 + i;
-        // random, about hanging, almost straight, and with masses of unlike sizes
+        // random, near hanging, almost straight, and with very different masses
         test_tree_random(&t, TEST_TREE_CHAIN, n, i % 6 == 5 ? 4 : i % 2 ? 1 : 0.3, &seed);
         double spread = pow(10, -3 * (i % 3)), line = i % 2 ? DOWN : test_random(&seed);
         for (int k = 0; k < n && i % 4; k++) t.phi[k] = line + spread * (test_random(&seed) - 0.5);

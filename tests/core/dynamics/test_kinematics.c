@@ -14,7 +14,7 @@
 
 enum { N = 40 };
 
-/* S times a vector of arms, all in stored order */
+/* S times a vector over the arms, all in stored order */
 static void sum_over_paths(const struct test_tree *t, const double complex arm[],
                            double complex tip[]) {
     double path[N * N];
@@ -105,7 +105,7 @@ TEST(kinematics_energies_of_several_states_are_those_of_each) {
         struct pend_energy energy[STATES];
         test_tree_random(&t, (enum test_tree_kind)(n % TEST_TREE_KINDS), n, 1, &seed);
         for (int i = 0; i < STATES * n; i++) {
-            // some beyond the range of the vectors' sines
+            // some angles are beyond the range of the vectorized sines
             phi[i] = (i % 11 ? 1 : 1e7) * (test_random(&seed) - 0.5) * 6;
             rate[i] = test_random(&seed) - 0.5;
         }
@@ -140,7 +140,7 @@ TEST(kinematics_kinetic_energy_is_the_quadratic_form_of_re_m) {
 }
 
 TEST(kinematics_energy_keeps_its_digits_in_a_long_chain) {
-    // a straight horizontal chain that turns as one: the energies are known sums of integers
+    // a straight horizontal chain that rotates as a whole: the energies are known sums of integers
     enum { LONG = 100000 };
     double *one = malloc(3 * LONG * sizeof *one), *zero = one + LONG, *rate = zero + LONG;
     int *parent = malloc(LONG * sizeof *parent);
@@ -200,8 +200,7 @@ TEST(kinematics_force_is_bbb_for_any_accelerations) {
         pend_kinematics_force(t.tree, TEST_LOADS(9.81), t.phi, t.rate, acc, got);
         worst = fmax(worst, test_gap(N, got, force));
 
-        // accelerations that obey no law: lambda = g sin(phi) (S^T m) - l^-1 [ Im phi'' + Re phi'^2
-        // ]
+        // arbitrary accelerations: lambda = g sin(phi) (S^T m) - l^-1 [ Im phi'' + Re phi'^2 ]
         test_quad_inertia(t.tree, t.phi, re, im);
         for (int k = 0; k < N; k++) acc[k] = 20 * test_random(&seed) - 10;
         for (int i = 0; i < N; i++) {

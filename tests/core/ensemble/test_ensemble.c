@@ -1,6 +1,7 @@
-/* Tests of core/ensemble/ensemble: equal to single runs, the same bits in any lane, crossings at
- * their exact time, failures apart. Leaves to others: the series (test_jets), the step rule
- * (test_method_taylor). Invariant: every instruction set that this processor has is tested. */
+/* Tests of core/ensemble/ensemble: equality with single runs, the same bits in any lane, crossings
+ * at their exact time, failures that do not affect others. Leaves to others: the series
+ * (test_jets), the step rule (test_method_taylor). Invariant: every instruction set that this
+ * processor has is tested. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,10 +16,11 @@ extern const struct pend_method pend_method_taylor;
 
 enum { MEMBERS = 40, ARMS_MAX = 6 };
 
-/* members of random starts, and what came back */
+/* members with random starts, and their results */
 struct crowd {
     struct pend_tree *tree;
-    double length[ARMS_MAX], mass[ARMS_MAX]; /* spread of the members' own, 0 = the tree's */
+    double length[ARMS_MAX], mass[ARMS_MAX]; /* spread of the members' own lengths and masses, 0 =
+                                              * the tree's */
     int vary, broken, stop_after;
     int delivered, status[MEMBERS], arm[MEMBERS];
     double phi[MEMBERS][ARMS_MAX], rate[MEMBERS][ARMS_MAX], time[MEMBERS], first[MEMBERS][ARMS_MAX];
@@ -190,8 +192,8 @@ TEST(ensemble_gives_the_same_bits_with_avx2_and_avx512) {
     }
 }
 
-/* a single arm with energy to turn over: theta' from theta, and the time between by the period's
- * integral */
+/* a single arm with enough energy to turn over: theta' from theta, and the time between from the
+ * period's integral */
 static int spin_fetch(void *context, long i, struct pend_member *member) {
     const double *rate = context;
     member->phi[0] = -M_PI / 2;
@@ -237,7 +239,7 @@ TEST(ensemble_times_the_flips_of_a_spinning_arm) {
     problem.deliver = spin_deliver;
     problem.context = &result;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 2));
-    // upright at 1, 3 and 5 times the time to get there
+    // upright at 1, 3 and 5 times the time to reach the top
     CHECK_INT(result.crossings[0], 3);
     CHECK_INT(result.crossings[1], 3);
     CHECK_RESIDUAL(fabs(result.first[0] / want - 1), 1e-13, "time of the first flip");
@@ -255,7 +257,8 @@ TEST(ensemble_sees_an_arm_that_only_touches_its_bound) {
     struct pend_tree *tree;
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &pivot, NULL) == PEND_OK);
     for (int i = 0; i < 2; i++) {
-        // the turning point is inside a step; a hair below it is touched, a hair above is not
+        // the turning point is inside a step; an angle just below it is reached, one just above is
+        // not
         struct pend_ensemble_problem problem = {
             .tree = tree, .loads.gravity = 9.81, .duration = 1, .rtol = 1e-15};
         problem.bound = top + (i ? 1e-9 : -1e-9);
@@ -291,7 +294,7 @@ TEST(ensemble_delivers_a_broken_member_as_failed_and_the_others_whole) {
 static int rest_fetch(void *context, long i, struct pend_member *member) {
     const struct crowd *crowd = context;
     (void)i;
-    // pi / 2 as a sum of two: nothing pulls, and all terms of the series are 0
+    // pi / 2 as a sum of two doubles: no force acts, and all terms of the series are 0
     for (int k = 0; k < crowd->tree->n; k++)
         member->phi[k] = -0x1.921fb54442d18p+0, member->phi_low[k] = -0x1.1a62633145c07p-54;
     return 0;
@@ -347,7 +350,7 @@ TEST(ensemble_refuses_what_it_cannot_do) {
     pend_tree_free(&crowd.tree);
 }
 
-/* one member's notes beside those of a single run in many small samples */
+/* a member's extremes and crossings against those of a single run in many small samples */
 enum { FINE = 20001 };
 
 struct notes {
@@ -394,7 +397,7 @@ static void notes_rows(void *context, long i, long first, int count, const doubl
     notes->rows[i] += count;
 }
 
-/* angles, rates and forces of member i at count equidistant instants of the duration, the first
+/* angles, rates and forces of member i at `count` equidistant instants of the duration, the first
  * at 0; in stored order of a tree whose stored order is the caller's */
 static int notes_samples(struct crowd *crowd, long i, double duration, int count, double phi[],
                          double rate[], double force[]) {
@@ -445,7 +448,7 @@ static int notes_new(struct notes *notes, struct crowd *crowd, int n, double dur
     return made;
 }
 
-/* the value of the parabola through three samples a step apart at its vertex, and where, in
+/* the vertex of the parabola through three equidistant samples: its value, and its position in
  * steps from the middle */
 static double vertex(double a, double b, double c, double *at) {
     *at = 0.5 * (a - c) / (a - 2 * b + c);
@@ -478,8 +481,8 @@ TEST(ensemble_knows_the_true_extremes_of_the_forces) {
                     double got = sign > 0 ? notes.most[i][k] : notes.least[i][k];
                     double time = sign > 0 ? notes.most_time[i][k] : notes.least_time[i][k];
                     CHECK((got - force[best * n]) * sign >= -1e-10 * size);
-                    // a single arm has the same extremes again and again, the forces of six turn
-                    // too fast for parabolas
+                    // a single arm repeats its extremes, and the forces of six arms change too fast
+                    // for parabolas
                     if (n != 2) continue;
                     worst[0] = fmax(worst[0], fabs(got - value) / size);
                     worst[1] = fmax(worst[1], fabs(time - (best + at) * step));
@@ -525,7 +528,7 @@ TEST(ensemble_knows_when_a_rod_first_changes_from_push_to_pull) {
     pend_tree_free(&crowd.tree);
 }
 
-/* released from the horizontal a rod's force begins at 0 and has a sign at once */
+/* released from the horizontal, a rod's force starts at 0 and has a sign at once */
 static int level_fetch(void *context, long i, struct pend_member *member) {
     (void)context, (void)i, (void)member;
     return 0;
@@ -640,7 +643,8 @@ TEST(ensemble_lyapunov_estimate_is_the_exponent_where_that_is_known) {
     REQUIRE(notes_new(&notes, &crowd, 1, 4, PEND_OBSERVE_LYAPUNOV, &problem));
     problem.fetch = upright_fetch;
     for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
-        // the difference of two durations is free of what the first direction had to turn
+        // the difference between two durations does not contain the transient of the first
+        // direction
         for (int j = 0; j < 2; j++) {
             problem.duration = 4 + 2 * j;
             REQUIRE(crowd_run(&problem, (enum pend_isa)isa, 0, 2));
@@ -652,8 +656,8 @@ TEST(ensemble_lyapunov_estimate_is_the_exponent_where_that_is_known) {
     pend_tree_free(&crowd.tree);
 }
 
-/* the growth of a difference by the variational equation of a double pendulum, Runge and Kutta's
- * fourth order */
+/* the growth of a difference by the variational equation of a double pendulum, by the classical
+ * Runge-Kutta method */
 static void double_rate(const double y[4], double d[4]) {
     double s = sin(y[0] - y[1]), c = cos(y[0] - y[1]), g = 9.81;
     double p = -s * y[3] * y[3] - 2 * g * sin(y[0]), q = s * y[2] * y[2] - g * sin(y[1]),
@@ -693,8 +697,8 @@ TEST(ensemble_lyapunov_estimate_is_the_growth_of_a_small_difference) {
     problem.fetch = double_fetch;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 8));
     for (int i = 0; i < 8; i++) {
-        // central differences of two neighbours, 1e-6 to either side along the ensemble's own
-        // direction
+        // central differences of two neighbours, at a distance of 1e-6 on either side in the
+        // ensemble's own direction
         double y[2][4], sum = 0, gap = 0;
         for (int k = 0; k < 2; k++) sum += pow(cos(k + 1), 2) + pow(sin(3 * k + 2), 2);
         for (int side = 0; side < 2; side++) {
@@ -725,7 +729,7 @@ TEST(ensemble_spares_only_members_that_never_cross) {
             a.until = b.until = (enum pend_until)until;
             REQUIRE(crowd_run(&a, pend_isa_best(), 0, MEMBERS) &&
                     crowd_run(&b, pend_isa_best(), 0, MEMBERS));
-            // bits of the times, NaN where there was none
+            // bits of the times, NaN if there was none
             CHECK(!memcmp(all.first, some.first, sizeof all.first));
             CHECK(!memcmp(all.arm, some.arm, sizeof all.arm));
         }
@@ -734,7 +738,7 @@ TEST(ensemble_spares_only_members_that_never_cross) {
     }
 }
 
-/* two arms straight up, and a hair to either side of it */
+/* two arms straight up, and slightly to either side */
 static int balance_fetch(void *context, long i, struct pend_member *member) {
     (void)context;
     double theta = i % 2 ? M_PI : -M_PI, aside = i / 2 == 0 ? 0 : i / 2 == 1 ? 0.3 : -0.3;
@@ -751,7 +755,7 @@ TEST(ensemble_does_not_count_the_start_on_the_bound_as_a_flip) {
     problem.fetch = balance_fetch;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 6));
     for (int i = 0; i < 6; i++) CHECK_INT(crowd.crossings[i][0], 0);
-    // half a second later it has gone a long way down, once around it passes the top again
+    // half a second later it has fallen far, and has passed the top again after one turn
     problem.duration = 6;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 2, 4));
     for (int i = 2; i < 6; i++) CHECK(crowd.crossings[i][0] >= 1 && crowd.first[i][0] > 1);

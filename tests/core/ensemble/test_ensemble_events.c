@@ -1,8 +1,8 @@
 /* Tests of conditions on members of an ensemble: passages against samples in 32 digits, grazing and
- * simultaneous ones, ends, and bits that do not depend on the company.
- * Leaves to others: the search in one motion (test_events), what members start from (api).
+ * simultaneous ones, ends, and bits that do not depend on the other members.
+ * Leaves to others: the search in one motion (test_events), the starts of members (api).
  * Invariant: every instruction set that this processor has is tested; pendulums are random, from
- * seeds; EVENTS_RUNS in the environment makes there more of them. */
+ * seeds; EVENTS_RUNS in the environment sets a larger number of them. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@
 
 enum { MEMBERS = 5, ARMS = TEST_PASSAGES_ARMS, BOTH = PEND_WAY_UP | PEND_WAY_DOWN };
 
-/* members of one pendulum with starts of their own, and what was found of each */
+/* members of one pendulum with their own starts, and the passages found for each */
 struct crowd {
     const struct test_tree *t;
     double phi[MEMBERS][ARMS], rate[MEMBERS][ARMS];
@@ -127,7 +127,7 @@ TEST(events_of_members_are_where_32_digits_have_them) {
         test_tree_clear(&t);
     }
     CHECK(hits > runs * MEMBERS);
-    // of 5e4 motions the worst is 1.1e-13
+    // the largest error of 5e4 motions is 1.1e-13
     CHECK_RESIDUAL(worst, asked ? 3e-13 : 1e-13, "quantities at members' events, in 32 digits");
 }
 
@@ -145,7 +145,7 @@ TEST(events_of_members_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
         test_passages_random(&t, &b, &grid, event, i, &seed);
         int extremes = test_passages_grazing(event, time, &t, &b.loads, &grid, i % 2 == 0, &seed);
         if (extremes) {
-            // the first member's motion is the one whose extremes are known
+            // the first member's motion is the one with known extremes
             crowd_init(&crowd, &t, passages, &seed);
             struct pend_ensemble_problem problem =
                 crowd_problem(&crowd, &b.loads, TEST_PASSAGES_CONDITIONS, event);
@@ -160,8 +160,8 @@ TEST(events_of_members_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
     CHECK_SAYING(grazing > 2 * runs, "%d extremes of %d pendulums", grazing, runs);
 }
 
-/* a rate of 0 is an extreme of the angle: a level beyond it by 1e-10 is not reached, one before it
- * by as much is passed twice */
+/* a rate of 0 is an extreme of the angle: a level 1e-10 beyond it is not reached, one 1e-10 before
+ * it is passed twice */
 TEST(events_of_members_that_graze_are_found_in_pairs_or_not_at_all) {
     enum { TURNS = 20 };
     const char *asked = getenv("EVENTS_RUNS");
@@ -180,7 +180,7 @@ TEST(events_of_members_that_graze_are_found_in_pairs_or_not_at_all) {
         crowd_run(&problem, isa, 0, MEMBERS);
         turns = passages[0].count;
         for (int j = 0; j < 2 * turns; j++) {
-            // the side of the level from which the angle comes, and the one beyond
+            // the side of the level from which the angle comes, and the opposite side
             double inside = passages[0].hit[j / 2].way == PEND_WAY_DOWN ? -1e-10 : 1e-10;
             level[j] = rest;
             level[j].quantity = PEND_QUANTITY_PHI;
@@ -263,7 +263,7 @@ TEST(events_end_members_and_what_comes_later_is_not_noted) {
         CHECK(fabs(a->time - passages[i].hit[2].time) < 1e-14 && a->steps < b->steps);
         CHECK(b->stop == PEND_STOP_TIME && b->time == 30 && others[i].count == 3);
         CHECK(!memcmp(&passages[i].hit, &others[i].hit, 3 * sizeof passages[i].hit[0]));
-        // an arm that turns over after the end has not done so
+        // an arm that turns over after the end is not counted
         if (whole.flip[i] > a->time) CHECK(isnan(crowd.flip[i]));
         if (whole.flip[i] < a->time) CHECK(crowd.flip[i] == whole.flip[i]);
     }
@@ -274,8 +274,7 @@ TEST(events_end_members_and_what_comes_later_is_not_noted) {
     test_tree_clear(&t);
 }
 
-/* a motion that began some hundreds of turns further on passes levels that are as much further on
- */
+/* a motion that began some hundreds of turns further on passes levels shifted by as much */
 TEST(events_of_members_know_whole_turns) {
     const double turns = 400 * M_PI;
     unsigned long long seed = 15;

@@ -1,4 +1,4 @@
-/* Up to when the members of an ensemble keep their digits; the estimate itself: test_horizon.c. */
+/* Up to when members of an ensemble are accurate; the estimate itself: test_horizon.c. */
 #include <math.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* up to when each member keeps its digits, and where it ended */
+/* up to when each member is accurate, and its end */
 struct horizon_bag {
     const struct test_tree *t;
     double horizon[24], final[24][4];
@@ -43,7 +43,7 @@ static void horizon_run(struct horizon_bag *bag, double accuracy, double duratio
     pend_ensemble_free(&ensemble);
 }
 
-/* the same members alone, whose horizons test_horizon compares with the truth */
+/* the same members alone, whose horizons test_horizon compares with the true ones */
 TEST(ensemble_horizons_are_near_those_of_single_runs) {
     unsigned long long seed = 5;
     int short_of = 0;
@@ -70,7 +70,7 @@ TEST(ensemble_horizons_are_near_those_of_single_runs) {
                 .times = {.count = 1201, .span = duration, .divisor = 1200}};
             test_record(&record, "taylor", &alone);
             double want = fabs(record.stats.horizon), got = fabs(told.horizon[i]);
-            // two computations part by errors of their own
+            // two computations diverge by their own errors
             CHECK_SAYING(got > 0.6 * want && got < 1.5 * want, "%d arms, member %d: %g, alone %g",
                          n, i, got, want);
             CHECK(isnan(plain.horizon[i]) &&
@@ -100,7 +100,7 @@ static int motion_deliver(void *context, long i, const struct pend_outcome *outc
     return 0;
 }
 
-/* of motions of every kind, whose single runs test_horizon compares with the truth */
+/* motions of every kind, whose single runs test_horizon compares with the true horizon */
 TEST(ensemble_horizons_of_motions_of_every_kind_are_near_those_of_single_runs) {
     enum { EACH = 6 };
     for (int i = 0; i < EACH * TEST_MOTION_KINDS; i++) {

@@ -1,5 +1,6 @@
-/* Tests of ensembles of real pendulums: members end where single runs end, whatever each differs
- * in; bits do not depend on the company; the balance of energies, horizons and neighbours hold.
+/* Tests of ensembles of real pendulums: members end where single runs end, whatever numbers they
+ * differ in; bits do not depend on the other members; the balance of energies, horizons and
+ * neighbours.
  * Leaves to others: ideal pendulums (test_ensemble), the equations (test_bodies).
  * Invariant: every instruction set that this processor has is tested; pendulums are random, from
  * seeds. */
@@ -20,7 +21,7 @@ enum { MEMBERS = 21, ARMS = 8, VALUES = 256 };
 struct crowd {
     const struct test_tree *t;
     const struct test_bodies *b;
-    double start; /* s, of the odd members */
+    double start; /* s, for odd members */
     int rows;
     struct pend_outcome outcome[MEMBERS];
     double phi[MEMBERS][ARMS], rate[MEMBERS][ARMS], first[MEMBERS][ARMS], row[MEMBERS][ARMS],
@@ -89,7 +90,7 @@ static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long
 }
 
 /* a member by method taylor: its state at the end, the largest forces at 4001 instants and those at
- * the one in the middle, and the time up to which it keeps the accuracy */
+ * the middle one, and the time up to which it is accurate */
 enum { LOOKS = 4001, MIDDLE = LOOKS / 2 };
 struct alone {
     double phi[ARMS], rate[ARMS], most[ARMS], pull[ARMS], horizon;
@@ -126,7 +127,7 @@ static void alone_run(struct crowd *crowd, long i, double duration, double accur
         .accuracy = accuracy};
     struct pend_samples samples = {
         .cap = LOOKS, .t = t, .phi = angle, .rate = speed, .force = force};
-    // a cart is no arm of the samples
+    // samples of arms do not include a cart
     int cart = pend_terms_cart(crowd->b->terms), columns = n - cart;
     if (cart) samples.cart_place = place, samples.cart_speed = pace;
     struct pend_run *run;
@@ -146,13 +147,13 @@ static void alone_run(struct crowd *crowd, long i, double duration, double accur
     }
 }
 
-/* all terms that the quick form of few arms takes */
+/* all terms that the fast form for few arms supports */
 enum {
     QUICK_TERMS = TEST_TERMS_SPRINGS | TEST_TERMS_DAMPING | TEST_TERMS_TORQUES | TEST_TERMS_PIVOT
 };
 
 /* the terms of test number i: each kind alone, then all, then a cart with all; then those of the
- * quick form together, without bodies and with them */
+ * fast form together, without bodies and with them */
 static unsigned crowd_terms(int i) {
     static const unsigned last[] = {TEST_TERMS_ALL, TEST_TERMS_CART_ALL, QUICK_TERMS,
                                     QUICK_TERMS | TEST_TERMS_RODS};
@@ -243,7 +244,7 @@ TEST(horizons_of_real_members_are_those_of_single_runs) {
         struct test_tree t;
         struct test_bodies b;
         static struct crowd crowd;
-        // the last has friction, and keeps its digits; the others drive chaos
+        // the last has friction, and stays accurate; the others drive chaos
         static const unsigned terms[4] = {TEST_TERMS_RODS, TEST_TERMS_PIVOT,
                                           TEST_TERMS_RODS | TEST_TERMS_TORQUES, TEST_TERMS_ALL};
         test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
@@ -268,7 +269,7 @@ TEST(horizons_of_real_members_are_those_of_single_runs) {
     CHECK(lost > 5);
 }
 
-/* a single damped arm: theta'' + 2 a theta' + w^2 sin theta = 0 near hanging loses e^{-a t} */
+/* a single damped arm: theta'' + 2 a theta' + w^2 sin theta = 0 decays as e^{-a t} near hanging */
 static int damped_fetch(void *context, long i, struct pend_member *member) {
     const struct crowd *crowd = context;
     member->phi[0] = 1e-4 - M_PI / 2;
@@ -300,7 +301,8 @@ TEST(members_of_several_dampings_decay_as_the_closed_form_has_it) {
         double a = 0.05 * (i + 1) / 2, w = sqrt(9.81 - a * a), tau = instant[0];
         double want = 1e-4 * exp(-a * tau) * (cos(w * tau) + a / w * sin(w * tau));
         most = fmax(most, fabs(crowd.row[i][0] + M_PI / 2 - want) / 1e-4);
-        // what is near decays alike, but for where in its swing it is looked at
+        // neighbours decay at the same rate, except for the phase of the swing at which they are
+        // compared
         CHECK(fabs(crowd.outcome[i].lyapunov + a) < 0.3);
     }
     CHECK_RESIDUAL(most, 1e-8, "angles of small swings against the closed form");

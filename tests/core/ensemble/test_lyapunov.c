@@ -33,7 +33,8 @@ static void tumble(struct test_tree *t) {
     t->rate[0] = t->rate[1] = 0;
 }
 
-/* `intervals` intervals, cut after `steps` steps; exponents, and where the motion is then */
+/* `intervals` intervals, interrupted after `steps` steps; returns the exponents, and the state of
+ * the motion */
 static int run(const struct test_tree *t, int count, double interval, long intervals, long steps,
                double exponent[], double phi[], double rate[]) {
     struct pend_lyapunov *lyapunov;
@@ -72,8 +73,8 @@ static double log_inertia(const struct pend_tree *tree, const double phi[]) {
     return sum;
 }
 
-/* Liouville: angles and momenta Re M phi' keep their volume, so that of angles and rates goes as
- * 1 / det Re M */
+/* Liouville: the volume in angles and momenta Re M phi' is constant, so that in angles and rates is
+ * proportional to 1 / det Re M */
 TEST(lyapunov_exponents_add_up_to_what_liouville_says) {
     double worst = 0, largest = 0;
     for (int n = 1; n <= ARMS; n++)
@@ -93,8 +94,7 @@ TEST(lyapunov_exponents_add_up_to_what_liouville_says) {
     CHECK_RESIDUAL(worst, 1e-7, "exponents");
 }
 
-/* what is left after a time does not depend on how often the directions were made orthonormal on
- * the way */
+/* the result after a time does not depend on how often the directions were made orthonormal */
 TEST(lyapunov_exponents_do_not_depend_on_the_interval) {
     static const double interval[] = {0.05, 0.02, 0.1, 0.5, 4};
     struct test_tree t;
@@ -121,7 +121,7 @@ TEST(lyapunov_exponents_of_chaos_come_in_pairs_and_two_vanish) {
     test_tree_clear(&t);
 }
 
-/* of the ensembles' own estimate */
+/* for the ensembles' own estimate */
 struct estimate {
     const struct test_tree *t;
     double value;
@@ -169,7 +169,7 @@ TEST(lyapunov_exponents_of_one_arm_vanish) {
     double exponent[2], phi[1], rate[1];
     tree_of(&t, 1, 3);
     run(&t, 2, 0.25, 4000, 1000, exponent, phi, rate);
-    /* neighbours part as the time does: log(1000) / 1000 */
+    /* neighbours diverge linearly in time: log(1000) / 1000 */
     CHECK_SAYING(fabs(exponent[0]) < 0.02 && fabs(exponent[1]) < 0.02, "%g and %g", exponent[0],
                  exponent[1]);
     CHECK(exponent[0] > 0.001 && exponent[1] < -0.001);
@@ -236,7 +236,7 @@ TEST(lyapunov_problems_that_make_no_sense_are_refused) {
     problem.rtol = 0, problem.loads.gravity = INFINITY;
     CHECK(pend_lyapunov_new(&lyapunov, &problem, &error) == PEND_INVALID && !lyapunov);
     problem.loads.gravity = 9.81;
-    /* a motion that cannot be computed says so, and goes on saying so */
+    /* a motion that cannot be computed fails, and keeps failing */
     t.rate[0] = 1e300;
     problem.rtol = 0;
     REQUIRE(pend_lyapunov_new(&lyapunov, &problem, &error) == PEND_OK);
@@ -251,8 +251,8 @@ TEST(lyapunov_problems_that_make_no_sense_are_refused) {
     test_tree_clear(&t);
 }
 
-/* the largest exponent over 400 s beside that over 3000 s: most within the error, nearly all
- * within twice of it; of small swings, which tend to 0, within twice of it from there */
+/* the largest exponent over 400 s compared with that over 3000 s: most are within the error, nearly
+ * all within twice of it; for small swings, which tend to 0, within twice of it from 0 */
 TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
     enum { STARTS = 6 };
     int within = 0, twice = 0;

@@ -1,7 +1,8 @@
-/* Tests of exponents and sections of real pendulums: friction takes from the sum of the exponents
- * what it takes of the volume; drives are taken at the motion's own time; stroboscopic sections.
+/* Tests of exponents and sections of real pendulums: friction reduces the sum of the exponents by
+ * the contraction of the volume; drives are evaluated at the motion's own time; stroboscopic
+ * sections.
  * Leaves to others: ideal pendulums (test_lyapunov, test_section).
- * Invariant: closed forms or the method of single runs say what is wanted. */
+ * Invariant: references are closed forms or single runs. */
 #include <math.h>
 #include <string.h>
 
@@ -12,7 +13,7 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* the damped driven pendulum of the books: theta'' + theta' / q + sin theta = g cos(w t) */
+/* the damped driven pendulum of textbooks: theta'' + theta' / q + sin theta = g cos(w t) */
 struct driven {
     struct pend_tree *tree;
     struct test_bodies b;
@@ -53,7 +54,7 @@ static void exponents(const struct pend_lyapunov_problem *problem, long transien
     pend_lyapunov_free(&lyapunov);
 }
 
-/* a state an interval later by method taylor, drives taken from `start` on */
+/* a state after an interval by method taylor, with drives from `start` on */
 static void driven_move(const struct driven *d, double start, double time, double state[2]) {
     const struct pend_problem problem = {
         .tree = d->tree,
@@ -73,8 +74,8 @@ static void driven_move(const struct driven *d, double start, double time, doubl
 }
 
 /* the first exponent over `intervals` after `transient` others, by central differences of single
- * runs: 1e-5 apart they are right to 1e-9; rates are over the frequency by which exponents measure
- * them, sqrt(g / l) = 1 and that of the terms */
+ * runs at a distance of 1e-5, correct to 1e-9; rates are divided by the frequency that exponents
+ * use, sqrt(g / l) = 1 and that of the terms */
 static double driven_growth(const struct driven *d, double start, double interval, int transient,
                             int intervals, double phi) {
     const double apart = 1e-5;
@@ -95,10 +96,10 @@ static double driven_growth(const struct driven *d, double start, double interva
     return sum / (interval * intervals);
 }
 
-/* What is left of a volume of angles and rates is e^{-t / q}. At q = 2, w = 2/3 (Baker and Gollub,
- * Chaotic Dynamics, Cambridge 1990) the drive of 0.9 gives an oscillation whose neighbours turn
- * about it, so that both exponents are half of that, but for the shape of their ellipse over the
- * time; 1.5 gives chaos, with the exponent that neighbours of single runs have. */
+/* A volume of angles and rates shrinks as e^{-t / q}. At q = 2, w = 2/3 (Baker and Gollub, Chaotic
+ * Dynamics, Cambridge 1990) a drive of 0.9 gives an oscillation whose neighbours spiral towards it,
+ * so that both exponents are half of that, up to the shape of their ellipse divided by the time;
+ * 1.5 gives chaos, with the exponent that neighbours of single runs have. */
 TEST(exponents_of_the_driven_pendulum_add_up_to_its_damping) {
     static const double strength[] = {0.9, 1.5};
     for (int i = 0; i < 2; i++) {
@@ -148,7 +149,7 @@ static void alone(const struct test_tree *t, const struct test_bodies *b, double
     }
 }
 
-/* where the motion of the exponents comes to is where method taylor does, whatever acts on it */
+/* the motion of the exponents ends where method taylor ends, whatever acts on it */
 TEST(exponents_follow_the_motion_of_a_real_pendulum_from_its_own_time) {
     unsigned long long seed = 12;
     for (int i = 0; i < 3; i++) {
@@ -160,7 +161,7 @@ TEST(exponents_follow_the_motion_of_a_real_pendulum_from_its_own_time) {
         int done = 0;
         test_tree_random(&t, TEST_TREE_CHAIN, 3, 0.3, &seed);
         test_bodies_random(&b, t.tree, terms[i], &seed);
-        t.phi[0] += 20; // whole turns, which springs tell apart
+        t.phi[0] += 20; // whole turns, which springs distinguish
         const struct pend_lyapunov_problem problem = {.tree = t.tree,
                                                       .loads = b.loads,
                                                       .phi = t.phi,
@@ -187,7 +188,7 @@ TEST(exponents_follow_the_motion_of_a_real_pendulum_from_its_own_time) {
     }
 }
 
-/* searches to the end; the passages, 64 at most */
+/* searches to the end; at most 64 passages */
 static int search(const struct pend_section_problem *problem, long steps, double time[],
                   double phi[][3], double rate[][3]) {
     enum pend_found found = PEND_FOUND_NOTHING;
@@ -248,8 +249,8 @@ TEST(stroboscopic_sections_have_the_states_of_single_runs_a_period_apart) {
     test_tree_clear(&t);
 }
 
-/* the least change of the rate over any number of periods up to `most`, of the largest ones of its
- * kind, from passage `from` on */
+/* the smallest change of the rate over any number of periods up to `most`, maximized over its
+ * components, from passage `from` on */
 static double least_change(double rate[][3], int from, int count, int most) {
     double least = INFINITY;
     for (int every = 1; every <= most; every++) {
@@ -261,9 +262,9 @@ static double least_change(double rate[][3], int from, int count, int most) {
     return least;
 }
 
-/* Below the threshold of its first doubling the driven pendulum is where it was a period before:
- * after 40 periods a deviation is e^{-0.25 40 3 pi} of its size, and what is left are errors of
- * steps. In chaos it is there after no number of periods. */
+/* Below the threshold of its first period doubling the driven pendulum repeats after each period:
+ * after 40 periods a deviation is e^{-0.25 40 3 pi} of its size, and only errors of steps remain.
+ * In chaos it never repeats. */
 TEST(driven_pendulums_section_is_one_point_or_many_as_the_books_say) {
     static const double strength[] = {0.9, 1.5};
     for (int i = 0; i < 2; i++) {

@@ -1,7 +1,7 @@
-/* Tests of core/extended/extended and core/extended/method_extended: the reference's digits,
- * laws to 28 digits, every instruction set.
+/* Tests of core/extended/extended and core/extended/method_extended: the reference's digits, laws
+ * to 28 digits, every instruction set.
  * Leaves to others: single operations (test_pairs).
- * Invariant: what is compared has more digits than a double, or the test says so. */
+ * Invariant: compared numbers have more digits than a double, unless the test says otherwise. */
 #include "core/extended/extended.h"
 
 #include <math.h>
@@ -15,7 +15,7 @@
 
 enum { MOST = 48 };
 
-/* a state with room of its own */
+/* a state with its own memory */
 struct full {
     double phi[MOST], phi_low[MOST], rate[MOST], rate_low[MOST];
 };
@@ -24,7 +24,7 @@ static struct pend_extended_state full_view(struct full *full) {
     return (struct pend_extended_state){full->phi, full->phi_low, full->rate, full->rate_low};
 }
 
-/* largest difference of two states, to all digits */
+/* largest difference of two states, with all digits */
 static double full_gap(int n, const struct full *a, const struct full *b) {
     double gap = 0;
     for (int k = 0; k < n; k++) {
@@ -34,7 +34,7 @@ static double full_gap(int n, const struct full *a, const struct full *b) {
     return gap;
 }
 
-/* the state a time after another; as many steps as it took in *steps, where wanted */
+/* the state after a time; *steps receives the number of steps, if not NULL */
 static struct full follow(const struct pend_tree *tree, const struct full *start, double t,
                           double rtol, enum pend_isa isa, long *steps) {
     struct pend_extended *extended;
@@ -61,8 +61,8 @@ static struct full full_start(const struct test_tree *t) {
 
 /* ---- the reference's digits */
 
-/* t (a double, and how much later the decimal is), phi[4], phi'[4] with all digits that a quad
- * holds: sums of two doubles from 25 digits of text */
+/* t (a double, and the difference to the decimal), phi[4], phi'[4] with all digits of a quad: sums
+ * of two doubles from 25 digits of text */
 static int reference_row(FILE *file, double *t, double *late, struct full *row) {
     char text[64];
     for (int i = 0; i < 13; i++) {
@@ -105,7 +105,7 @@ TEST(extended_has_all_25_digits_of_the_reference) {
             int of = paper.tree->order[k];
             sorted.phi[k] = row.phi[of], sorted.phi_low[k] = row.phi_low[of];
             sorted.rate[k] = row.rate[of], sorted.rate_low[k] = row.rate_low[of];
-            // from the double on to the decimal, 1e-16 s later
+            // from the double to the decimal, 1e-16 s later
             got.phi_low[k] += late * got.rate[k];
             got.rate_low[k] += late * acc[k];
         }
@@ -222,7 +222,7 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
         pend_extended_free(&extended);
         test_tree_clear(&t);
     }
-    // states and answers are rounded to doubles
+    // states and results are rounded to doubles
     CHECK_RESIDUAL(worst[0], 1e-14, "phi''");
     CHECK_RESIDUAL(worst[1], 1e-14, "lambda");
 }
@@ -269,7 +269,7 @@ TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
     static int parent[ARMS];
     for (int k = 0; k < ARMS; k++) one[k] = 1, parent[k] = k - 1;
     REQUIRE(pend_tree_new(&tree, ARMS, one, one, parent, NULL) == PEND_OK);
-    /* at every instruction set */
+    /* with every instruction set */
     for (int isa = PEND_ISA_BASE; isa <= (int)pend_isa_best(); isa++) {
         CHECK(pend_extended_new(&extended, tree, NULL, 1e-20, 0, (enum pend_isa)isa, &error) ==
                   PEND_INVALID &&
@@ -292,8 +292,8 @@ TEST(extended_method_gives_doubles_that_are_right_to_the_last_digit) {
     test_record_blocks(&record, pend_method_find("taylor")->extended, &paper.problem, 64, 1000);
     CHECK_INT(record.status, PEND_OK);
     struct test_record_gap gap = test_paper_gap(&record, 10, row);
-    // instants are doubles, the reference's are decimals: that shows in the last digits of what
-    // moves fast
+    // instants are doubles, the reference's are decimals: that affects the last digits of fast
+    // motion
     CHECK_RESIDUAL(gap.phi, 2e-14, "phi");
     CHECK_RESIDUAL(gap.rate, 1e-13, "phi'");
     CHECK_RESIDUAL(gap.force, 1e-11, "lambda");
@@ -347,7 +347,7 @@ TEST(extended_start_keeps_what_rounding_left_of_it) {
     paper.problem.phi_low = low;
     paper.problem.rate_low = none;
     test_record_blocks(&moved, pend_method_taylor.extended, &paper.problem, 2, INFINITY);
-    // 1e-17 grows over 5 s to what a double shows
+    // 1e-17 grows over 5 s to the size of a double's rounding
     double gap = test_record_gap(&plain, &moved).phi;
     CHECK_SAYING(gap > 0 && gap < 1e-12, "%g", gap);
     test_record_clear(&plain);

@@ -1,7 +1,6 @@
-/* Tests of real pendulums in 32 digits: three motions whose digits another program has
- * computed.
+/* Tests of real pendulums in 32 digits: three motions whose digits another program has computed.
  * Leaves to others: ideal pendulums (test_extended), doubles (laws).
- * Invariant: the table holds 40 digits or more. */
+ * Invariant: the table has at least 40 digits. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,8 +15,8 @@
 
 enum { ARMS = 2, SYSTEMS = 3, VALUES = 32, PARTS = 3 };
 
-/* a pendulum of arms one after the other, with its terms and its start; the time of its drives
- * begins at 0.5 s */
+/* a pendulum whose arms form a chain, with its terms and its start; the time of its drives begins
+ * at 0.5 s */
 struct real {
     struct pend_tree *tree;
     struct pend_terms *terms;
@@ -58,7 +57,7 @@ static void real_drive(struct real *r, int i, double amplitude, double omega, do
     h[0] = amplitude, h[1] = omega, h[2] = phase;
 }
 
-/* a spring, two kinds of friction, a constant torque and one that swings */
+/* a spring, two kinds of friction, a constant and an oscillating torque */
 static void real_joint(struct real *r) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     const int drives[] = {0};
@@ -74,7 +73,7 @@ static void real_joint(struct real *r) {
     real_drive(r, 0, 2, 3, 0.5);
 }
 
-/* the air, and a pivot that swings both ways and is carried off */
+/* air, and a pivot that oscillates in both directions and accelerates */
 static void real_air(struct real *r) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {1, 1, 1};
     const int drives[] = {PEND_DRIVE_PIVOT_Y, PEND_DRIVE_PIVOT_X};
@@ -94,7 +93,7 @@ static void real_air(struct real *r) {
     }
 }
 
-/* two rods and a body, the second hung beside the first's axis, with springs and dampers */
+/* two rods and a body, the second attached beside the first's axis, with springs and dampers */
 static void real_rods(struct real *r) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     rows[PEND_TERM_ROD] = rows[PEND_TERM_BODY] = rows[PEND_TERM_AT_X] = 1;
@@ -130,7 +129,7 @@ static const struct {
      .rate = {{-0x1.c16ca5d872913p+1, -0x1.2682656effe4bp-54, -0x1.8c418f9ca714ep-108},
               {-0x1.3fa4d0d62a064p+1, 0x1.cfa98fdfa3e45p-53, 0x1.a0e082e25b889p-108}}}};
 
-/* how far a sum of two doubles is from a number of the table */
+/* difference between a sum of two doubles and a number of the table */
 static double gap_of(double high, double low, const double exact[PARTS]) {
     return fabs((double)((test_quad)high - exact[0] + ((test_quad)low - exact[1]) - exact[2]));
 }

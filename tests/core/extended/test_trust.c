@@ -7,7 +7,7 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* a double pendulum that tumbles: digits are lost at about 1.6 powers of e a second */
+/* a double pendulum that tumbles: errors grow by about e^(1.6 t), t in s */
 static void tumble_init(struct test_tree *t) {
     unsigned long long seed = 1;
     const int parent[] = {-1, 0};

@@ -1,7 +1,8 @@
-/* Tests of fits: synthetic measurements with noise, by angles and by a camera; what the data do not
- * tell; data of another pendulum; faults. FITS=500 in the environment takes that many data sets.
+/* Tests of fits: synthetic measurements with noise, by angles and by a camera; unidentifiable
+ * unknowns; data of another pendulum; errors. FITS=500 in the environment sets the number of data
+ * sets.
  * Leaves to others: reading data (api).
- * Invariant: random numbers are from seeds; every data set has an error of its own size. */
+ * Invariant: random numbers are from seeds; each data set has a noise of its own size. */
 #include "core/fit/fit.h"
 
 #include <math.h>
@@ -20,7 +21,7 @@ enum { SETS = 20 };
 #endif
 enum { ARMS = 3, ROWS = 500, UNKNOWNS = 20 };
 
-/* a damped chain, its measurements and what is to be found */
+/* a damped chain, its measurements and its unknowns */
 struct study {
     int n, rows, columns, unknowns;
     double length[ARMS], mass[ARMS], phi[ARMS], rate[ARMS], value[ARMS], truth[UNKNOWNS];
@@ -50,7 +51,7 @@ static void study_run(struct study *s, double span) {
     pend_run_free(&run);
 }
 
-/* a chain of n arms, let go up to `swing` rad from hanging, and its motion */
+/* a chain of n arms, released up to `swing` rad from hanging, and its motion */
 static void study_new(struct study *s, int n, int rows, double span, double swing,
                       unsigned long long *seed) {
     unsigned char row[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
@@ -90,7 +91,7 @@ static void study_free(struct study *s) {
     pend_tree_free(&s->tree);
 }
 
-/* angles of all arms with noise that is a part of how far they swing, as a tracker tells them */
+/* angles of all arms, with noise proportional to their swings, as from tracking */
 static void study_angles(struct study *s, double noise, int known, unsigned long long *seed) {
     double square = 0;
     for (int i = 0; i < s->rows * s->n; i++)
@@ -112,7 +113,7 @@ static void study_add(struct study *s, enum pend_parameter_kind kind, int at, do
     s->problem.unknowns = s->unknowns;
 }
 
-/* all lengths, masses but the first, damping and starts are unknown */
+/* all lengths, masses except the first, damping and starts are unknown */
 static void study_unknowns(struct study *s, unsigned long long *seed) {
     for (int k = 0; k < s->n; k++) {
         double off = 1 + 0.2 * (2 * test_random(seed) - 1);
@@ -139,7 +140,7 @@ static struct pend_fit *fit_of(const struct study *s) {
     return fit;
 }
 
-/* errors over standard errors: how many are above 3, and the sum of squares */
+/* errors divided by standard errors: the number above 3, and the sum of squares */
 struct tally {
     long count, beyond;
     double squares;
@@ -162,7 +163,7 @@ static int time_before(const void *left, const void *right) {
     return (a > b) - (a < b);
 }
 
-/* how long sets took, s of a processor; nothing depends on it */
+/* processor time of the data sets, s; not tested */
 static void times_tell(double took[], int sets) {
     qsort(took, (size_t)sets, sizeof *took, time_before);
     printf("  double pendulums: %d sets, median %.3f s of a processor, 9 of 10 below %.3f\n", sets,
@@ -211,8 +212,8 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     free(took);
 }
 
-/* A joint without friction: half of all data sets would have it drive, and the bound holds it. The
- * others are no better known for that. */
+/* A joint without friction: half of all data sets would give negative friction, and the bound
+ * prevents it. The others do not determine it any better. */
 TEST(errors_beside_an_unknown_at_its_bound_are_those_of_the_free_fit) {
     static struct study s;
     double error[2][UNKNOWNS];
@@ -244,8 +245,8 @@ TEST(errors_beside_an_unknown_at_its_bound_are_those_of_the_free_fit) {
     study_free(&s);
 }
 
-/* Two motions of one pendulum, the second of which begins later and is seen less often. Together
- * they tell its length as well as both do one after the other: what is known of it adds. */
+/* Two motions of one pendulum; the second begins later and is measured less often. Together they
+ * determine its length as well as both separately: their information adds up. */
 TEST(fits_of_several_runs_share_the_pendulum) {
     enum { RUNS = 2, FEW = 60 };
     static struct study one[RUNS], both;
@@ -298,7 +299,7 @@ TEST(fits_of_several_runs_share_the_pendulum) {
     tally_add(&tally, &both, &result);
     CHECK(tally.count == 5 && tally.beyond == 0);
     CHECK(fabs(result.error[0] * result.error[0] * told - 1) < 0.05);
-    // the start of one motion says nothing of the other's, but by the length
+    // the start of one motion is correlated with the other's only through the length
     CHECK(fabs(result.correlation[1 * 5 + 3]) < 0.5);
     CHECK(result.follows[0] == one[0].t[one[0].rows - 1]);
     CHECK(result.follows[1] == start[1] + one[1].t[one[1].rows - 1]);
@@ -315,7 +316,7 @@ TEST(fits_of_several_runs_share_the_pendulum) {
     study_free(&one[1]);
 }
 
-/* a million rows whose times since the start are alike in doubles, in two runs */
+/* a million rows, in two runs, whose times since the start are equal as doubles */
 TEST(rows_that_are_equally_late_are_compared_with_those_before_them_alone) {
     enum { MANY = 1000000 };
     struct pend_fit *fit = NULL;
@@ -344,8 +345,8 @@ TEST(rows_that_are_equally_late_are_compared_with_those_before_them_alone) {
     free(run);
 }
 
-/* what the next test fits: angles with noise, everything is unknown and starts next to the data;
- * without friction, and begun at the bound, where asked */
+/* the fit of the next test: angles with noise, everything is unknown and starts near the true
+ * values; without friction, and started at the bound, if requested */
 static void bounded_study(struct study *s, int n, double swing, int ideal, int bound,
                           unsigned long long *seed) {
     double noise = 0.01 + 0.04 * test_random(seed), span = 3 + 9 * test_random(seed);
@@ -367,9 +368,9 @@ static void bounded_study(struct study *s, int n, double swing, int ideal, int b
     }
 }
 
-/* A set that ended at a damper of 0 with more than the least sum of squares, and random ones with
- * and without friction, some begun at the bound: none is said to have converged above the minimum
- * that is next to the truth. */
+/* A data set that ended at zero friction with more than the smallest sum of squares, and random
+ * ones with and without friction, some started at the bound: none is reported as converged above
+ * the minimum near the true values. */
 TEST(fits_are_not_held_by_a_bound_beyond_which_the_sum_of_squares_falls) {
     const int chosen = 119, sets = SETS < 20 ? 3 : 16;
     for (int i = 0; i < sets; i++) {
@@ -391,9 +392,9 @@ TEST(fits_are_not_held_by_a_bound_beyond_which_the_sum_of_squares_falls) {
     }
 }
 
-/* A single pendulum let go next to the top, and a double one that goes over it: begun with the
- * first swing and lengths that are off by a quarter, the search ended at a chi^2 of 100 to 1000 a
- * freedom. */
+/* A single pendulum released near the top, and a double one that turns over: starting with the
+ * first swing and lengths with errors of a quarter, the search ended at a chi^2 of 100 to 1000 per
+ * degree of freedom. */
 TEST(fits_of_chaotic_motions_converge_by_multiple_shooting) {
     static const int chosen[] = {132, 29};
     for (int i = 0; i < (SETS < 20 ? 1 : 2); i++) {
@@ -416,7 +417,7 @@ TEST(fits_of_chaotic_motions_converge_by_multiple_shooting) {
 }
 
 /* Chaotic double pendulums, 5 s at 100 Hz: of 199 seeds ten ended in a curved valley, at a chi^2 of
- * 0.97 to 1.23 a freedom, and were called no minimum; three of these. */
+ * 0.97 to 1.23 per degree of freedom, and were reported as no minimum; three of these. */
 TEST(searches_in_a_curved_valley_go_on_to_its_lowest_place) {
     static const unsigned long long chosen[] = {7, 125, 199};
     for (size_t i = 0; i < sizeof chosen / sizeof *chosen; i++) {
@@ -439,7 +440,7 @@ TEST(searches_in_a_curved_valley_go_on_to_its_lowest_place) {
     }
 }
 
-/* the two frequencies of a double pendulum say both of its lengths, with friction or without; there
+/* the two frequencies of a double pendulum determine both lengths, with friction or without; there
  * is no motion */
 TEST(fits_of_counted_modes_find_lengths) {
     const double omega[2][2] = {{3.5, 9}, {3.5, 9}};
@@ -460,7 +461,7 @@ TEST(fits_of_counted_modes_find_lengths) {
         struct pend_fit_result result = pend_fit_result(fit);
         CHECK_INT(result.end, PEND_FIT_CONVERGED);
         CHECK_SAYING(result.chi_squared < 1e-8, "chi^2 %g", result.chi_squared);
-        // omega^4 - g (1 + m) (1/a + 1/b) omega^2 + g^2 (1 + m) / (a b), m = mass 2 over mass 1
+        // omega^4 - g (1 + m) (1/a + 1/b) omega^2 + g^2 (1 + m) / (a b), m = mass 2 / mass 1
         double a = result.value[0], b = result.value[1], m = 1 + s.mass[1] / s.mass[0];
         for (int k = 0; k < 2 && !real; k++) {
             double w = omega[0][k] * omega[0][k];
@@ -473,8 +474,8 @@ TEST(fits_of_counted_modes_find_lengths) {
     }
 }
 
-/* tips in pixels of a tilted camera, whose scale, tilt, origin and clock are found with the
- * pendulum that was let go at a known place; its clock is 0.3 s behind */
+/* tips in pixels of a tilted camera, whose scale, tilt, origin and clock are fitted together with
+ * the pendulum, which was released at a known position; its clock is 0.3 s late */
 TEST(fits_find_the_camera_with_the_pendulum) {
     static struct study s;
     unsigned long long seed = 5;
@@ -487,7 +488,7 @@ TEST(fits_find_the_camera_with_the_pendulum) {
             double x = s.x[i * 2 + k], y = s.y[i * 2 + k], c = cos(turn), b = sin(turn);
             s.data[2 * k][i] = ox + scale * (c * x - b * y) + sigma * test_gauss(&seed);
             s.data[2 * k + 1][i] = oy + scale * (b * x + c * y) + sigma * test_gauss(&seed);
-            if (i % 10 == 3) s.data[2 * k][i] = NAN; // a frame that was missed
+            if (i % 10 == 3) s.data[2 * k][i] = NAN; // a missing frame
         }
         s.column[2 * k] =
             (struct pend_fit_column){PEND_FIT_X, k, sigma, NULL, s.data[2 * k], 0, 0, 0, 0};
@@ -528,7 +529,7 @@ TEST(fits_find_the_camera_with_the_pendulum) {
     study_free(&s);
 }
 
-/* all masses and all dampers are unknown: angles tell only their ratios */
+/* all masses and all dampers are unknown: angles determine only their ratios */
 TEST(fits_say_what_the_data_do_not_tell) {
     static struct study s;
     unsigned long long seed = 9;
@@ -556,7 +557,7 @@ TEST(fits_to_data_of_another_pendulum_are_not_called_converged) {
     unsigned long long seed = 3;
     study_new(&s, 2, 150, 6, 1.5, &seed);
     study_angles(&s, 0.01, 1, &seed);
-    // the second arm's angles are those of a rod that turns steadily
+    // the second arm's angles are those of a rod that rotates steadily
     for (int i = 0; i < s.rows; i++)
         s.data[1][i] = remainder(5 * s.t[i] + sin(9 * s.t[i]), 2 * M_PI);
     study_unknowns(&s, &seed);

@@ -1,6 +1,6 @@
-/* Laws of measurements as functions of the motion: their derivatives by every unknown are those of
- * their values.
- * Leaves to others: fits (test_fit), what requests say (tests/api/op/fit).
+/* Tests of measurements as functions of the motion: their derivatives with respect to every unknown
+ * are those of their values.
+ * Leaves to others: fits (test_fit), reading requests (tests/api/op/fit).
  * Invariant: the derivatives are compared with central differences of residuals, which come from
  * another integrator. */
 #include "core/fit/fit_number.h"
@@ -16,7 +16,7 @@ enum { ROWS = 5, MOST = 12, UNKNOWNS = 20 };
 
 static const double t[ROWS] = {0.1, 0.35, 0.6, 0.9, 1.3};
 
-/* a pendulum with a cart or without, and every kind of measurement that it has */
+/* a pendulum with a cart or without, and every kind of measurement that it supports */
 struct motion {
     int n;
     double length[3], mass[3], phi[3], rate[3], value[1];
@@ -142,7 +142,8 @@ TEST(measurements_have_the_derivatives_of_their_values) {
     }
 }
 
-/* gravity at rest, a period by K(sin 45 deg) = 1.854, an amplitude by the energy, a missed gate */
+/* gravity at rest, a period from K(sin 45 deg) = 1.854, an amplitude from the energy, a missed
+ * gate */
 TEST(measurements_of_states_are_those_of_textbooks) {
     struct motion m;
     double phi[1] = {-M_PI / 2}, rate[1] = {0}, acc[1] = {0}, place[1] = {0}, omega[1] = {2};
@@ -164,7 +165,7 @@ TEST(measurements_of_states_are_those_of_textbooks) {
     phi[0] = -M_PI / 2, rate[0] = 4 * sin(0.4);
     pend_fit_number(&seen, &m.column[2], 0, 0, &number);
     CHECK(fabs(number.value - 0.8) < 1e-13);
-    // 0.01 rad beyond the gate at 2 rad/s: the passage was 5 ms ago
+    // 0.01 rad beyond the gate at 2 rad/s: the passage was 5 ms earlier
     phi[0] = -M_PI / 2 + 0.01, rate[0] = 2;
     pend_fit_number(&seen, &m.column[3], -M_PI / 2, 0, &number);
     CHECK(fabs(number.value + 0.005) < 1e-6);

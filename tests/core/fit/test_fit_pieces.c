@@ -1,7 +1,7 @@
-/* Tests of fits to several chaotic runs of one pendulum, which are not cut into pieces: what is
- * found is the pendulum that moved, and what is not found is no minimum. Leaves to others: one run
- * (test_fit). Invariant: motions are random, from seeds; FITS in the environment makes there more
- * of them, and tells how many converge. */
+/* Tests of fits to several chaotic runs of one pendulum, which are not divided into pieces: a
+ * converged fit finds the true pendulum, and others report no minimum. Leaves to others: one run
+ * (test_fit). Invariant: motions are random, from seeds; FITS in the environment sets a larger
+ * number of them, and prints how many converge. */
 #include "core/fit/fit_pieces.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ enum { ARMS = 2, RUNS = 3, ROWS = 200, ALL = RUNS * ROWS, UNKNOWNS = 3 + 2 * ARM
 
 static const double span = 10, sigma = 0.02;
 
-/* three motions of a double pendulum, row by row beside each other */
+/* three motions of a double pendulum, in the columns of common rows */
 struct film {
     double length[ARMS], mass[ARMS], phi[RUNS * ARMS], rate[RUNS * ARMS], truth[UNKNOWNS];
     double t[ALL], data[ARMS][ALL];
@@ -60,7 +60,7 @@ static void film_add(struct film *f, enum pend_parameter_kind kind, int at, int 
     f->unknown[j] = (struct pend_fit_unknown){-1, {kind, at}, start, low, INFINITY, run};
 }
 
-/* lengths that are begun with a quarter off, the ratio of masses, and all starts */
+/* lengths with initial errors of a quarter, the ratio of masses, and all starts */
 static void film_unknowns(struct film *f, unsigned long long *seed) {
     for (int k = 0; k < ARMS; k++) {
         double off = test_random(seed) < 0.5 ? 0.75 : 1.25;
@@ -109,7 +109,7 @@ static void film_new(struct film *f, double swing, unsigned long long *seed) {
     film_unknowns(f, seed);
 }
 
-/* whether a fit converges, and how many of its values are beyond four standard errors then */
+/* whether a fit converges, and then how many of its values are beyond four standard errors */
 static int film_fit(const struct film *f, int *beyond) {
     struct pend_fit *fit;
     struct pend_error error = {0};

@@ -1,4 +1,5 @@
-/* Tests of core/fit/fit_told: which directions are told, of slopes whose singular values are known.
+/* Tests of core/fit/fit_told: which directions are identifiable, for slopes with known singular
+ * values.
  * Leaves to others: directions of pendulums (test_fit).
  * Invariant: none. */
 #include "core/fit/fit_told.h"
@@ -9,7 +10,8 @@
 #include "core/fit/fit_state.h"
 #include "tests/harness/test.h"
 
-/* slopes of 3 measurements by 2 unknowns, with these singular values and turned directions */
+/* slopes of 3 measurements with respect to 2 unknowns, with these singular values and rotated
+ * directions */
 static void told_of(struct fit_told *told, double first, double second) {
     static const double residual[3] = {1, 2, 3}, size[2] = {1, 1};
     static const unsigned char fixed[2];
@@ -24,10 +26,10 @@ TEST(directions_beside_a_steep_one_are_told_where_their_errors_are_small_and_are
         double first, second, variance;
         int at_first, sure;
     } row[] = {
-        {1e3, 1, 1, 1, 1},         {1e3, 1e-5, 1, 1, 1}, // as it is without the steep one
+        {1e3, 1, 1, 1, 1},         {1e3, 1e-5, 1, 1, 1}, // the same as without the steep direction
         {1e10, 2, 1, 0, 1},                              // a chaotic motion
         {1e10, 2, 1e8, 0, 0},                            // with errors of 10^4 times the value
-        {1e10, 1e-3 / 2, 1, 0, 0}, {1e15, 10, 1, 0, 0},  // next to rounding
+        {1e10, 1e-3 / 2, 1, 0, 0}, {1e15, 10, 1, 0, 0},  // near rounding
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct fit_told told;
@@ -46,8 +48,8 @@ TEST(directions_beside_a_steep_one_are_told_where_their_errors_are_small_and_are
     }
 }
 
-/* the data do not depend on the second and the fourth unknown; the first and the third are told by
- * their sum alone */
+/* the data do not depend on the second and the fourth unknown; of the first and the third they
+ * determine the sum only */
 TEST(unknowns_that_the_data_do_not_depend_on_are_named_one_by_one) {
     static const double slope[] = {1, 0, 1, 0, 2, 0, 2, 0, 3, 0, 3, 0, 4, 0, 4, 0, 5, 0, 5, 0};
     static const double residual[5] = {1, 2, 3, 4, 5}, size[4] = {1, 1, 1, 1};
@@ -60,7 +62,7 @@ TEST(unknowns_that_the_data_do_not_depend_on_are_named_one_by_one) {
     CHECK(fabs(to[8] + to[10]) < 1e-12 && fabs(fabs(to[8]) - 1) < 1e-12);
     CHECK(fabs(to[9]) < 1e-12 && fabs(to[11]) < 1e-12);
     CHECK_INT(pend_fit_told_blind(&told, fixed, 1, to), 1);
-    // one at its bound is no direction
+    // an unknown at its bound is no direction
     fixed[3] = 1;
     pend_fit_told_clear(&told);
     REQUIRE(pend_fit_told_init(&told, 5, 4, slope, residual, fixed, size) == PEND_OK);

@@ -1,7 +1,7 @@
-/* Tests of whether a model fits: the statistics by their textbook formulas, standard errors beside
- * noise that is no independent noise of the size told, by drawing it again and again.
+/* Tests of whether a model fits: the statistics by their textbook formulas; standard errors if the
+ * noise is correlated or larger than stated, by many random draws.
  * Leaves to others: the search (test_fit), sentences (api/op/test_fits_words).
- * Invariant: the truth is known; random numbers are from seeds. */
+ * Invariant: the true values are known; random numbers are from seeds. */
 #include "core/fit/fit_verdict.h"
 
 #include <math.h>
@@ -15,10 +15,10 @@ enum { ROWS = 200, UNKNOWNS = 3, DRAWS = 200 };
 
 static const double truth[UNKNOWNS] = {0.7, 1.2 - M_PI / 2, 0.3};
 
-/* one arm, 8 s from 1.2 rad, its length and start to be found */
+/* one arm, 8 s from 1.2 rad, whose length and start are unknown */
 struct study {
     double length, mass, phi, rate, t[ROWS], angle[ROWS], data[ROWS], knee;
-    double often; /* part of the measurements that is ten times as far off */
+    double often; /* fraction of the measurements with ten times the error */
     int parent, order;
     struct pend_fit_column column;
     struct pend_fit_unknown unknown[UNKNOWNS];
@@ -68,7 +68,7 @@ static void study_new(struct study *s, double sigma) {
                                            .step_cap = 100000};
 }
 
-/* noise of standard deviation 1 that is by `alike` what it was the row before */
+/* noise of standard deviation 1 with the autocorrelation `alike` between rows */
 static void study_noise(struct study *s, double size, double alike, unsigned long long *seed) {
     double noise = test_gauss(seed);
     for (int i = 0; i < ROWS; i++) {
@@ -86,8 +86,8 @@ static struct pend_fit *fit_of(const struct study *s) {
     return fit;
 }
 
-/* of many draws: how many values are within one and two standard errors, by the error that is
- * told and by what it was before it was widened; how many models were rejected */
+/* over many draws: how many values are within one and two standard errors, by the reported error
+ * and by the error before it was increased; how many models were rejected */
 struct tally {
     double one, two, before, rejected, widened, error;
 };
@@ -112,7 +112,7 @@ static struct tally drawn(struct study *s, double size, double alike, unsigned l
     return tally;
 }
 
-/* one measurement in twenty is off by ten times as much */
+/* one measurement in twenty has ten times the error */
 TEST(standard_errors_of_robust_losses_hold_beside_outliers) {
     static const enum pend_fit_loss losses[] = {PEND_FIT_SOFT_L1, PEND_FIT_HUBER, PEND_FIT_CAUCHY};
     for (size_t i = 0; i < sizeof losses / sizeof *losses; i++) {
@@ -131,8 +131,8 @@ TEST(standard_errors_of_robust_losses_hold_beside_outliers) {
     }
 }
 
-/* Durbin and Watson's sum, and chi-squared's tail by the series that it is for an even number of
- * degrees of freedom */
+/* the Durbin-Watson sum, and the tail of chi-squared by its series for an even number of degrees of
+ * freedom */
 TEST(tests_of_the_model_are_those_of_textbooks) {
     struct study s;
     unsigned long long seed = 7;

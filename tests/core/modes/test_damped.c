@@ -17,7 +17,7 @@
 
 enum { ARMS = 7 };
 
-/* what conserves, then what damps: no drives that depend on time */
+/* conservative terms, then damping: no drives that depend on time */
 enum { STILL = TEST_TERMS_RODS | TEST_TERMS_SPRINGS };
 enum {
     LOSES = STILL | TEST_TERMS_DAMPING | TEST_TERMS_FRICTION | TEST_TERMS_DRAG |
@@ -33,8 +33,8 @@ static void accelerations(const struct test_tree *t, const struct test_bodies *b
     free(work);
 }
 
-/* the largest difference of M times the derivatives of accelerations by angles, rates or torques,
- * from K, C or B, in parts of the matrix's largest entry */
+/* the largest difference of M times the derivatives of accelerations with respect to angles, rates
+ * or torques, from K, C or B, relative to the matrix's largest entry */
 static double matrix_wrong(const struct test_tree *t, struct test_bodies *b, const double phi[],
                            enum pend_matrix which, const double mass[], const double want[]) {
     const double step = which == PEND_MATRIX_B ? 1 : 0x1p-17;
@@ -125,8 +125,8 @@ TEST(damped_modes_stand_at_a_rest_of_the_equations_of_motion) {
     CHECK_RESIDUAL(worst, 1e-11, "accelerations at the equilibrium, rad/s^2");
 }
 
-/* phi'' of the linearized motion in a mode's direction, by differences of the equations of motion
- */
+/* phi'' of the linearized motion in a mode's direction, by differences of the equations of
+ * motion */
 TEST(damped_modes_solve_the_equations_of_motion_near_their_rest) {
     unsigned long long seed = 2;
     double worst = 0;
@@ -143,14 +143,14 @@ TEST(damped_modes_solve_the_equations_of_motion_near_their_rest) {
         REQUIRE(pend_damped_new(&d, t.tree, &b.loads, start, &error) == PEND_OK);
         int pairs = 0;
         for (int j = 0; j < d->count; j++) {
-            double most = 0; // which of a cart's place may be above 1
+            double most = 0; // a cart's position may exceed 1
             for (int k = 0; k < ARMS; k++)
                 most = fmax(most, hypot(d->re[j * ARMS + k], d->im[j * ARMS + k]));
             const double step = 1e-6 / most;
             double complex value = d->decay[j] + I * d->omega[j];
             double acc[2][2][ARMS];
             pairs += d->omega[j] > 0 ? 2 : 1;
-            // real and imaginary parts of the shape, each to both sides
+            // real and imaginary parts of the shape, each in both directions
             for (int part = 0; part < 2; part++) {
                 for (int side = 0; side < 2; side++) {
                     double phi[ARMS], rate[ARMS];

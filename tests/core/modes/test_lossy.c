@@ -1,5 +1,5 @@
 /* Tests of core/modes/lossy: damped modes without a matrix, against dense ones, and their residuals
- * where there are many arms.
+ * for many arms.
  * Leaves to others: few arms (test_damped), the equilibrium (test_rest).
  * Invariant: all pendulums are random, from seeds. */
 #include "core/modes/lossy.h"
@@ -19,7 +19,7 @@ enum {
     MOST = 320
 };
 
-/* all roots with no negative imaginary part, and their shapes */
+/* all roots with nonnegative imaginary part, and their shapes */
 struct found {
     int count;
     double phi[MOST];
@@ -46,7 +46,8 @@ static void found_of(struct found *f, const struct test_tree *t, const struct pe
     pend_lossy_free(&lossy);
 }
 
-/* the largest that a shape misses of (p^2 M + p C + K) x = 0, over the largest part of a row */
+/* the largest residual of (p^2 M + p C + K) x = 0 over all shapes, relative to the largest term of
+ * a row */
 static double residual(const struct test_tree *t, const struct pend_loads *loads,
                        const struct found *f) {
     size_t n = (size_t)t->n;
@@ -76,8 +77,8 @@ static double residual(const struct test_tree *t, const struct pend_loads *loads
     return worst;
 }
 
-/* the largest distance of a dense mode's root from the nearest that was found, each once, over the
- * largest root */
+/* the largest distance of a dense mode's root from the nearest found root, each used once, relative
+ * to the largest root */
 static double distance(const struct pend_damped *d, struct found *f) {
     double worst = 0, most = 0;
     for (int j = 0; j < d->count; j++) {
@@ -103,7 +104,7 @@ TEST(lossy_finds_the_modes_that_dense_matrices_have) {
         struct pend_error error = {0};
         test_tree_random(&t, i % TEST_TREE_KINDS, 1 + i % 12, 0.4, &seed);
         test_bodies_random(&b, t.tree, LOSES | (i % 3 || t.n < 2 ? 0 : TEST_TERMS_CART), &seed);
-        // friction that lets little swing
+        // strong friction, with which little oscillates
         for (int k = 0; k < t.n && i % 5 == 4; k++)
             b.value[b.terms->row[PEND_TERM_DAMPING] + k] *= 300;
         found_of(&f, &t, &b.loads);
@@ -140,7 +141,8 @@ TEST(lossy_finds_all_modes_of_some_hundred_arms) {
     }
 }
 
-/* like arms side by side have like roots: as many, and shapes that are not all alike */
+/* equal arms side by side have equal roots: the right number of them, and shapes that are not all
+ * the same */
 TEST(lossy_finds_as_many_roots_of_like_branches_as_there_are) {
     enum { N = 24 };
     unsigned long long seed = 6;

@@ -1,5 +1,5 @@
-/* Tests of core/modes/matrix: its rows against the whole matrices of quad and tree, and
- * against each other about any equilibrium.
+/* Tests of core/modes/matrix: its rows against the full matrices of quad and tree, and against each
+ * other about any equilibrium.
  * Leaves to others: those matrices themselves (test_matrix_form, test_tree).
  * Invariant: masses of 10^±0.3. */
 #include "core/modes/matrix.h"

@@ -86,8 +86,8 @@ TEST(modes_of_one_arm) {
     pend_tree_free(&tree);
 }
 
-/* A v = omega^2 v with the paper's A, the largest residual over the largest entry of A v, both
- * of one mode */
+/* A v = omega^2 v with the paper's A: the largest residual relative to the largest entry of A v,
+ * both for one mode */
 static double residual(const struct pend_modes *modes, const double a[]) {
     int n = modes->n;
     double worst = 0;
@@ -177,8 +177,8 @@ TEST(modes_solve_the_papers_linearization) {
     CHECK_RESIDUAL(worst[3], 1e-12, "(A^-1)_kk = l_k/g");
 }
 
-/* largest relative difference of the frequencies, and of the vectors taken in the caller's order
- * of `a` through map */
+/* largest relative difference of the frequencies, and of the vectors in the caller's order of `a`
+ * through map */
 static double modes_gap(const struct pend_modes *a, const struct pend_tree *a_tree,
                         const struct pend_modes *b, const struct pend_tree *b_tree, const int map[],
                         double omega_scale, double vector_scale) {
@@ -306,12 +306,12 @@ TEST(modes_decompose_a_start) {
         CHECK_RESIDUAL(test_gap(N, theta, t.phi), 1e-13, "theta from the modes");
         CHECK_RESIDUAL(test_gap(N, rate, t.rate), 1e-13, "rate from the modes");
     }
-    /* at rest in minus a mode: that mode alone, phase pi */
+    /* at rest in a negative mode: that mode alone, with phase pi */
     for (int i = 0; i < N; i++) theta[i] = -modes->vector[2 * N + i], rate[i] = 0;
     CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, theta, rate, amplitude, phase), PEND_OK);
     CHECK(phase[2] == M_PI);
     CHECK_RESIDUAL(fabs(amplitude[2] - 1), 1e-15, "amplitude of one mode");
-    /* nothing moves */
+    /* no mode is excited */
     memset(theta, 0, sizeof theta);
     CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, theta, theta, amplitude, phase), PEND_OK);
     for (int k = 0; k < N; k++) CHECK(amplitude[k] == 0 && phase[k] == 0);
@@ -416,7 +416,7 @@ TEST(modes_agree_with_the_dense_eigensolver) {
     unsigned long long seed = 51;
     double worst = 0;
     int parent[6];
-    /* every tree of up to 6 arms, alike and not */
+    /* every tree of up to 6 arms, with equal and different arms */
     for (int n = 1; n <= 6; n++) {
         test_parents_first(n, parent);
         do {
@@ -435,7 +435,7 @@ TEST(modes_agree_with_the_dense_eigensolver) {
 TEST(modes_of_like_branches_are_the_dense_ones) {
     unsigned long long seed = 52;
     double worst[3] = {0, 0, 0};
-    /* few different arms, so that branches are often alike, in all ways */
+    /* few different arms, so that branches are often equal, in all ways */
     for (int round = 0; round < 60; round++) {
         int n = 2 + test_random_int(&seed, 40);
         struct test_tree t;
@@ -487,9 +487,8 @@ TEST(modes_of_two_heavy_bobs_on_a_light_hub) {
     const double length[] = {1, 1, 1}, mass[] = {1e-12, 1, 1 + 1e-6};
     struct pend_tree *tree = tree_of(3, length, mass, (int[]){-1, 0, 0});
     struct pend_modes *modes = modes_of(tree, GRAVITY);
-    /* with M the two masses, mu = m1 m2 / M: the hub follows at once, lambda = g/2 and g; then the
-     * hub's own, g M / m0
-     */
+    /* where M is the sum of the two masses, mu = m1 m2 / M: the hub follows at once, lambda = g/2
+     * and g; then the hub's own, g M / m0 */
     CHECK_RESIDUAL(fabs(modes->omega[0] / sqrt(GRAVITY / 2) - 1), 1e-12, "bobs together");
     CHECK_RESIDUAL(fabs(modes->omega[1] / sqrt(GRAVITY) - 1), 1e-15, "bobs against each other");
     CHECK_RESIDUAL(fabs(modes->omega[2] / sqrt(2 * GRAVITY * (mass[1] + mass[2]) / mass[0]) - 1),
@@ -519,7 +518,7 @@ static void check_selections(const struct pend_tree *tree, unsigned long long *s
     request.select = PEND_SELECT_SLOWEST;
     CHECK_INT(pend_modes_select(&part, tree, &request, NULL), PEND_OK);
     CHECK(part->count == count && part->first == 0);
-    /* a multiple frequency cut in two has its vectors in another basis */
+    /* if a repeated frequency is split, its vectors have another basis */
     if (count == n || all->omega[count] > all->omega[count - 1] * (1 + 1e-12))
         *worst = fmax(*worst, selection_gap(part, all));
     pend_modes_free(&part);
@@ -573,7 +572,7 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
         for (int i = 0; round % 3 && i < n; i++) t.length[i] = t.mass[i] = 1;
         test_tree_rebuild(&t);
-        /* standing by depth, so that like branches stay alike */
+        /* upright by depth, so that equal branches stay equal */
         for (int k = 0; k < n; k++) up[k] = t.tree->depth[k] % 2 == round % 2;
         struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .up = up};
         struct pend_modes *all = NULL, *some = NULL;
@@ -585,7 +584,7 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
         CHECK(some->count == request.count && some->first == first);
         CHECK_INT(some->growing,
                   all->growing > first ? fmin(all->growing - first, request.count) : 0);
-        /* a multiple frequency that like branches do not explain, cut in two, has its vectors in
+        /* if a repeated frequency that is not due to equal branches is split, its vectors have
          * another basis */
         int end = first + request.count,
             cut = first && all->omega[first] - all->omega[first - 1] < 1e-12;
@@ -618,8 +617,8 @@ TEST(modes_refuse_selections_that_mean_nothing) {
     pend_tree_free(&tree);
 }
 
-/* about an equilibrium K theta = lambda Re(0) theta with K = g diag(+-l S^T m): worst residual
- * over its terms */
+/* about an equilibrium K theta = lambda Re(0) theta with K = g diag(+-l S^T m): largest residual
+ * relative to its terms */
 static double upright_residual(const struct pend_modes *modes, const struct pend_tree *tree,
                                const unsigned char up[], const double a_inverse[]) {
     int n = tree->n;
@@ -630,7 +629,7 @@ static double upright_residual(const struct pend_modes *modes, const struct pend
         for (int i = 0; i < n; i++) {
             double sum = 0, terms = 0;
             for (int j = 0; j < n; j++) {
-                /* angles of arms that stand turn the tip the other way */
+                /* the angle of an upright arm moves its tip in the opposite direction */
                 double sign = (up[i] != 0) == (up[j] != 0) ? 1 : -1;
                 sum += sign * a_inverse[i * n + j] * v[j];
                 terms += fabs(a_inverse[i * n + j] * v[j]);

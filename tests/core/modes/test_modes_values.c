@@ -45,7 +45,8 @@ static int quad_below(const struct pend_laplacian *l, test_quad shift, test_quad
     return below;
 }
 
-/* relative error of the value said to be number i: doubled until quad counts bracket it */
+/* relative error of eigenvalue i: the interval is doubled until quadruple-precision counts bracket
+ * it */
 static double value_error(const struct pend_laplacian *l, double value, int i, test_quad pivot[]) {
     double error = 1e-16;
     while (error < 1 && !(quad_below(l, value * (1 - (test_quad)error), pivot) <= i &&
@@ -54,7 +55,7 @@ static double value_error(const struct pend_laplacian *l, double value, int i, t
     return error;
 }
 
-/* worst relative error of all eigenvalues of a random tree */
+/* largest relative error of all eigenvalues of a random tree */
 static double worst_error(enum test_tree_kind kind, int n, double spread,
                           unsigned long long *seed) {
     struct test_tree t;
@@ -87,8 +88,8 @@ TEST(modes_values_are_exact_whatever_the_masses) {
     CHECK_RESIDUAL(wild, 1e-14, "eigenvalues against quad counts, masses 10^±10");
 }
 
-/* of two arms both ends of a span know the eigenvalue exactly, and round-off lets their hints cross
- */
+/* for two arms both ends of a span know the eigenvalue exactly, and round-off makes their estimates
+ * cross */
 TEST(modes_values_of_double_pendulums_are_those_of_the_quadratic_equation) {
     unsigned long long seed = 12;
     const int parent[2] = {-1, 0};
@@ -122,7 +123,7 @@ TEST(modes_values_of_a_chain_of_a_million_unit_arms) {
     find_values(l, 0, 1, &slowest);
     test_quad *pivot = malloc(N * sizeof *pivot);
     CHECK_RESIDUAL(value_error(l, slowest, 0, pivot), 1e-14, "slowest mode of a million unit arms");
-    /* the hanging chain of string: sqrt(g/length) times half the first zero of J_0 */
+    /* the hanging chain: sqrt(g/length) times half the first zero of J_0 */
     CHECK_RESIDUAL(fabs(sqrt(slowest * N / GRAVITY) / (0.5 * 2.404825557695773) - 1), 1e-5,
                    "against a hanging string");
     free(pivot);
@@ -170,12 +171,12 @@ TEST(modes_values_hold_at_every_instruction_set) {
             kernel->probe(l, SHIFTS, probe);
             for (int i = 0; i < SHIFTS; i++) {
                 CHECK_INT(probe[i].below, quad_below(l, probe[i].shift, pivot));
-                /* p'/p by a difference of counts' own pivots is too coarse: compare with the
+                /* p'/p by a difference of the counts' own pivots is too coarse: compare with the
                  * base kernel instead */
                 alone.shift = probe[i].shift;
                 PEND_ISA_PICK(pend_modes_kernel, PEND_ISA_BASE)->probe(l, 1, &alone);
                 worst = fmax(worst, fabs(probe[i].log_rate / alone.log_rate - 1));
-                /* a lane does not feel the lanes beside it */
+                /* a lane does not depend on its neighbours */
                 alone.shift = probe[i].shift;
                 kernel->probe(l, 1, &alone);
                 CHECK(alone.log_rate == probe[i].log_rate && alone.log_bend == probe[i].log_bend);

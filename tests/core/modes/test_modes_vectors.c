@@ -11,15 +11,15 @@
 
 #define GRAVITY 9.81
 
-/* how good all modes of a tree are */
+/* the accuracy of all modes of a tree */
 struct quality {
     double orthogonality; /* largest |V^T Re(0) V - I| */
     double residual;      /* largest |M^-1/2 (L - omega^2 M) x| over the norm of M^-1/2 L M^-1/2 */
-    double terms;         /* the same two over the size of their terms, the larger */
+    double terms;         /* the larger of both, relative to the size of their terms */
     double trace, diagonal;
 };
 
-/* tip displacements of an angle vector, and those of its absolute values */
+/* tip displacements of a vector of angles, and of its absolute values */
 static void tips_of(const struct pend_tree *tree, const double theta[], double x[], double size[]) {
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
@@ -105,8 +105,8 @@ static void worse(struct quality *worst, struct quality q) {
     worst->diagonal = fmax(worst->diagonal, q.diagonal);
 }
 
-/* all modes of a tree of a kind; alike: unit arms, their masses off by at most `off`, and if it
- * is 2 their lengths */
+/* all modes of a tree of a kind; alike: unit arms, whose masses differ by at most `off`, and if it
+ * is 2 their lengths too */
 static struct quality quality_of(enum test_tree_kind kind, int n, double spread, int alike,
                                  double off) {
     unsigned long long seed = 5;
@@ -171,8 +171,8 @@ TEST(modes_vectors_of_nearly_equal_arms) {
 }
 
 TEST(modes_vectors_of_crowds) {
-    /* a crowd of eigenvalues that differ by ever less: finer arithmetic tells them apart, until
-     * they are one number */
+    /* many eigenvalues that differ by less and less: finer arithmetic separates them, until they
+     * are equal */
     struct quality worst = {0, 0, 0, 0, 0};
     for (double off = 1e-2; off > 1e-15; off *= 1e-2) {
         worse(&worst, quality_of(TEST_TREE_STAR, 150, 0.3, 2, off));
@@ -190,17 +190,16 @@ TEST(modes_vectors_of_unequal_masses) {
 }
 
 TEST(modes_vectors_of_wild_masses) {
-    /* angles cannot say more than this: displacements of heavy bobs are small differences of
-     * large angles */
+    /* angles cannot determine more: displacements of heavy bobs are small differences of large
+     * angles */
     double worst = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++)
         worst = fmax(worst, quality_of((enum test_tree_kind)kind, 300, 6, 0, 0).terms);
     CHECK_RESIDUAL(worst, 1e-13, "masses 10^±6: orthogonality and residual over their terms");
 }
 
-/* orthogonality of some modes, and the largest residual over the norm; columns are too long for a
- * matrix of all pairs
- */
+/* orthogonality of some modes, and the largest residual relative to the norm; columns are too long
+ * for a matrix of all pairs */
 static struct quality quality_of_part(const struct pend_tree *tree, const struct pend_modes *part,
                                       double norm) {
     size_t n = (size_t)tree->n;

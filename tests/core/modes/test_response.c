@@ -18,7 +18,7 @@
 
 enum { ARMS = 7, LANES = PEND_RESPONSE_LANES };
 
-/* everything but what moves the pendulum in time */
+/* everything except terms that move the pendulum in time */
 enum { REAL = TEST_TERMS_ALL & ~TEST_TERMS_PIVOT };
 
 /* the terms of test number i: every fourth pendulum has drag alone, every fourth is on a cart */
@@ -26,7 +26,7 @@ static unsigned real_terms(int i) {
     return i % 4 == 0 ? TEST_TERMS_DRAG_PER_MASS : i % 4 == 1 ? REAL | TEST_TERMS_CART : REAL;
 }
 
-/* what is computed of a few frequencies */
+/* the results for a few frequencies */
 struct answer {
     double block[2 * PEND_RESPONSE_PARTS][LANES * ARMS];
     double *re[PEND_RESPONSE_PARTS], *im[PEND_RESPONSE_PARTS];
@@ -57,7 +57,7 @@ static struct pend_response *response_of(const struct test_tree *t, const struct
     return r;
 }
 
-/* A x = b with pivots, in the widest complex numbers; both are overwritten */
+/* A x = b with pivoting, in long double complex numbers; both are overwritten */
 static void dense_solve(int n, long double complex a[], long double complex b[]) {
     for (int i = 0; i < n; i++) {
         int best = i;
@@ -83,7 +83,7 @@ static void dense_solve(int n, long double complex a[], long double complex b[])
     }
 }
 
-/* the answer to couples by M, C and K */
+/* the response to couples by M, C and K */
 static void dense(const struct test_tree *t, const struct pend_loads *loads, const double rest[],
                   double omega, const double couple[], long double complex x[]) {
     double m[ARMS * ARMS], c[ARMS * ARMS], k[ARMS * ARMS];
@@ -135,8 +135,8 @@ TEST(response_is_what_dense_matrices_give) {
     CHECK_RESIDUAL(worst, 1e-12, "(K - w^2 M + i w C) x = f, relative");
 }
 
-/* the drive's harmonics in the list of terms, at the angle `psi` of their period, `size` times as
- * large; all others are still */
+/* the drive's harmonics in the list of terms, at the angle `psi` of their period, multiplied by
+ * `size`; all others are 0 */
 static void drive_terms(struct test_bodies *b, const struct pend_response_drive *drive, int arm,
                         double omega, double psi, double size) {
     int x = 0, y = 0, c = 0;
@@ -282,7 +282,7 @@ TEST(response_without_damping_is_not_defined_at_a_mode_and_is_beside_it) {
         struct pend_response *r = response_of(&t, TEST_LOADS(9.81));
         REQUIRE(r && pend_modes_new(&modes, t.tree, TEST_LOADS(9.81), 0, &error) == PEND_OK);
         struct pend_response_drive drive = {.couple_re = couple, .couple_im = none};
-        // a star's modes among equal arms do not feel the couple: the two ends always do
+        // a star's modes among equal arms do not respond to the couple: the first and the last do
         double ends[] = {modes->omega[0], modes->omega[ARMS - 1]};
         pend_response_at(r, 2, ends, &drive, a.re, a.im, a.defined);
         CHECK_SAYING(!a.defined[0] && !a.defined[1], "tree %d is defined at a mode", i);
@@ -300,8 +300,8 @@ TEST(response_without_damping_is_not_defined_at_a_mode_and_is_beside_it) {
     }
 }
 
-/* an arm that hangs on another one stills it at its own frequency: the pivot of its elimination
- * vanishes, and the answer does not */
+/* an arm that hangs on another one stops it at its own frequency: the pivot of the elimination is
+ * 0, but the result is finite */
 TEST(response_is_right_where_a_part_of_the_tree_is_in_resonance_by_itself) {
     const double length[] = {1, 0.25, 0.25}, mass[] = {1, 0.5, 0.5}, g = 4;
     const int parent[] = {-1, 0, 0};
@@ -313,8 +313,8 @@ TEST(response_is_right_where_a_part_of_the_tree_is_in_resonance_by_itself) {
     struct pend_error error = {0};
     answer_init(&a);
     hang(phi);
-    // the two small arms are alike: together they have the mode of opposite swings at this very
-    // frequency, which the couple does not drive; one of them alone is no mode
+    // the two small arms are equal: together they have the mode of opposite swings at this
+    // frequency, which the couple does not drive; one of them alone has no such mode
     for (int n = 2; n <= 3; n++) {
         REQUIRE(pend_tree_new(&t.tree, n, length, mass, parent, NULL) == PEND_OK);
         REQUIRE(pend_response_new(&r, t.tree, TEST_LOADS(g), phi, &error) == PEND_OK);

@@ -1,4 +1,4 @@
-/* Tests of core/modes/rest: equilibria in O(n) a step, against the dense equations of motion.
+/* Tests of core/modes/rest: equilibria in O(n) per step, against the dense equations of motion.
  * Leaves to others: motion about them (test_damped, test_response).
  * Invariant: all pendulums are random, from seeds. */
 #include "core/modes/rest.h"
@@ -24,7 +24,8 @@ TEST(rest_is_where_the_dense_form_has_no_acceleration) {
         unsigned terms = i % 4 == 3 ? TEST_TERMS_CART_ALL : TEST_TERMS_ALL;
         test_tree_random(&t, i % TEST_TREE_KINDS, ARMS, 0.5, &seed);
         test_bodies_random(&b, t.tree, i % 3 ? terms : terms & ~TEST_TERMS_SPRINGS, &seed);
-        // what depends on time is left out, and a cart without a spring rests on the level alone
+        // terms that depend on time are ignored, and a cart without a spring rests only on a
+        // horizontal rail
         for (int h = 0; h < b.terms->harmonics; h++) b.value[b.terms->harmonic[h].at] = 0;
         if (pend_terms_cart(b.terms) && i % 3 == 0) {
             b.value[b.terms->one[PEND_TERM_RAIL]] = 0;
@@ -43,7 +44,7 @@ TEST(rest_is_where_the_dense_form_has_no_acceleration) {
         test_bodies_clear(&b);
         test_tree_clear(&t);
     }
-    // where each joint has a spring there is one
+    // if each joint has a spring there is an equilibrium
     CHECK_INT(missed, 0);
     CHECK(found > 70);
     CHECK_RESIDUAL(worst, 1e-11, "accelerations at rest, rad/s^2");
@@ -62,7 +63,7 @@ TEST(rest_with_springs_is_found_from_anywhere_without_weight_too) {
         if (i % 2 == 0) b.loads.gravity = 0;
         for (int k = 0; k < t.tree->n; k++) phi[k] = 12 * test_random(&seed) - 6;
         CHECK(pend_rest_find(t.tree, &b.loads, phi, &stable, NULL) == PEND_OK);
-        // without weight the springs' potential has one minimum and nothing else
+        // without weight the springs' potential has one minimum and no other stationary point
         if (i % 2 == 0) CHECK(stable);
         test_bodies_clear(&b);
         test_tree_clear(&t);

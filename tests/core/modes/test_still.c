@@ -1,5 +1,5 @@
-/* Tests of core/modes/still: modes without a matrix, against dense ones, and their residuals where
- * there are many arms.
+/* Tests of core/modes/still: modes without a matrix, against dense ones, and their residuals for
+ * many arms.
  * Leaves to others: friction (test_damped), ideal pendulums (test_modes).
  * Invariant: all pendulums are random, from seeds. */
 #include "core/modes/still.h"
@@ -16,7 +16,8 @@
 
 enum { STILL = TEST_TERMS_RODS | TEST_TERMS_SPRINGS };
 
-/* omega^2 and vectors of a pendulum about the rest that it finds from hanging; phi is that rest */
+/* omega^2 and vectors of a pendulum about the equilibrium found from hanging; phi is that
+ * equilibrium */
 static double *still_of(const struct test_tree *t, const struct pend_loads *loads, double phi[]) {
     size_t n = (size_t)t->n;
     double *square = malloc((n + n * n) * sizeof *square);
@@ -32,7 +33,7 @@ static double *still_of(const struct test_tree *t, const struct pend_loads *load
     return square;
 }
 
-/* the largest residual of K x = s M x and of x^T M x = 1, over the largest entries */
+/* the largest residual of K x = s M x and of x^T M x = 1, relative to the largest entries */
 static double residual(const struct test_tree *t, const struct pend_loads *loads,
                        const double phi[], const double square[]) {
     size_t n = (size_t)t->n;
@@ -88,7 +89,7 @@ TEST(still_finds_the_modes_that_dense_matrices_have) {
 }
 
 TEST(still_finds_like_branches_and_what_stands) {
-    // a star has n - 2 modes alike; arms that stand grow
+    // a star has n - 2 equal modes; those of upright arms grow
     enum { N = 12 };
     unsigned long long seed = 2;
     int parent[N];

@@ -39,15 +39,15 @@ TEST(orbit_algebra_has_the_eigenvalues_of_a_ring) {
         CHECK(fabs(sin(N * atan2(im[i], re[i]))) < 1e-12);
         product *= hypot(re[i] - 2, im[i]);
     }
-    CHECK(product < 1e-11); // 2 is one of them
+    CHECK(product < 1e-11); // 2 is an eigenvalue
     A[0] = INFINITY;
     CHECK(pend_orbit_eigenvalues(algebra, N, A, re, im) == PEND_NO_CONVERGENCE);
     CHECK(pend_orbit_eigenvalues(algebra, 0, A, re, im) == PEND_OK);
     pend_orbit_algebra_free(&algebra);
 }
 
-/* Two oscillators of frequencies 1 and w, the first swinging alone: after a quarter of its period
- * the second has turned by w pi / 2, so that the half period's eigenvalue is cos(w pi). */
+/* Two oscillators of frequencies 1 and w, of which only the first moves: after a quarter of its
+ * period the second has turned by w pi / 2, so that the half period's eigenvalue is cos(w pi). */
 TEST(orbit_algebra_has_the_multipliers_of_two_oscillators) {
     struct orbit_algebra *algebra;
     const double w = 1.3, c = cos(w * M_PI / 2), s = sin(w * M_PI / 2);

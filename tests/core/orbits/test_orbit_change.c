@@ -1,8 +1,8 @@
-/* Tests of bifurcations between the orbits of a branch: each is one, in order, none is missed, and
- * each has the name of what happens there.
+/* Tests of bifurcations between the orbits of a branch: each is real, they are in order, none is
+ * missed, and each has the right kind.
  * Leaves to others: the branches that begin there (test_orbit_switch).
- * Invariant: what happens is read from the multipliers of orbits, those at the bifurcation and
- * those on either side of it. */
+ * Invariant: the kind follows from the multipliers of orbits at the bifurcation and on both sides
+ * of it. */
 #include "core/orbits/orbit_change.h"
 
 #include <complex.h>
@@ -12,7 +12,7 @@
 #include "tests/harness/found.h"
 #include "tests/harness/test.h"
 
-/* a tree of n arms, each on the one before or on its parent */
+/* a tree of n arms, each carried by the one before or by that arm's parent */
 static void grow(struct found *f, int n, unsigned long long *seed) {
     double length[FOUND_ARMS], mass[FOUND_ARMS];
     int parent[FOUND_ARMS];
@@ -54,7 +54,7 @@ static struct found *swinging(int n, unsigned long long *seed) {
     return f;
 }
 
-/* how many multipliers are outside the circle by more than `border` */
+/* how many multipliers are outside the unit circle by more than `border` */
 static int growing(const struct found *f, int row, double border) {
     int count = 0;
     for (int j = 0; j < 2 * f->tree->n; j++)
@@ -62,9 +62,9 @@ static int growing(const struct found *f, int row, double border) {
     return count;
 }
 
-/* How far the multipliers at a bifurcation are from what its kind says: one is at +1, or at -1, or
- * a pair is on the circle; of orbits that lose nothing two pairs meet there. The orbit's own pair
- * is the last one. */
+/* The distance of the multipliers at a bifurcation from those of its kind: one is at +1, or at -1,
+ * or a pair is on the circle; for conservative orbits two pairs meet there. The orbit's own pair is
+ * the last one. */
 static double away(const struct found *f, int i) {
     int loses = f->problem.driven, m = 2 * f->tree->n - (loses ? 0 : 2);
     double least = INFINITY;
@@ -81,8 +81,8 @@ static double away(const struct found *f, int i) {
     return least;
 }
 
-/* What is told between two orbits is what their multipliers have done, and no more; orbits with one
- * within rounding errors of the circle are passed over. */
+/* The bifurcations reported between two orbits are exactly the changes of their multipliers; orbits
+ * with one within rounding errors of the circle are skipped. */
 static void check_steps(const struct found *f, int number) {
     int last = 0, told = 0;
     for (int row = 1; row < f->rows; row++) {
@@ -111,7 +111,7 @@ TEST(bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowh
         REQUIRE(f->status == PEND_OK);
         check_steps(f, number);
         for (int i = 0; i < f->bifurcations; i++) kinds[f->kind[i]]++;
-        // all of these are their own mirror images: where another branch crosses, swings are not
+        // all of these are their own mirror images; where another branch crosses, swings are not
         for (int i = 0; i < f->bifurcations && f->problem.driven; i++)
             CHECK(f->kind[i] != PEND_ORBITS_BRANCH);
         for (int i = 1; i < f->bifurcations; i++) CHECK(f->after[i] >= f->after[i - 1]);
@@ -136,7 +136,7 @@ TEST(bifurcations_are_not_hidden_by_multipliers_that_meet_away_from_the_circle) 
     found_free(f);
 }
 
-/* an arm whose swing to one side is that to the other half a period later, until the torque is
+/* an arm whose swing to one side equals that to the other half a period later, until the torque is
  * 1.00432: theta'' + theta'/2 + sin theta = g cos 2t/3 */
 static struct found *torque_grows(double from, double to) {
     struct found *f = found_driven(0.5, from, 2.0 / 3);
@@ -153,11 +153,11 @@ TEST(bifurcations_at_which_a_driven_swing_loses_its_symmetry_are_told_from_both_
     REQUIRE(f->status == PEND_OK && g->status == PEND_OK);
     REQUIRE(f->bifurcations == 1 && g->bifurcations == 1);
     CHECK(f->end == PEND_ORBITS_REACHED && f->kind[0] == PEND_ORBITS_SYMMETRY && !f->turns[0]);
-    // the branch of swings without the symmetry turns back where it meets the others
+    // the branch of asymmetric swings turns back where it meets the others
     CHECK(g->end == PEND_ORBITS_BACK && g->kind[0] == PEND_ORBITS_SYMMETRY && g->turns[0]);
     CHECK_RESIDUAL(fabs(f->at[0] - g->at[0]), 1e-6, "torque of the bifurcation, N m");
     CHECK(g->stable[0] && g->stable[g->rows - 1]);
-    // the others go on beyond
+    // the others continue beyond
     g->problem.switches = g->problem.leave[0] = 1;
     found_search(g);
     CHECK(g->status == PEND_OK && g->end == PEND_ORBITS_REACHED && g->rows > 3);
@@ -166,8 +166,8 @@ TEST(bifurcations_at_which_a_driven_swing_loses_its_symmetry_are_told_from_both_
     found_free(f);
 }
 
-/* The same of trees: from an orbit of the branch without the symmetry back to where it began.
- * Returns false where the tree has no such branch. */
+/* The same for trees: from an orbit of the asymmetric branch back to where it began. Returns false
+ * if the tree has no such branch. */
 static int symmetry_from_beyond(struct found *f) {
     int first = 0;
     double *varied = f->term + f->terms->harmonic[0].at + (f->problem.vary == PEND_ORBIT_OMEGA);
@@ -205,7 +205,7 @@ TEST(bifurcations_at_which_driven_trees_lose_their_symmetry_are_told_from_both_s
     CHECK(seen[2] > 0 && seen[3] > 0);
 }
 
-/* orbits of twice the period turn back where they meet those of the period itself */
+/* orbits of twice the period turn back where they meet those of the single period */
 TEST(bifurcations_at_which_a_period_was_doubled_are_told_from_both_sides) {
     struct found *f = torque_grows(1.068, 1.05);
     f->problem.periods = 2, f->problem.settle = 2000;

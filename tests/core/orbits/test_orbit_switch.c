@@ -1,8 +1,8 @@
 /* Tests of branches that begin at bifurcations of others: orbits of twice the period, without the
- * symmetry of the branch that was left, or that no longer rest.
+ * symmetry of the previous branch, or that are never at rest.
  * Leaves to others: the branches that are left (test_orbits).
- * Invariant: an orbit of another branch is told from one of the branch that was left by a motion
- * that the search has no part in. */
+ * Invariant: an orbit of another branch is distinguished from one of the previous branch by an
+ * independently computed motion. */
 #include "core/orbits/orbit_switch.h"
 
 #include <math.h>
@@ -11,8 +11,8 @@
 #include "tests/harness/found.h"
 #include "tests/harness/test.h"
 
-/* how far a row's start is from where it is after a part of its period, in 32 digits: rad, and
- * rates in parts of the period's frequency; side -1: from its mirror image about hanging */
+/* the distance of a row's start from the state after a fraction of its period, in 32 digits: rad,
+ * and rates relative to the period's frequency; side -1: from its mirror image about hanging */
 static double away_after(const struct found *f, int row, double part, int side) {
     int n = f->tree->n;
     double end[2 * FOUND_ARMS], low[2 * FOUND_ARMS], most = 0;
@@ -26,7 +26,7 @@ static double away_after(const struct found *f, int row, double part, int side) 
     return most;
 }
 
-/* the largest rate at the start of a row, and half a period later, in parts of its frequency */
+/* the largest rate at the start of a row, and half a period later, relative to its frequency */
 static void rates_at(const struct found *f, int row, double *start, double *half) {
     int n = f->tree->n;
     double end[2 * FOUND_ARMS], low[2 * FOUND_ARMS], unit = f->period[row] / (2 * M_PI);
@@ -38,8 +38,8 @@ static void rates_at(const struct found *f, int row, double *start, double *half
     }
 }
 
-/* a torque grows on an arm: at first its swing to one side is that to the other, half a period
- * later; then it is not; then it takes two periods, four, eight */
+/* a torque grows on an arm: at first its swing to one side equals that to the other, half a period
+ * later; then it does not; then it takes two periods, four, eight */
 static struct found *cascade(int switches) {
     struct found *f = found_driven(0.5, 0.9, 2.0 / 3);
     f->problem.settle = 50, f->problem.branch = 1, f->problem.vary = PEND_ORBIT_PARAMETER;
@@ -84,7 +84,7 @@ TEST(orbits_switch_to_orbits_that_take_two_periods_and_not_one) {
         one->problem.branch = 0, one->problem.periods = 2, one->problem.settle = 0;
         one->problem.phi = f->phi[i], one->problem.rate = f->rate[i];
         found_search(one);
-        // the same orbit is found alone, from its start, as one of two periods
+        // the same orbit is found directly, from its start, as one of two periods
         REQUIRE(one->status == PEND_OK && one->end == PEND_ORBITS_REACHED && one->rows == 1);
         CHECK(fabs(one->phi[0][0] - f->phi[i][0]) < 1e-10 && one->stable[0] == f->stable[i]);
         found_free(one);
@@ -108,7 +108,8 @@ TEST(orbits_switch_to_both_sides_of_a_fork) {
     found_free(f);
 }
 
-/* the fast mode of two arms swings too far to stay stable; what takes its place never rests */
+/* the fast mode of two arms becomes unstable at large amplitudes; the orbits that replace it are
+ * never at rest */
 TEST(orbits_switch_to_orbits_that_do_not_rest) {
     for (int mode = 0; mode < 2; mode++) {
         struct found *f = found_chain(2, mode, 2.5, 1);
@@ -129,7 +130,7 @@ TEST(orbits_switch_to_orbits_that_do_not_rest) {
     }
 }
 
-/* three arms: orbits between two rests that are no longer each other's mirror image */
+/* three arms: orbits between two states of rest that are no longer mirror images of each other */
 TEST(orbits_switch_to_orbits_between_rests_that_are_no_mirror_images) {
     struct found *f = found_chain(3, 1, 2.5, 1);
     f->problem.switches = f->problem.leave[0] = 1;
@@ -172,8 +173,8 @@ TEST(orbits_switch_round_a_branch_that_is_closed) {
     found_free(f);
 }
 
-/* searches to the end, in a new search after every `each` steps, into which what the last one
- * showed was restored; returns how many there were */
+/* searches to the end, in a new search after every `each` steps, into which the last checkpoint was
+ * restored; returns their number */
 static int orbits_in_turns(const struct found *f, long each, struct found *g) {
     struct pend_orbits *search = NULL, *next;
     struct pend_error error;
@@ -239,7 +240,7 @@ TEST(orbits_switch_nowhere_where_no_branch_begins) {
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_MISSING && f->rows == 0);
     found_free(f);
-    // a fold is none of two branches
+    // at a fold no other branch begins
     f = found_driven(0.05, 0.06, 0.5);
     f->problem.branch = 1, f->problem.vary = PEND_ORBIT_OMEGA, f->problem.to = 1.2;
     f->problem.switches = f->problem.leave[0] = 1;
@@ -247,7 +248,7 @@ TEST(orbits_switch_nowhere_where_no_branch_begins) {
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_APART && f->rows == 0);
     CHECK(f->bifurcations == 1 && f->kind[0] == PEND_ORBITS_FOLD);
     found_free(f);
-    // more periods than eight
+    // more than eight periods
     f = found_driven(0.5, 0.9, 2.0 / 3);
     f->problem.settle = 50, f->problem.branch = 1, f->problem.vary = PEND_ORBIT_PARAMETER;
     f->problem.by = (struct pend_parameter){PEND_PARAMETER_TERM, f->terms->harmonic[0].at};

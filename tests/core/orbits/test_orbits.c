@@ -1,6 +1,6 @@
 /* Tests of periodic orbits: the single pendulum's period, the double pendulum's two modes with
  * multipliers from 32 digits, modes of larger trees, driven pendulums with folds and doublings,
- * honest ends, and memory that fails.
+ * truthful ends, and lack of memory.
  * Leaves to others: names and JSON (api).
  * Invariant: every orbit is checked by a motion of another kind than the search's. */
 #include "core/orbits/orbits.h"
@@ -56,7 +56,8 @@ TEST(orbits_of_the_double_pendulum_have_the_multipliers_of_32_digits_up_to_2_rad
         }
         double *last = f->amplitude[f->rows - 1];
         CHECK(fabs(fmax(last[0], last[1]) - 2) < 1e-12);
-        // near rest the branch is the mode: omega^2 = (2 -+ sqrt 2) g / l, angles 1 : +- sqrt 2
+        // near equilibrium the branch is the mode: omega^2 = (2 -+ sqrt 2) g / l, angles 1 : +-
+        // sqrt 2
         double omega = sqrt((2 + (mode ? M_SQRT2 : -M_SQRT2)) * 9.81);
         CHECK(fabs(f->period[0] * omega / (2 * M_PI) - 1) < 1e-3);
         CHECK(fabs(f->amplitude[0][1] / f->amplitude[0][0] - M_SQRT2) < 1e-3);
@@ -85,7 +86,8 @@ TEST(a_branch_ends_once_where_a_bifurcation_lies_just_before_its_end) {
     }
 }
 
-/* the largest angle from hanging after a part of the period, and the largest rate, in 32 digits */
+/* the largest angle from hanging after a fraction of the period, and the largest rate, in 32
+ * digits */
 static void seen_after(const struct found *f, double part, double *angle, double *rate) {
     int n = f->tree->n;
     double end[2 * FOUND_ARMS], low[2 * FOUND_ARMS];
@@ -97,7 +99,7 @@ static void seen_after(const struct found *f, double part, double *angle, double
     }
 }
 
-/* between two rests, through the rest of the pendulum: arXiv:2505.13064 */
+/* between two states of rest, through the hanging equilibrium: arXiv:2505.13064 */
 TEST(orbits_of_five_links_swing_between_two_rests_through_the_hanging_one) {
     for (int mode = 0; mode < 5; mode++) {
         struct found *f = found_chain(5, mode, 0.4, 0);
@@ -142,7 +144,7 @@ TEST(orbits_up_to_an_energy_are_those_up_to_its_amplitude) {
 }
 
 /* Of three equal arms on a trunk two swing against each other, each as a single pendulum, and the
- * trunk hangs still. Linear theory leaves the shape open: the frequency occurs twice. */
+ * trunk hangs still. Linear theory does not determine the shape: the frequency occurs twice. */
 TEST(orbits_of_equal_branches_that_swing_against_each_other_have_the_elliptic_period) {
     static const double amplitudes[] = {0.5, 1.2, 2.2};
     for (int i = 0; i < 9; i++) {
@@ -164,7 +166,7 @@ TEST(orbits_of_equal_branches_that_swing_against_each_other_have_the_elliptic_pe
     }
 }
 
-/* rods make them real pendulums, whose modes have any shapes of the frequency */
+/* rods make them real pendulums, whose modes may be any shapes of that frequency */
 TEST(orbits_of_equal_real_branches_swing_against_each_other_too) {
     for (int mode = 1; mode <= 2; mode++) {
         struct found *f = found_trunk(4, mode, 1.2, 0);
@@ -172,7 +174,7 @@ TEST(orbits_of_equal_real_branches_swing_against_each_other_too) {
         for (int k = 0; k < 4; k++) f->term[pend_terms_place(terms, PEND_TERM_ROD, k)] = 0.2;
         found_search(f);
         REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows == 1);
-        // J / (m l) of a point and a rod on one joint
+        // J / (m l) of a point mass and a rod on one joint
         double length = 0.7 * (0.6 + 0.2 / 3) / (0.6 + 0.1);
         CHECK(fabs(f->period[0] / (4 * sqrt(length / 9.81) * elliptic(1.2)) - 1) < 1e-12);
         CHECK(fabs(f->phi[0][0] + M_PI / 2) < 1e-13 && f->closure[0] < 1e-12);
@@ -207,7 +209,7 @@ TEST(orbits_of_a_driven_arm_fold_at_resonance_where_steps_in_frequency_see_a_jum
     for (int i = 0; i < f->rows; i++) {
         CHECK(f->closure[i] < 1e-12);
         CHECK(f->stable[i] == (i <= f->after[0] - 1 || i > f->after[1] - 1));
-        // what friction takes in a period is the same wherever it swings: exp(-c T)
+        // friction takes the same in a period everywhere: exp(-c T)
         double product = f->re[i][0] * f->re[i][1] - f->im[i][0] * f->im[i][1];
         CHECK(fabs(product / exp(-0.05 * f->period[i]) - 1) < 1e-11);
     }
@@ -227,7 +229,7 @@ TEST(orbits_of_a_driven_arm_double_their_period_and_the_doubled_ones_are_found) 
     double doubling = f->at[0];
     int last = f->rows - 1;
     CHECK(!f->stable[last] && fabs(f->value[last] - 1.08) < 1e-14);
-    // the motion itself goes to an orbit of two periods there
+    // the motion itself tends to an orbit of two periods there
     f->term[f->problem.loads.terms->harmonic[0].at] = doubling + 0.005;
     f->problem.branch = 0, f->problem.vary = PEND_ORBIT_ALONE, f->problem.settle = 2000;
     f->problem.periods = 2;
@@ -245,19 +247,19 @@ TEST(orbits_that_do_not_exist_are_not_found) {
     CHECK(f->status == PEND_OK && f->end != PEND_ORBITS_REACHED && f->rows > 10);
     for (int i = 0; i < f->rows; i++) CHECK(f->energy[i] < 2 * 9.81);
     found_free(f);
-    // an orbit of one period is none of two
+    // an orbit of one period is not one of two
     f = found_driven(0.5, 0.1, 0.7);
     f->problem.periods = 2;
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_MEETS && f->rows == 0);
     found_free(f);
-    // more swings than allowed
+    // larger swings than allowed
     f = found_chain(2, 0, 2, 1);
     f->problem.points = 5;
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_POINTS && f->rows == 5);
     found_free(f);
-    // a standing arm has no mode that swings
+    // an upright arm has no oscillating mode
     f = found_chain(1, 0, 1, 1);
     f->problem.loads.gravity = -1;
     found_search(f);

@@ -14,21 +14,21 @@
 #include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 
-/* quads are finer than pairs by a few bits only */
+/* quads are only a few bits finer than sums of two doubles */
 static const double unit = 0x1p-104;
 
 static test_quad quad_of(pairs2 x, int lane) {
     return (test_quad)x.high[lane] + (test_quad)x.low[lane];
 }
 
-/* a number of all sizes and signs with 106 random bits */
+/* a number of any size and sign with 106 random bits */
 static double any(unsigned long long *seed, double decades) {
     return (test_random(seed) - 0.5) * pow(10, decades * (2 * test_random(seed) - 1));
 }
 
 static pairs2 any_pair(unsigned long long *seed, double decades) {
     double first = any(seed, decades), second = any(seed, decades);
-    // the low part in 32 bits, so that a quad holds the sum exactly
+    // the low part in 32 bits, so that a quad represents the sum exactly
     float rest = (float)(test_random(seed) - 0.5), other = (float)(test_random(seed) - 0.5);
     return pairs2_settle(
         (pairs2){{first, second}, {first * 0x1p-53 * rest, second * 0x1p-53 * other}});
@@ -89,7 +89,7 @@ static double sincos_worst(double range, unsigned long long seed) {
         pairs2 x = any_pair(&seed, 0), sine, cosine;
         x.high *= 2 * range, x.low *= 2 * range;
         if (i % 8 == 0) x.high = lanes2_round(x.high / M_PI_2) * M_PI_2;
-        // low parts of a size that a quad holds beside the high ones
+        // low parts of a size that a quad represents beside the high ones
         for (int lane = 0; lane < 2; lane++) x.low[lane] = ldexp(rint(ldexp(x.low[lane], 85)), -85);
         x = pairs2_settle(x);
         pairs2_sincos(x, &sine, &cosine);
@@ -107,7 +107,7 @@ TEST(pairs_sine_and_cosine_have_all_digits) {
     CHECK_RESIDUAL(sincos_worst(1e6, 5), 2, "units of 2^-104, |x| up to 1e6");
 }
 
-/* whole turns taken away by Payne and Hanek's way, of which this has nothing */
+/* whole turns are subtracted by Payne and Hanek's method, which the tested code does not use */
 TEST(pairs_sine_and_cosine_of_many_turns_are_those_of_the_rest) {
     unsigned long long seed = 6;
     double worst = 0;

@@ -11,7 +11,7 @@
 #include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 
-/* distance in ulps of 1: what a sine or cosine may be off by */
+/* distance in ulps of 1: the allowed error of a sine or cosine */
 static double ulps(double got, test_quad want) {
     return (double)test_quad_abs(((test_quad)got - want) * 0x1p53);
 }

@@ -1,6 +1,6 @@
-/* Tests of the quick kernels of real pendulums (core/taylor/jets_loads): torques between arms, a
- * driven pivot and bodies, on all small trees, and without bodies on large ones of every cutting,
- * against quadruple precision and against the general kernel.
+/* Tests of the fast kernels of real pendulums (core/taylor/jets_loads): torques between arms, a
+ * driven pivot and bodies, on all small trees, and without bodies on large ones divided in every
+ * way, against quadruple precision and against the general kernel.
  * Leaves to others: ideal pendulums (test_jets), steps and runs (test_bodies_quad,
  * test_real_pendulums).
  * Invariant: residuals are relative to the largest value among the arms. */
@@ -47,7 +47,7 @@ static void scene_open(struct scene *s, const struct test_tree *t, const struct 
     pend_jets_forces(&s->jets, ORDER);
 }
 
-/* the same pendulum in air of no drag, which only the general kernel takes */
+/* the same pendulum with a drag of 0, which only the general kernel supports */
 struct twin {
     struct pend_terms *terms;
     double *value;
@@ -90,11 +90,12 @@ static double sum_of(const double *at, size_t step, int last, double x) {
     return sum;
 }
 
-/* the largest errors, of their largest values: phi'' and lambda at the start against quadruple
- * precision, and rates, lambda, work and heat a part of a step later against the general kernel */
+/* the largest errors, relative to the largest values: phi'' and lambda at the start against
+ * quadruple precision, and rates, lambda, work and heat a part of a step later against the general
+ * kernel */
 struct errors {
     double acc, force, rates, forces, work, heat;
-    int chains, blocks; /* how often each cutting was met */
+    int chains, blocks; /* how often each division occurred */
 };
 
 static void keep(double *worst, double gap) {
@@ -182,7 +183,7 @@ TEST(quick_kernels_have_the_series_of_the_general_one_with_any_loads_on_all_smal
     for (int n = 1; n <= 8; n++) {
         int parent[ARMS];
         test_parents_first(n, parent);
-        // of seven and eight arms some
+        // some of those with seven and eight arms
         for (int i = 0, more = 1; more; i++, more = test_parents_next(n, parent)) {
             if (n > 6 && i % 97) continue;
             unsigned what = 0;
@@ -290,8 +291,8 @@ TEST(quick_kernels_take_no_pendulum_with_any_other_term) {
         taken += jets_loads_suit(t.tree, terms);
         pend_terms_free(&terms);
     }
-    // all that say where masses are and where arms hang, damping, stiffness and rest, torque, drag
-    // per mass, the two of the pivot's acceleration, and the four of a piece
+    // all terms of masses and attachment points, damping, stiffness and rest, torque, drag per
+    // mass, the two of the pivot's acceleration, and the four of a piece
     CHECK_INT(taken, 7 + 4 + 3 + 4);
     test_tree_clear(&t);
 }

@@ -1,5 +1,5 @@
-/* Tests of roots: turning points however close, touching, pieces, extremes, on
- * polynomials whose roots are known. Leaves to others: series of real motions (test_ensemble).
+/* Tests of roots: turning points at any distance, touching, pieces, extremes, on polynomials with
+ * known roots. Leaves to others: series of real motions (test_ensemble).
  * Invariant: each polynomial is given by its roots, so that the right answer is known
  * beforehand. */
 #include "core/taylor/roots.h"
@@ -62,8 +62,8 @@ TEST(roots_does_not_see_what_stays_below_by_little) {
 }
 
 TEST(roots_counts_all_pieces_of_a_wild_polynomial) {
-    // Chebyshev's polynomial of degree d on [0, 1] turns d - 1 times and meets every level inside d
-    // times
+    // Chebyshev's polynomial of degree d on [0, 1] turns d - 1 times and crosses every level inside
+    // d times
     for (int d = 2; d <= 10; d++) {
         double root[PEND_ROOTS_DEGREE], worst = 0;
         for (int i = 0; i < d; i++) root[i] = 0.5 - 0.5 * cos(M_PI * (i + 0.5) / d);

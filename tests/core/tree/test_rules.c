@@ -68,7 +68,8 @@ TEST(motions_beyond_a_table_are_refused_unless_it_says_what_it_gives_there) {
     CHECK(pend_rules_check(&rules, order, -9, 9, &error) == PEND_OK);
 }
 
-/* flights that each last e or 1 / e times the one before, as long as the motion */
+/* flights of which each takes e or 1 / e times as long as the previous one, as long as the
+ * motion */
 TEST(pieces_are_counted_by_samples_instants_and_impacts) {
     static const struct {
         double gap, e, span, rate;

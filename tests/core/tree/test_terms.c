@@ -13,7 +13,7 @@ enum { ARMS = 3 };
 static const double length[ARMS] = {1, 2, 3}, mass[ARMS] = {1, 1, 1}, bare_mass[ARMS] = {1, 0, 1};
 static const int parent[ARMS] = {-1, 0, 1};
 
-/* a chain whose terms are all of them, and a list in which they do nothing */
+/* a chain with every term, and a list in which they have no effect */
 static struct pend_terms *all_terms(struct pend_tree **tree, const double masses[],
                                     double **value) {
     unsigned char rows[PEND_TERM_ROWS], ones[PEND_TERM_ONES];
@@ -155,7 +155,7 @@ TEST(each_number_out_of_its_range_is_a_fault_of_its_own) {
     forget(terms, tree, value);
 }
 
-/* the arm in the middle has no mass at its tip */
+/* the middle arm has no mass at its tip */
 TEST(an_arm_needs_an_inertia_about_its_joint) {
     static const struct {
         double rod, body, x, y, inertia;
@@ -213,8 +213,8 @@ TEST(terms_without_memory_say_so) {
     CHECK(!terms);
 }
 
-/* closed forms: a bar on a spring turns with sqrt(3 k / (m l^2)); a damped one slows by c / J; a
- * spring between two arms has both inertias against it */
+/* closed forms: a bar on a spring oscillates at sqrt(3 k / (m l^2)); a damped one slows at c / J; a
+ * spring between two arms acts on both inertias */
 TEST(the_pace_of_terms_is_that_of_springs_friction_and_drives) {
     const double lengths[] = {2, 1}, masses[] = {1, 0.5};
     const int above[] = {-1, 0}, drives[] = {1, PEND_DRIVE_PIVOT_Y};
@@ -240,7 +240,7 @@ TEST(the_pace_of_terms_is_that_of_springs_friction_and_drives) {
     value[terms->row[PEND_TERM_DAMPING] + 1] = 16;
     value[terms->one[PEND_TERM_DRAG_PER_MASS]] = 0.5;
     CHECK(fabs(pend_loads_rate(&loads, tree) - (sqrt(17) + 34 + 1)) < 1e-13);
-    // of two drives the quicker one, unless it does nothing
+    // the faster of two drives, unless it has no effect
     for (int i = 0; i < 2; i++) value[terms->harmonic[i].at + 1] = i ? -5 : 7;
     CHECK(pend_terms_drive_rate(terms, value) == 0);
     value[terms->harmonic[1].at] = 1e-9;

@@ -1,5 +1,5 @@
-/* Tests of core/tree/tree: what is stored, every fault that is found, and the matrices S and B.
- * Leaves to others: what moves (test_dynamics, laws).
+/* Tests of core/tree/tree: the stored arrays, every detected error, and the matrices S and B.
+ * Leaves to others: motion (test_dynamics, laws).
  * Invariant: trees come from literals or from harness/trees with a fixed seed. */
 #include "core/tree/tree.h"
 
@@ -11,7 +11,7 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* faults in the order of their coming */
+/* errors in the order of their reports */
 struct fault {
     enum pend_field field;
     int i, j;
@@ -189,8 +189,8 @@ TEST(tree_needs_at_least_one_arm) {
 
 TEST(tree_reports_every_fault_at_once) {
     struct fault_list list;
-    // values: 3 bad lengths, 4 bad masses; parents: 2 that are no arm, 1 on itself, a cycle of 3, 2
-    // roots too many
+    // values: 3 invalid lengths, 4 invalid masses; parents: 2 that are no arm, 1 arm on itself, a
+    // cycle of 3, 2 roots too many
     static const double length[] = {1, 0, -1, NAN, 1, 1, 1, 1, 1, 1, 1};
     static const double mass[] = {INFINITY, 1, 1, 1, -INFINITY, -0.0, 1, 1, 1, 1, -2.5};
     static const int parent[] = {-1, 5, 1, 11, -2, 2, 6, -1, 0, -1, 2};
@@ -205,7 +205,7 @@ TEST(tree_reports_every_fault_at_once) {
           fault_seen(&list, PEND_FIELD_PARENT, 9, -1));
     CHECK(fault_seen(&list, PEND_FIELD_PARENT, 6, -1) &&
           fault_seen(&list, PEND_FIELD_PARENT, 1, -1));
-    // without a sink the verdict is the same
+    // without a receiver the result is the same
     struct pend_tree *tree;
     CHECK_INT(pend_tree_new(&tree, 11, length, mass, parent, NULL), PEND_INVALID);
     CHECK(!tree);
@@ -317,7 +317,7 @@ TEST(tree_path_and_parents_are_inverse_to_each_other) {
 TEST(tree_path_faults_name_the_wrong_entry) {
     struct fault_list list;
     int parent[4] = {9, 9, 9, 9};
-    // the paper's S with one entry after another spoilt
+    // the paper's S with one entry after another altered
     static const double paper[] = {1, 0, 0, 0, 1, 1, 0, 0, 1, 1, 1, 0, 1, 1, 0, 1};
     static const struct {
         int i, j;
@@ -351,13 +351,13 @@ TEST(tree_path_faults_name_the_wrong_entry) {
 TEST(tree_path_faults_come_all_at_once) {
     struct fault_list list;
     int parent[4];
-    // two arms at the pivot, a bad diagonal, and an entry that is no bit
+    // two arms at the pivot, a wrong diagonal, and an entry other than 0 and 1
     static const double path[] = {1, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 7, 1};
     CHECK_INT(try_path(4, path, parent, &list), PEND_INVALID);
     CHECK_INT(list.count, 3);
     CHECK(fault_seen(&list, PEND_FIELD_PATH, 1, 0) && fault_seen(&list, PEND_FIELD_PATH, 2, 2));
     CHECK(fault_seen(&list, PEND_FIELD_PATH, 3, 2));
-    // matrices that look like nothing still end with a verdict
+    // matrices without any structure get a result too
     static const double zeros[9], ones[] = {1, 1, 1, 1, 1, 1, 1, 1, 1};
     CHECK_INT(try_path(3, zeros, parent, &list), PEND_INVALID);
     CHECK(list.count >= 3);
@@ -365,9 +365,9 @@ TEST(tree_path_faults_come_all_at_once) {
     CHECK(list.count >= 1);
 }
 
-/* What one flipped entry does: 0 = the result is another tree's path matrix, 1 = that entry
- * alone is blamed, 2 = one other entry is, which mends the matrix as well, 3 = more are, 4 =
- * wrong: accepted and no path matrix. */
+/* The effect of one flipped entry: 0 = the result is another tree's path matrix, 1 = that entry
+ * alone is reported, 2 = one other entry is, whose change repairs the matrix as well, 3 = several
+ * are, 4 = wrong: accepted although no path matrix. */
 static int flip_outcome(int n, double path[], int i, int j) {
     struct fault_list list;
     int parent[8];
@@ -458,7 +458,7 @@ TEST(tree_path_has_no_eigenvalue_but_1) {
     }
 }
 
-/* counts the faults with words and those without */
+/* counts the errors with texts and those without */
 static void fault_count_words(void *context, enum pend_field field, int i, int j,
                               const char *text) {
     (void)field, (void)i, (void)j;

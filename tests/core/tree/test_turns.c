@@ -6,11 +6,12 @@
 #include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 
-/* how far the rest of an angle is from it, on the circle, in quadruple precision */
+/* distance of a reduced angle from the angle, on the circle, in quadruple precision */
 static double circle_gap(double phi, double low) {
     struct pend_sum turns, rest = pend_turns_rest(phi, low, &turns);
     test_quad whole = (test_quad)phi, part = (test_quad)low;
-    // the angle of a sum, so that no rounding of the sum of a large and a small number counts
+    // the angle of a sum, so that the rounding of the sum of a large and a small number does not
+    // matter
     test_quad sine =
         test_quad_sin(whole) * test_quad_cos(part) + test_quad_cos(whole) * test_quad_sin(part);
     test_quad cosine =
@@ -36,19 +37,19 @@ TEST(turns_leave_the_exact_rest_of_any_angle) {
     CHECK_RESIDUAL(worst, 2e-31, "sine of the difference, 1024 to the largest double");
 }
 
-/* the double that is nearest to a multiple of pi / 2: 2^-61 of a right angle, and all of its
- * digits count */
+/* the double that is nearest to a multiple of pi / 2: 2^-61 of a right angle, all of whose digits
+ * count */
 TEST(turns_keep_the_digits_of_a_rest_near_zero) {
     struct pend_sum rest = pend_turns_rest(ldexp(6381956970095103.0, 797), 0, NULL);
     test_quad exact = test_quad_read("-4.687165924254627611122582801963884e-19"),
               pi = test_quad_read("3.14159265358979323846264338327950288");
     test_quad x = (test_quad)rest.high + (test_quad)rest.low;
-    // its cosine is that small: the rest is beside a quarter of the circle
+    // its cosine is that small: the remainder is close to a right angle
     test_quad gap = test_quad_abs(test_quad_abs(test_quad_abs(x) - pi / 2) + exact);
     CHECK_RESIDUAL((double)gap, 1e-31, "rest");
     double turn = 2 * M_PI;
     rest = pend_turns_rest(turn * 0x1p40, 0, NULL);
-    // 2 pi as a double falls short by 2.4e-16
+    // 2 pi as a double is too small by 2.4e-16
     CHECK_RESIDUAL(fabs(rest.high + 0x1p40 * 0x1.1a62633145c07p-52), 1e-15, "rest of 2^40 turns");
 }
 

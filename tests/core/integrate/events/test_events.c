@@ -1,8 +1,7 @@
-/* Tests of events: passages against samples in 32 digits, grazing and simultaneous
- * ones.
+/* Tests of events: passages against samples in 32 digits, grazing and simultaneous ones.
  * Leaves to others: sections (test_section).
- * Invariant: all pendulums are random, from seeds; EVENTS_RUNS in the environment makes there more
- * of them. */
+ * Invariant: all pendulums are random, from seeds; EVENTS_RUNS in the environment sets a larger
+ * number of them. */
 #include "core/integrate/events/events.h"
 
 #include <math.h>
@@ -81,8 +80,8 @@ TEST(events_are_where_32_digits_have_them) {
     CHECK_RESIDUAL(worst, 1e-12, "quantities at their events, in 32 digits");
 }
 
-/* a rate of 0 is an extreme of the angle: a level beyond it by 1e-10 is not reached, one before it
- * by as much is passed twice */
+/* a rate of 0 is an extreme of the angle: a level 1e-10 beyond it is not reached, one 1e-10 before
+ * it is passed twice */
 TEST(events_that_graze_are_found_in_pairs_or_not_at_all) {
     static struct test_passages turns, near;
     unsigned long long seed = 2;
@@ -184,7 +183,7 @@ TEST(events_of_a_bound_go_out_and_in_on_both_sides_and_may_end_the_motion) {
     double phi = -M_PI_2 + 1, rate = 0;
     struct test_tree t = {.n = 1, .phi = &phi, .rate = &rate};
     REQUIRE(pend_tree_new(&t.tree, 1, &length, &mass, &parent, NULL) == PEND_OK);
-    // the tip's way to either side, of 1 rad: out at x = -1/2, in, out at 1/2 and so on
+    // the position of the tip for a swing of 1 rad: out at x = -1/2, in, out at 1/2 and so on
     struct pend_event event = {PEND_QUANTITY_X, 0, 0, 0.5, 1, PEND_WAY_UP, MOST, 0};
     struct pend_events_problem problem = problem_of(&t, TEST_LOADS(9.81), 1, &event);
     problem.duration = 10;
@@ -199,7 +198,7 @@ TEST(events_of_a_bound_go_out_and_in_on_both_sides_and_may_end_the_motion) {
     event.stop = 3;
     search(&found, &problem, 3);
     CHECK(found.count == 3 && found.stopped == third);
-    // and backwards: the motion from rest is even in time
+    // and backwards: the motion from rest is an even function of time
     problem.duration = -10;
     search(&found, &problem, 3);
     CHECK(found.count == 3);
@@ -207,7 +206,7 @@ TEST(events_of_a_bound_go_out_and_in_on_both_sides_and_may_end_the_motion) {
     pend_tree_free(&t.tree);
 }
 
-/* what is at its value from the start on, but for rounding, has not come to it */
+/* a quantity that equals its value from the start on, up to rounding, has not reached it */
 TEST(events_are_none_while_a_quantity_stays_where_it_began) {
     static struct test_passages found;
     unsigned long long seed = 8;
@@ -222,7 +221,8 @@ TEST(events_are_none_while_a_quantity_stays_where_it_began) {
     test_record(&start, "taylor", &motion);
     double energy = start.samples.kinetic[0] + start.samples.potential[0];
     test_record_clear(&start);
-    // the far end of the second arm from the first one's, and the energy of what loses none
+    // the distance of the second arm's tip from the first one's, and the energy of a conservative
+    // pendulum
     struct pend_event event[] = {
         {PEND_QUANTITY_DISTANCE, 0, 1, t.tree->len[1], 0, PEND_WAY_UP | PEND_WAY_DOWN, MOST, 0},
         {PEND_QUANTITY_ENERGY, 0, 0, energy, 0, PEND_WAY_UP | PEND_WAY_DOWN, MOST, 0},
@@ -232,7 +232,7 @@ TEST(events_are_none_while_a_quantity_stays_where_it_began) {
     search(&found, &problem, 1);
     CHECK_INT(found.count, 0);
     test_tree_clear(&t);
-    // upright, from where it falls after a while, and comes by again
+    // upright, from where it falls after a while, and returns
     const double length = 1, mass = 1;
     const int parent = -1;
     double phi = M_PI_2, rate = 0;
@@ -283,8 +283,8 @@ TEST(events_that_make_no_sense_are_refused_and_memory_may_be_short) {
 
 enum { MANY = 12 };
 
-/* the error of the force of arm k at its first passage of a level, of the largest force then; 0
- * where there is none */
+/* the error of the force of arm k at its first passage of a level, relative to the largest force
+ * then; 0 if there is none */
 static double force_gap(const struct test_tree *t, const struct pend_loads *loads, int k,
                         double level, void *work) {
     struct pend_event event = {PEND_QUANTITY_FORCE,         k, 0, level, 0,
@@ -305,7 +305,7 @@ static double force_gap(const struct test_tree *t, const struct pend_loads *load
     return fabs(force[k] - level) / most;
 }
 
-/* a force that a series reads errs by the rounding of the largest mass times an acceleration */
+/* the error of a force from its series is the rounding of the largest mass times an acceleration */
 TEST(events_of_forces_keep_their_digits_where_masses_are_unlike) {
     unsigned long long seed = 11;
     double worst = 0;

@@ -10,7 +10,7 @@
 
 enum { ARMS = 4, MOST = 400 };
 
-/* All that a search finds. */
+/* All results of a search. */
 struct search {
     int count;
     struct pend_passage passage[MOST];
@@ -56,7 +56,7 @@ static void search(struct search *found, const struct pend_section_problem *prob
     CHECK(!section);
 }
 
-/* the motion at equal distances; phi of the arm, by stored number */
+/* the motion at equidistant instants; phi of the arm, by stored number */
 static void watch(struct test_record *record, const struct test_tree *t, double duration,
                   long count) {
     const struct pend_problem problem = {
@@ -134,7 +134,7 @@ TEST(section_passages_are_found_to_rounding) {
                                             .rate = t.rate,
                                             .times = {.count = both.count, .list = times}};
         if (both.count) {
-            /* a run starts at its first instant: it is given the start's */
+            /* a run starts at its first instant, so that of the start is added */
             double list[MOST + 1] = {0};
             memcpy(list + 1, times, (size_t)both.count * sizeof *list);
             struct pend_problem from_start = motion;
@@ -153,8 +153,8 @@ TEST(section_passages_are_found_to_rounding) {
     CHECK_SAYING(gap <= 1e-9, "the states are off by %g", gap);
 }
 
-/* an arm let go at theta = 1 comes back to it and no further: what is a hair below is passed
- * twice, what is a hair beyond never */
+/* an arm released at theta = 1 returns to it and no further: a level just below is passed twice,
+ * one just above never */
 TEST(section_passages_that_graze_are_found_and_those_that_miss_are_not) {
     static const double hair[] = {1e-3, 1e-6, 1e-9, 1e-11};
     const int parent[] = {-1};
@@ -170,7 +170,7 @@ TEST(section_passages_that_graze_are_found_and_those_that_miss_are_not) {
         struct pend_section_problem problem =
             section_of(&t, 3.2, 0, 1 - hair[i] - M_PI_2, PEND_WAY_UP | PEND_WAY_DOWN);
         search(&below, &problem, 1000);
-        /* the period is 2.14 s: away at once, there and back after one */
+        /* the period is 2.14 s: once at the beginning, twice after one period */
         CHECK_INT(below.count, 3);
         if (below.count == 3)
             CHECK(below.passage[0].way == PEND_WAY_DOWN && below.passage[1].way == PEND_WAY_UP &&
@@ -232,8 +232,8 @@ TEST(sections_that_make_no_sense_are_refused) {
     test_tree_clear(&t);
 }
 
-/* the passages of the motion itself, by 32 digits, agree with those found as far as they are
- * said to hold */
+/* the passages of the motion in 32 digits agree with those found, for as long as these are reported
+ * as accurate */
 TEST(section_says_which_passages_hold) {
     int short_of = 0;
     for (int i = 0; i < 6; i++) {
@@ -264,7 +264,7 @@ TEST(section_says_which_passages_hold) {
             test_record_clear(&record);
         }
         double held = pend_section_held(section);
-        // passages are a second or so apart
+        // passages are about a second apart
         CHECK_SAYING(lost ? held <= 1.1 * lost && held >= 0.6 * lost : held > 9,
                      "%d: held %g, lost %g", i, held, lost);
         short_of += held < 15;

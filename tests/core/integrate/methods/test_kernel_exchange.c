@@ -1,5 +1,5 @@
-/* Tests of kernel_exchange: work and heat at nodes against the integrals of the
- * power's series, and of quick drives against the energy.
+/* Tests of kernel_exchange: work and heat at nodes against the integrals of the power's series, and
+ * with fast drives against the energy.
  * Leaves to others: motions with friction and slow drives (tests/laws/test_real_pendulums).
  * Invariant: all pendulums are random, from seeds. */
 #include "core/integrate/methods/kernel_exchange.h"
@@ -25,7 +25,7 @@ static const struct exchange_kernel *kernel_of(enum pend_isa isa) {
     return &pend_kernel_exchange_base;
 }
 
-/* the state that a pendulum's series are about, and what these are made in */
+/* the state about which a pendulum's series are computed, and their memory */
 struct scene {
     _Alignas(64) double state[4][ARMS + 8];
     struct jets_state start;
@@ -48,8 +48,8 @@ static void scene_open(struct scene *s, const struct test_tree *t, const struct 
     pend_jets_init(&s->jets, t->tree, &b->loads, ORDER, s->memory);
 }
 
-/* the largest error of a kernel over what is exchanged, in a part of a step in which the product of
- * two series is good to rounding */
+/* the largest error of a kernel relative to the exchanged energy, in a part of a step in which the
+ * product of two series is accurate to rounding */
 static double gap_of(const struct test_tree *t, const struct test_bodies *b, int *taken) {
     struct scene s;
     double worst = 0;
@@ -103,7 +103,7 @@ TEST(exchange_at_nodes_is_the_integral_of_the_powers_series_in_every_instruction
     CHECK_RESIDUAL(worst, 1e-12, "work and heat at nodes");
 }
 
-/* what a chain on a quick pivot has beside: points, rods, drag */
+/* the other properties of a chain on a fast pivot: points, rods, drag */
 static double quick_drift(int n, int rods, int drag, unsigned long long *seed) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     int drives[1] = {PEND_DRIVE_PIVOT_Y}, place[1], done = 0;
@@ -148,8 +148,8 @@ TEST(exchange_with_quick_drives_keeps_the_balance_of_energy) {
     CHECK_RESIDUAL(worst[2], 1e-11, "with drag");
 }
 
-/* the largest error of a damped pendulum's heat, of 2 ORDER - 1 orders, over the sum of the sizes
- * of the products of rates that make it */
+/* the largest error of a damped pendulum's heat, of 2 ORDER - 1 orders, relative to the sum of the
+ * absolute values of the products of rates that it consists of */
 static double product_gap(const struct test_tree *t, const struct test_bodies *b) {
     const double unit = -0x1p-4;
     double work[2 * ORDER], heat[2 * ORDER], worst = 0;
@@ -181,7 +181,7 @@ static double product_gap(const struct test_tree *t, const struct test_bodies *b
     return worst;
 }
 
-/* While runs ended them with the orders of their factors, the balance of one arm with dry friction
+/* When runs truncated them at the orders of their factors, the balance of one arm with dry friction
  * drifted twice as far. */
 TEST(the_powers_of_a_general_pendulum_have_all_orders_of_a_product) {
     unsigned long long seed = 7;

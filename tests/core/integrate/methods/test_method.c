@@ -10,7 +10,7 @@ TEST(times_of_a_decimal_grid_are_the_decimals) {
     int same = 0;
     for (long i = 0; i <= 500; i++) same += pend_times_at(&times, i) == (double)i / 100;
     CHECK_INT(same, 501);
-    CHECK(0.01 * 35 != 0.35); /* which summing or multiplying steps would give */
+    CHECK(0.01 * 35 != 0.35); /* the result of adding or multiplying steps */
 }
 
 TEST(times_of_a_grid_end_at_its_end) {

@@ -8,7 +8,7 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* rtol = atol * 100; what each reaches on the paper's example, all 5 s */
+/* rtol = atol * 100; the error of each on the paper's example, over all 5 s */
 static const struct {
     const char *method;
     double rtol, phi, rate, force;
@@ -38,8 +38,8 @@ TEST(gsl_methods_solve_the_papers_example) {
     test_paper_clear(&paper);
 }
 
-/* instants so close that every step ends at one cost what they cost, but no more: landing loses
- * no step size */
+/* instants so close that every step ends at one require their own steps, but no more: shortened
+ * steps do not reduce the step size */
 TEST(gsl_methods_keep_their_step_size_when_they_land) {
     static const char *const name[] = {"rkf45", "rk8pd", "msadams"};
     const double list[] = {0, 1, 1 + 1e-13, 1 + 2e-13, 2};
@@ -60,7 +60,7 @@ TEST(gsl_methods_keep_their_step_size_when_they_land) {
     test_paper_clear(&paper);
 }
 
-/* a step of one rounding is possible too */
+/* a step of one unit in the last place is possible too */
 TEST(gsl_methods_land_on_neighbouring_numbers) {
     static const char *const name[] = {"rkf45", "rk8pd", "msadams"};
     double list[20];
@@ -85,7 +85,7 @@ static int gsl_rest(double t, const double y[], double f[], void *context) {
     return GSL_SUCCESS;
 }
 
-/* GSL's default handler would abort here, as it would when memory is short */
+/* GSL's default handler would abort here, as it would if memory is short */
 TEST(gsl_errors_do_not_end_the_process) {
     gsl_odeiv2_system system = {gsl_rest, NULL, 1, NULL};
     CHECK(!gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, 0, 1e-6, 1e-6));

@@ -29,7 +29,7 @@ static struct pend_problem swing_problem(const struct test_tree *t, double span,
         .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
 }
 
-/* largest |theta'' + A theta| at all samples, relative to the largest |theta''| */
+/* largest |theta'' + A theta| over all samples, relative to the largest |theta''| */
 static double residual(const struct test_record *record, const struct pend_tree *tree,
                        const double a[]) {
     double worst = 0, largest = 0;
@@ -84,7 +84,7 @@ TEST(linear_differentiates_its_own_motion) {
     test_tree_clear(&t);
 }
 
-/* the difference from the true motion shrinks with the cube of the amplitude */
+/* the difference from the true motion is proportional to the cube of the amplitude */
 TEST(linear_is_the_limit_of_small_swings) {
     enum { ARMS = 6 };
     double error[2];
@@ -108,8 +108,7 @@ TEST(linear_is_the_limit_of_small_swings) {
                  error[0] / error[1]);
 }
 
-/* the forces of the motion that linear hands out: hanging at rest each arm carries what hangs on
- * it */
+/* the forces of the linear motion: hanging at rest each arm carries what hangs on it */
 TEST(linear_forces_follow_from_its_motion) {
     enum { ARMS = 5 };
     struct test_tree t;
@@ -129,7 +128,7 @@ TEST(linear_forces_follow_from_its_motion) {
     test_tree_clear(&t);
 }
 
-/* an arm that was turned whole turns hangs as before */
+/* an arm after whole turns hangs as before */
 TEST(linear_swings_about_the_nearest_hanging_position) {
     enum { ARMS = 4 };
     struct test_tree t;
@@ -152,7 +151,7 @@ TEST(linear_swings_about_the_nearest_hanging_position) {
     test_tree_clear(&t);
 }
 
-/* started in one mode it stays there and comes back after that mode's period */
+/* a motion that starts in one mode stays in it and repeats after that mode's period */
 TEST(linear_repeats_after_the_period_of_a_mode) {
     enum { ARMS = 4 };
     struct test_tree t;

@@ -5,8 +5,8 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* What a separate transcription of MATLAB's ode23 (another language, the paper's matrix form,
- * Gaussian elimination) gives for the paper's example over 0:.01:5 with RelTol 1e-3 and AbsTol
+/* The results of a separate transcription of MATLAB's ode23 (another language, the paper's matrix
+ * form, Gaussian elimination) for the paper's example over 0:.01:5 with RelTol 1e-3 and AbsTol
  * 1e-6. */
 enum { MATLAB_STEPS = 197, MATLAB_FAILED = 22, MATLAB_EVALUATIONS = 658 };
 static const double matlab_end[8] = {-0.9410172426987587, -2.4566853708000975, 4.621912896678883,
@@ -58,8 +58,8 @@ TEST(ode23_takes_the_same_steps_whatever_lies_in_between) {
     test_paper_clear(&paper);
 }
 
-/* MATLAB begins with |y'| alone: h = 0.8 rtol^(1/3) threshold / |phi''|, here 0.08 * 1e-3 / (g /
- * l_1) */
+/* MATLAB's first step depends on |y'| only: h = 0.8 rtol^(1/3) threshold / |phi''|, here 0.08 *
+ * 1e-3 / (g / l_1) */
 TEST(ode23_begins_with_matlabs_first_step) {
     const double first = 0.08e-3 / (9.81 / 2), list[] = {0, first * 0.999999, first * 1.000001, 5};
     struct test_paper paper;
@@ -70,12 +70,12 @@ TEST(ode23_begins_with_matlabs_first_step) {
     test_paper_init(&paper, 2);
     paper.problem.times = (struct pend_times){.count = 4, .list = list};
     CHECK_INT(pend_run_new(&run, pend_method_find("ode23"), &paper.problem, NULL), PEND_OK);
-    /* the start; the first step; what it reached */
+    /* the start; the first step; its result */
     for (int i = 0; i < 3; i++) CHECK_INT(pend_run_next(run, &samples, work, &done, NULL), PEND_OK);
     CHECK_INT(pend_run_stats(run).steps, 1);
     CHECK_INT(samples.count, 1);
     CHECK(t[0] == list[1]);
-    /* nothing more is within reach */
+    /* no further instant is reached */
     CHECK_INT(pend_run_next(run, &samples, work, &done, NULL), PEND_OK);
     CHECK_INT(samples.count, 0);
     CHECK_INT(pend_run_stats(run).steps, 2);
@@ -83,8 +83,8 @@ TEST(ode23_begins_with_matlabs_first_step) {
     test_paper_clear(&paper);
 }
 
-/* No step is longer than a tenth of the time, as in MATLAB. The first gap between wanted
- * instants bounds no step, which it does in MATLAB. */
+/* No step is longer than a tenth of the time, as in MATLAB. Unlike in MATLAB, the first gap between
+ * requested instants limits no step. */
 TEST(ode23_limits_its_steps_by_the_span_alone) {
     struct test_paper paper;
     struct test_record record;
@@ -93,12 +93,13 @@ TEST(ode23_limits_its_steps_by_the_span_alone) {
     record_list(&record, &paper, near, 3);
     CHECK_INT(record.stats.steps, MATLAB_STEPS);
     test_record_clear(&record);
-    /* hanging at rest: nothing but the limit ends a step */
+    /* hanging at rest: only the limit ends a step */
     for (int i = 0; i < 4; i++) paper.phi[i] = -1.57079632679489661923;
     paper.problem.times = (struct pend_times){.count = 2, .span = 1, .divisor = 1};
     test_record(&record, "ode23", &paper.problem);
     CHECK_INT(record.status, PEND_OK);
-    CHECK_INT(record.stats.steps, 10); /* the last one stretched by the roundings of the others */
+    CHECK_INT(record.stats.steps, 10); /* the last one is lengthened by the rounding errors of the
+                                        * others */
     test_record_clear(&record);
     test_paper_clear(&paper);
 }
@@ -116,7 +117,7 @@ TEST(ode23_interpolates_with_a_cubic) {
     list[COUNT + 1] = 5;
     record_list(&record, &paper, list, COUNT + 2);
     for (int i = 1; i + 4 <= COUNT; i++) {
-        const double *y = record.samples.rate + (size_t)i * 4; /* of the first arm */
+        const double *y = record.samples.rate + (size_t)i * 4; /* for the first arm */
         third = fmax(third, fabs(y[12] - 3 * y[8] + 3 * y[4] - y[0]));
         fourth = fmax(fourth, fabs(y[16] - 4 * y[12] + 6 * y[8] - 4 * y[4] + y[0]));
     }

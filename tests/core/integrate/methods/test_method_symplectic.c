@@ -1,7 +1,7 @@
-/* Tests of method_symplectic and its kernel: order, symplecticity, reversal,
- * energy over 1e5 periods, the grid.
+/* Tests of method_symplectic and its kernel: order, symplecticity, reversal, energy over 1e5
+ * periods, the grid.
  * Leaves to others: laws that all methods share (tests/laws/test_integration).
- * Invariant: what is compared with comes from 32 digits or from the map itself. */
+ * Invariant: references are motions in 32 digits or the map itself. */
 #include "core/integrate/methods/method.h"
 
 #include <math.h>
@@ -59,7 +59,7 @@ static const struct symplectic_kernel *kernel_of(int isa) {
     return &pend_kernel_symplectic_base;
 }
 
-/* what is mapped */
+/* the argument of the map */
 struct map {
     const struct pend_tree *tree;
     struct pend_loads loads;
@@ -112,7 +112,7 @@ static void map_turn(int isa, const struct map *map, double z[], int way) {
     free(system.lanes);
 }
 
-/* the Jacobian by differences of order 8: column c of 2 n; in (phi, phi') where rates is set */
+/* the Jacobian by differences of order 8: column c of 2 n; in (phi, phi') if `rates` is set */
 static void map_jacobian(int isa, const struct map *map, double h, const double z[], int rates,
                          double jacobian[]) {
     static const double weight[4] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
@@ -147,8 +147,8 @@ static double map_defect(int n, const double jacobian[]) {
     return worst;
 }
 
-/* the worst defect of coarse steps in canonical coordinates, and the least one in angles and rates;
- * what: of enum test_terms, 0 = ideal */
+/* the largest defect of coarse steps in canonical coordinates, and the smallest in angles and
+ * rates; what: of enum test_terms, 0 = ideal */
 static void map_defects(unsigned what, double *worst, double *plain) {
     unsigned long long seed = 1;
     *worst = 0, *plain = INFINITY;
@@ -163,7 +163,7 @@ static void map_defects(unsigned what, double *worst, double *plain) {
             if (what) map.loads = b.loads;
             memcpy(z, t.phi, 5 * sizeof *z);
             memcpy(z + 5, t.rate, 5 * sizeof *z);
-            // the coarse step is far from the motion, and symplectic all the same
+            // the coarse step is far from the motion, but symplectic
             map_turn(isa, &map, z, 1);
             map_jacobian(isa, &map, 0.1, z, 0, jacobian);
             *worst = fmax(*worst, map_defect(5, jacobian));
@@ -235,8 +235,8 @@ static double pair_error(const struct test_tree *t, double step, long count) {
     return gap;
 }
 
-/* largest error of the energy of a tumbling pair: the sixteenth power of the step, whatever
- * chaos does to the angles */
+/* largest error of the energy of a tumbling double pendulum: proportional to the sixteenth power of
+ * the step, although chaos changes the angles */
 static double pair_drift(struct test_tree *t, double step) {
     struct test_record record;
     t->phi[0] = 2 - M_PI_2;
@@ -289,7 +289,7 @@ TEST(symplectic_runs_backwards_to_its_start) {
     struct test_tree t;
     struct test_record there, back;
     test_tree_random(&t, TEST_TREE_ATTACHED, 4, 0.3, &seed);
-    // coarse steps: what comes back is the map's own symmetry, not its accuracy
+    // coarse steps: the reversal tests the map's own symmetry, not its accuracy
     struct pend_problem problem = tree_problem(&t, 2, 2, 0.03125);
     double phi[4], rate[4], gap = 0;
     test_record(&there, "symplectic", &problem);
@@ -314,7 +314,7 @@ TEST(symplectic_runs_backwards_to_its_start) {
 
 /* ---- very long runs */
 
-/* mean and largest deviation of the energy over some steps of a stepper that is under way */
+/* mean and largest deviation of the energy over some steps of a running stepper */
 static void long_stretch(void *stepper, const struct test_tree *t, long steps, double start,
                          double *mean, double *most) {
     double sum = 0, reached;
@@ -331,7 +331,7 @@ static void long_stretch(void *stepper, const struct test_tree *t, long steps, d
     *mean = sum / (double)steps;
 }
 
-/* steps between the stretches; sanitizers and debuggers need not wait for so many */
+/* steps between the stretches; fewer for sanitizers and debuggers */
 #ifdef NDEBUG
 enum { LONG_STEPS = 580000 };
 #else
@@ -347,8 +347,8 @@ TEST(symplectic_energy_does_not_drift_in_a_hundred_thousand_periods) {
     test_tree_rebuild(&t);
     t.phi[0] = 1.5 - M_PI_2;
     t.rate[0] = 0;
-    // 5.8 steps a period of 2.33 s: the energy swings with it, and must do so in the same way at
-    // the end
+    // 5.8 steps per period of 2.33 s: the energy oscillates with it, and must do so in the same way
+    // at the end
     struct pend_problem problem = tree_problem(&t, 1e6, 2, 0.4);
     void *stepper;
     double reached, start = 9.81 * sin(t.phi[0]), mean[2], most[2];
@@ -377,7 +377,7 @@ TEST(symplectic_says_when_its_step_is_too_long) {
     test_record(&record, "symplectic", &problem);
     CHECK_INT(record.status, PEND_STEP_TOO_SMALL);
     CHECK_SAYING(strstr(record.error.text, "a step of 5 s is too long"), "%s", record.error.text);
-    // the step that is named does
+    // the step that the message names works
     const char *named = strstr(record.error.text, "at this instant ");
     REQUIRE(named);
     problem.step = strtod(named + strlen("at this instant "), NULL);
@@ -418,7 +418,7 @@ TEST(symplectic_stays_where_nothing_moves) {
     test_record(&record, "symplectic", &problem);
     CHECK_INT(record.status, PEND_OK);
     CHECK(fabs(record.samples.phi[9] + M_PI_2) < 1e-15);
-    // without gravity and motion there is no time scale at all
+    // without gravity and motion there is no time scale
     problem.loads.gravity = 0;
     test_record_clear(&record);
     test_record(&record, "symplectic", &problem);
@@ -427,8 +427,7 @@ TEST(symplectic_stays_where_nothing_moves) {
     test_tree_clear(&t);
 }
 
-/* a start at rest with an arm upright shows a scout no motion at all, and falls by its own
- * rounding */
+/* a start at rest with an upright arm shows the first steps no motion, and falls by rounding */
 TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     const double one[] = {1, 1}, rate[2] = {0};
     // theta = (0, 180) degrees, to 32 digits
@@ -448,8 +447,8 @@ TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     pend_tree_free(&tree);
 }
 
-/* stages of long chains need not converge with the steps that the series foretells, and are
- * rounded as long sums */
+/* stages of long chains need not converge with the steps that the series predict, and their
+ * rounding errors are those of long sums */
 TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
     unsigned long long seed = 300;
     for (int i = 0; i < 3; i++) {
@@ -467,8 +466,8 @@ TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
     }
 }
 
-/* rounding keeps the stages of chains of thousands of arms a few hundred millionths apart: that
- * is as near as they come, and no step is refused or divided for it */
+/* rounding keeps the stages of chains of thousands of arms a few hundred millionths apart: they
+ * come no closer, and no step is refused or divided because of it */
 TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
     unsigned long long seed = 4;
     struct test_tree t;

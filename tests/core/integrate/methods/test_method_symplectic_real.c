@@ -1,7 +1,7 @@
-/* Tests of the symplectic method on real pendulums that keep their energy: momenta, order, energy,
- * reversal, and what it refuses.
+/* Tests of the symplectic method on conservative real pendulums: momenta, order, energy, reversal,
+ * and refusals.
  * Leaves to others: ideal pendulums, and that a step is a symplectic map (test_method_symplectic).
- * Invariant: what is compared with comes from method taylor, the energies, or the map itself. */
+ * Invariant: references are method taylor, the energies, or the map itself. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +15,7 @@
 
 enum { N = 5, KEEPS = TEST_TERMS_RODS | TEST_TERMS_SPRINGS };
 
-/* what test i has: every second pendulum from two arms on is on a cart */
+/* the terms of test i: every second pendulum of two or more arms is on a cart */
 static unsigned keeps(int i) { return i % N && i % 2 ? KEEPS | TEST_TERMS_CART : KEEPS; }
 
 struct real {
@@ -44,7 +44,7 @@ static struct pend_problem real_problem(const struct real *real, double span, lo
         .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
 }
 
-/* the momenta are those of the kinetic energy, T = sum p phi' / 2, and have the rates back */
+/* the momenta follow from the kinetic energy, T = sum p phi' / 2, and give the rates back */
 TEST(momenta_of_real_pendulums_are_those_of_their_energy_and_give_the_rates_back) {
     const struct symplectic_kernel *kernel = &pend_kernel_symplectic_base;
     unsigned long long seed = 31;
@@ -91,7 +91,7 @@ TEST(symplectic_motion_of_real_pendulums_is_that_of_method_taylor) {
         problem.rtol = 1e-16;
         test_record(&want, "taylor", &problem);
         CHECK_SAYING(got.status == PEND_OK, "%s", got.error.text);
-        // a cart, whose place is no angle, has no column
+        // a cart, whose position is no angle, has no column
         int columns = real.t.n - (pend_terms_cart(real.b.terms) ? 1 : 0);
         gap = fmax(gap, test_gap(41 * columns, got.samples.phi, want.samples.phi));
         drift = fmax(drift, got.stats.energy_drift);
@@ -133,11 +133,11 @@ static double bars_drift(const struct real *bars, double span, double step) {
 TEST(symplectic_has_order_sixteen_on_bars_with_a_spring_and_keeps_their_energy) {
     struct real bars;
     bars_init(&bars);
-    // over a longer time the two are different motions, by rounding and chaos
+    // over a longer time the two motions differ, by rounding and chaos
     double coarse = bars_drift(&bars, 12, 0.04), fine = bars_drift(&bars, 12, 0.03),
            order = log(coarse / fine) / log(4.0 / 3);
     CHECK_SAYING(order > 14 && order < 18, "order %.2f: error %g, then %g", order, coarse, fine);
-    // what the energy is off by swings with the motion, and does not grow with the time
+    // the error of the energy oscillates with the motion, and does not grow with time
     double later = bars_drift(&bars, 600, 0.04);
     CHECK_SAYING(later < 20 * coarse, "%g in 600 s, %g in 12 s", later, coarse);
     CHECK_RESIDUAL(bars_drift(&bars, 300, 0.015), 1e-13, "energy over 20000 steps");
@@ -149,7 +149,7 @@ TEST(symplectic_runs_backwards_to_the_start_of_a_real_pendulum) {
     struct real real;
     struct test_record there, back;
     real_init(&real, 4, KEEPS, &seed);
-    // coarse steps: what comes back is the map's own symmetry, not its accuracy
+    // coarse steps: the reversal tests the map's own symmetry, not its accuracy
     struct pend_problem problem = real_problem(&real, 2, 2, 0.03125);
     double phi[4], rate[4], gap = 0;
     test_record(&there, "symplectic", &problem);
@@ -183,7 +183,7 @@ TEST(symplectic_refuses_what_does_not_keep_the_energy_and_says_what_to_use) {
         CHECK(pend_run_new(&run, &pend_method_symplectic, &problem, &error) == PEND_INVALID);
         CHECK_SAYING(strstr(error.text, "conserves the energy") && strstr(error.text, "use method"),
                      "%u: %s", what, error.text);
-        // numbers that do nothing are taken
+        // terms without effect are accepted
         pend_terms_clear(real.b.terms, real.t.tree, real.b.value);
         CHECK(pend_run_new(&run, &pend_method_symplectic, &problem, &error) == PEND_OK);
         pend_run_free(&run);

@@ -1,5 +1,5 @@
-/* Tests of method_taylor: the paper's example, conserved energy, reversal, dense
- * output, odd scales.
+/* Tests of method_taylor: the paper's example, conserved energy, reversal, dense output, extreme
+ * scales.
  * Leaves to others: the series (test_jets), the time loop (test_run).
  * Invariant: the stepper is driven directly, through its descriptor. */
 #include "core/integrate/methods/method.h"
@@ -18,7 +18,7 @@ static const int paper_parent[ARMS] = {-1, 0, 1, 1};
 static const double zero[ARMS], one[2] = {1, 1};
 static const int chain[2] = {-1, 0};
 
-/* a stepper on its way */
+/* a running stepper */
 struct ride {
     struct pend_tree *tree;
     void *stepper;
@@ -175,8 +175,8 @@ TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
     ride_close(&ride);
 }
 
-/* one arm from the horizontal; lengths scale times by the square root, to the last bit when it
- * is a power of two */
+/* one arm from the horizontal; scaling lengths scales times by the square root, to the last bit if
+ * it is a power of two */
 static int single_arm(double len, double t, double *phi) {
     struct ride ride;
     double rate;
@@ -251,7 +251,7 @@ TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
     }
 }
 
-/* a tree cut into several blocks, branching at most joints */
+/* a tree divided into several blocks, which branches at most joints */
 TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
     enum { MANY = 90, INSTANTS = 100 };
     struct ride ride;

@@ -9,7 +9,7 @@
 
 enum { INSTANTS = 121 };
 
-/* a rod of 0.5 m and 0.6 kg without weight, whose joint is driven by a table, and its samples */
+/* a rod of 0.5 m and 0.6 kg without gravity, whose joint is driven by a table, and its samples */
 struct driven {
     struct pend_tree *tree;
     struct pend_terms *terms;
@@ -69,7 +69,7 @@ static enum pend_status driven_run(struct driven *d, int cap, struct pend_run_st
     return status;
 }
 
-/* angle and rate at t of a motion that begins at `from`: a parabola or a cubic a piece */
+/* angle and rate at t of a motion that begins at `from`: a parabola or a cubic in each piece */
 static void driven_want(const struct driven *d, double from, double t, double *phi, double *rate) {
     *phi = d->theta0, *rate = d->rate0;
     for (int i = 0; i < 3; i++) {
@@ -131,7 +131,7 @@ TEST(pieces_give_the_same_bits_however_the_blocks_are_cut_and_carried) {
     driven_close(&d);
 }
 
-/* the same rod with dry friction that it sticks by, and a stop that it hits */
+/* the same rod with dry friction by which it sticks, and a stop that it hits */
 TEST(joints_that_stick_and_hit_give_the_same_bits_when_carried) {
     static struct driven d;
     struct test_record whole, carried;

@@ -10,7 +10,7 @@
 
 static const double accuracy = 1e-6;
 
-/* two unit arms at rest, hanging so far aside that they tumble */
+/* two unit arms released at rest from so far aside that they tumble */
 static void tumble_init(struct test_tree *t, double aside) {
     unsigned long long seed = 1;
     const int parent[] = {-1, 0};
@@ -31,7 +31,7 @@ static struct pend_problem tumble_problem(const struct test_tree *t, double span
         .accuracy = accuracy};
 }
 
-/* the last instant up to which all numbers of a record are those of a better one */
+/* the last instant up to which all numbers of a record agree with a more accurate one */
 static double truth(const struct test_record *record, const struct test_record *exact, int n) {
     double fastest = 0, strongest = 0, until = NAN;
     for (long i = 0; i < record->samples.count; i++) {
@@ -91,7 +91,7 @@ TEST(horizon_of_32_digits_is_four_times_as_far) {
     struct pend_problem problem = tumble_problem(&t, 50, 501);
     struct test_record record;
     test_record_blocks(&record, pend_method_taylor.extended, &problem, 501, INFINITY);
-    // the motion in 90 digits and this one part by 1e-6 rad at 32.5 s
+    // the motion in 90 digits and this one differ by 1e-6 rad at 32.5 s
     CHECK_SAYING(record.stats.horizon <= 1.1 * 32.5 && record.stats.horizon >= 0.8 * 32.5, "%g",
                  record.stats.horizon);
     test_record_clear(&record);
@@ -123,9 +123,8 @@ TEST(horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth) {
     CHECK_SAYING(parted >= TREES / 2 && early <= parted / 4, "%d parted, %d early", parted, early);
 }
 
-/* What steps leave out may nearly cancel, over many of them: then the first terms of what is left
- * out are not enough.
- */
+/* Truncation errors of steps may nearly cancel, over many steps: then their first terms alone are
+ * not enough. */
 TEST(horizon_of_steps_that_nearly_cancel_is_not_late) {
     enum { ARMS = 3 };
     static const struct {
@@ -196,7 +195,7 @@ TEST(horizon_of_a_loose_tolerance_is_the_start) {
     test_tree_clear(&t);
 }
 
-/* trees of every way that orders are computed in: small ones, blocks, chains */
+/* trees for each form of the orders: small ones, blocks, chains */
 TEST(horizon_does_not_change_the_motion) {
     static const char *const methods[] = {"taylor", "ode23", "rk8pd", "symplectic"};
     static const struct {
@@ -264,7 +263,7 @@ TEST(horizon_fails_cleanly_without_memory) {
     test_tree_clear(&t);
 }
 
-/* a motion of small swings keeps no digits of the pendulum itself, and says none */
+/* the linear motion is not accurate for the pendulum itself, and reports no horizon */
 TEST(horizon_of_the_linear_motion_is_not_told) {
     struct test_tree t;
     tumble_init(&t, 0.1);
@@ -286,8 +285,8 @@ static struct pend_problem motion_problem(const struct test_motion *motion, long
         .times = {.count = count, .span = motion->span, .divisor = (double)(count - 1)}};
 }
 
-/* damped, stiff, stuck, driven, regular and chaotic ones, by the step's own series and by one that
- * is made for the estimate */
+/* damped, stiff, stuck, driven, regular and chaotic ones, by the step's own series and by one
+ * computed for the estimate */
 TEST(horizon_is_from_half_of_the_truth_to_a_tenth_beyond_it_for_motions_of_every_kind) {
     enum { EACH = 9 };
     int parted = 0, held = 0;
@@ -313,7 +312,7 @@ TEST(horizon_is_from_half_of_the_truth_to_a_tenth_beyond_it_for_motions_of_every
                  held);
 }
 
-/* one arm that sticks, one of a critical damping times 16 and a swing through 1000 periods */
+/* one arm that sticks, one with 16 times critical damping, and a swing over 1000 periods */
 TEST(horizon_of_an_arm_that_rests_or_swings_for_long_is_its_end) {
     static const struct {
         double damping, friction, speed, start, span;

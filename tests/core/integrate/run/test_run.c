@@ -10,8 +10,8 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* a random tree, its arms numbered at random so that the caller's order is not the stored one,
- * and a problem with it */
+/* a random tree, with randomly numbered arms so that the caller's order differs from the stored
+ * one, and a problem with it */
 struct bench {
     struct test_tree tree;
     struct pend_problem problem;
@@ -73,14 +73,14 @@ TEST(run_begins_with_the_start_itself_in_the_callers_order) {
     bench_clear(&bench);
 }
 
-/* row i of what a record holds, in stored order */
+/* row i of a record, in stored order */
 static void row_stored(const struct test_record *record, const struct pend_tree *tree,
                        const double rows[], long i, double row[]) {
     for (int k = 0; k < tree->n; k++) row[k] = rows[i * record->n + tree->order[k]];
 }
 
-/* largest error of what follows from phi and rate at every sample, relative to the largest of
- * its kind */
+/* largest error of the quantities that follow from phi and rate at every sample, relative to the
+ * largest of the same kind */
 struct derived {
     double acc, force, position, velocity, energy;
 };
@@ -235,7 +235,7 @@ TEST(run_works_for_a_single_instant) {
     bench_clear(&bench);
 }
 
-/* from rest the motion backwards is the motion forwards, and every operation on the way is
+/* from rest the motion backwards equals the motion forwards, and every operation on the way is
  * mirrored too */
 TEST(run_goes_backwards_from_rest_as_it_goes_forwards) {
     struct bench bench;
@@ -308,7 +308,7 @@ TEST(run_comes_back_when_its_work_is_used_up) {
     bench_clear(&bench);
 }
 
-/* many instants in one step are work too */
+/* many instants in one step count as work too */
 TEST(run_comes_back_between_groups_of_samples) {
     struct bench bench;
     bench_init(&bench, 5, 17);
@@ -367,7 +367,7 @@ TEST(run_allocates_nothing_while_it_goes) {
 
 /* ---- the energy's drift */
 
-/* where every step ends at a wanted instant the drift is the largest over the samples */
+/* if every step ends at a requested instant, the drift is the largest over the samples */
 TEST(run_measures_the_drift_at_every_step) {
     struct bench bench;
     bench_init(&bench, 4, 23);
@@ -459,7 +459,7 @@ TEST(run_refuses_times_that_are_not_strictly_monotonic) {
                         "strictly");
     check_times_refused(
         &bench, (struct pend_times){.count = 2, .start = 1, .span = 0, .divisor = 1}, "strictly");
-    /* a grid finer than the numbers are at 1e9 s */
+    /* a grid finer than the spacing of doubles at 1e9 s */
     check_times_refused(
         &bench, (struct pend_times){.count = 101, .start = 1e9, .span = 1e-6, .divisor = 100},
         "strictly");
@@ -576,8 +576,8 @@ TEST(run_stops_at_its_step_limit_and_stays_stopped) {
     bench_clear(&bench);
 }
 
-/* the squares of such rates are no numbers; only a method that scales its time could get on, by
- * 1e-200 s a step */
+/* the squares of such rates overflow; only a method that scales its time could continue, by 1e-200
+ * s per step */
 TEST(run_ends_where_numbers_overflow_and_says_when) {
     struct bench bench;
     bench_init(&bench, 4, 39);
@@ -605,7 +605,7 @@ TEST(run_ends_where_numbers_overflow_and_says_when) {
     bench_clear(&bench);
 }
 
-/* what one block of a run over a single arm ends with */
+/* the end of one block of a run of a single arm */
 struct outcome {
     enum pend_status status;
     long count;
@@ -639,7 +639,7 @@ static struct outcome outcome_of(double length, double gravity, double rate, lon
 
 /* ---- from one process to another */
 
-/* the same problem carried after every block and nearly every step, and as a whole, bit for bit */
+/* the same problem carried after every block and nearly every step, and in one run, bit for bit */
 static void carried_is_whole(const struct pend_method *method, const struct pend_problem *problem,
                              long block) {
     struct test_record whole, carried;
@@ -691,7 +691,7 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     char *bytes = malloc(checkpoint.used);
     REQUIRE(bytes);
     size_t all = checkpoint.used;
-    /* every length but the right one is seen */
+    /* every wrong length is detected */
     for (size_t less = 0; less < all; less += 7) {
         checkpoint =
             (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = less, .at = bytes};
@@ -700,7 +700,7 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     }
     checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = all, .at = bytes};
     CHECK(pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
-    /* `next`, the second part shown */
+    /* `next`, the second part of the error */
     long next = 1000;
     memcpy(bytes + sizeof(double), &next, sizeof next);
     checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .bytes = all, .at = bytes};
@@ -710,9 +710,8 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     bench_clear(&bench);
 }
 
-/* Carries a run half-way, puts it back with some bytes altered and goes on a little: whatever
- * the bytes are, it is refused, or the run goes on or fails with a reason. Returns how many were
- * refused. */
+/* Saves a run half-way, restores it with some bytes altered and continues: for any bytes it is
+ * refused, or continues, or fails with a reason. Returns how many were refused. */
 static long altered_are_harmless(const struct pend_method *method,
                                  const struct pend_problem *problem) {
     static const long long alter[] = {-1, 12345, 0x7fffffff, 0x7fffffffffffffff,
@@ -771,8 +770,8 @@ TEST(run_put_back_from_altered_bytes_is_refused_or_goes_on) {
     }
 }
 
-/* a motion may be finite where what follows from it is not: energy goes with the square of the
- * length */
+/* a motion may be finite while derived quantities are not: energy is proportional to the square of
+ * the length */
 TEST(run_hands_out_no_number_that_is_not_finite) {
     double x[11], y[11];
     struct outcome outcome = outcome_of(1e200, 0, 1, 11, (struct pend_samples){.rate = x});
@@ -789,7 +788,7 @@ TEST(run_hands_out_no_number_that_is_not_finite) {
     CHECK_INT(outcome.status, PEND_NOT_FINITE);
     CHECK_INT(outcome.error.arm, 0);
     CHECK_TEXT(outcome.error.text, "at t = 0 s: the force of arm 1 is too large a number");
-    // it rises until its height times its weight is beyond all doubles: the rows before stand
+    // it rises until its height times its weight overflows: the earlier rows remain valid
     outcome = outcome_of(1.4e155, 1.4e153, 1, 11, (struct pend_samples){.rate = x, .potential = y});
     CHECK_INT(outcome.status, PEND_NOT_FINITE);
     CHECK_INT(outcome.count, 2);

@@ -1,7 +1,7 @@
-/* Tests of core/taylor/jets/jets: the series obeys the equations of motion all over a step, on
- * every small tree and on wild ones. Leaves to others: steps (test_method_taylor), the equations
- * themselves (test_dynamics). Invariant: residuals are relative to the largest value among the
- * arms. */
+/* Tests of core/taylor/jets/jets: the series satisfy the equations of motion throughout a step, for
+ * every small tree and for extreme ones. Leaves to others: steps (test_method_taylor), the
+ * equations themselves (test_dynamics). Invariant: residuals are relative to the largest value
+ * among the arms. */
 #include "core/taylor/jets/jets.h"
 
 #include <math.h>
@@ -14,7 +14,7 @@
 
 enum { ARMS_MAX = 256, ORDER = 20 };
 
-/* a tree, a state, and its series in one place */
+/* a tree, a state, and its series */
 struct scene {
     struct pend_tree *tree;
     struct pend_loads loads;
@@ -82,7 +82,7 @@ static double series_reach(const struct pend_jets *jets, int n, double eps) {
     return reach;
 }
 
-/* largest differences of phi'' and lambda, series against equations, x units after the start */
+/* largest differences of phi'' and lambda between series and equations, x units after the start */
 static void scene_residual(struct scene *s, double unit, double x, double residual[2]) {
     int n = s->tree->n;
     double phi[ARMS_MAX] = {0}, rate[ARMS_MAX] = {0}, acc[ARMS_MAX], force[ARMS_MAX],
@@ -163,8 +163,8 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
     CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
 }
 
-/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far
- * blocks */
+/* blocks of eight arms: complete and incomplete ones, with few and many branches, links to near and
+ * far blocks */
 TEST(jets_obey_the_equations_of_motion_on_large_trees_of_every_kind) {
     unsigned long long seed = 5;
     static const int sizes[] = {9, 15, 16, 17, 40, 65, 72, 127, 200, 255};
@@ -215,8 +215,8 @@ TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
     }
 }
 
-/* the largest differences of phi'' and lambda at order 0 from the equations, over the largest
- * values */
+/* the largest differences of phi'' and lambda at order 0 from the equations, relative to the
+ * largest values */
 static void scene_start(struct scene *s, double residual[2]) {
     int n = s->tree->n;
     double acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0, 0}, worst[2] = {0, 0};
@@ -256,7 +256,7 @@ static void chain_parents(int n, int parent[]) {
     for (int k = 0; k < n; k++) parent[k] = k - 1;
 }
 
-/* pieces of eight arms: whole and broken ones, one to many */
+/* pieces of eight arms: complete and incomplete ones, one to many */
 TEST(jets_obey_the_equations_of_motion_on_chains_of_every_length) {
     unsigned long long seed = 8;
     double residual[2] = {0, 0};
@@ -280,7 +280,7 @@ TEST(jets_obey_the_equations_of_motion_on_chains_of_every_length) {
 }
 
 /* the largest differences between a chain's coefficients and those of the same chain in blocks,
- * over the order's largest */
+ * relative to the order's largest */
 static int scene_compare(struct scene *s, double unit, double worst[2]) {
     int n = s->tree->n, isa = (int)s->jets.isa;
     struct scene other = {.tree = s->tree};
@@ -314,7 +314,7 @@ static int scene_compare(struct scene *s, double unit, double worst[2]) {
     return 1;
 }
 
-/* random directions, arms laid on one line but for 1 .. 1e-12 of a turn, and folded back on each
+/* random directions, arms on one line up to 1 .. 1e-12 of a turn, and folded back onto each
  * other */
 static void scene_align(struct scene *s, int i, unsigned long long *seed) {
     for (int k = 0; k < s->tree->n && i % 3; k++) {
@@ -330,7 +330,7 @@ TEST(jets_of_a_chain_have_the_coefficients_that_blocks_have) {
     chain_parents(ARMS_MAX, parent);
     for (int i = 0; i < 300; i++) {
         struct scene s;
-        // masses up to eight times their mean either way: as unlike as a chain's may be
+        // masses up to eight times above or below their mean, the most that a chain allows
         REQUIRE(scene_open(&s, 9 + test_random_int(&seed, 60), parent, 0.9, &seed));
         REQUIRE(s.jets.system.chain != NULL);
         scene_align(&s, i, &seed);
@@ -392,8 +392,8 @@ TEST(jets_notice_a_wrong_coefficient) {
     scene_close(&s);
 }
 
-/* what errors in one direction become, from the series of two neighbours on both sides of the
- * motion, cut where the linear equations are */
+/* the growth of errors in one direction, from the series of two neighbours on both sides of the
+ * motion, truncated where the linear equations are */
 static double spread_by_neighbours(struct scene *s, const struct jets_spread *how,
                                    const double phi[], const double rate[], double to_phi[],
                                    double to_rate[]) {
@@ -451,7 +451,7 @@ TEST(jets_spread_errors_as_neighbours_part) {
     }
 }
 
-/* the terms behind the order of a step against the same terms of a series that goes on */
+/* the predicted terms beyond the order of a step against the same terms of a longer series */
 TEST(jets_foretell_what_a_step_leaves_out) {
     enum { SCENES = 60, STEP = ORDER - 8 };
     static const int sizes[] = {1, 2, 3, 5, 8, 20, 70};

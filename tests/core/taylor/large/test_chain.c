@@ -1,4 +1,4 @@
-/* Tests of core/taylor/large/chain: whole runs of a chain of masses alike, their errors and their
+/* Tests of core/taylor/large/chain: whole runs of a chain of similar masses, their errors and their
  * units. Leaves to others: the coefficients (test_jets). Invariant: three pieces of eight arms. */
 #include "core/taylor/large/chain.h"
 
@@ -14,8 +14,8 @@ static const double GRAVITY = 9.81;
 
 enum { COUNT = 41, RUN_ARMS = 24 };
 
-/* angles of a chain released from horizontal at COUNT instants; lengths, masses and time in
- * units of their own */
+/* angles of a chain released from horizontal at COUNT instants; lengths, masses and time in other
+ * units */
 static int run_chain(const struct pend_method *method, double rtol, const double unit[3],
                      double phi[]) {
     double len[RUN_ARMS], mass[RUN_ARMS], zero[RUN_ARMS] = {0}, t[COUNT];
@@ -58,7 +58,7 @@ TEST(chain_error_of_a_run_follows_the_tolerance) {
     }
 }
 
-/* powers of two are exact, so that no digit may change */
+/* powers of two are exact, so no digit may change */
 TEST(chain_has_the_same_bits_in_any_unit_of_length_mass_and_time) {
     static double want[COUNT * RUN_ARMS], phi[COUNT * RUN_ARMS];
     REQUIRE(run_chain(&pend_method_taylor, 1e-9, plain, want));

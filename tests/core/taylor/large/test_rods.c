@@ -17,11 +17,11 @@
 
 enum { ARMS = 104, ORDER = 20 };
 
-/* what a chain has */
+/* the properties of a chain */
 enum { RODS = 1, BODIES = 2, NO_TIPS = 4, COUPLES = 8, TORQUES = 16, PIVOT = 32, ALL = 64 };
 
-/* a chain and a state; with `elsewhere` its arms say where they hang, at the tips, so that the
- * general kernel takes it */
+/* a chain and a state; with `elsewhere` its arms state their attachment points, at the tips, so
+ * that the general kernel is used */
 struct scene {
     struct test_tree tree;
     struct pend_terms *terms;
@@ -55,7 +55,7 @@ static void scene_terms(struct scene *s, unsigned what, int elsewhere) {
     s->loads = (struct pend_loads){9.81, s->terms, s->value};
 }
 
-/* numbers of the terms, the same ones for the same seed; masses 10^±spread */
+/* numbers of the terms, the same for the same seed; masses 10^±spread */
 static void scene_fill(struct scene *s, double spread, unsigned long long seed) {
     static const struct {
         enum pend_term_row row;
@@ -137,7 +137,7 @@ static double sum_of(const double *at, size_t step, int last, double x) {
     return sum;
 }
 
-/* the largest errors, of their largest values */
+/* the largest errors, relative to the largest values */
 struct errors {
     double acc, force, rates, forces, work, heat;
 };
@@ -186,7 +186,7 @@ static void series_errors(struct errors *worst, const struct scene *s, const str
     keep(&worst->heat, fabs(sum_of(s->heat, 1, ORDER - 1, x) - heat) / scale);
 }
 
-/* returns 0 of a chain that does not suit */
+/* returns 0 for a chain that is not suitable */
 static int chain_errors(struct errors *worst, int n, unsigned what, double spread, double swing,
                         enum pend_isa isa, unsigned long long seed) {
     struct scene quick, general;
@@ -277,7 +277,7 @@ TEST(rods_have_the_same_bits_in_avx2_and_avx512) {
     }
 }
 
-/* powers of two are exact, so that no digit may change */
+/* powers of two are exact, so no digit may change */
 TEST(rods_have_the_same_bits_in_any_unit_of_length_and_mass) {
     static const double units[][2] = {{0x1p-10, 1}, {0x1p10, 1},      {1, 0x1p-60},
                                       {1, 0x1p60},  {0x1p40, 0x1p90}, {0x1p-40, 0x1p-90}};
@@ -308,7 +308,7 @@ TEST(rods_have_the_same_bits_in_any_unit_of_length_and_mass) {
 
 TEST(rods_leave_what_they_do_not_suit_to_the_general_kernel) {
     enum { N = 12 };
-    // the term whose number of arm 5 changes, and what it becomes; the last ones suit
+    // the term whose number of arm 5 changes, and its new value; the last ones are suitable
     static const struct {
         enum pend_term_row row;
         double number;
@@ -327,7 +327,7 @@ TEST(rods_leave_what_they_do_not_suit_to_the_general_kernel) {
         CHECK_INT(s.jets.general, !cases[i].suits);
         scene_close(&s);
     }
-    // a wheel at the pivot, and masses whose products are no numbers
+    // a wheel at the pivot, and masses whose products overflow
     struct scene s;
     scene_open(&s, N, RODS, 0.1, 2, 0, 3);
     s.value[s.terms->row[PEND_TERM_ROD]] = 1e4;
@@ -339,7 +339,7 @@ TEST(rods_leave_what_they_do_not_suit_to_the_general_kernel) {
     test_tree_rebuild(&s.tree);
     CHECK(!pend_rods_suit(s.tree.tree, &s.loads));
     scene_close(&s);
-    // a point somewhere on a massless arm
+    // a point mass at any position of a massless arm
     scene_open(&s, N, BODIES | NO_TIPS, 0.1, 2, 0, 3);
     CHECK(pend_rods_suit(s.tree.tree, &s.loads));
     s.value[s.terms->row[PEND_TERM_CENTER_X] + 5] = 0.5 * s.tree.tree->len[5];
