@@ -53,6 +53,9 @@ export async function the_class_follows_the_teacher_s_stage_clock_and_drawer(rig
   // who comes later is there at once
   const late = await join(rig, code, "Cem");
   await hasArms(late, 2);
+  await ada.reload();
+  await says(ada, /what your teacher does/);
+  await hasArms(ada, 2);
   await teacher.click("[data-class=own]");
   await hasArms(ada, 3);
   await ada.evaluate(() => pendulumd.edits.setMass(1, 5));

@@ -36,7 +36,7 @@ export async function what_the_teacher_shows_everybody_sees_and_then_has_its_own
 
   await teacher.click("[data-class=own]");
   await hasArms(ada, 3);
-  await hasArms(ben, 4);
+  await hasArms(ben, 1);
   await says(ada, /your own pendulum/);
   await rig.shot(teacher, "room-teacher");
   for (const page of [teacher, ada, ben]) await close(page);

@@ -47,27 +47,36 @@ async function past({ room: { app } }, what) {
   await what();
 }
 
+/**
+ * Stages what the class is to see; the pupil's own waits.
+ * @param {Pupil} pupil @param {Target} target
+ */
+async function stageTarget(pupil, target) {
+  const { app, session, say, tell } = pupil.room;
+  const { by, key, number } = target;
+  const { seen = "", mine } = session.entry ?? {};
+  session.note({ seen: key, mine: seen ? mine : wholeScene(app.store.get()) });
+  app.edits.cancel();
+  await past(pupil, () => stageScene(app, sceneFor(target), by !== "hand" && by !== "follow"));
+  if (by === "spread") pupil.sender.mark(number);
+  else if (by === "hand") open(pupil);
+  if (by !== "follow") tell(say(`class.told.${by}`));
+}
+
 /** Whether another scene was staged. @param {Pupil} pupil */
 async function followScene(pupil) {
-  const { room, sender } = pupil;
-  const { app, session, say } = room;
-  const target = targetOf(room);
+  const { app, session, say, tell } = pupil.room;
+  const target = targetOf(pupil.room);
   const { seen = "", mine } = session.entry ?? {};
   pupil.target = target;
-  if ((target?.key ?? "") === seen) return false;
-  if (target) {
-    const left = seen ? mine : wholeScene(app.store.get());
-    session.note({ seen: target.key, mine: left });
-    app.edits.cancel();
-    const still = target.by === "hand" || target.by === "follow";
-    await past(pupil, () => stageScene(app, sceneFor(target), !still));
-    if (target.by === "spread") sender.mark(target.number);
-    else if (target.by === "hand") open(pupil);
-    if (target.by !== "follow") room.tell(say(`class.told.${target.by}`));
-  } else {
+  // after a reload the stage has the pupil's own, which the room knows, not the teacher's
+  const again = target?.by === "follow" && pupil.told.clock === undefined;
+  if ((target?.key ?? "") === seen && !again) return false;
+  if (target) await stageTarget(pupil, target);
+  else {
     session.note({ seen: "", mine: undefined });
     if (mine) await past(pupil, () => stageScene(app, mine));
-    room.tell(say("class.told.own"));
+    tell(say("class.told.own"));
   }
   return true;
 }
