@@ -149,6 +149,7 @@ def test_files(run, work):
     for _ in range(3):
         running = [subprocess.Popen(["pendulum", *each, "-o", "both.csv"], cwd=work, stderr=subprocess.DEVNULL) for each in both]
         check("cli: two runs into one file leave one of the answers", [one.wait() for one in running] == [0, 0] and (work / "both.csv").read_text() in whole)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a check in the background ignores it, and so would the program
     long = subprocess.Popen(["pendulum", "run", "double.json", "--local", "--t", "0:20000:0.001", "--theta", "2,1", "-o", "long.csv"], cwd=work)
     while long.poll() is None and not list(work.glob("long.csv.part-*")):
         time.sleep(0.01)
