@@ -56,8 +56,8 @@ void test_reply_free(struct test_reply *reply) {
     api_buffer_clear(&reply->out);
 }
 
-/* looking: a visitor is called with the value at the pointer, because values live on the stack
- * of their reader */
+/* a visitor is called with the value at the pointer, because values are on the stack of their
+ * reader */
 
 typedef void visit_fn(const struct api_value *value, void *context);
 
@@ -150,7 +150,7 @@ void test_refused(enum api_op_id op, const char *body, const char *pointer, cons
     test_reply_free(&reply);
 }
 
-/* a table of refusals while it is read: what its last template says */
+/* a table of refusals while it is read: the contents of its last template */
 struct refusals {
     const char *file;
     int line, rows;
@@ -158,7 +158,7 @@ struct refusals {
     char pointer[80], before[700], after[300];
 };
 
-/* the next field of a row, cut off at " | "; NULL behind the last */
+/* the next field of a row, ending at " | "; NULL after the last */
 static char *refusals_field(char **rest) {
     char *field = *rest, *bar = field ? strstr(field, " | ") : NULL;
     if (bar) *bar = 0;

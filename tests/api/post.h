@@ -1,5 +1,4 @@
-/* Whole requests for tests: a body in, the answer out, parsed; and looks into it by JSON
- * pointers.
+/* Whole requests for tests: a body in, the answer out, parsed; and access to it by JSON pointers.
  * Leaves to others: what is asked and expected (test_*). Invariant: every JSON answer was read
  * back by api's own reader, so that an answer which is no JSON fails its test. */
 #pragma once
@@ -7,12 +6,12 @@
 #include "api/call/call.h"
 #include "api/json/json_in.h"
 
-/* What came back. */
+/* The reply. */
 struct test_reply {
     int status;
     const char *media_type;
-    struct api_buffer out; /* out.data ends with a NUL that out.bytes does not count */
-    struct api_json *json; /* NULL where the answer is no JSON */
+    struct api_buffer out; /* out.data ends with a NUL that out.bytes does not include */
+    struct api_json *json; /* NULL if the answer is not JSON */
     long runs, steps;
 };
 
@@ -28,27 +27,27 @@ struct test_reply test_send(const struct api_request *request, const struct api_
 
 void test_reply_free(struct test_reply *reply);
 
-/** The number at a pointer ("/phi/3/0"), NAN where there is none. */
+/** The number at a pointer ("/phi/3/0"), NAN if there is none. */
 double test_reply_number(const struct test_reply *reply, const char *pointer);
 
-/** How many standard errors unknown j of a fit is off its true value. */
+/** The error of unknown j of a fit, in standard errors. */
 double test_reply_off(const struct test_reply *reply, int j, double truth);
 
 /** The text at a pointer, or NULL; valid as long as the reply. */
 const char *test_reply_text(const struct test_reply *reply, const char *pointer);
 
-/** Number of items or members at a pointer; -1 where nothing is. */
+/** Number of items or members at a pointer; -1 if there is none. */
 int test_reply_count(const struct test_reply *reply, const char *pointer);
 
-/** True when the reply is a problem with a fault at exactly this pointer whose detail contains
- * the piece. */
+/** True if the reply is a problem with an error at exactly this pointer whose detail contains the
+ * piece. */
 int test_reply_has_fault(const struct test_reply *reply, const char *pointer, const char *piece);
 
-/** Number of faults that the problem lists. */
+/** Number of errors that the problem lists. */
 int test_reply_faults(const struct test_reply *reply);
 
 /**
- * Checks that a body is refused with a 422 whose one fault is at the pointer and contains the
+ * Checks that a body is refused with a 422 whose single error is at the pointer and contains the
  * piece.
  */
 void test_refused(enum api_op_id op, const char *body, const char *pointer, const char *piece,

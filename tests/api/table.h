@@ -1,5 +1,5 @@
-/* A table of samples for tests: every kind of column, filled with wild numbers.
- * Leaves to others: what its bytes should be (test_encode_*). Invariant: every finite double may
+/* A table of samples for tests: every kind of column, filled with random doubles.
+ * Leaves to others: the expected bytes (test_encode_*). Invariant: every finite double may
  * occur. */
 #pragma once
 
@@ -13,14 +13,14 @@ struct test_table {
     double *data[TEST_COLUMNS];
 };
 
-/** Columns t, phi, z re and im, energy kinetic and total, of so many arms. */
+/** Columns t, phi, z re and im, energy kinetic and total, for the given number of arms. */
 struct test_table test_table_new(long rows, int arms);
 
 void test_table_clear(struct test_table *table);
 
-/** Any finite double, all bit patterns alike. */
+/** Any finite double, with all bit patterns equally likely. */
 double test_wild(unsigned long long *seed);
 
-/** Encodes the table cut into blocks of `cut` rows. */
+/** Encodes the table in blocks of `cut` rows. */
 enum pend_status test_table_encode(const struct test_table *table, const struct api_format *format,
                                    long cut, struct api_buffer *out);

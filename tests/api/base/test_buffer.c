@@ -81,7 +81,7 @@ TEST(buffer_keeps_its_contents_when_memory_fails) {
         api_buffer_init(&buffer, 1 << 20);
         CHECK_INT(api_buffer_text(&buffer, "kept"), PEND_OK);
         char *data = buffer.data;
-        static char more[1200]; /* twice the room would be more than is needed */
+        static char more[1200]; /* doubling would be more than is needed */
         int failed = 0;
         for (long count = 1; count < 10; count++) {
             test_alloc_fail(count, for_good);
@@ -92,7 +92,7 @@ TEST(buffer_keeps_its_contents_when_memory_fails) {
             CHECK_INT(status, PEND_NO_MEMORY);
             CHECK(buffer.data == data && holds(&buffer, "kept"));
         }
-        /* a single failure is mended by asking for less */
+        /* a single failure is overcome by requesting less */
         CHECK_INT(failed, for_good ? 1 : 0);
         CHECK_INT((long long)buffer.bytes, 4 + (int)sizeof more);
         buffer.bytes = 4;

@@ -5,8 +5,7 @@
 
 #include "tests/harness/test.h"
 
-/* by the definition: decode, and see that the shortest form of what is an allowed character was
- * used */
+/* by the definition: decodes, and checks that the shortest form of an allowed character was used */
 static int utf8_by_definition(const unsigned char *p, int bytes) {
     int length = p[0] < 0x80             ? 1
                  : (p[0] & 0xe0) == 0xc0 ? 2

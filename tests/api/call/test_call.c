@@ -16,7 +16,7 @@ static const char trajectory[] =
     "{" TREE ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":4,\"step\":"
     "0.002},\"output\":[\"phi\",\"z\",\"energy\",\"lambda\"]}";
 
-/* a clock that the test sets, and that goes on by a tick each time it is asked */
+/* a clock that the test sets, and that advances by a tick at each query */
 struct clock {
     double time, tick;
 };
@@ -26,7 +26,7 @@ static double clock_now(void *context) {
     return clock->time += clock->tick;
 }
 
-/* the status and detail that a request's envelope gets, with a good body unless it has one */
+/* the status and detail for the envelope of a request, with a valid body unless it has one */
 static void check_envelope(struct api_request request, int status, const char *piece) {
     if (!request.body) {
         request.body = "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}";
@@ -113,7 +113,7 @@ TEST(a_body_beyond_the_limit_is_too_large) {
     test_reply_free(&reply);
 }
 
-/* runs a call to its end with a clock; returns how many runs it took */
+/* runs a call to its end with a clock; returns the number of runs */
 static int run_timed(struct clock *clock, struct api_buffer *out) {
     struct api_limits limits;
     struct api_call *call;
@@ -222,7 +222,7 @@ TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
     }
 }
 
-/* a call of the long trajectory that was opened, in a representation */
+/* an opened call of the long trajectory, in a representation */
 static struct api_call *open_as(const char *body, const char *accept,
                                 const struct api_limits *limits, struct api_buffer *out) {
     struct api_call *call = NULL;

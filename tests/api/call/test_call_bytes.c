@@ -1,5 +1,5 @@
-/* What a call says of its memory, against what the C library says was allocated: before each
- * turn, of every operation, representation and method. */
+/* The memory that a call reports, against the C library's count of allocated bytes: before each
+ * turn, for every operation, representation and method. */
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,7 +11,7 @@
 
 enum { TEXT = 1 << 20, TURNS = 400 };
 
-/* from so many bytes on this many times the truth is wasteful */
+/* above so many bytes, a report of so many times the true value is wasteful */
 static const double small = 4e6, loose = 3.3;
 
 static double bytes_allocated(void) {
@@ -19,7 +19,7 @@ static double bytes_allocated(void) {
     return (double)info.uordblks + (double)info.hblkhd;
 }
 
-/* a chain, a star, or a tree of two branches an arm; all arms alike, or no two */
+/* a chain, a star, or a tree with two branches per arm; arms are all equal or all different */
 static const char *bytes_pendulum(char *to, int n, int kind) {
     char *at = to + sprintf(to, "\"pendulum\":{\"length\":[");
     for (int i = 0; i < n; i++)
@@ -33,8 +33,8 @@ static const char *bytes_pendulum(char *to, int n, int kind) {
     return to;
 }
 
-/* the most that was allocated after a turn, and what was told before the last; 0 where a turn
- * took more than told */
+/* the most bytes allocated after a turn, and the report before the last; 0 if a turn took more than
+ * reported */
 static int bytes_hold(enum api_op_id op, const char *accept, const char *body, double *taken,
                       double *told) {
     struct api_request request = {.op = op,
@@ -62,7 +62,7 @@ static int bytes_hold(enum api_op_id op, const char *accept, const char *body, d
         if (api_call_streams(call)) api_call_promise(call);
         double now = bytes_allocated() - before - (double)out.cap;
         held &= now <= foreseen;
-        /* what is done in one turn holds nothing but its answer after it */
+        /* an operation that takes one turn keeps only its answer afterwards */
         now += api_call_streams(call) || turn ? 0 : (double)out.cap;
         if (now > *taken) *taken = now;
     }
@@ -79,7 +79,7 @@ static void bytes_check(enum api_op_id op, const char *accept, const char *pendu
     int held = bytes_hold(op, accept, body, &taken, &told);
     CHECK_SAYING(held, "operation %d, %s, %.40s...%.100s: %.0f bytes were told, %.0f taken", op,
                  accept, pendulum, rest, told, taken);
-    /* what is told is for the widest lanes, which these may be a quarter or half of */
+    /* reports are for the widest lanes, of which these may need a quarter or half */
     static const double narrow[] = {
         [PEND_ISA_BASE] = 2, [PEND_ISA_AVX2] = 1.5, [PEND_ISA_AVX512] = 1};
     double slack = narrow[pend_isa_best()] * loose;
@@ -92,7 +92,7 @@ static const int bytes_arms[] = {1, 3, 9, 70, 600};
 static const char octets[] = "application/octet-stream", json[] = "application/json",
                   npz[] = "application/x-npz", mat[] = "application/x-matlab-data";
 
-/* does the C library tell what is allocated? Not where a sanitizer has its place */
+/* whether the C library reports allocated bytes; not if a sanitizer replaces it */
 static int bytes_known(void) {
     void *volatile some = malloc(1 << 16);
     int known = bytes_allocated() > 0;
@@ -222,7 +222,7 @@ static void bytes_term(char *pendulum, int n, const char *name, const char *entr
     strcpy(at, "]}");
 }
 
-/* a cart and all that acts on tips, joints and bodies, or the first kinds of these alone */
+/* a cart and all terms of tips, joints and bodies, or only the first kinds of these */
 static void bytes_real(char *pendulum, int n, int shape, int kind) {
     static const struct {
         const char *name, *entry;
@@ -241,8 +241,8 @@ static void bytes_real(char *pendulum, int n, int shape, int kind) {
 
 TEST(a_real_pendulum_tells_its_memory_before_it_takes_it) {
     static const int arms[] = {1, 6, 40, 70, 600};
-    enum { CARTS = 4, RODS = 2 }; /* kinds */
-    /* kinds first to last go that way */
+    enum { CARTS = 4, RODS = 2 }; /* number of kinds */
+    /* kinds `first` to `last` are computed in this way */
     static const struct {
         const char *how;
         int first, last;

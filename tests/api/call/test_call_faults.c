@@ -1,5 +1,5 @@
-/* A call, a job's parts and its results while an allocation fails: whichever it is, and of every
- * operation. */
+/* A call, a job's parts and its results while an allocation fails: each allocation in turn, for
+ * every operation. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,8 +11,8 @@
 
 enum { NO_FAULT = 1000000000, MOST_BYTES = 10000000 };
 
-/* which allocation fails next: the first hundred, and then one in so many of those so far: they
- * repeat */
+/* which allocation fails next: the first hundred, and then a fraction of the following ones,
+ * because they repeat */
 static long faults_next(long count) { return count + (count < 100 ? 1 : count / 25); }
 
 static struct api_request faults_request(const struct test_request *one) {
@@ -34,9 +34,8 @@ TEST(the_faults_reach_every_operation) {
 
 /* --- calls --- */
 
-/* makes a call while the count-th allocation fails; returns its status, 0 where not even a call
- * could be made. Only the call is under faults: whether its answer is whole is looked at
- * afterwards. */
+/* makes a call while the count-th allocation fails; returns its status, 0 if no call could be made.
+ * Only the call runs with failures: the answer is checked afterwards. */
 static int faults_call(int i, long count, int for_good, struct api_buffer *out) {
     struct api_request request = faults_request(&test_requests[i]);
     struct api_limits limits;
@@ -69,7 +68,7 @@ TEST(whichever_allocation_fails_a_call_ends_cleanly) {
                     reached = test_alloc_count() - before >= count;
                 int same = out.bytes == whole.bytes && status == usual &&
                            !memcmp(out.data, whole.data, out.bytes);
-                /* a fault is got round, or it is a 503, or it cost a refusal some of its words */
+                /* a failure is overcome, or gives a 503, or shortens the text of a refusal */
                 int clean = same || status == 503 || status == 0 || (usual == 422 && status == 422);
                 CHECK_SAYING(clean, "request %d, allocation %ld: %d %.*s", i, count, status,
                              (int)out.bytes, out.data);
@@ -100,12 +99,12 @@ TEST(the_same_request_gives_the_same_bytes) {
 /* --- jobs: the plan, two parts with what one carries over to the other, and the answer from
  * them --- */
 
-/* What a job has kept, of parts that were computed one after the other. */
+/* What a job has stored, for parts computed one after the other. */
 struct faults_job {
     struct api_buffer kept, carry, answer;
-    size_t read; /* of what is kept */
+    size_t read; /* of the stored bytes */
     enum pend_status status;
-    int http; /* of the plan, 0 where it is good; then of the answer */
+    int http; /* for the plan, 0 if it is valid; then for the answer */
 };
 
 static void faults_job_init(struct faults_job *job) {

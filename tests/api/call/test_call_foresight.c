@@ -1,4 +1,5 @@
-/* What cannot come to its end within its limits is refused while it begins, and what can is not. */
+/* A computation that cannot end within its limits is refused at its start, and one that can is
+ * not. */
 #include <stdio.h>
 #include <string.h>
 
@@ -9,11 +10,10 @@
     "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,2." \
     "5]}"
 
-/* a clock that goes on by a millisecond whenever it is looked at: a piece of work takes one or
- * two */
+/* a clock that advances by a millisecond at each query: a piece of work takes one or two */
 static double foresight_now(void *context) { return *(double *)context += 0.001; }
 
-/* runs a request to its end with a clock; its status, steps, and what it says */
+/* runs a request to its end with a clock; returns its status, steps and message */
 static int foresight_run(enum api_op_id op, const char *body, const struct api_limits *limits,
                          long *steps, struct api_buffer *out) {
     struct api_request request = {.op = op,
@@ -42,7 +42,7 @@ static const char *const foresight_how[] = {
     "\"precision\":\"extended\"", "\"trust\":true"};
 enum { HOW = sizeof foresight_how / sizeof *foresight_how };
 
-/* what a hopeless computation took before it was refused */
+/* how long a hopeless computation took before it was refused */
 static void foresight_hopeless(enum api_op_id op, const char *rest, const char *name) {
     struct api_limits limits;
     struct api_buffer out;
@@ -86,7 +86,7 @@ TEST(what_takes_far_too_long_is_refused_as_it_begins) {
     api_buffer_clear(&out);
 }
 
-/* a branch of many folds, which the estimate beforehand takes for a short one */
+/* a branch with many folds, which the estimate takes for a short one */
 TEST(orbits_that_take_far_too_long_are_refused_as_they_begin) {
     struct api_limits limits;
     struct api_buffer out;
@@ -103,7 +103,7 @@ TEST(orbits_that_take_far_too_long_are_refused_as_they_begin) {
     api_buffer_clear(&out);
 }
 
-/* by the estimate alone; the ways out are those of the request */
+/* by the estimate alone; the suggestions are those of the request */
 TEST(what_would_take_far_longer_than_it_may_is_not_begun) {
 #define STIFF(method)                                                                              \
     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[1e7]},"                \

@@ -1,5 +1,5 @@
-/* What people write wrongly who come from another program, and what they are told: one fault, whose
- * sentence names what was meant. */
+/* Mistakes of people who come from another program, and the answers: one error, whose sentence
+ * names what was meant. */
 #include <stdio.h>
 #include <string.h>
 

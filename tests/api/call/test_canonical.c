@@ -6,7 +6,7 @@
 
 enum { DEPTH = 16 };
 
-/* the canonical form of a text; "" with a failed check where it is no JSON */
+/* the canonical form of a text; "" with a failed check if it is not JSON */
 static void canonical(const char *text, struct api_buffer *out) {
     struct api_json *document = NULL;
     struct api_problem problem;

@@ -23,7 +23,7 @@ static struct text digest_of(const char *json) {
     return text;
 }
 
-/* SHA-256 of "s\1as\0" and of that behind which "b\1" follows, as sha256sum has it */
+/* SHA-256 of "s\1as\0" and of the same followed by "b\1", as sha256sum computes it */
 TEST(digest_is_sha_256_of_the_canonical_form) {
     static const char *const parts[] = {"a", "", NULL};
     char digest[API_DIGEST_BYTES];
@@ -99,7 +99,7 @@ TEST(digest_of_values_that_differ_differs) {
     }
 }
 
-/* across the boundaries of what is gathered before it is hashed */
+/* across the boundaries of the blocks that are hashed */
 TEST(digest_of_long_arrays_depends_on_every_item) {
     static char json[6000];
     for (int count = 250; count < 262; count++) {

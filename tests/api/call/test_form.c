@@ -1,9 +1,8 @@
-/* Tests of requests that come as a form of files: what becomes of them is what the same request as
- * JSON becomes; what is malformed is refused at its byte.
+/* Tests of requests that are sent as a form of files: the result is that of the same request as
+ * JSON; malformed forms are refused at their byte.
  * Leaves to others: tables (api/op/test_op_fits), bytes that nobody would send (fuzz_fields), how a
  * client sends a form (wire).
- * Invariant: forms are written here line by line, by no code of the reader.
- */
+ * Invariant: forms are written here line by line, without code of the reader. */
 #include "api/call/form.h"
 
 #include <stdio.h>
@@ -57,16 +56,16 @@ TEST(forms_are_the_request_with_its_tables) {
     check_json(PART("request") "{\"data\":{\"sigma\":2}}\r\n" FILE_PART("a.csv") "t,x\r\n\"1\",2"
                                                                                  "\r\n" END,
                "{\"data\":{\"sigma\":2,\"csv\":\"t,x\\r\\n\\\"1\\\",2\"}}");
-    // in any order, without `data`, with a mark of UTF-8, an empty line at the end and a comment
+    // in any order, without `data`, with a byte order mark, an empty line at the end and a comment
     check_json(
         FILE_PART("C:\\\\a \\\"b\\\".csv") "\xef\xbb\xbft\n# \xc2\xb0\n\r\n--AaB03x \t\r\nContent-"
                                            "Disposition: form-data; name=request\r\n\r\n{}"
                                            "\r\n" END "\r\n",
         "{\"data\":{\"csv\":\"t\\n# \xc2\xb0\\n\"}}");
-    // what is not UTF-8 is Latin 1
+    // bytes that are not UTF-8 are Latin 1
     check_json(PART("csv") "t,theta_1 (\xb0)\r\n" PART("request") "{}\r\n" END,
                "{\"data\":{\"csv\":\"t,theta_1 (\xc2\xb0)\"}}");
-    // no table, an empty one, and what only looks like a boundary
+    // no table, an empty one, and text that only looks like a boundary
     check_json(PART("request") "[1]\r\n" END, "[1]");
     check_json(PART("request") "{}\r\n" PART("csv") END, "{\"data\":{\"csv\":\"\"}}");
     check_json(PART("request") "{}\r\n" PART("csv") "x--AaB03x\r\n-AaB03x\n--AaB03x\r\n" END,
@@ -91,7 +90,7 @@ TEST(forms_are_answered_as_the_same_request_is) {
           test_reply_number(&told, "/unknowns/0/value"));
     test_reply_free(&asked);
     test_reply_free(&told);
-    // an operation that takes none
+    // an operation that accepts none
     struct api_request request = {
         .op = API_OP_MODES, .content_type = TYPE, .body = form, .body_bytes = strlen(form)};
     told = test_send(&request, NULL);
@@ -106,7 +105,7 @@ TEST(forms_are_answered_as_the_same_request_is) {
     test_reply_free(&told);
 }
 
-/* a job keeps the request as JSON, which the next process reads */
+/* a job stores the request as JSON, which the next process reads */
 TEST(forms_become_json_as_jobs) {
     static const char form[] =
         PART("request") REQUEST("{\"sigma\":0.5}") "\r\n" PART("csv") TABLE "\r\n" END;
@@ -125,7 +124,7 @@ TEST(forms_become_json_as_jobs) {
     api_buffer_clear(&out);
 }
 
-/* what it may become is bounded by the limit of bodies, which a refusal tells from other limits */
+/* its size as JSON is limited by that of bodies; the refusal differs from those of other limits */
 TEST(forms_that_grow_beyond_the_limit_are_refused) {
     static const char form[] = PART("request")
         REQUEST("{\"sigma\":0.5,\"more\":[1e20,1e20,1e20,1e20,1e20,1e20,1e20,1e20,"
@@ -259,12 +258,12 @@ TEST(forms_are_bounded) {
     struct api_request request = {
         .op = API_OP_FITS, .content_type = TYPE, .body = body, .body_bytes = strlen(body)};
     reply = test_send(&request, &limits);
-    // names of columns stand in the first lines
+    // names of columns are in the first lines
     CHECK(test_reply_has_fault(&reply, "/data/csv", "no row of two or more"));
     test_reply_free(&reply);
 }
 
-/* a table that a spreadsheet saves as "Unicode text": both orders of bytes, and a letter of each
+/* a table that a spreadsheet saves as "Unicode text": both byte orders, and a letter of each
  * length */
 TEST(forms_take_tables_in_utf16) {
     static const char *const letters =

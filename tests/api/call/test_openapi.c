@@ -22,8 +22,8 @@ static struct api_json *document_new(void) {
     return document;
 }
 
-/* the value at the end of a way of keys; the way itself lies in `steps`, since values point at
- * their parents */
+/* the value at the end of a path of keys; the values of the path are stored in `steps`, because
+ * values point at their parents */
 static const struct api_value *find(const struct api_json *document, struct api_value steps[STEPS],
                                     const char *const keys[]) {
     int i = 0;
@@ -61,7 +61,7 @@ TEST(openapi_document_tells_every_limit_as_the_table_has_it) {
     int told = 0;
     for (const char *at = text; (at = strstr(at, "| `max-")); at++) told++;
     CHECK_SAYING(told >= rows, "%d of %d limits", told,
-                 rows); /* beside these, limits of the server */
+                 rows); /* besides these, limits of the server */
     api_json_free(&document);
 }
 
@@ -125,7 +125,7 @@ TEST(openapi_document_tells_the_tolerances_of_every_method) {
 TEST(openapi_document_of_some_tags_is_json_with_their_paths_and_what_these_refer_to) {
     static const struct {
         const char *query;
-        int compute, classes; /* whether it has their operations; -1: it is refused */
+        int compute, classes; /* whether it contains their operations; -1: it is refused */
     } cases[] = {
         {"tag=compute", 1, 0},
         {"tag=jobs,classes", 0, 1},

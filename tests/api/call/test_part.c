@@ -1,5 +1,5 @@
-/* Tests of api/call/part, api/call/results and api/encode/encode_raw: an answer by parts is the
- * answer. */
+/* Tests of api/call/part, api/call/results and api/encode/encode_raw: an answer in parts equals the
+ * direct answer. */
 #include "api/call/part.h"
 
 #include <stdio.h>
@@ -21,8 +21,7 @@ enum { MOST_PARTS = 7 };
     "\"phi\":[0.5,1,-1]},"                                                                         \
     "\"times\":[0,0.001,0.002,0.003,0.4,0.401,0.402,1.5,1.501,2.9,2.901,2.902,3]," how "}"
 
-/* requests of every kind of answer; the number of parts that each can be cut into is at least
- * `parts` */
+/* requests for every kind of answer; each can be divided into at least `parts` parts */
 static const struct {
     enum api_op_id op;
     const char *body;
@@ -107,7 +106,7 @@ static const struct {
 };
 enum { CASES = sizeof cases / sizeof *cases };
 
-/* a part of the case goes on where the one before it ended */
+/* whether a part of the case continues from the end of the previous one */
 static int chained(int i) {
     return cases[i].op == API_OP_TRAJECTORIES || cases[i].op == API_OP_ORBITS;
 }
@@ -126,8 +125,8 @@ static struct api_request request_of(int i, const char *accept) {
                                 .body_bytes = strlen(cases[i].body)};
 }
 
-/* the first parts of a case, one behind the other, each from what the one before carried over as a
- * copy of just its bytes */
+/* the first parts of a case, one after the other, each from a copy of the exact bytes that the
+ * previous one carried over */
 static int compute_some(int i, long parts, long some, struct api_buffer *kept) {
     struct api_request request = request_of(i, NULL);
     struct api_limits limits;
@@ -145,7 +144,7 @@ static int compute_some(int i, long parts, long some, struct api_buffer *kept) {
         if (!CHECK_SAYING(api_part_new(&part, &request, &limits, p, parts, &error) == PEND_OK, "%s",
                           error.text))
             break;
-        /* it is read once a part: who read it again would find nothing */
+        /* it is read once per part: a second reading would find nothing */
         memset(body, 0, request.body_bytes);
         if (carried.bytes) {
             CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK,
@@ -170,12 +169,12 @@ static int compute_parts(int i, long parts, struct api_buffer *kept) {
     return compute_some(i, parts, parts, kept);
 }
 
-/* hands out bytes in pieces of random length */
+/* returns bytes in pieces of random length */
 struct pieces {
     const char *data;
     size_t bytes, at;
     unsigned long long *random;
-    int here; /* the next piece is */
+    int here; /* the next piece is available */
 };
 
 static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size_t *bytes,
@@ -194,7 +193,7 @@ static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size
     return PEND_OK;
 }
 
-/* a piece may be on its way when it is asked for, and is here the next time */
+/* a piece may be on its way at the first query, and is available at the next */
 static int pieces_ready(void *context) {
     struct pieces *pieces = context;
     int here = pieces->here || test_random_int(pieces->random, 2);
@@ -204,8 +203,8 @@ static int pieces_ready(void *context) {
 
 static void pieces_again(void *context) { ((struct pieces *)context)->at = 0; }
 
-/* the answer of a request from kept parts, or a range of it, or what it is while they are not all
- * there; its status */
+/* the answer to a request from stored parts, or a range of it, or its state while parts are
+ * missing; returns its status */
 static struct api_answer fetch_range(const struct api_request *request,
                                      const struct api_limits *limits, const char *data,
                                      size_t bytes, unsigned long long *random,
@@ -220,7 +219,7 @@ static struct api_answer fetch_range(const struct api_request *request,
     if (progress == API_MORE && range) progress = api_call_range(call, *range, out);
     while (progress == API_MORE || progress == API_WAITS) {
         progress = api_call_run(call, out);
-        /* it waits only where there is no piece, and the next look finds one */
+        /* it waits only if there is no piece, and the next query finds one */
         CHECK(progress != API_WAITS || pieces.here);
     }
     answer = api_call_answer(call);
@@ -235,7 +234,7 @@ static struct api_answer fetch(const struct api_request *request, const struct a
     return fetch_range(request, limits, data, bytes, random, NULL, 0, out);
 }
 
-/* what a case is when it is computed at once, in each form that it is asked for in; how many */
+/* the answer when a case is computed directly, in each requested form; returns their number */
 static int answer_at_once(int i, struct test_reply whole[ACCEPTS]) {
     int forms = cases[i].json_only ? 1 : ACCEPTS;
     for (int a = 0; a < forms; a++) {
@@ -276,7 +275,7 @@ TEST(an_answer_from_parts_is_the_answer_at_once) {
     }
 }
 
-/* but for JSON of orbits, which says more than rows and says it at the end */
+/* except JSON of orbits, which contains more than rows, at its end */
 TEST(an_answer_of_the_first_parts_comes_in_every_form) {
     unsigned long long random = 13;
     struct api_limits limits;
@@ -431,7 +430,7 @@ TEST(a_job_is_the_same_whichever_engine_computes_it) {
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, NULL, &out), 0);
-    /* of these very bytes, whatever the sources of the program are */
+    /* the digest of these bytes, for any version of the sources */
     CHECK_TEXT(plan.digest, "e76ae203115218c53e13a1e22bd7b5ba6ce3116bf73dc8ae638c0dc421e32166");
     api_buffer_clear(&out);
 }
@@ -504,7 +503,7 @@ TEST(parts_that_were_damaged_are_refused_not_believed) {
         char *copy = malloc(bytes);
         REQUIRE(copy);
         memcpy(copy, kept.data, bytes);
-        /* cut, or some bits of a head changed */
+        /* truncated, or some bits of a head changed */
         if (round % 2)
             bytes = (size_t)test_random_int(&random, (int)bytes);
         else
@@ -565,7 +564,7 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
     CHECK(good);
 }
 
-/* a number of orbits that no search can have found, under a seal that fits: it is refused, and not
+/* a number of orbits that no search can have found, with a valid seal: it is refused, and not
  * counted up to */
 TEST(a_part_believes_no_number_of_orbits_beyond_what_was_asked_for) {
     for (int i = 0; i < CASES; i++) {
@@ -603,8 +602,8 @@ TEST(a_part_believes_no_number_of_orbits_beyond_what_was_asked_for) {
     }
 }
 
-/* what a job keeps of its request: blanks and order do not count, the meaning is the same, and
- * it is never longer */
+/* the request that a job stores: blanks and order are normalized, the meaning is the same, and it
+ * is never longer */
 TEST(a_request_is_kept_without_its_padding) {
     static char padded[70000];
     struct api_limits limits;
@@ -614,8 +613,7 @@ TEST(a_request_is_kept_without_its_padding) {
         struct api_buffer body, again, out;
         struct api_plan plan, same;
         size_t bytes = 0;
-        /* blanks after each colon and comma that stands outside of texts; no text of the cases
-         * has one */
+        /* blanks after each colon and comma outside of texts; no text of the cases has one */
         for (const char *at = cases[i].body; *at; at++) {
             padded[bytes++] = *at;
             for (int k = 0; k < 100 && strchr(":,", *at); k++) padded[bytes++] = " \n\t"[k % 3];
@@ -637,7 +635,7 @@ TEST(a_request_is_kept_without_its_padding) {
         api_buffer_clear(&again);
         api_buffer_clear(&out);
     }
-    /* numbers that are spelt shorter than their one form stay as they are */
+    /* numbers that are spelt shorter than their normal form stay as they are */
     struct api_request request = request_of(0, NULL);
     struct api_buffer body, out;
     struct api_plan plan;

@@ -1,5 +1,5 @@
-/* Tests of api/call/results: archives of more rows than are kept, from parts that are read again.
- * What else it does is tested with the operations, by test_part.c. */
+/* Tests of api/call/results: archives of more rows than are stored, from parts that are read again.
+ * Its other functions are tested with the operations, by test_part.c. */
 #include "api/call/results.h"
 
 #include <string.h>
@@ -9,10 +9,10 @@
 
 enum { ROWS = 8400, WIDTH = 1024, SOME = 8 };
 
-/* parts that are made while they are read: row i has i, and numbers of it */
+/* parts that are generated while they are read: row i has i, and numbers derived from it */
 struct made {
     long row;
-    int told, again; /* the figures were; how often the parts were begun anew */
+    int told, again; /* whether the statistics were written; how often the parts were read again */
     struct api_table table;
     struct api_buffer figures;
 };
@@ -102,7 +102,7 @@ TEST(an_archive_of_more_rows_than_are_kept_is_read_again_and_has_the_same_bytes)
     CHECK_INT(made.again, 0);
     made.row = made.told = 0;
     CHECK_INT((long long)digest_of(&made, 1, &turned), (long long)bytes);
-    /* phi is kept beside t, phid is not */
+    /* phi is stored beside t, phid is not */
     CHECK_INT(made.again, 1);
     CHECK_SAYING(kept == turned, "%llx is not %llx", turned, kept);
     api_buffer_clear(&made.figures);

@@ -9,7 +9,7 @@
     "{\"request\":{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"times\":{\"stop\":" \
     "1,\"step\":0.1}},\"view\":{\"trails\":[1]}}"
 
-/* What became of one body. */
+/* The result for one body. */
 struct body {
     int http;
     struct api_class_facts facts;
@@ -35,7 +35,7 @@ static void body_clear(struct body *body) {
     api_buffer_clear(&body->problem);
 }
 
-/* a body is good, and kept as that text */
+/* a body is valid, and stored as that text */
 static struct api_class_facts good(enum api_class_kind kind, const char *text, const char *kept) {
     struct body body = body_of(kind, text);
     CHECK_SAYING(!body.http, "%s: %s", text, body.problem.data);
@@ -45,7 +45,7 @@ static struct api_class_facts good(enum api_class_kind kind, const char *text, c
     return facts;
 }
 
-/* a body is refused, with a fault at a pointer and some words */
+/* a body is refused, with an error at a pointer and some words */
 static void bad(enum api_class_kind kind, int http, const char *text, const char *pointer,
                 const char *words) {
     struct body body = body_of(kind, text);
@@ -144,7 +144,7 @@ TEST(what_may_not_stand_in_a_room_is_refused_with_its_place) {
         "a-z");
 }
 
-/* larger than its kind: before it is read, or once it is known without blanks */
+/* larger than its kind allows: before it is read, or once its size without blanks is known */
 TEST(what_is_too_large_for_a_room_is_refused) {
     static char text[1 << 17];
     memset(text, ' ', sizeof text - 1);

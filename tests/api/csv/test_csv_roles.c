@@ -6,8 +6,8 @@
 
 #include "tests/harness/test.h"
 
-/* what each column is taken for: "t", "theta 1 deg", "x 2 cm", "sigma of 1"; "?" behind what is not
- * sure, "-" for one that is not used */
+/* the role of each column: "t", "theta 1 deg", "x 2 cm", "sigma of 1"; followed by "?" if it is
+ * doubtful, "-" for one that is not used */
 static void roles_text(const struct api_csv *csv, const struct api_csv_roles *roles, char *out,
                        size_t cap) {
     size_t at = 0;
@@ -37,7 +37,7 @@ static void roles_text(const struct api_csv *csv, const struct api_csv_roles *ro
     }
 }
 
-/* tables as people and programs save them, and what their columns are; made up for this test */
+/* tables as people and programs save them, and their columns; made up for this test */
 static const struct {
     const char *name, *text;
     int arms, rows;
@@ -159,7 +159,7 @@ TEST(tables_as_people_save_them_are_read) {
     }
 }
 
-/* what a request says of columns goes before what is guessed */
+/* names in a request override guesses */
 TEST(given_names_of_columns_go_before_the_table_s) {
     static const char text[] = "a,b (deg),t,theta_1\n0,1,5,7\n1,2,6,8\n2,1,7,9\n";
     static const struct {

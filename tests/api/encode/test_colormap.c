@@ -4,7 +4,7 @@
 
 #include "tests/harness/test.h"
 
-/* what the eye makes of a shade: OKLab, from the bytes back */
+/* the colour that the eye sees: OKLab, from the bytes */
 static void seen(const unsigned char rgb[3], double lab[3]) {
     double x[3], cone[3];
     static const double in[3][3] = {{0.4122214708, 0.5363325363, 0.0514459929},

@@ -22,7 +22,7 @@ static struct api_table table_of(long rows, int digits) {
     return table;
 }
 
-/* writes rows i of the table cut into blocks of `cut`; data[c] has all rows */
+/* writes the rows of the table in blocks of `cut`; data[c] has all rows */
 static enum pend_status encode(const struct api_format *format, const struct api_table *table,
                                const double *const data[], long cut, const struct api_stats *stats,
                                struct api_buffer *out, struct pend_error *error) {

@@ -6,7 +6,7 @@
 #include "tests/api/table.h"
 #include "tests/harness/test.h"
 
-/* rows that are put together from the columns, and rows too long for that */
+/* rows that are assembled from the columns, and rows too long for that */
 TEST(csv_of_short_and_long_rows_reads_back) {
     static const int arms[] = {1, 2, 7, 169, 170, 171, 400};
     for (size_t a = 0; a < sizeof arms / sizeof *arms; a++) {

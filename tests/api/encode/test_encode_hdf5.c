@@ -8,8 +8,8 @@
 #include "tests/api/table.h"
 #include "tests/harness/test.h"
 
-/* What the tools of the HDF Group and h5py read is compared in tests/rules/readback; here are the
- * places, which a reader of few lines follows. */
+/* What the tools of the HDF Group and h5py read is tested in tests/rules/readback; this tests the
+ * addresses, which a short reader follows. */
 
 static uint64_t whole(const char *at, int bytes) {
     uint64_t x = 0;
@@ -17,7 +17,7 @@ static uint64_t whole(const char *at, int bytes) {
     return x;
 }
 
-/* the body of the first message of a kind at or behind `from`; NULL if there is none */
+/* the body of the first message of a kind at or after `from`; NULL if there is none */
 static const char *message(const char *head, int kind, const char *from) {
     const char *end = head + 10 + whole(head + 6, 4);
     for (const char *at = from ? from : head + 10; at < end; at += 4 + whole(at + 1, 2))
@@ -36,7 +36,7 @@ static const char *array(const struct api_buffer *file, const char *name) {
     return NULL;
 }
 
-/* where piece i of an array begins, by its tree */
+/* the start of piece i of an array, by its tree */
 static const char *piece(const struct api_buffer *file, const char *layout, uint64_t i, int axes) {
     size_t key = 8 + 8 * ((size_t)axes + 1);
     uint64_t rows = whole(layout + 11, 4);
@@ -84,7 +84,7 @@ TEST(hdf5_of_few_rows_has_each_array_in_one_place) {
 }
 
 TEST(hdf5_of_many_rows_has_pieces_that_its_trees_find_however_the_rows_are_cut) {
-    // a row of 3 + 3 * 3000 numbers, seven of which are a piece: more pieces than a node has places
+    // a row of 3 + 3 * 3000 numbers, seven of which are a piece: more pieces than a node holds
     enum { ROWS = 701, ARMS = 3000 };
     struct test_table table = test_table_new(ROWS, ARMS);
     struct api_buffer out = encoded(&table, ROWS), cut = encoded(&table, 3);

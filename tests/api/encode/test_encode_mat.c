@@ -11,7 +11,7 @@ static unsigned long whole(const char *at, int bytes) {
     return x;
 }
 
-/* an element of a MAT-file: what stands behind its tag, and where the next one begins */
+/* an element of a MAT-file: the data after its tag, and the start of the next one */
 struct element {
     unsigned long type;
     size_t bytes;
@@ -24,7 +24,7 @@ static struct element element_at(const char *at) {
     return (struct element){type, bytes, at + 8, at + 8 + (bytes + 7) / 8 * 8};
 }
 
-/* a matrix taken apart */
+/* a parsed matrix */
 struct matrix {
     unsigned long flags;
     long rows, columns;
@@ -48,7 +48,7 @@ static int matrix_read(const char *at, struct matrix *matrix) {
     return 1;
 }
 
-/* the variable of a name; the file has to be made of matrices to its end */
+/* the variable of a name; the file must consist of matrices to its end */
 static int variable(const struct api_buffer *mat, const char *name, struct matrix *found) {
     const char *at = mat->data + 128, *end = mat->data + mat->bytes;
     struct matrix matrix;

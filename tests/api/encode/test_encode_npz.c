@@ -130,8 +130,8 @@ TEST(npz_of_a_single_row_has_no_axis_for_rows) {
     test_table_clear(&table);
 }
 
-/* encodes in turns of at most `most` bytes, or from memory; returns how often the rows were passed
- */
+/* encodes in turns of at most `most` bytes, or from memory; returns the number of passes over the
+ * rows */
 static int encode_turns(const struct test_table *table, int turns, double most, long cut,
                         struct api_buffer *zip) {
     struct api_writer *writer;
@@ -167,7 +167,7 @@ static int encode_turns(const struct test_table *table, int turns, double most, 
 TEST(npz_in_turns_has_the_bytes_that_it_has_from_memory) {
     enum { ROWS = 3000, ARMS = 3 };
     struct test_table table = test_table_new(ROWS, ARMS);
-    /* bytes that are kept: nothing, an array of one number a row, two of these, all */
+    /* bytes that are stored: none, an array of one number per row, two of these, all */
     const double most[] = {0, 8 * ROWS, 8 * ROWS * (ARMS + 2), 8 * ROWS * (3 * ARMS + 3) - 1};
     const int turns[] = {5, 4, 2, 1};
     for (int nan = 0; nan < 2; nan++) {
@@ -182,7 +182,7 @@ TEST(npz_in_turns_has_the_bytes_that_it_has_from_memory) {
             CHECK_INT(encode_turns(&table, 1, most[i], 77, &turned), turns[i]);
             CHECK_INT((long long)turned.bytes, (long long)kept.bytes);
             CHECK(turned.bytes == kept.bytes && !memcmp(turned.data, kept.data, kept.bytes));
-            /* checksums stand behind the arrays: the flag, and the two that are the same */
+            /* checksums follow the arrays: the flag, and the two that are equal */
             const char *local = turned.data;
             CHECK_INT((long long)whole(local + 6, 2), 8);
             size_t from = 30 + 5 + 20, bytes = 128 + 8 * ROWS;

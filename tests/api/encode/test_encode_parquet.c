@@ -9,12 +9,12 @@
 #include "tests/api/table.h"
 #include "tests/harness/test.h"
 
-/* a reader of Thrift's compact form that shares nothing with the writer: it walks over structs and
- * notes what the fields of some paths hold */
+/* a reader of Thrift's compact form that is independent of the writer: it reads structs and stores
+ * the fields of some paths */
 struct walk {
     const unsigned char *at, *end;
     int bad;
-    long long rows, root_rows; /* of all groups together; as the description says */
+    long long rows, root_rows; /* of all groups together; as in the description */
     long columns, chunks;
     struct chunk {
         long long values, bytes, offset;
@@ -39,7 +39,7 @@ static long long zigzag(struct walk *walk) {
     return (long long)(x >> 1) ^ -(long long)(x & 1);
 }
 
-/* what a field of a path, as "4.1.3.9" for a chunk's offset, says */
+/* stores a field of a path, such as "4.1.3.9" for a chunk's offset */
 static void note(struct walk *walk, const char *path, long long x) {
     struct chunk *chunk = &walk->chunk[walk->chunks % 200];
     if (!strcmp(path, ".3")) walk->root_rows = x;
@@ -99,7 +99,7 @@ static struct walk description(const struct api_buffer *out) {
     return walk;
 }
 
-/* the numbers of a chunk's page, whose head says how long it is */
+/* the numbers of a chunk's page, whose head gives its length */
 static const char *page(const struct api_buffer *out, const struct chunk *chunk) {
     struct walk walk = {.at = (const unsigned char *)out->data + chunk->offset,
                         .end = (const unsigned char *)out->data + chunk->offset + chunk->bytes};

@@ -28,7 +28,7 @@ TEST(json_bodies_are_known_by_their_content_type) {
     CHECK(!api_negotiate_json(NULL));
 }
 
-/* the media type chosen where samples are answered, or "" */
+/* the media type chosen for samples, or "" */
 static const char *chosen(const char *accept) {
     const struct api_format *format = api_negotiate_format(accept, 1);
     return format ? format->media_type : "";

@@ -18,7 +18,7 @@ static struct test_table warned(long rows) {
     return table;
 }
 
-/* the table in a representation, a NUL behind it */
+/* the table in a representation, followed by a NUL */
 static struct api_buffer encode(const struct test_table *table, const struct api_format *format) {
     struct api_buffer out;
     api_buffer_init(&out, 1000000);
@@ -67,7 +67,7 @@ TEST(warnings_come_back_from_what_is_kept_of_a_part) {
         enum api_raw kind;
         size_t bytes;
         REQUIRE(api_raw_head(at, &kind, &bytes));
-        // of two parts that warn alike there is one warning
+        // two parts with the same warning give one warning
         for (int i = 0; kind == API_RAW_STATS && i < 2; i++)
             CHECK(api_raw_add(figures, at + API_RAW_HEAD, bytes));
         at += API_RAW_HEAD + bytes;

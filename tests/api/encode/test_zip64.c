@@ -10,7 +10,7 @@ static uint64_t whole(const char *at, int bytes) {
     return x;
 }
 
-/* checks the place of a field of 64 bits, and how many there are */
+/* checks the position of a 64-bit field, and the number of fields */
 static void wide(const char *extra, uint64_t length, const uint64_t field[], int fields) {
     CHECK_INT((long long)length, 4 + 8 * fields);
     CHECK_INT((long long)whole(extra, 2), 1);
@@ -43,7 +43,7 @@ TEST(a_member_beyond_4_gib_has_its_sizes_in_64_bits_and_its_place_where_that_is_
     CHECK(whole(central + 4, 2) == 45 && whole(central + 6, 2) == 45);
     CHECK(whole(central + 20, 8) == UINT64_MAX && whole(central + 42, 4) == 40);
     wide(central + 46 + 7, whole(central + 30, 2), (const uint64_t[]){large, large}, 2);
-    // a small member behind a large one: its place alone
+    // a small member after a large one: only its position
     CHECK_INT(api_zip64_local(local, &late, API_ZIP64_MOST) - local, 30 + 5);
     api_zip64_central(central, &late, API_ZIP64_MOST);
     CHECK(whole(central + 20, 4) == 9 && whole(central + 42, 4) == 0xffffffff);
@@ -59,12 +59,12 @@ TEST(an_archive_whose_directory_is_beyond_4_gib_ends_with_the_records_that_say_s
     CHECK(whole(end, 4) == 0x06064b50 && whole(end + 4, 8) == 44);
     CHECK(whole(end + 24, 8) == 7 && whole(end + 32, 8) == 7);
     CHECK(whole(end + 40, 8) == 500 && whole(end + 48, 8) == begin);
-    // the locator points to the record of 64 bits
+    // the locator points to the 64-bit record
     CHECK(whole(end + 56, 4) == 0x07064b50 && whole(end + 64, 8) == begin + 500);
     CHECK(whole(end + 72, 4) == 1);
     CHECK(whole(end + 76, 4) == 0x06054b50 && whole(end + 88, 4) == 500);
     CHECK(whole(end + 92, 4) == 0xffffffff);
-    // told by a small bound the records are the same
+    // with a small bound the records are the same
     char small[API_ZIP64_END];
     CHECK_INT(api_zip64_end(small, 7, 200, 10, 100) - small, 56 + 20 + 22);
     CHECK(whole(small + 48, 8) == 200 && whole(small + 92, 4) == 0xffffffff);

@@ -8,7 +8,7 @@
 
 enum { DEPTH = 16, TEXT = 200 };
 
-/* the single digits are read four at a time, unless a blank is behind their commas */
+/* single digits are read four at a time, unless a blank follows their commas */
 static void with_blanks(const char *text, size_t bytes, char spaced[2 * TEXT]) {
     for (size_t i = 0; i < bytes; i++) {
         *spaced++ = text[i];
@@ -17,7 +17,7 @@ static void with_blanks(const char *text, size_t bytes, char spaced[2 * TEXT]) {
     *spaced = 0;
 }
 
-/* 1 where a text is accepted, with its numbers where it holds nothing else */
+/* 1 if a text is accepted, with its numbers if it contains nothing else */
 static int read(const char *text, size_t bytes, int *count, double number[TEXT]) {
     struct api_json *document = NULL;
     struct api_problem problem;
@@ -34,7 +34,7 @@ static int read(const char *text, size_t bytes, int *count, double number[TEXT])
     return accepted;
 }
 
-/* 1 where a text and the same with blanks are the same, or both refused */
+/* 1 if a text and the same text with blanks give the same, or are both refused */
 static int agrees(const char *text, size_t bytes, int *accepted) {
     char spaced[2 * TEXT];
     double number[TEXT], other[TEXT];

@@ -5,7 +5,7 @@
 
 #include "tests/harness/test.h"
 
-/* a text with what the escape at its front stands for, or with what is wrong */
+/* a text and the meaning of the escape at its start, or what is wrong with it */
 static const struct {
     const char *text, *want, *fault;
     size_t taken;

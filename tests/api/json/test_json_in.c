@@ -14,7 +14,7 @@
 
 enum { DEPTH = 16 };
 
-/* a document out of a text; NULL where it is refused, and then the detail is in `detail` */
+/* parses a text; NULL if it is refused, with the reason in `detail` */
 static char detail[API_DETAIL_BYTES];
 
 static struct api_json *parse_bytes(const char *text, size_t bytes, int depth, int *status) {
@@ -192,7 +192,7 @@ TEST(json_that_is_too_deep_is_a_422) {
     api_json_free(&document);
 }
 
-/* keys that hold a hundred thousand members would have to be compared with each other */
+/* keys of an object with a hundred thousand members would have to be compared with each other */
 TEST(json_objects_of_very_many_members_are_a_422) {
     char *text = malloc(2000000);
     size_t used = 1;
@@ -296,7 +296,7 @@ TEST(json_arrays_of_numbers_are_doubles) {
     api_json_free(&document);
 }
 
-/* "0:1 1:null ..." of an array's items by walking and by number */
+/* "0:1 1:null ..." of an array's items by iteration and by index */
 TEST(json_items_are_walked) {
     static const char *const texts[] = {"[]", "[5]", "[1,2,3,4]", "[null,2,[3],\"x\",5]",
                                         "[[],[[]],{}]"};
@@ -340,7 +340,7 @@ TEST(json_text_is_not_needed_afterwards) {
     api_json_free(&document);
 }
 
-/* a random document, the text of which is made in step with what it should be read as */
+/* a random document, whose text is generated together with the expected values */
 
 struct maker {
     unsigned long long seed;
@@ -363,8 +363,8 @@ static double make_number(struct maker *maker) {
     return x;
 }
 
-/* makes a value (read == NULL) or checks one that was made from the same seed; returns the
- * number of faults */
+/* generates a value (read == NULL) or checks one that was generated from the same seed; returns the
+ * number of errors */
 static int make(struct maker *maker, const struct api_value *read, int depth) {
     int kind = test_random_int(&maker->seed, depth ? 7 : 4), faults = 0,
         count = test_random_int(&maker->seed, 6);
@@ -432,7 +432,7 @@ static const char sample[] =
     "],\"S\":[[1,0],[1,1],[]],"
     "\"states\":[{\"phi\":[0]},{}],\"x\":[true,false,1,\"\\ud83d\\ude00\",[]]}";
 
-/* the text at the end of a page behind which nothing can be read */
+/* the text at the end of a page after which nothing can be read */
 struct guarded {
     char *page;
     size_t bytes;
@@ -581,7 +581,7 @@ TEST(json_pointers_that_are_too_long_are_cut) {
         CHECK(bytes < API_POINTER_BYTES && bytes > API_POINTER_BYTES - 8);
         CHECK(!strcmp(pointer + bytes - 6, "\xe2\x82\xac..."));
     }
-    /* and a chain of parents that is longer than any document's */
+    /* and a chain of parents that is longer than in any document */
     struct api_value chain[400] = {{0}};
     char pointer[API_POINTER_BYTES];
     for (int i = 1; i < 400; i++)
@@ -679,7 +679,7 @@ TEST(json_numbers_are_read_with_their_range) {
     }
 }
 
-/* an array of so many arrays */
+/* an array of this many arrays */
 static struct api_buffer small_arrays(int count) {
     struct api_buffer text;
     api_buffer_init(&text, 10000000);

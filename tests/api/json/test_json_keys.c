@@ -15,7 +15,7 @@ TEST(json_keys_are_refused_once_they_are_there_whatever_their_length) {
     int added = 0, refused = 0;
     for (int i = 0; i < MOST; i++) {
         key[i].text = text + bytes;
-        /* lengths of 3 to 34 bytes, alike but for the last of them */
+        /* lengths of 3 to 34 bytes, equal except for the last one */
         bytes += (size_t)sprintf(text + bytes, "%.*s%03d", i % 32,
                                  "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", i);
         key[i].bytes = (size_t)(text + bytes - key[i].text);

@@ -5,7 +5,7 @@
 
 #include "tests/harness/test.h"
 
-/* what is in the buffer, as a string */
+/* the contents of the buffer, as a string */
 static const char *written(struct api_buffer *out) {
     if (api_buffer_room(out, 1) != PEND_OK) return "";
     out->data[out->bytes] = 0;

@@ -12,7 +12,7 @@
     "\"step\":0.1}}"
 #define CREATED "2026-01-31T09:30:00.125Z"
 
-/* What became of one body. */
+/* The result for one body. */
 struct scene {
     int http;
     char id[API_SCENE_ID];
@@ -125,7 +125,7 @@ TEST(scene_tells_every_fault_below_request) {
     check_refused(three, 422, "\"/title\"");
 }
 
-/* a body with a title, and a view, of so many letters of two bytes each */
+/* a body with a title and a view of this many letters of two bytes each */
 static char *letters(int title, int view, size_t *bytes) {
     char *body = malloc(2 * (size_t)(title + view) + 1000), *at = body;
     at += sprintf(at, "{\"request\":%s,\"title\":\"", REQUEST);

@@ -13,8 +13,8 @@
 
 enum { CANARY = 0x5a };
 
-/* what is written, as a string; "" where a byte behind API_NUMBER_BYTES was touched or the text
- * is too long */
+/* the written number, as a string; "" if a byte after API_NUMBER_BYTES was changed or the text is
+ * too long */
 static const char *written(double x, int digits, char text[API_NUMBER_BYTES + 9]) {
     memset(text, CANARY, API_NUMBER_BYTES + 8);
     char *end = digits ? api_number_write_digits(text, x, digits) : api_number_write(text, x);
@@ -38,7 +38,7 @@ static uint64_t random_bits(unsigned long long *seed) {
 
 static int same(double x, double y) { return !memcmp(&x, &y, sizeof x); }
 
-/* -?digits[.digits][e[-]digits] as RFC 8259 has it */
+/* -?digits[.digits][e[-]digits] as in RFC 8259 */
 static int is_json(const char *p) {
     p += *p == '-';
     if (*p == '0' && p[1] >= '0' && p[1] <= '9') return 0;
@@ -92,8 +92,7 @@ static int digit_count(const char *text) {
     return (int)strlen(digits);
 }
 
-/* prints what is wrong with the way x is written, at most a few times; returns the number of
- * faults */
+/* prints errors in the written form of x, at most a few times; returns the number of errors */
 static int faults_of(double x) {
     static int told;
     char text[API_NUMBER_BYTES + 9], rounded[64];
@@ -166,7 +165,7 @@ TEST(number_of_any_bits_reads_back_and_is_the_shortest) {
     CHECK(tried > 200000);
 }
 
-/* PEND_NUMBERS=100000000 makes a long test of it */
+/* PEND_NUMBERS=100000000 makes it a long test */
 TEST(number_of_a_million_bits_reads_back) {
     const char *wish = getenv("PEND_NUMBERS");
     long count = wish ? atol(wish) : 1000000, faults = 0;
@@ -193,8 +192,8 @@ TEST(number_of_everyday_size_reads_back_and_is_the_shortest) {
     CHECK_INT(faults, 0);
 }
 
-/* the neighbours too: the interval that reads back to a power of two is lopsided, and short
- * decimals are near those of ten */
+/* the neighbours too: the interval that reads back to a power of two is asymmetric, and short
+ * decimals are near powers of ten */
 TEST(number_next_to_every_power_of_two_and_ten_reads_back_and_is_the_shortest) {
     int faults = 0, tried = 0;
     for (int e = -1074; e < 1024; e++)
@@ -225,7 +224,7 @@ TEST(number_of_a_whole_value_is_exact) {
     CHECK_INT(faults, 0);
 }
 
-/* of the decimals of that length that read back it is the nearest, which is x rounded to that
+/* it is the nearest of the decimals of that length that read back, which is x rounded to that
  * length */
 TEST(number_is_the_nearest_of_the_shortest) {
     unsigned long long seed = 5;
@@ -276,7 +275,7 @@ TEST(number_rounded_is_never_beyond_the_largest_double) {
             written(sign * DBL_MAX, digits, text);
             CHECK(isfinite(strtod(text, NULL)) && digit_count(text) <= digits);
             if (digits <= 6) CHECK_TEXT(text + (sign < 0), want[digits - 1]);
-            /* cut, not rounded: of 17 digits 17976931348623157 */
+            /* truncated, not rounded: of 17 digits 17976931348623157 */
             CHECK(fabs(strtod(text, NULL)) > DBL_MAX * (1 - pow(10, 1 - digits)));
         }
     written(1.49e308, 1, text);
@@ -329,7 +328,7 @@ TEST(number_rounded_at_a_tie_goes_to_the_even_digit) {
     CHECK_INT(faults, 0);
 }
 
-/* numbers as they come in rows: alike, of all sizes, with zeros, ties, carries and whole numbers
+/* numbers as they occur in rows: similar, of all sizes, with zeros, ties, carries and whole numbers
  * among them */
 static double row_number(int kind, unsigned long long *seed) {
     int way = kind ? test_random_int(seed, 8 * kind) : 7;
@@ -431,7 +430,7 @@ TEST(number_of_random_digits_is_read_as_strtod_does) {
     CHECK_INT(faults, 0);
 }
 
-/* a locale of the test's own: few machines have one with a decimal comma */
+/* a locale of the test's own, because few machines have one with a decimal comma */
 static int locale_with_comma(const char *directory) {
     char command[160], text[8];
     snprintf(command, sizeof command,

@@ -7,7 +7,7 @@ extern "C" {
 #include <stdio.h>
 #include <string.h>
 
-/* the digits by printf, and the point put in by hand */
+/* the digits by printf, with the point inserted */
 static void expected(unsigned long high, unsigned long low, int before, char text[18],
                      int *significant) {
     char digits[17];
@@ -16,7 +16,7 @@ static void expected(unsigned long high, unsigned long low, int before, char tex
     for (*significant = 16; *significant && digits[*significant - 1] == '0';) --*significant;
 }
 
-/* numbers of all lengths, with and without zeros behind */
+/* numbers of all lengths, with and without trailing zeros */
 static unsigned long number(unsigned long long *seed) {
     static const unsigned long power[] = {1,      10,      100,      1000,     10000,
                                           100000, 1000000, 10000000, 100000000};

@@ -8,7 +8,7 @@ extern "C" {
 #include <math.h>
 #include <string.h>
 
-/* sizes from 1e-6 to 1e8, either sign, now and then a few digits only, a carry, a tie or zero */
+/* sizes from 1e-6 to 1e8, both signs, sometimes with few digits, a carry, a tie or zero */
 static double number(unsigned long long *seed, int everyday) {
     int way = everyday ? 9 : test_random_int(seed, 60);
     double size = pow(10, test_random_int(seed, 15) - 7), sign = test_random_int(seed, 2) ? 1 : -1;
@@ -19,7 +19,7 @@ static double number(unsigned long long *seed, int everyday) {
     return everyday ? 20 * test_random(seed) - 10 : sign * test_random(seed) * size;
 }
 
-/* faults against numbers written one by one, and how many of the batches were taken */
+/* errors compared with numbers written one by one, and the number of batches that were accepted */
 static int faults_of(int everyday, int *taken, int batches) {
     unsigned long long seed = 5;
     int faults = 0;

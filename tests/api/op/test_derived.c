@@ -1,5 +1,5 @@
 /* Tests of the field `derivatives`: in every representation, against differences of requests, as a
- * part of a job, and its faults at their pointers.
+ * part of a job, and errors with their pointers.
  * Leaves to others: the derivatives themselves (core/derivatives/test_derivatives).
  * Invariant: requests are texts as clients send them. */
 #include "api/op/derived.h"
@@ -18,7 +18,7 @@
     "\"derivatives\":[{\"vary\":\"length\",\"arm\":2},{\"vary\":\"damping\",\"arm\":1},"           \
     "{\"vary\":\"gravity\"},{\"vary\":\"torque_omega\",\"arm\":1}]"
 
-/* a double pendulum with a damper and a drive, with numbers that derivatives are by */
+/* a double pendulum with a damper and a drive, and the parameters of the derivatives */
 static void body_of(char body[1000], const double x[4], const char *more) {
     snprintf(
         body, 1000,
@@ -29,7 +29,7 @@ static void body_of(char body[1000], const double x[4], const char *more) {
         x[1], x[3], x[0], x[2], *more ? "," : "", more);
 }
 
-/* the number at name/i/k/j; -1 leaves an index out */
+/* the number at name/i/k/j; -1 omits an index */
 static double number_at(const struct test_reply *reply, const char *name, int i, int k, int j) {
     char pointer[80], *at = stpcpy(stpcpy(pointer, "/"), name);
     const int index[3] = {i, k, j};
@@ -145,7 +145,7 @@ TEST(derivatives_of_forces_are_those_of_each_state) {
     test_reply_free(&reply);
 }
 
-/* two arms on a cart of this mass, on a rail of this direction, from this place */
+/* two arms on a cart of this mass, on a rail of this direction, from this position */
 static struct test_reply on_a_cart(enum api_op_id op, const double x[3], const char *more) {
     char body[1000];
     snprintf(
@@ -164,7 +164,7 @@ static struct test_reply on_a_cart(enum api_op_id op, const double x[3], const c
 TEST(derivatives_on_a_cart_are_differences_of_requests) {
     static const struct {
         enum api_op_id op;
-        const char *more, *value, *slope; /* of which the numbers are text[/arm] */
+        const char *more, *value, *slope; /* whose numbers are text[/arm] */
     } rows[] = {
         {API_OP_TRAJECTORIES, "\"times\":[0,1],\"output\":[\"phi\",\"cart\",\"z\",\"energy\"]",
          "/phi/1/0", "/derivatives/phi/1/0"},
@@ -223,8 +223,8 @@ TEST(derivatives_that_would_be_too_large_are_refused_before_they_run) {
     test_reply_free(&reply);
 }
 
-/* eight derivatives of chains that hang at -1, -0.7 .. rad for 5 s, as tests/bench/parts has them:
- * the least times that were measured, motion included */
+/* eight derivatives of chains that hang at -1, -0.7 .. rad for 5 s, as in tests/bench/parts: the
+ * shortest measured times, motion included */
 TEST(derivatives_are_estimated_within_a_factor_of_four_of_what_was_measured) {
     static const struct {
         int arms;

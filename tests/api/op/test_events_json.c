@@ -1,4 +1,4 @@
-/* What is asked and answered of events. That they are where they should be:
+/* Requests and answers about events. Their instants are tested in
  * tests/core/integrate/events/test_events.c. */
 #include <math.h>
 #include <stdio.h>
@@ -132,7 +132,7 @@ TEST(events_of_too_many_steps_are_refused) {
 }
 
 /* An arm on a free cart: the momentum along the rail stays 0, a small swing's period is that of the
- * reduced mass, and the energy is passed by nothing. */
+ * reduced mass, and the energy never passes a value. */
 TEST(events_on_a_cart_tell_where_it_is) {
     const double mass = 2, cart = 3, gravity = 9.81, swing = 1e-5;
 #define FREE(theta, rest)                                                                          \
@@ -179,7 +179,7 @@ TEST(events_on_a_cart_tell_where_it_is) {
     test_reply_free(&small);
 }
 
-/* passages of a chaotic motion are its own for some seconds only: as of sections */
+/* passages of a chaotic motion are certain for some seconds only, as for sections */
 TEST(passages_as_rows_say_how_many_of_them_hold) {
     static const char motion[] = "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
                                  "\"initial\":{\"theta\":[2,2.5]}";
@@ -202,7 +202,7 @@ TEST(passages_as_rows_say_how_many_of_them_hold) {
     CHECK_INT(holding, count);
     CHECK(holding < test_reply_number(&all, "/stats/events"));
     CHECK(test_reply_text(&all, "/warnings/0") != NULL);
-    // backwards, and up to a passage that ends the motion well before
+    // backwards, and up to a passage that ends the motion early
     snprintf(body, sizeof body,
              "{%s,\"times\":[0,-40],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,"
              "\"value\":0,\"stop\":1}]}",

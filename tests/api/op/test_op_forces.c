@@ -182,8 +182,8 @@ TEST(forces_of_a_mode_that_is_beyond_all_numbers_are_a_problem) {
     }
 }
 
-/* angles in one direction are one state, however many turns lie between them; rests by a
- * reference of 60 digits */
+/* angles that differ by whole turns are one state; the remainders are from a reference of 60
+ * digits */
 TEST(forces_of_huge_angles_are_those_of_their_rests) {
     static const struct {
         const char *huge, *rest;
@@ -225,7 +225,7 @@ TEST(forces_of_huge_angles_are_those_of_their_rests) {
     "\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0.1,\"omega\":3}]}}}"
 
 TEST(forces_of_a_real_pendulum_hold_what_hangs_on_them) {
-    // at rest the pivot holds both weights and what its own acceleration adds
+    // at rest the pivot carries both weights and the force of its own acceleration
     struct test_reply reply =
         test_post(API_OP_FORCES, "{" REAL ",\"state\":{\"theta\":[0,0]},\"time\":0}");
     CHECK_INT(reply.status, 200);
@@ -237,7 +237,7 @@ TEST(forces_of_a_real_pendulum_hold_what_hangs_on_them) {
     double center = test_reply_number(&reply, "/phidd/1");
     double pull = 2 * (9.81 + lift) + 1 * (9.81 + lift + 0.1 * center);
     CHECK_SAYING(fabs(along + pull) < 1e-12 * pull, "%.17g is not %.17g", -along, pull);
-    // nothing is at the tip of a bar
+    // there is no mass at the tip of a bar
     CHECK(test_reply_number(&reply, "/lambda/0") == 0);
     CHECK(test_reply_number(&reply, "/tip_force/across/0") == 0);
     test_reply_free(&reply);
@@ -248,7 +248,7 @@ TEST(forces_of_a_real_pendulum_hold_what_hangs_on_them) {
     test_reply_free(&ideal);
 }
 
-/* what is asked of an ideal pendulum, of a real one, and of one on a cart */
+/* requests for an ideal pendulum, a real one, and one on a cart */
 static const struct {
     const char *pendulum, *by, *state[2];
 } alone[] = {

@@ -1,4 +1,5 @@
-/* What is asked and answered. That the exponents are right: tests/core/ensemble/test_lyapunov.c. */
+/* Requests and answers. That the exponents are correct is tested in
+ * tests/core/ensemble/test_lyapunov.c. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -76,8 +77,8 @@ TEST(lyapunov_of_too_many_steps_is_refused) {
     test_reply_free(&reply);
 }
 
-/* near rest theta'' + c theta' + 9.81 theta = 0: overdamped, the exponents are its two roots, and
- * else both are half of the damping */
+/* near equilibrium theta'' + c theta' + 9.81 theta = 0: if overdamped, the exponents are its two
+ * roots, otherwise both are minus half of the damping */
 TEST(lyapunov_of_a_damped_pendulum_at_rest_has_the_roots_of_its_equation) {
     struct test_reply reply =
         test_post(API_OP_LYAPUNOV,
@@ -101,8 +102,8 @@ TEST(lyapunov_of_a_damped_pendulum_at_rest_has_the_roots_of_its_equation) {
     test_reply_free(&reply);
 }
 
-/* Drag that goes with mass takes from every pair of directions alike, whatever they do: exponents
- * are pairs around minus the drag (Dressler, Phys. Rev. A 38, 1988) */
+/* Drag per mass acts equally on every pair of directions: exponents form pairs symmetric about
+ * minus the drag (Dressler, Phys. Rev. A 38, 1988) */
 TEST(lyapunov_exponents_of_drag_per_mass_are_pairs_around_it) {
     struct test_reply reply =
         test_post(API_OP_LYAPUNOV,
@@ -116,8 +117,8 @@ TEST(lyapunov_exponents_of_drag_per_mass_are_pairs_around_it) {
         snprintf(at, sizeof at, "/exponents/0/%d", i);
         of[i] = test_reply_number(&reply, at);
     }
-    // volumes are of angles and rates, not momenta: up to the logarithm of the masses' determinant,
-    // which is between 1 and 2, over the time
+    // volumes are in angles and rates, not momenta: up to the logarithm of the determinant of the
+    // mass matrix, which is between 1 and 2, divided by the time
     CHECK_RESIDUAL(fabs(of[0] + of[1] + of[2] + of[3] + 0.2), 1.2e-2, "the sum of all four");
     CHECK_SAYING(of[0] > 0.5 && fabs(of[0] + of[3] + 0.1) < 0.05, "%g and %g", of[0], of[3]);
     test_reply_free(&reply);
@@ -150,7 +151,7 @@ TEST(lyapunov_of_a_driven_pendulum_begins_at_its_start_and_agrees_with_the_ensem
     test_reply_free(&reply);
 }
 
-/* a spring that is far quicker than the swing: neighbours are measured by how fast it is */
+/* a spring that is much faster than the swing: neighbours are measured by its frequency */
 TEST(lyapunov_of_stiff_springs_takes_no_shorter_pieces) {
     struct test_reply reply = test_post(
         API_OP_LYAPUNOV, "{\"pendulum\":{\"length\":[1,0.1],\"mass\":[1,0.1],\"parent\":[0,1],"

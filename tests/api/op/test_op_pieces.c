@@ -1,6 +1,5 @@
-/* Motions in pieces: closed forms, and digits of a reference that goes other ways.
- * Leaves to others: requests that are refused (refused.txt), inputs alone (core/tree/test_rules.c).
- */
+/* Motions in pieces: closed forms, and digits of an independent reference.
+ * Leaves to others: refused requests (refused.txt), inputs alone (core/tree/test_rules.c). */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -8,7 +7,7 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-/* a bar of 0.5 m and 0.6 kg, without weight where nothing else is said */
+/* a bar of 0.5 m and 0.6 kg, without gravity unless stated */
 #define BAR "\"length\":0.5,\"mass\":0,\"rod\":0.6"
 static const double inertia = 0.6 * 0.5 * 0.5 / 3;
 
@@ -52,7 +51,7 @@ TEST(a_spring_with_coulomb_friction_swings_as_the_closed_form_has_it) {
     test_reply_free(&reply);
 }
 
-/* flights between impacts are a geometric series; then the bar leans on its stop */
+/* flights between impacts are a geometric series; then the bar rests on its stop */
 TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
     const double a = 0.3 / inertia, e = 0.6;
     double begin = 0, v = 0, q = -0.25, worst = 0;
@@ -77,7 +76,8 @@ TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
     test_reply_free(&reply);
 }
 
-/* a torque that grows: the joint holds up to its static friction, and slides against the smaller */
+/* a growing torque: the joint sticks up to its static friction, and then slides against the smaller
+ * sliding friction */
 TEST(a_joint_slips_where_its_holding_torque_comes_to_its_bound) {
     struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR
                                   ",\"friction\":{\"torque\":0.2,\"static\":0.3},\"torque\":{"
@@ -90,7 +90,7 @@ TEST(a_joint_slips_where_its_holding_torque_comes_to_its_bound) {
     test_reply_free(&reply);
 }
 
-/* in contact, friction keeps the joint beyond the instant at which its torque changes sign */
+/* in contact, friction keeps the joint at its stop after its torque has changed sign */
 TEST(a_joint_with_friction_leaves_its_stop_late) {
     struct test_reply reply = ask(
         "\"gravity\":0,\"arms\":[{" BAR ",\"friction\":{\"torque\":0.05},\"stop\":{\"max\":0.2},"
@@ -102,7 +102,8 @@ TEST(a_joint_with_friction_leaves_its_stop_late) {
     test_reply_free(&reply);
 }
 
-/* a joint that never slips makes one rigid body of two arms; forces are those inside it */
+/* a joint that never slips makes one rigid body of two arms; its forces are those inside that
+ * body */
 TEST(a_joint_that_holds_is_as_a_rigid_body) {
     struct test_reply held =
         ask("\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4},{\"name\":\"b\","
@@ -135,8 +136,8 @@ TEST(a_joint_that_holds_is_as_a_rigid_body) {
 }
 
 /* Three bars that stick, slide and hit: the digits of extrapolated midpoint steps in 40 digits with
- * a multiplier for each joint that holds, and events by secants, which two of its step sizes agree
- * on to 2e-29; 29 events. */
+ * a multiplier for each sticking joint, and events by secants, on which two of its step sizes agree
+ * to 2e-29; 29 events. */
 TEST(three_bars_stick_slide_and_hit_as_in_40_digits) {
     static const double theta[][3] = {
         {-0.10007785906300919282, 0.17618984977241791963, 0.21476445451312269143},
@@ -161,8 +162,8 @@ TEST(three_bars_stick_slide_and_hit_as_in_40_digits) {
     test_reply_free(&reply);
 }
 
-/* an elastic bar of weight between two stops, 1e4 impacts; a joint that sticks twice a period of
- * the torque that drives it, 1e3 times */
+/* an elastic bar with gravity between two stops, 1e4 impacts; a joint that sticks twice per period
+ * of the torque that drives it, 1e3 times */
 TEST(work_heat_and_energy_balance_through_ten_thousand_bounces_and_a_thousand_sticks) {
     struct test_reply reply = ask("\"arms\":[{" BAR ",\"stop\":{\"min\":-0.1,\"max\":0.1,"
                                   "\"restitution\":1}}]",
@@ -179,7 +180,7 @@ TEST(work_heat_and_energy_balance_through_ten_thousand_bounces_and_a_thousand_st
     test_reply_free(&reply);
 }
 
-/* members side by side, each with the pieces of its table, end as motions alone do */
+/* members side by side, each with the pieces of its table, end like single motions */
 TEST(members_of_an_ensemble_follow_a_table_as_a_motion_alone_does) {
     static const char pendulum[] =
         "\"arms\":[{\"length\":0.8,\"mass\":1,\"damping\":0.1,\"torque\":{\"table\":{\"t\":[0,0.3,"
@@ -208,7 +209,7 @@ TEST(members_of_an_ensemble_follow_a_table_as_a_motion_alone_does) {
     test_reply_free(&many);
 }
 
-/* a bar without weight, driven from rest: theta - theta_0 goes with 1 over its mass */
+/* a bar without gravity, driven from rest: theta - theta_0 is inversely proportional to its mass */
 TEST(derivatives_and_fits_pass_through_tables) {
     static const char pendulum[] =
         "\"gravity\":0,\"arms\":[{" BAR ",\"torque\":{\"table\":{\"t\":[0,0.3,0.7,1.2],"
@@ -265,8 +266,8 @@ TEST(a_pivot_follows_the_natural_spline_through_its_places) {
     test_reply_free(&reply);
 }
 
-/* derivatives by numbers of the pendulum, members and positions along the spline, against
- * differences of motions and places of the table */
+/* derivatives with respect to numbers of the pendulum, members and positions along the spline,
+ * against differences of motions and positions of the table */
 TEST(derivatives_members_and_conditions_follow_a_pivot) {
     static const char form[] =
         "{\"pendulum\":{\"arms\":[{\"length\":%.17g,\"mass\":1}],\"pivot\":{"
@@ -314,7 +315,8 @@ TEST(derivatives_members_and_conditions_follow_a_pivot) {
     test_reply_free(&alone);
 }
 
-/* each impact is told before and after it; the flights are the geometric series of the bounces */
+/* each impact is reported before and after it; the flights are the geometric series of the
+ * bounces */
 TEST(impacts_are_events_before_and_after) {
     static const char body[] =
         "{\"pendulum\":{\"gravity\":0,\"arms\":[{" BAR ",\"torque\":0.3,\"stop\":{\"max\":0.25,"

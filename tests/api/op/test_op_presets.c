@@ -12,7 +12,7 @@ static struct test_reply get(enum api_op_id op, const char *name) {
     return test_send(&request, NULL);
 }
 
-/* a number of preset i of the list, or one of its list at `place` */
+/* a number of preset i of the list, or one of its list at index `place` */
 static double number(const struct test_reply *reply, int i, const char *place) {
     char pointer[80];
     snprintf(pointer, sizeof pointer, "/presets/%d/%s", i, place);
@@ -75,7 +75,7 @@ TEST(presets_of_the_contract_have_the_shapes_of_their_names) {
     }
 }
 
-/* the part of a preset that is a request, without its times */
+/* the request in a preset, without its times */
 static char *request_of(const struct test_reply *preset, const char *more) {
     char *pendulum = strstr(preset->out.data, "\"pendulum\":"),
          *times = strstr(preset->out.data, ",\"times\":"), *body = malloc(preset->out.bytes + 200);
@@ -153,7 +153,7 @@ TEST(an_unknown_preset_is_not_found_and_a_near_name_is_offered) {
     test_reply_free(&reply);
 }
 
-/* the motion of a real preset, with some of its text exchanged */
+/* the motion of a real preset, with some of its text replaced */
 static struct test_reply motion(const char *name, const char *old, const char *new,
                                 const char *output) {
     struct test_reply preset = get(API_OP_PRESET, name);
@@ -186,9 +186,10 @@ static double reach(const struct test_reply *reply, int arm, int from, int to, d
 
 static const double pi = 3.14159265358979323846;
 
-/* It stays where (a w)^2 > 2 g l, a the amplitude and w the frequency of the pivot (Landau and
- * Lifshitz, Mechanics, section 30): here a > sqrt(2 * 9.81 * 0.25) / 200 = 11.07 mm. Begun 0.3 rad
- * beside the top and damped, it goes no farther but for the trembling, a / l of its own sine. */
+/* It stays upright if (a w)^2 > 2 g l, where a is the amplitude and w the frequency of the pivot
+ * (Landau and Lifshitz, Mechanics, section 30): here a > sqrt(2 * 9.81 * 0.25) / 200 = 11.07 mm.
+ * Started 0.3 rad from the top and damped, it goes no farther except for the vibration, a / l times
+ * its sine. */
 TEST(kapitzas_pendulum_stays_up_and_falls_with_less) {
     static const char kept[] = "\"amplitude\":0.02";
     struct test_reply up = motion("kapitza", NULL, NULL, "\"theta\"");
@@ -204,8 +205,8 @@ TEST(kapitzas_pendulum_stays_up_and_falls_with_less) {
 }
 
 /* Half a beat of the two slow modes, s, in closed form: the arms against each other with w^2 = g /
- * l leave the frame at rest; alike, with the frame, det(K - w^2 M) = 0 of two unknowns. Frame 0.7 m
- * with 2 kg and 60 N m, two arms of 0.4 m with 0.5 kg, 0.2 m beside its end. */
+ * l leave the frame at rest; together with the frame det(K - w^2 M) = 0 for two unknowns. Frame 0.7
+ * m with 2 kg and 60 N m, two arms of 0.4 m with 0.5 kg, 0.2 m beside its end. */
 static double half_beat(void) {
     double g = 9.81, frame = 2 * 0.49 / 3 + 2 * 0.5 * (0.49 + 0.04), arm = 2 * 0.5 * 0.16;
     double both = 2 * 0.5 * 0.7 * 0.4, spring = 60 + 2 * g * 0.35 + 2 * 0.5 * g * 0.7;
@@ -222,7 +223,7 @@ TEST(coupled_pendulums_hand_their_motion_over) {
         double here = reach(&reply, 1, at, at + 75, 0);
         if (here < later) later = here, most = reach(&reply, 2, at, at + 75, 0), when = 0.02 * at;
     }
-    /* the middle of a window of a second and a half, which holds a whole swing */
+    /* the middle of a window of a second and a half, which contains a whole swing */
     CHECK_SAYING(fabs(when + 0.75 - half_beat()) < 0.5, "%g s, not %g", when + 0.75, half_beat());
     CHECK(first > 0.18 && second < 0.08);
     CHECK_SAYING(later < 0.04 && most > 0.17, "the first has %g, the second %g", later, most);
@@ -231,9 +232,9 @@ TEST(coupled_pendulums_hand_their_motion_over) {
 }
 
 /* The pendulum of Baker and Gollub (Chaotic Dynamics, Cambridge 1990) with q = 2 and w = 2/3
- * repeats itself with its drive at g = 0.9, with two periods of it at 1.07, and is chaotic at
- * 1.15. The period in periods of the drive: by the rate at three instants a period apart, after 98
- * of them. */
+ * repeats after one period of its drive at g = 0.9, after two at 1.07, and is chaotic at 1.15. The
+ * period in periods of the drive: by the rate at three instants a period apart, after 98 of
+ * them. */
 TEST(the_driven_pendulum_repeats_itself_or_not_as_the_books_have_it) {
     static const struct {
         const char *amplitude;

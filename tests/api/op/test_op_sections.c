@@ -1,4 +1,4 @@
-/* What is asked and answered. That the passages are right: test_section.c. */
+/* Requests and answers. That the passages are correct is tested in test_section.c. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -110,7 +110,7 @@ TEST(sections_say_how_many_of_their_passages_hold) {
                          "\"section\":{\"arm\":1,\"theta\":0}}");
     double held = test_reply_number(&reply, "/stats/horizon"),
            holding = test_reply_number(&reply, "/stats/holding");
-    CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the truth is 8.8 s
+    CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the true value is 8.8 s
     CHECK(holding >= 1 && holding < test_reply_number(&reply, "/stats/passages"));
     CHECK(strstr(reply.out.data, "\"warnings\":[\"accuracy is lost before the end: after t = ") !=
           NULL);
@@ -128,13 +128,13 @@ TEST(sections_say_how_many_of_their_passages_hold) {
     test_reply_free(&reply);
 }
 
-/* the driven pendulum of the books, in its own units */
+/* the driven pendulum of textbooks, in its own units */
 #define DRIVEN                                                                                     \
     "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"    \
     "\"torque\":[{\"harmonics\":[{\"amplitude\":0.9,\"omega\":-2}]}]},\"initial\":{\"theta\":[0."  \
     "2]}"
 
-/* the rows of a section, and those of a trajectory at its instants; returns how many there are */
+/* the rows of a section, and those of a trajectory at its instants; returns their number */
 static int compared(const char *motion, const char *start, const char *section, double *gap) {
     char body[3000], at[40];
     snprintf(body, sizeof body, "{%s,\"start\":%s,\"duration\":20,\"rtol\":1e-15,\"section\":%s}",

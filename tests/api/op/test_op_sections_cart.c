@@ -1,8 +1,8 @@
 /* Tests of pendulums on a cart in sections and exponents: sections have the states of trajectories
- * at the same instants, exponents are the roots of the linear equations and add up to what friction
- * takes.
+ * at the same instants; exponents are the roots of the linear equations, and their sum is the loss
+ * by friction.
  * Leaves to others: trees, trajectories and ensembles on a cart (test_op_trajectories_cart).
- * Invariant: what is wanted comes from another operation or from a closed form. */
+ * Invariant: references come from another operation or from a closed form. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -65,8 +65,8 @@ TEST(sections_on_a_cart_have_the_states_of_trajectories_and_the_place_of_the_car
     test_reply_free(&reply);
 }
 
-/* The exponents of a pendulum that rests are the real parts of the roots of its linear equations;
- * the friction of this one lets nothing swing. */
+/* The exponents of a pendulum at rest are the real parts of the roots of its linear equations; the
+ * friction of this one suppresses all oscillation. */
 TEST(exponents_on_a_cart_at_rest_are_the_roots_of_its_linear_equations) {
 #define STIFF                                                                                      \
     "\"pendulum\":{\"length\":[0.5],\"mass\":[4],\"parent\":[0],\"damping\":[14],\"pivot\":{"      \
@@ -92,8 +92,8 @@ TEST(exponents_on_a_cart_at_rest_are_the_roots_of_its_linear_equations) {
     test_reply_free(&modes);
 }
 
-/* Exponents do not depend on the unit of length: a pendulum a thousand times as long, with the
- * friction that goes with it, under a gravity a thousand times as strong. */
+/* Exponents do not depend on the unit of length: a pendulum a thousand times as long, with friction
+ * and gravity scaled accordingly. */
 TEST(exponents_on_a_cart_do_not_depend_on_the_unit_of_length) {
     static const char *const form =
         "{\"pendulum\":{\"length\":[%g,%g],\"mass\":[1,1],\"parent\":[0,1],\"gravity\":%g,"

@@ -1,5 +1,5 @@
-/* Tests of looking at tables: what the columns are taken for, what is suggested, what a request
- * says instead.
+/* Tests of the interpretation of tables: the roles of columns, suggestions, and names in a request
+ * that override them.
  * Leaves to others: shapes of tables (csv/test_csv_roles), fits (fit/test_fits_data).
  * Invariant: numbers are made up here. */
 #include <math.h>
@@ -76,7 +76,7 @@ TEST(what_is_missing_is_suggested_and_may_be_named) {
     CHECK_REFUSED(API_OP_TABLES, "{\"data\":{\"runs\":[]}}", "/data/runs", "1 to 32 runs");
 }
 
-/* 12 swings, seen from the horizontal in degrees, and by a camera whose y counts downwards */
+/* 12 swings, measured from the horizontal in degrees, and by a camera with y downwards */
 TEST(a_zero_elsewhere_and_y_downwards_are_suggested_before_a_fit) {
     for (int kind = 0; kind < 4; kind++) {
         char body[8000], *at = body;
@@ -98,7 +98,8 @@ TEST(a_zero_elsewhere_and_y_downwards_are_suggested_before_a_fit) {
     }
 }
 
-/* what is answered as data is what a fit takes: in rad and s, repeated rows once, weighted rows */
+/* the returned data are in the form that a fit accepts: in rad and s, repeated rows once, weighted
+ * rows */
 TEST(a_table_s_measurements_are_answered_as_a_fit_takes_them) {
     struct test_reply reply = test_post(
         API_OP_TABLES,

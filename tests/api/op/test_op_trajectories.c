@@ -76,7 +76,7 @@ TEST(csv_has_the_digits_of_json) {
     }
 }
 
-/* the longest run of digits, dots left out, that a text holds after its first '[' */
+/* the longest run of digits, without points, in a text after its first '[' */
 static int longest_mantissa(const char *text) {
     int longest = 0, digits = 0, exponent = 0;
     for (const char *p = strchr(text, '['); *p; p++) {
@@ -232,8 +232,8 @@ TEST(trust_of_a_tame_motion_reaches_the_last_instant) {
     test_reply_free(&reply);
 }
 
-/* the double pendulum from (2, 2.5): by 90 digits the angles of 32 hold to 1e-6 until 32.5 s at
- * rtol 1e-28, 35.5 s at 1e-30, and those of 1e-12 until 8.75 s */
+/* the double pendulum from (2, 2.5): compared with 90 digits, angles in 32 digits are accurate to
+ * 1e-6 until 32.5 s at rtol 1e-28 and 35.5 s at 1e-30, and those of 1e-12 until 8.75 s */
 TEST(trust_judges_32_digits_too) {
     static const struct {
         const char *rtol;
@@ -299,7 +299,7 @@ TEST(extended_precision_follows_a_chaotic_motion_to_its_end) {
     test_reply_free(&plain);
 }
 
-/* two unit arms that tumble, to 20 s; `more` is what else is asked for */
+/* two unit arms that tumble, to 20 s; `more` is the rest of the request */
 static struct test_reply tumble(const char *accept, const char *more) {
     char body[512];
     snprintf(body, sizeof body,
@@ -313,7 +313,7 @@ static struct test_reply tumble(const char *accept, const char *more) {
 TEST(horizon_is_told_by_default_and_in_words_where_it_falls_short) {
     struct test_reply reply = tumble("application/json", "");
     double usual = test_reply_number(&reply, "/stats/horizon");
-    CHECK_SAYING(usual >= 7 && usual <= 9.7, "%g", usual); // the truth is 8.8 s
+    CHECK_SAYING(usual >= 7 && usual <= 9.7, "%g", usual); // the true value is 8.8 s
     CHECK(strstr(reply.out.data,
                  "},\"warnings\":[\"accuracy is lost before the last instant: after t = "));
     test_reply_free(&reply);
@@ -343,8 +343,7 @@ TEST(horizon_does_not_change_an_answers_rows) {
     test_reply_free(&other);
 }
 
-/* what a swing of 1e-12 rad is made of is lost beside pi/2; theta and phi'' are as small, and
- * have their digits */
+/* a swing of 1e-12 rad is lost next to pi/2; theta and phi' are as small, and have their digits */
 TEST(small_angles_from_hanging_keep_their_digits) {
     static const struct {
         const char *body;
@@ -391,7 +390,7 @@ TEST(small_angles_from_hanging_keep_their_digits) {
     test_reply_free(&reply);
 }
 
-/* the largest error of theta over the scale, against scale cos(frequency t), 16 rows */
+/* the largest error of theta relative to the scale, against scale cos(frequency t), 16 rows */
 static double swing_error(const struct test_reply *reply, int from, double scale,
                           double frequency) {
     double worst = 0;
@@ -409,7 +408,7 @@ static double swing_error(const struct test_reply *reply, int from, double scale
     "\"times\":{\"stop\":1.875,\"step\":0.125},\"observables\":[\"trajectory\"],\"output\":["      \
     "\"theta\",\"thetad\"]"
 
-/* the same of members, however their start is given */
+/* the same for members, however their start is given */
 TEST(small_angles_of_members_keep_their_digits) {
     static const char *const ways[] = {
         "\"states\":[{\"theta\":[1e-12]},{\"theta\":[2e-12]}]",
@@ -437,8 +436,7 @@ TEST(small_angles_of_members_keep_their_digits) {
     test_reply_free(&reply);
 }
 
-/* a swing of 1e-12 rad passes its lowest point every half a period, and half its height in
- * between */
+/* a swing of 1e-12 rad passes its lowest point every half period, and half its height in between */
 TEST(small_swings_pass_a_section_in_time) {
     const double half = M_PI / sqrt(9.81);
     struct test_reply reply =
@@ -461,7 +459,7 @@ TEST(small_swings_pass_a_section_in_time) {
     test_reply_free(&reply);
 }
 
-/* forces of a list of states have the digits that those of each alone have */
+/* forces of a list of states have the same digits as those of each alone */
 TEST(small_angles_of_many_states_keep_their_digits) {
     struct test_reply reply =
         test_post(API_OP_FORCES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]},{\"theta\":[1]},"
@@ -478,7 +476,7 @@ TEST(small_angles_of_many_states_keep_their_digits) {
     test_reply_free(&reply);
 }
 
-/* degrees make angles of many turns that a double does not hold: what it leaves counts wherever
+/* degrees give angles of many turns that a double does not represent: the remainder counts wherever
  * a motion starts */
 TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
     const char *const starts[] = {"{\"theta\":[999999999999990],\"unit\":\"deg\"}",

@@ -1,7 +1,7 @@
 /* Tests of requests with a pivot on a cart: its start, its columns in every operation, axes over
- * its numbers, and what is refused. Leaves to others: the equations (laws/test_cart), faults of its
- * fields (test_terms_json). Invariant: arms of an answer are those of the request; the cart's
- * numbers stand apart. */
+ * its numbers, and refusals. Leaves to others: the equations (laws/test_cart), errors of its fields
+ * (test_terms_json). Invariant: arms of an answer are those of the request; the cart's numbers are
+ * separate. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -87,7 +87,7 @@ TEST(a_trajectory_on_a_cart_agrees_with_the_forces_of_its_states) {
     CHECK(fabs((speed + 0.4) / 0.001 - acc) < 0.05);
     double reaction = test_reply_number(&forces, "/cart/reaction");
     CHECK(fabs(test_reply_number(&reply, "/cart/reaction/0") / reaction - 1) < 1e-13);
-    // energy less work plus heat stays
+    // energy minus work plus heat is constant
     static const char *const part[] = {"/energy/total/1", "/energy/total/0", "/exchange/work/1",
                                        "/exchange/heat/1"};
     static const double sign[] = {1, -1, -1, 1};
@@ -115,7 +115,7 @@ TEST(every_method_and_precision_gives_the_same_motion_on_a_cart) {
         if (!i) first[0] = x, first[1] = phi;
         double gap = fmax(fabs(x - first[0]), fabs(phi - first[1]));
         CHECK_SAYING(gap < (i == 3 ? 1e-6 : 1e-9), "%s: %g", ways[i], gap);
-        // energy less work plus heat stays, by every method
+        // energy minus work plus heat is constant, with every method
         double sum = test_reply_number(&reply, "/energy/total/1") -
                      test_reply_number(&reply, "/energy/total/0") -
                      test_reply_number(&reply, "/exchange/work/1") +
@@ -174,7 +174,7 @@ TEST(members_on_a_cart_vary_in_its_numbers) {
 }
 
 TEST(two_metronomes_on_a_cart_with_friction_end_against_each_other) {
-    // Huygens' clocks: what moves the cart dies away
+    // Huygens' clocks: the motion that moves the cart decays
     struct test_reply reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[0.25,0.25],\"mass\":[0.1,0.1],\"parent\":[0,0],\"pivot\":{"
@@ -196,7 +196,7 @@ TEST(two_metronomes_on_a_cart_with_friction_end_against_each_other) {
 }
 
 TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
-    // after a period the small motion is the start, smaller by the decay
+    // after a period the small motion equals the start, reduced by the decay
     static const char pendulum[] =
         "\"pendulum\":{\"length\":[1,0.6],\"mass\":[1,0.5],\"parent\":[0,1],\"rod\":[0.5,null],"
         "\"damping\":[0.2,0.05],\"stiffness\":[1,null],\"pivot\":{\"cart\":{\"mass\":2,"
@@ -205,7 +205,7 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
     snprintf(body, sizeof body, "{%s}", pendulum);
     struct test_reply modes = test_post(API_OP_MODES, body);
     for (int i = 0; i < 4; i++) {
-        // the fourth time another mode's period is tried, which is none of this one
+        // at the fourth time another mode's period is tested, which is not a period of this one
         char at[40];
         int j = i < 3 ? i : 2, mode = i < 3 ? i + 1 : 2;
         snprintf(at, sizeof at, "/omega/%d", j);
@@ -230,7 +230,7 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
 }
 
 TEST(all_modes_of_an_arm_on_a_free_cart_can_be_started_in) {
-    // it slides, or it swings, each by as much as is asked for
+    // it slides, or it swings, each by the requested amount
     static const char body[] = "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"
                                "\"pivot\":{\"cart\":{\"mass\":1}}},\"initial\":{\"mode\":%d,"
                                "\"amplitude\":0.1},\"times\":[0],\"output\":[\"theta\",\"cart\"]}";
@@ -248,7 +248,7 @@ TEST(all_modes_of_an_arm_on_a_free_cart_can_be_started_in) {
     }
 }
 
-/* on a cart that nothing brakes or drives the symplectic method has the motion of the others */
+/* on a cart without friction and drives the symplectic method gives the motion of the others */
 TEST(a_cart_without_losses_moves_by_the_symplectic_method_as_by_taylor) {
     static const char *const method[] = {"taylor", "symplectic"};
     struct test_reply reply[2];

@@ -1,4 +1,4 @@
-/* Trajectories of real pendulums against what is known of them in closed form. */
+/* Trajectories of real pendulums against closed forms. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -82,8 +82,8 @@ TEST(a_bar_swings_as_a_uniform_bar_does) {
     CHECK_RESIDUAL(gap, 1e-9, "a uniform bar's small swing");
 }
 
-/* heat is what is lost: each method as near as its tolerance; those to round-off may agree in all
- * digits */
+/* heat is the lost energy: each method within its tolerance; those accurate to round-off may agree
+ * in all digits */
 TEST(every_method_knows_work_and_heat_and_the_balance_is_its_check) {
     static const struct {
         const char *method;
@@ -137,8 +137,8 @@ TEST(the_readmes_bar_stays_upside_down_on_its_shaken_pivot) {
     test_reply_free(&reply);
 }
 
-/* steps that friction asks for are told, with the method that does without them; where it is that
- * method, or the motion itself asks for the steps, nothing is */
+/* if friction requires the steps, the answer says so and names the method that does not need them;
+ * with that method, or if the motion itself requires the steps, it does not */
 TEST(a_stiff_motion_is_told_which_method_suits_it) {
     static const struct {
         const char *damping, *how;

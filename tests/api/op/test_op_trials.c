@@ -1,5 +1,5 @@
-/* Tests of laws through trials: the period by a quadrature of its own, lines and powers by hand,
- * and whether standard errors are what they say.
+/* Tests of laws fitted to trials: the period by an independent quadrature, lines and powers by
+ * hand, and whether standard errors are correct.
  * Leaves to others: fits of motions (fit/test_op_fits).
  * Invariant: numbers are made up here. */
 #include <math.h>
@@ -23,7 +23,7 @@ static double period_of(double length, double amplitude) {
     return 4 * sqrt(length / gravity) * sum * M_PI / 4000;
 }
 
-/* trials of all lengths and amplitudes, the periods with noise; their request */
+/* trials of all lengths and amplitudes, with noise on the periods; their request */
 static void trials_of(char *at, const char *head, double noise, unsigned long long *seed) {
     at += sprintf(at, "{%s\"trials\":[", head);
     for (int i = 0; i < TRIALS; i++) {
@@ -52,8 +52,8 @@ TEST(gravity_follows_from_periods_of_any_amplitude) {
     test_reply_free(&reply);
 }
 
-/* the squares of deviations over errors are 1 in the mean: with a sigma, and where residuals tell
- */
+/* the mean of the squared deviations divided by errors is 1: with a sigma, and if the residuals
+ * determine the error */
 TEST(standard_errors_of_gravity_are_those_of_many_sets_of_trials) {
     unsigned long long seed = 7;
     for (int known = 0; known < 2; known++) {
@@ -67,14 +67,15 @@ TEST(standard_errors_of_gravity_are_those_of_many_sets_of_trials) {
             if (known) chi += test_reply_number(&reply, "/chi_squared") / (TRIALS - 1) / SETS;
             test_reply_free(&reply);
         }
-        // the mean of 300 squares has an error of sqrt(2 / 300), for 11 degrees some more
+        // the mean of 300 squares has an error of sqrt(2 / 300), with 11 degrees of freedom
+        // somewhat more
         CHECK_SAYING(sum > 0.7 && sum < 1.5, "%d: %g", known, sum);
         if (known) CHECK_SAYING(chi > 0.85 && chi < 1.15, "%g", chi);
     }
 }
 
-/* y = 3, 5, 7.3 over 1, 2, 3: slope 2.15 +- 0.0866, intercept 0.8 +- 0.1871 by the normal
- * equations; at 4 it is 9.4 +- 0.1871 */
+/* y = 3, 5, 7.3 at 1, 2, 3: slope 2.15 +- 0.0866, intercept 0.8 +- 0.1871 by the normal equations;
+ * at 4 it is 9.4 +- 0.1871 */
 TEST(a_line_and_a_power_follow_from_the_normal_equations) {
     struct test_reply reply =
         test_post(API_OP_TRIALS, "{\"law\":\"line\",\"x\":\"mass\",\"y\":\"period\",\"trials\":[{"

@@ -34,7 +34,7 @@ TEST(columns_are_in_the_order_asked_for) {
     test_reply_free(&reply);
 }
 
-/* the number of sample i and arm k, or of sample i where k < 0 */
+/* the number of sample i and arm k, or of sample i if k < 0 */
 static double at(const struct test_reply *reply, const char *name, int i, int k) {
     char pointer[60];
     snprintf(pointer, sizeof pointer, k < 0 ? "/%s/%d" : "/%s/%d/%d", name, i, k);

@@ -1,4 +1,4 @@
-/* What the stats of a trajectory tell of its digits. */
+/* What the stats of a trajectory say about its accuracy. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,8 +1,7 @@
-/* Controllers that sample: closed forms of free joints, pendulums that are held upright, What is
- * refused: tests/api/read/refused.txt.
+/* Sampled controllers: closed forms of free joints, pendulums that are kept upright. Refusals:
+ * tests/api/read/refused.txt.
  * Leaves to others: gains (test_op_controllers), an acrobot along a reference
- * (tests/rules/gains.py).
- */
+ * (tests/rules/gains.py). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,7 +25,7 @@ static double number_at(const struct test_reply *reply, const char *name, int ro
     return test_reply_number(reply, pointer);
 }
 
-/* the largest difference from the equation of differences of a law */
+/* the largest deviation from the difference equation of a law */
 static double free_gap(const char *law, int delay, double quantum, int pid) {
     const double inertia = 0.6 * 0.5 * 0.5 / 3, h = 0.03;
     double q = 1, w = 0, sum = 0, past[SAMPLES + 4] = {0}, worst = 0;
@@ -74,7 +73,7 @@ TEST(sampled_feedback_on_a_free_joint_is_its_difference_equation) {
     CHECK_RESIDUAL(worst, 1e-12, "angles, rates and outputs of a free joint");
 }
 
-/* asks for controllers; the list `control` of the answer into text */
+/* requests controllers; writes the list `control` of the answer to text */
 static void design(const char *pendulum, const char *rest, char *text, size_t bytes) {
     char body[1200];
     snprintf(body, sizeof body, "{\"pendulum\":%s},%s}", pendulum, rest);
@@ -86,7 +85,7 @@ static void design(const char *pendulum, const char *rest, char *text, size_t by
     test_reply_free(&reply);
 }
 
-/* the largest angle from upright, whole turns apart, in some rows */
+/* the largest angle from upright, up to whole turns, in some rows */
 static double tilt(const struct test_reply *reply, int arms, int from, int to) {
     double most = 0;
     for (int row = from; row < to; row++)

@@ -6,7 +6,7 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-/* a document, its root, and the problem that reading it makes */
+/* a document, its root, and the problem that receives the errors */
 struct field_case {
     struct api_json *document;
     struct api_problem problem;

@@ -75,8 +75,8 @@ TEST(linear_needs_gravity_and_few_arms) {
     test_reply_free(&reply);
 }
 
-/* the default of atol is a thousandth of rtol, and 0 is taken as it stands, by methods that
- * compare by component */
+/* for methods that compare by component the default of atol is a thousandth of rtol, and 0 is
+ * accepted */
 TEST(the_default_of_atol_follows_rtol) {
     static const char *const names[] = {"ode23", "rkf45", "rk8pd", "msadams"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {

@@ -96,8 +96,8 @@ TEST(a_state_is_checked_even_where_the_tree_is_faulty) {
     test_reply_free(&reply);
 }
 
-/* theta = 2 is phi = 2 - pi/2, which no double is: the sum of two keeps 32 digits of it, of
- * degrees too */
+/* theta = 2 is phi = 2 - pi/2, which is not a double: the sum of two doubles keeps 32 digits of it,
+ * for degrees too */
 TEST(a_single_state_keeps_what_rounding_leaves_of_it) {
     const test_quad half_turn = test_quad_read("3.14159265358979323846264338327950288");
     static const char *const bodies[] = {"{\"theta\":[2,-7.25],\"thetad\":[0.1,3]}",

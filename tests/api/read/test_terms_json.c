@@ -1,5 +1,5 @@
-/* Real pendulums in requests: what is written comes back as the same list of numbers, in every
- * form; what is faulty is refused where it stands. */
+/* Real pendulums in requests: the numbers that are written are read into the same list, in every
+ * form; errors are refused with their pointers. */
 #include "api/read/terms_json.h"
 
 #include <math.h>
@@ -16,7 +16,7 @@
 
 enum { ARMS_MOST = 12, HARMONICS_MOST = 40, TEXT = 1 << 16 };
 
-/* a pendulum with random terms, in the caller's order; NAN = the arm does not say it */
+/* a pendulum with random terms, in the caller's order; NAN = the arm lacks the field */
 struct real {
     int n, parent[ARMS_MOST], harmonics;
     double length[ARMS_MOST], mass[ARMS_MOST];
@@ -228,7 +228,7 @@ static int check_harmonics(const struct api_tree *tree, const struct real *real)
     return good;
 }
 
-/* the list has every number of the description in its place, and what nobody said as is usual */
+/* the list has every number of the description at its index, and defaults elsewhere */
 static void check_list(const struct api_tree *tree, const struct real *real, const char *body) {
     int good = check_harmonics(tree, real) && tree->loads.terms == tree->terms &&
                tree->loads.value == tree->value;
@@ -325,7 +325,7 @@ TEST(the_papers_form_has_the_terms_of_the_whole_pendulum) {
     api_tree_clear(&a);
 }
 
-/* every field with what it is without it: the pendulum is the ideal one, and so is the request */
+/* every field with its default: the pendulum is ideal, and so is the request */
 TEST(what_does_nothing_is_as_if_left_out) {
     static const char *const idle[] = {
         "\"damping\":0",
@@ -418,7 +418,7 @@ TEST(all_faults_of_terms_are_told_at_once_and_none_twice) {
     test_reply_free(&reply);
 }
 
-/* a torque of so many harmonics, in a pendulum with so many like it */
+/* a torque with this many harmonics, in a pendulum with several such torques */
 static struct test_reply harmonics_reply(int arms, int count) {
     size_t room = (size_t)arms * ((size_t)count * 40 + 100) + 100, used = 0;
     char *body = malloc(room);
@@ -456,7 +456,7 @@ TEST(a_torque_has_at_most_64_harmonics_and_they_keep_their_order) {
     test_reply_free(&reply);
 }
 
-/* whether an operation says in its row that it takes terms is what decides */
+/* the operation's row decides whether it supports terms */
 TEST(an_operation_that_takes_no_terms_says_so) {
     static const char fits[] =
         ",\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[1,0]}]},"
@@ -521,7 +521,7 @@ static struct etag etag_of(const char *members) {
     return etag;
 }
 
-/* caches and idempotency keys go by the ETag */
+/* caches and idempotency keys use the ETag */
 TEST(pendulums_that_differ_in_a_term_have_etags_of_their_own) {
     static const char *const others[] = {
         "\"name\":\"a\"",

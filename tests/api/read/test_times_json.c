@@ -11,7 +11,7 @@
 #define BODY(times)                                                                                \
     "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"output\":[\"phi\"],\"times\":" times "}"
 
-/* reads times; the instants come back, and -1 where they are refused */
+/* reads times; returns the number of instants, and -1 if they are refused */
 static long read_times(const char *text, double t[], long cap) {
     struct api_limits limits;
     struct api_problem problem;

@@ -20,7 +20,7 @@ static const char lists_body[] =
 static const char paper_body[] = TREE("\"L\":[1.25,2,1.5,0.75],\"m\":[0.1,1,1,1],"
                                       "\"S\":[[1,1,1,0],[0,1,0,0],[0,1,1,0],[0,1,1,1]]");
 
-/* the answer from its lists on: what does not depend on the names of the arms */
+/* the answer from its lists on, which do not depend on the names of the arms */
 static const char *from_lists(const struct test_reply *reply) {
     return strstr(reply->out.data, "\"parent\":[");
 }

@@ -1,5 +1,5 @@
-/* Tests of the derivatives of an ensemble's members: they are those of each member's trajectory,
- * bit for bit, of ideal and real pendulums; every representation; members that fail; refusals.
+/* Tests of the derivatives of an ensemble's members: they equal those of each member's trajectory,
+ * bit for bit, for ideal and real pendulums; every representation; members that fail; refusals.
  * Leaves to others: the derivatives themselves (core/derivatives/test_derivatives), ranges of
  * members and failing allocations (test_op_ensembles, api/call/test_faults).
  * Invariant: requests are texts as clients send them. */
@@ -38,8 +38,8 @@ static double number_at(const struct test_reply *reply, const char *name, const 
     return test_reply_number(reply, pointer);
 }
 
-/* the numbers of member m are those of a trajectory at `instants` instants, of which a final state
- * is the last */
+/* the numbers of member m equal those of a trajectory at `instants` instants, whose last is a final
+ * state */
 static void check_member(const struct test_reply *all, const char *name, int m,
                          const struct test_reply *one, const char *of, int instants, int final) {
     for (int i = final ? instants - 1 : 0; i < instants; i++)
@@ -151,7 +151,7 @@ TEST(members_derivatives_have_an_axis_in_every_representation) {
 }
 
 TEST(members_that_fail_have_no_derivatives_and_leave_the_others_alone) {
-    // every fourth length or so is drawn below 0, and is none
+    // about every fourth length is drawn negative, and is invalid
     struct test_reply reply =
         test_post(API_OP_ENSEMBLES, FREE
                   "\"random\":{\"count\":20,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,"
@@ -174,7 +174,7 @@ TEST(members_that_fail_have_no_derivatives_and_leave_the_others_alone) {
 }
 
 TEST(members_whose_derivatives_overflow_keep_their_motion_and_say_so) {
-    // a pendulum of centimetres turns chaotically: neighbours leave it by some e^(40 t)
+    // a pendulum of centimetres moves chaotically: neighbours diverge as about e^(40 t)
     struct test_reply reply = test_post(
         API_OP_ENSEMBLES,
         "{\"pendulum\":{\"length\":[0.01,0.01],\"mass\":[1,1],\"parent\":[0,1]},\"states\":["
@@ -198,7 +198,7 @@ TEST(members_whose_derivatives_overflow_keep_their_motion_and_say_so) {
 }
 
 TEST(members_whose_outputs_overflow_have_no_derivatives) {
-    // the memory of a range is not cleared before: what was there must not be told
+    // the memory of a range is not cleared before use: its old contents must not appear
     static const char *const masses[] = {"1", "1e307"};
     for (int i = 0; i < 2; i++) {
         char body[300];
@@ -222,7 +222,7 @@ TEST(members_whose_outputs_overflow_have_no_derivatives) {
 }
 
 TEST(members_derivatives_count_in_the_estimates) {
-    // a thousand parameters of as many members take minutes
+    // a thousand parameters for as many members take minutes
     static char body[60000];
     char *at =
         body + sprintf(body, FREE "\"random\":{\"count\":1000000,\"draw\":[{\"vary\":"

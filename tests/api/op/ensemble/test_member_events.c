@@ -1,5 +1,5 @@
-/* What is asked and answered of conditions on an ensemble's members. That they are where they
- * should be: tests/core/ensemble/test_ensemble_events.c. */
+/* Requests and answers about conditions on an ensemble's members. Their instants are tested in
+ * tests/core/ensemble/test_ensemble_events.c. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -104,7 +104,7 @@ TEST(members_that_never_pass_say_so_and_a_stop_ends_the_others) {
     test_reply_free(&reply);
 }
 
-/* the energy of a cart without friction stays; its parts do not */
+/* the energy of a cart without friction is constant; its parts are not */
 TEST(members_on_a_cart_have_conditions_too) {
     struct test_reply reply = test_post(
         API_OP_ENSEMBLES,

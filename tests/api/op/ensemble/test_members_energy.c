@@ -12,7 +12,7 @@
     "\"rest\":0.2},{\"parent\":\"a\",\"length\":0.6,\"mass\":2}],\"pivot\":{\"x\":{\"harmonics\":" \
     "[{\"amplitude\":0.1,\"omega\":5,\"phase\":1}]}}}"
 
-/* the energy that a trajectory has at the start of member i of a reply with starts */
+/* the energy of a trajectory at the start of member i of a reply with starts */
 static double energy_of(const char *pendulum, const struct test_reply *reply, int i, double time) {
     char body[900], at[40], *end = body;
     struct test_reply one;

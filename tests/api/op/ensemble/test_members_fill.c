@@ -30,7 +30,7 @@ TEST(shards_of_random_members_join_to_the_same_whole) {
     }
     CHECK_INT((int)at, (int)whole.out.bytes);
     test_reply_free(&whole);
-    // numbers that only 64 bits hold are other members
+    // numbers that need 64 bits are different members
     struct test_reply far = drawn(9007194959773696, 2), near = drawn(4294967296 - 1, 2);
     double number[2];
     memcpy(&number[0], far.out.data, sizeof number[0]);

@@ -55,7 +55,7 @@ TEST(members_beyond_a_limit_are_refused_by_its_name) {
         API_OP_ENSEMBLES, "{" TURNED ",\"duration\":1,\"members\":[{},{},{}]}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/members", "max-members"));
     test_reply_free(&reply);
-    // memory is refused before it is taken
+    // memory is refused before it is allocated
     api_limits_init(&limits);
     limits.answer_bytes = 3 * (4 * 3 + 2) * 8 - 1;
     reply = test_post_as(API_OP_ENSEMBLES, "{" TURNED ",\"duration\":1,\"members\":[{},{},{}]}",

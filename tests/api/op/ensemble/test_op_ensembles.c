@@ -173,7 +173,7 @@ TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
 }
 
 TEST(ensembles_a_member_with_a_number_that_is_not_finite_is_told_as_failed) {
-    /* it moves well, and its energy overflows: rows 2 and 3 say so */
+    /* its motion is finite, but its energy overflows: rows 2 and 3 say so */
     struct test_reply reply =
         test_post(API_OP_ENSEMBLES,
                   "{\"pendulum\":{\"length\":[1000],\"mass\":[1e304],\"parent\":[0]},\"states\":["
@@ -232,8 +232,7 @@ TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     test_reply_free(&reply);
 }
 
-/* of a motion that was not followed to its end nothing is told but how it began, however far it
- * was followed */
+/* for a motion that was not completed only the start is returned, however far it was computed */
 TEST(ensembles_tell_nothing_of_a_member_that_failed) {
     enum { COLUMNS = 2 + 4 + 5 + 4 + 2 + 2 + 2 + 4 + 4 + 2 + 1 + 1 };
     double numbers[2 * COLUMNS];
@@ -255,7 +254,7 @@ TEST(ensembles_tell_nothing_of_a_member_that_failed) {
     CHECK(lost[1] == 3 && good[1] == 0 && lost[2] == 1 && lost[4] == 1e9 && lost[6] > 0);
     for (int i = 11; i < COLUMNS; i++)
         CHECK_SAYING(isnan(lost[i]) || lost[i] == -1, "number %d is %g", i, lost[i]);
-    /* a flip that did come to pass, and its arm */
+    /* a flip that did occur, and its arm */
     CHECK(lost[15] == -1 && isnan(lost[16]) && good[15] > 0 && good[16] > 0 && good[11] != 0);
     test_reply_free(&reply);
 }
@@ -317,8 +316,7 @@ TEST(ensembles_pictures_are_refused_where_there_is_nothing_to_draw) {
     test_reply_free(&forces);
 }
 
-/* a checked ensemble of a body, and its raw rows computed in ranges of members of the sizes
- * given */
+/* a valid ensemble of a body, and its raw rows computed in ranges of members of the given sizes */
 static double *raw_rows(const char *body, const long size[], int sizes, size_t *bytes) {
     struct api_limits limits;
     struct api_json *document;
@@ -447,7 +445,7 @@ TEST(ensembles_say_which_members_lose_their_digits) {
     struct test_reply reply = test_post(API_OP_ENSEMBLES, text);
     CHECK_INT(reply.status, 200);
     double held = test_reply_number(&reply, "/horizon/0");
-    CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the truth is 8.8 s
+    CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the true value is 8.8 s
     CHECK(test_reply_number(&reply, "/horizon/1") == 20 &&
           test_reply_number(&reply, "/horizon/2") < 20);
     CHECK(test_reply_number(&reply, "/stats/lost") == 2 &&
@@ -462,7 +460,7 @@ TEST(ensembles_say_which_members_lose_their_digits) {
 }
 
 TEST(every_number_of_a_real_pendulum_varies_by_name) {
-    // one name after the other as an axis of two values; the answer says what each member has
+    // one name after the other as an axis of two values; the answer contains each member's value
     static const char pendulum[] =
         "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1,\"rod\":1,\"damping\":1,"
         "\"stiffness\":1,\"rest\":0.1,\"friction\":{\"torque\":1,\"speed\":1},\"torque\":{"

@@ -1,7 +1,7 @@
-/* Tests of ensembles on a cart and of ensembles that begin at a time of their own: rows, ends and
- * flips are those that trajectories and sections of the same start have.
+/* Tests of ensembles on a cart and of ensembles with their own starting time: rows, ends and flips
+ * equal those of trajectories and sections with the same start.
  * Leaves to others: axes over the numbers of a cart (test_op_trajectories_cart).
- * Invariant: what is wanted comes from another operation. */
+ * Invariant: references come from another operation. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -96,7 +96,7 @@ TEST(members_begin_at_the_start_that_a_request_gives) {
     }
 }
 
-/* An arm on a cart turns over where it passes the upright section; where the cart is, at pi / 2 m
+/* An arm on a cart turns over where it passes the upright section; the cart's position, pi / 2 m
  * where an arm's angle would be upright, does not matter. */
 TEST(flips_on_a_cart_are_passages_of_the_upright_section) {
     struct test_reply flips =
@@ -123,7 +123,7 @@ TEST(flips_on_a_cart_are_passages_of_the_upright_section) {
     CHECK(fabs(test_reply_number(&flips, "/first_flip/time/0") - first) < 1e-10);
     CHECK_INT((int)test_reply_number(&flips, "/first_flip/arm/0"), arm);
     test_reply_free(&flips);
-    // all that is wanted is known once both arms have turned over
+    // everything requested is known once both arms have turned over
     struct test_reply times = test_post(API_OP_ENSEMBLES, "{" DRIVEN ",\"states\":[" FAST
                                                           "],\"start\":2,\"duration\":2e3,"
                                                           "\"observables\":[\"flip_time\"]}");

@@ -1,7 +1,7 @@
 /* Tests of ensembles of motions in pieces: controllers side by side, joints that stick or hit one
  * by one, members that settle.
  * Leaves to others: one motion in pieces (test_op_pieces), refusals (refused.txt).
- * Invariant: what is wanted comes from trajectories. */
+ * Invariant: references come from trajectories. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -11,7 +11,7 @@
 
 enum { MEMBERS = 11 };
 
-/* an arm on a cart that is caught upright from some starts, by samples and within a limit */
+/* an arm on a cart that is caught upright from some starts, by samples and with a limited output */
 #define CAUGHT                                                                                     \
     "\"pendulum\":{\"arms\":[{\"length\":0.5,\"mass\":0.2}],\"pivot\":{\"cart\":{\"mass\":0.5}},"  \
     "\"control\":[{\"cart\":true,\"period\":0.02,\"limit\":[-20,20],\"delay\":0,\"law\":{"         \

@@ -1,4 +1,4 @@
-/* What is said of which tree. That the formulas and programs are right:
+/* The output for each kind of tree. That the formulas and programs are correct is tested by
  * tests/rules/equations.py. */
 #include <stdio.h>
 #include <stdlib.h>
@@ -166,7 +166,7 @@ TEST(equations_of_a_pendulum_with_everything_are_whole) {
     test_reply_free(&reply);
 }
 
-/* that they are right: tests/rules/equations.py */
+/* their correctness is tested by tests/rules/equations.py */
 TEST(equations_on_a_cart_have_its_own_and_no_others) {
     struct test_reply reply = test_post(
         API_OP_EQUATIONS,

@@ -1,8 +1,7 @@
-/* Tests of the measurements of fits: several runs of one pendulum, units of tables, terms that are
- * looked for from 0.
+/* Tests of the measurements of fits: several runs of one pendulum, units of tables, terms that
+ * start from 0.
  * Leaves to others: fits of one run (test_op_fits), the fit itself (core/fit/test_fit).
- * Invariant: measurements come from trajectories of this same program, with noise of fixed seeds.
- */
+ * Invariant: measurements come from trajectories of this program, with noise of fixed seeds. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -16,7 +15,7 @@ enum { ROWS = 60, BODY = 30000 };
     "{\"name\":\"a\",\"length\":%s,\"mass\":0.3%s},{\"parent\":\"a\",\"length\":0.28,\"mass\":0."  \
     "2}"
 
-/* the angles of a pendulum with friction that is let go */
+/* the angles of a released pendulum with friction */
 static struct test_reply motion(const char *theta, double start, int rows) {
     char body[400];
     snprintf(body, sizeof body,
@@ -37,7 +36,7 @@ static double number(const struct test_reply *reply, const char *name, int i, in
     return test_reply_number(reply, pointer);
 }
 
-/* a table of an arm's angle, or of both, each line behind `unit` of them */
+/* a table of an arm's angle, or of both, with `unit` before each line */
 static char *table(char *at, const struct test_reply *from, int rows, int arms, double unit,
                    const char *names, unsigned long long *seed) {
     at += sprintf(at, "%s\\n", names);
@@ -55,8 +54,8 @@ static char *table(char *at, const struct test_reply *from, int rows, int arms, 
     "{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},{\"vary\":\"thetad\",\"arm\":"  \
     "1},{\"vary\":\"thetad\",\"arm\":2}"
 
-/* A motion of which both arms were seen, as a list of series, and one of the first arm alone, as a
- * table; friction is looked for that the pendulum as given has not. */
+/* A motion in which both arms were measured, as a list of series, and one of the first arm alone,
+ * as a table; the fit adds a friction that the given pendulum lacks. */
 TEST(fits_of_several_runs_have_a_start_each) {
     static char body[BODY];
     unsigned long long seed = 4;
@@ -103,7 +102,7 @@ TEST(fits_of_several_runs_have_a_start_each) {
     CHECK(test_reply_number(&reply, "/runs/1/follows_until") == 8);
     CHECK(test_reply_number(&reply, "/runs/1/request/times/start") == 5);
     CHECK(fabs(test_reply_number(&reply, "/runs/1/request/initial/phi/0") + 0.7 + M_PI / 2) < 0.1);
-    // each residual stands where its measurement stood
+    // each residual is at the position of its measurement
     CHECK(fabs(test_reply_number(&reply, "/runs/0/residuals/9/1")) < 6);
     test_reply_free(&reply);
     test_reply_free(&one);
@@ -126,7 +125,7 @@ TEST(fits_take_angles_of_tables_in_degrees) {
                                   i == 1 ? ",\"unit\":\"deg\"" : "");
         at = table(at, &from, ROWS, 2, i == 2 ? 1 : 180 / M_PI, names[i], &seed);
         sprintf(at, "\"}}");
-        // the deviation is in the unit of each
+        // the standard deviation is in the unit of each
         if (i == 0) memcpy(strstr(body, "0.01,\"csv"), "0.57", 4);
         struct test_reply reply = test_post(API_OP_FITS, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
@@ -142,12 +141,12 @@ TEST(fits_take_angles_of_tables_in_degrees) {
 #define LENGTH "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]"
 #define RUN "{\"t\":[0,1,2],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
 
-/* what each run may take alone, both may not */
+/* an amount that each run may use alone, but not both */
 TEST(fits_count_the_memory_of_all_runs_together) {
     struct api_limits limits;
     api_limits_init(&limits);
     for (int enough = 0; enough < 2; enough++) {
-        // as they are read, and the table of both with what sorts it
+        // the parsed runs, and the table of both with the memory to sort it
         limits.answer_bytes = 2 * 8 * 3 * 3 - 1 + enough * (1 + 8 * 6 * 3 + 6 * (32 + 4 + 8));
         struct test_reply reply = test_post_as(
             API_OP_FITS, ONE LENGTH ",\"data\":{\"runs\":[" RUN "," RUN "]}}", NULL, &limits);
@@ -157,7 +156,7 @@ TEST(fits_count_the_memory_of_all_runs_together) {
     }
 }
 
-/* a drive and the air, kept in their places beside what is new */
+/* a drive and the air, kept in their places beside the new terms */
 TEST(fits_look_for_terms_from_nothing) {
     struct test_reply reply = test_post(
         API_OP_FITS,
@@ -194,8 +193,8 @@ TEST(a_table_says_nothing_of_arms_of_a_pendulum_that_cannot_be_read) {
     }
 }
 
-/* German decimals, an error for each angle, the last instant twice and a note below, as one table
- */
+/* decimal commas, an error for each angle, the last instant twice and a note at the end, as one
+ * table */
 TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
     struct test_reply reply =
         test_post(API_OP_FITS, ONE LENGTH
@@ -214,7 +213,7 @@ TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
     CHECK_INT(test_reply_count(&reply, "/residuals"), 4);
     CHECK_TEXT(test_reply_text(&reply, "/model"), "accepted");
     test_reply_free(&reply);
-    // where each arm has a line of its own, two rows of one instant are two measurements
+    // if each arm has a line of its own, two rows of one instant are two measurements
     reply = test_post(API_OP_FITS,
                       "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}," LENGTH
                       ",\"initial\":{\"theta\":[0.1,0.1]},\"data\":{\"csv\":\"t;theta_1;theta_2\\n"
@@ -225,8 +224,8 @@ TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
     test_reply_free(&reply);
 }
 
-/* what instruments without an own zero say of both arms: an angle from elsewhere, a gyroscope with
- * a bias, an angle between the arms */
+/* series of both arms from instruments without a zero of their own: an angle with another zero, a
+ * gyroscope with a bias, an angle between the arms */
 static void instruments(char *body, const struct test_reply *from, const char *data, int gyro,
                         int joint, const char *unknowns) {
     unsigned long long seed = 9;
@@ -282,7 +281,7 @@ TEST(fits_find_zeros_and_biases_from_angles_rates_and_angles_between_arms) {
                   "/unknowns/0/vary", "angular velocities");
 }
 
-/* pixels below a pivot at 300, 200, whose y counts downwards; a gyroscope alone */
+/* pixels below a pivot at 300, 200, with y downwards; a gyroscope alone */
 TEST(fits_turn_y_over_and_begin_with_rates_alone) {
     static char body[BODY];
     struct test_reply from =

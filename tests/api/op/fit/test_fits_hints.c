@@ -1,9 +1,7 @@
-/* Tests of what a wrong request of a fit is told: data in other units, about another zero, of
- * other arms, with numbers held that are wrong.
- * Leaves to others: fits that are asked for rightly (test_op_fits), the statistics
- * (core/fit/test_fit_verdict).
- * Invariant: measurements come from a trajectory of this same program, with noise of a fixed seed.
- */
+/* Tests of the hints for a wrong request of a fit: data in other units, with another zero, of other
+ * arms, with wrong fixed numbers.
+ * Leaves to others: correct requests (test_op_fits), the statistics (core/fit/test_fit_verdict).
+ * Invariant: measurements come from a trajectory of this program, with noise of a fixed seed. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,8 +11,8 @@
 
 enum { ROWS = 121, BODY = 20000 };
 
-/* what is measured: of one arm, or of two; the angle between these; a rate; an angle of which the
- * first value is lost */
+/* the measured quantity: of one arm, or of two; the angle between these; a rate; an angle whose
+ * first value is missing */
 enum from { FIRST, SECOND, X, Y, BETWEEN, RATE, LOST };
 
 #define ONE "\"pendulum\":{\"length\":[0.75],\"mass\":[1],\"parent\":[0]}"
@@ -38,10 +36,10 @@ static const struct row {
         double by, plus;
     } series[2];
     int arms;
-    double late, apart; /* of the instants: times that */
+    double late, apart; /* factor of the instants */
     const char *verdict, *says;
 } rows[] = {
-    // as it should be
+    // correct
     {ONE ALL "]", {{"\"theta\":1", FIRST, 1, 0}}, 1, 0, 1, "converged accepted", "\"hints\":[]"},
     {TWO BOTH,
      {{"\"theta\":1", FIRST, 1, 0}, {"\"theta\":2", SECOND, 1, 0}},
@@ -131,7 +129,7 @@ static const struct row {
      1,
      "converged accepted",
      "the farthest in row 1:"},
-    // places
+    // positions
     {ONE ALL "]" AWAY,
      {{"\"x\":1", X, 1, 0}, {"\"y\":1", Y, -1, 0}},
      1,
@@ -167,7 +165,7 @@ static const struct row {
      1,
      "converged rejected",
      "with stretch of the camera as another unknown, here -0.09"},
-    // numbers that are held
+    // fixed numbers
     {"\"pendulum\":{\"length\":[0.7],\"mass\":[1],\"parent\":[0],\"gravity\":1.62},\"unknowns\":"
      "[" FRICTION "]",
      {{"\"theta\":1", FIRST, 1, 0}},
@@ -274,8 +272,8 @@ TEST(wrong_requests_of_fits_are_told_what_helps) {
     for (int arms = 1; arms < 4; arms++) test_reply_free(&from[arms]);
 }
 
-/* Both tips of bars by a camera that is turned, fitted as points and an upright one: it explains
- * half of the variance at best, and nothing says that it follows. */
+/* Both tips of bars, seen by a rotated camera, fitted as point masses with an upright camera: it
+ * explains half of the variance at best, and no text says that the motion follows. */
 TEST(fits_that_explain_half_do_not_follow) {
     static char body[BODY];
     struct test_reply from = test_post(

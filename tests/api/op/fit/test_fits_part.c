@@ -1,7 +1,6 @@
 /* Tests of one run of a fit: accelerometers, light gates, amplitudes, periods, carts, cameras.
- * Leaves to others: angles, places and rates (test_op_fits, test_fits_data).
- * Invariant: measurements come from trajectories of this same program, with noise of fixed seeds.
- */
+ * Leaves to others: angles, positions and rates (test_op_fits, test_fits_data).
+ * Invariant: measurements come from trajectories of this program, with noise of fixed seeds. */
 #include <complex.h>
 #include <math.h>
 #include <stdio.h>
@@ -18,7 +17,7 @@ static double number(const struct test_reply *reply, const char *before, int i, 
     return test_reply_number(reply, pointer);
 }
 
-/* the unknown with this name: how many standard errors it is off; infinite if there is none */
+/* the error of the unknown with this name in standard errors; infinite if there is none */
 static double off(const struct test_reply *reply, const char *name, double truth) {
     for (int j = 0; j < test_reply_count(reply, "/unknowns"); j++) {
         char pointer[40];
@@ -63,7 +62,7 @@ static struct test_reply fitted(const char *request, const double t[], int rows,
 #define GUESS "{\"pendulum\":{\"length\":[0.45],\"mass\":[1],\"parent\":[0]},"
 
 /* an accelerometer 0.4 m from the pivot, with a constant error; one without gravity and a
- * gyroscope; a gyroscope whose clock is late */
+ * gyroscope; a gyroscope with a late clock */
 TEST(fits_take_accelerations_and_gyroscopes_of_a_phone) {
     double t[ROWS], along[ROWS], across[ROWS], bare[ROWS], gyro[ROWS];
     unsigned long long seed = 3;
@@ -180,7 +179,7 @@ TEST(fits_find_a_cart_that_a_measured_force_drives) {
     test_reply_free(&from);
 }
 
-/* a tip seen by a camera that is tilted, that stretches, and whose lens bends */
+/* a tip seen by a camera with tilt, stretch and lens distortion */
 TEST(fits_find_tilt_stretch_and_distortion_of_a_camera) {
     static const struct {
         const char *unknown, *name;
@@ -200,7 +199,7 @@ TEST(fits_find_tilt_stretch_and_distortion_of_a_camera) {
             double up = (1 + tried[k].stretch) * number(&from, "/z/im/", i, "/0");
             double near = 1 + tried[k].tilt[0] * re + tried[k].tilt[1] * up;
             double complex d = 300 + I * 200 + 800 * cexp(I * 0.05) * (re + I * up) / near - 350;
-            // bent by that part at 350 from the center
+            // distorted by that fraction at 350 from the center
             d *= 1 + tried[k].bent * pow(cabs(d) / 350, 2);
             t[i] = number(&from, "/t/", i, "");
             x[i] = 350 + creal(d) + 0.3 * test_noise(&seed),

@@ -1,8 +1,7 @@
-/* Tests of starts of fits that are taken from the data: places without a start, the camera, what is
- * freed and what is fixed, and where a start that has no motion is blamed.
+/* Tests of starts of fits that are estimated from the data: positions without a start, the camera,
+ * freed and fixed numbers, and the pointer of an error for a start without a motion.
  * Leaves to others: the fit itself (core/fit/test_fit), errors (laws/test_fit_errors).
- * Invariant: measurements come from a trajectory of this same program, with noise of a fixed seed.
- */
+ * Invariant: measurements come from a trajectory of this program, with noise of a fixed seed. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,8 +11,8 @@
 
 enum { ROWS = 60, BODY = 20000 };
 
-/* A damped pendulum of 0.318 m let go from 0.4 rad, as `what` sees it: its angle, or its tip in
- * pixels, 800 to a metre, below (320, 100). Behind `data` comes the rest of the request. */
+/* A damped pendulum of 0.318 m released from 0.4 rad, measured as `what` says: its angle, or its
+ * tip in pixels, 800 per metre, below (320, 100). The rest of the request follows `data`. */
 static struct test_reply post_film(int places, double metre, const char *damping,
                                    const char *rest) {
     static char body[BODY];
@@ -74,7 +73,8 @@ static void check_text(const struct test_reply *reply, const char *pointer, cons
     CHECK_SAYING(got && !strcmp(got, text), "%s: %s", pointer, got ? got : "nothing");
 }
 
-/* Places without `initial` began as a pendulum that hangs at rest, on which no friction acts. */
+/* Fits of positions without `initial` used to start from a pendulum at rest, on which friction does
+ * not act. */
 TEST(fits_of_places_begin_where_the_data_are_with_any_friction_from_none) {
     static const char *const terms[] = {"damping", "friction_torque", "drag", "drag_quadratic"};
     for (size_t i = 0; i < sizeof terms / sizeof *terms; i++) {
@@ -105,7 +105,8 @@ TEST(fits_take_a_camera_that_is_sought_from_the_data) {
     test_reply_free(&reply);
 }
 
-/* A rate that was taken from noisy angles and kept made the length wrong by many errors. */
+/* A rate that was estimated from noisy angles and fixed made the length wrong by many standard
+ * errors. */
 TEST(fits_free_what_they_take_from_the_data_and_name_what_stays_fixed) {
 #define SOUGHT ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]"
     struct test_reply reply = post_film(0, 1, ",\"damping\":[0.01]", SOUGHT);
@@ -125,7 +126,7 @@ TEST(fits_free_what_they_take_from_the_data_and_name_what_stays_fixed) {
     check_text(&reply, "/fixed/3", "thetad of arm 1");
     CHECK(test_reply_number(&reply, "/request/initial/phid/0") == 0);
     test_reply_free(&reply);
-    // what is sought cannot be fixed
+    // an unknown cannot be fixed
     reply = post_film(0, 1, "", SOUGHT ",\"fixed\":[{\"vary\":\"theta\",\"arm\":1}]");
     CHECK_INT(reply.status, 422);
     check_text(&reply, "/errors/0/pointer", "/fixed/0");
@@ -153,8 +154,8 @@ TEST(fits_blame_a_start_from_which_there_is_no_motion) {
     test_reply_free(&reply);
 }
 
-/* Angles of a double pendulum, 10 ms apart but for `lost` rows behind the third, as "t" and
- * "series" behind `at`; returns their end. */
+/* Angles of a double pendulum, 10 ms apart except for `lost` rows after the third, as "t" and
+ * "series" at `at`; returns their end. */
 static char *film_angles(char *at, const char *start, int rows, int lost,
                          unsigned long long *seed) {
     char body[300];
@@ -186,9 +187,9 @@ static const char spinning[] =
     "{\"pendulum\":{\"length\":[0.16,0.2],\"mass\":[0.1,0.09],\"parent\":[0,1],\"damping\":[1e-4,"
     "4e-5]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"mass\",\"arm\":2}";
 
-/* A double pendulum whose second arm spins backwards, a third of a radian a row: begun at the mean
- * pace of five rows, or where it turns the other way, the fit ended at a motion with other turns.
- */
+/* A double pendulum whose second arm spins backwards, a third of a radian per row: started with the
+ * mean rate of five rows, or where it turns in the other direction, the fit ended at a motion with
+ * other turns. */
 TEST(fits_find_the_motion_whose_whole_turns_are_those_of_the_data) {
     static char body[BODY];
     static const char *const starts[] = {"", ",\"start\":17"};
@@ -207,7 +208,7 @@ TEST(fits_find_the_motion_whose_whole_turns_are_those_of_the_data) {
     }
 }
 
-/* One of two runs spins, and lost rows: fitted together from the start, they end where 89 % are
+/* One of two runs spins, and rows are missing: fitted together from the start, they end with 89 %
  * explained. */
 TEST(spinning_arms_are_found_in_one_of_two_runs) {
     static char body[BODY];

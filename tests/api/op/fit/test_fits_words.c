@@ -1,8 +1,6 @@
-/* Tests of how fits end: wanted frequencies that cannot be had, bounds next to each other, values
- * that go away without end, nothing left to check by, motions too wild to be looked at. Leaves to
- * others: data that can be fitted (test_op_fits, core/fit/test_fit). Invariant: where a minimum is,
- * is known in closed form.
- */
+/* Tests of how fits end: frequencies that cannot be reached, bounds next to each other, values that
+ * diverge, no degrees of freedom, motions too fast to compute. Leaves to others: data that can be
+ * fitted (test_op_fits, core/fit/test_fit). Invariant: the minimum is known in closed form. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -10,8 +8,8 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-/* two arms with tips alike: the frequencies are the same where the lengths change places, and so
- * change with neither difference where they are alike */
+/* two arms with equal tips: exchanging the lengths keeps the frequencies, so these do not depend on
+ * the difference of equal lengths to first order */
 #define ALIKE "\"pendulum\":{\"length\":[0.5,0.4],\"mass\":[1,1],\"parent\":[0,1]}"
 #define LENGTHS(bounds1, bounds2)                                                                  \
     "\"unknowns\":[{\"vary\":\"length\",\"arm\":1" bounds1                                         \
@@ -34,7 +32,8 @@ static void check_says(const struct test_reply *reply, const char *verdict, cons
     CHECK_SAYING(message && strstr(message, part), "%s", message ? message : "");
 }
 
-/* the length of both arms, in l g / (2 -+ sqrt 2) = 1 / omega^2, that comes next to frequencies */
+/* the length of both arms, in l g / (2 -+ sqrt 2) = 1 / omega^2, that comes closest to the
+ * frequencies */
 static double alike_length(double first, double second) {
     double a = sqrt(2 - sqrt(2)), b = sqrt(2 + sqrt(2));
     return 9.81 / pow(2 * M_PI * (a * first + b * second) / (a * a + b * b), 2);
@@ -65,7 +64,7 @@ TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
         for (int j = 0; j < 2; j++) {
             CHECK_SAYING(fabs(value(&reply, j, "value") - length) < 1e-6, "%zu: %.12g, %.12g", i,
                          value(&reply, j, "value"), length);
-            // what is measured, to 0.01 Hz or rad/s, tells errors; what is wanted does not
+            // measured frequencies, to 0.01 Hz or rad/s, determine errors; required ones do not
             CHECK(isfinite(value(&reply, j, "error")) == (*tried[i].sigma != 0));
         }
         CHECK(strstr((const char *)reply.out.data, "\"at_bound\":true") == NULL);
@@ -75,7 +74,7 @@ TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
     }
 }
 
-/* a millionth of a length: where both ends are next to each other the better one is the answer */
+/* a millionth of a length: if both bounds are next to each other, the better one is the answer */
 TEST(fits_end_at_bounds_that_are_next_to_each_other) {
     struct test_reply reply = test_post(
         API_OP_FITS,
@@ -83,7 +82,7 @@ TEST(fits_end_at_bounds_that_are_next_to_each_other) {
         "\"mode\":2,\"period\":0.7}]}," LENGTHS(",\"low\":0.499999,\"high\":0.500001",
                                                 ",\"low\":0.399999,\"high\":0.400001") "}");
     check_says(&reply, "converged undecided", "5.33 % below 3.76991");
-    // both frequencies are too low, and higher with either length less
+    // both frequencies are too low, and higher if either length is smaller
     CHECK(value(&reply, 0, "value") == 0.499999 && value(&reply, 1, "value") == 0.399999);
     CHECK(strstr((const char *)reply.out.data, "\"at_bound\":false") == NULL);
     test_reply_free(&reply);
@@ -96,7 +95,7 @@ TEST(fits_end_at_bounds_that_are_next_to_each_other) {
     test_reply_free(&reply);
 }
 
-/* the second frequency comes next to what is wanted as the first tip grows without end */
+/* the second frequency approaches the required one as the first tip grows without limit */
 TEST(fits_say_what_goes_away_without_end) {
     struct test_reply reply = test_post(
         API_OP_FITS,
@@ -107,7 +106,7 @@ TEST(fits_say_what_goes_away_without_end) {
     test_reply_free(&reply);
 }
 
-/* a place 0.4243 m from the pivot, for an arm of 0.4 m: what is left has its direction */
+/* a position 0.4243 m from the pivot, for an arm of 0.4 m: the residual has its direction */
 TEST(fits_say_how_far_a_wanted_place_is) {
     struct test_reply reply = test_post(
         API_OP_FITS,
@@ -165,7 +164,7 @@ TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
     test_reply_free(&reply);
 }
 
-/* what has a sigma is not compared with what has none, nor an angle with a place */
+/* a measurement with a sigma is not compared with one without, nor an angle with a position */
 TEST(fits_name_no_farthest_row_of_what_cannot_be_compared) {
     static const char *const second[] = {"\"theta\":2,\"sigma\":0.001", "\"x\":2"};
     for (int s = 0; s < 2; s++) {
@@ -187,8 +186,8 @@ TEST(fits_name_no_farthest_row_of_what_cannot_be_compared) {
     }
 }
 
-/* angles in a table whose only one has no number: of a swing or of none, and row 30 is so many
- * turns further on */
+/* angles in a table without other numbers: of a swing or none, with row 30 shifted by whole
+ * turns */
 static struct test_reply swung(int swing, double turns) {
     static char body[4000];
     char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
@@ -202,12 +201,12 @@ static struct test_reply swung(int swing, double turns) {
     return test_post(API_OP_FITS, body);
 }
 
-/* residuals of angles are by whole turns less: what they explain is so too */
+/* whole turns are removed from residuals of angles, and from what they explain */
 TEST(fits_that_follow_nothing_do_not_converge_as_one_angle_is_many_turns_off) {
     static const double turns[] = {0, 1, -40, 1000};
     for (size_t i = 0; i < sizeof turns / sizeof *turns; i++) {
         struct test_reply reply = swung(1, turns[i]);
-        // these are small swings, which are not quite the pendulum's
+        // these are small swings, which are not exactly the pendulum's
         check_says(&reply, "converged rejected", "consecutive residuals are correlated");
         CHECK(fabs(value(&reply, 0, "value") - 1) < 0.01);
         test_reply_free(&reply);
@@ -218,7 +217,7 @@ TEST(fits_that_follow_nothing_do_not_converge_as_one_angle_is_many_turns_off) {
     }
 }
 
-/* a pendulum that hangs at rest tells its angle and its rate, and nothing else by itself */
+/* a pendulum at rest determines its angle and its rate, and nothing else separately */
 TEST(fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell) {
     static char body[8000];
     char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"

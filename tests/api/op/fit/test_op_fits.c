@@ -1,7 +1,6 @@
-/* Tests of POST /v1/fits: the answer, tables of text, what is refused and where.
+/* Tests of POST /v1/fits: the answer, text tables, refusals and their pointers.
  * Leaves to others: the fit itself (core/fit/test_fit), live servers (wire).
- * Invariant: measurements come from a trajectory of this same program, with noise of a fixed seed.
- */
+ * Invariant: measurements come from a trajectory of this program, with noise of a fixed seed. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -60,7 +59,7 @@ static void body_angles(const struct test_reply *from, char *body) {
     sprintf(at, "]}}");
 }
 
-/* value number j, and how many standard errors it is off */
+/* value number j, and its error in standard errors */
 TEST(fits_of_angles_answer_values_errors_and_a_request) {
     static char body[BODY];
     struct test_reply from = motion();
@@ -84,7 +83,7 @@ TEST(fits_of_angles_answer_values_errors_and_a_request) {
     test_reply_free(&from);
 }
 
-/* tracks in a film, with a comma in numbers and names of the tracks above */
+/* tracks of a film, with decimal commas and the names of the tracks above */
 TEST(fits_take_the_table_of_a_film_as_it_is) {
     static char body[BODY];
     struct test_reply from = motion();
@@ -98,7 +97,7 @@ TEST(fits_take_the_table_of_a_film_as_it_is) {
                              ",\"initial\":{\"theta\":[0.9,0.6]},\"camera\":{\"scale\":480,"
                              "\"unknown\":[\"scale\"]},\"data\":{\"arms\":[1,\"b\"],\"sigma\":1,"
                              "\"csv\":\"mass A;;;mass B;\\nt;x;y;x;y\\n");
-    // a scale that is found along with a length: the length of arm 1 must be known
+    // a scale that is fitted together with a length: the length of arm 1 must be known
     char *length = strstr(body, "{\"vary\":\"length\",\"arm\":\"a\"},");
     size_t bytes = strlen("{\"vary\":\"length\",\"arm\":\"a\"},");
     memmove(length, length + bytes, strlen(length + bytes) + 1);
@@ -143,7 +142,8 @@ TEST(fits_say_in_words_what_the_data_do_not_tell) {
     test_reply_free(&from);
 }
 
-/* rows in any order, two of one instant among them, are the measurements that they are in order */
+/* rows in any order, two with the same instant among them, give the same measurements as in
+ * order */
 TEST(fits_take_rows_in_any_order_and_two_of_one_instant) {
     static const char *const data[] = {
         "\"t\":[0.25,0.5,0.75,0.75,1],\"series\":[{\"theta\":1,\"values\":[0.355,0.0134,-0.336,"
@@ -179,7 +179,7 @@ TEST(fits_take_rows_in_any_order_and_two_of_one_instant) {
     for (int i = 0; i < 3; i++) test_reply_free(&reply[i]);
 }
 
-/* three of 60 angles are mistyped: least squares are dragged along, robust losses are not */
+/* three of 60 angles are mistyped: least squares follow them, robust losses do not */
 TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
     static const char *const losses[] = {"linear", "soft_l1", "huber", "cauchy"};
     for (int i = 0; i < 8; i++) {
@@ -203,7 +203,7 @@ TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
         CHECK_INT(test_reply_count(&reply, "/outliers"), 3);
         CHECK_INT((int)test_reply_number(&reply, "/outliers/1/row"), 18);
         CHECK(fabs(test_reply_number(&reply, "/outliers/2/t") - 2) < 1e-12);
-        // small swings of 1 m take a thousandth of their time more
+        // small swings at 1 m take a thousandth longer
         double gap = test_reply_number(&reply, "/unknowns/0/value") - 1;
         CHECK_SAYING(fabs(gap) < (i % 4 ? 0.003 : 0.1), "%s: %g", losses[i % 4], gap);
         CHECK(test_reply_off(&reply, 0, 1) < 3.5);
@@ -214,8 +214,8 @@ TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
     }
 }
 
-/* An angle that was seen a hundred times less well moves the answer a ten-thousandth: the residuals
- * are told in its sigma. */
+/* An angle measured a hundred times less accurately changes the answer by a ten-thousandth: the
+ * residuals are in units of its sigma. */
 TEST(fits_weigh_every_measurement_by_its_own_sigma) {
     static const char *const sigmas[] = {"0.01", "[0.01,0.01,0.01,0.01]", "[0.01,0.01,0.01,1]"};
     double length[3];
@@ -233,12 +233,12 @@ TEST(fits_weigh_every_measurement_by_its_own_sigma) {
         test_reply_free(&reply);
     }
     CHECK_SAYING(length[0] == length[1], "%.17g, %.17g", length[0], length[1]);
-    // the last angle is 0.1 rad off, of a pendulum of 1 m
+    // the last angle is wrong by 0.1 rad, for a pendulum of 1 m
     CHECK_SAYING(fabs(length[2] - 1) < 1e-3, "length %.9g", length[2]);
     CHECK_SAYING(fabs(length[0] - 1) > 3e-3, "length %.9g", length[0]);
 }
 
-/* a damper that is said to begin at its bound */
+/* a damper that starts at its bound */
 TEST(fits_begin_at_a_bound) {
     static char body[BODY];
     struct test_reply from = motion();
@@ -256,7 +256,7 @@ TEST(fits_begin_at_a_bound) {
     test_reply_free(&from);
 }
 
-/* the clock of a camera that is a tenth of a second behind */
+/* a camera with a clock that is a tenth of a second late */
 TEST(fits_find_the_shift_of_a_camera) {
     struct test_reply reply =
         test_post(API_OP_FITS,
@@ -274,7 +274,7 @@ TEST(fits_find_the_shift_of_a_camera) {
     test_reply_free(&reply);
 }
 
-/* a start on the motion's clock, far behind the instants of the data */
+/* a start on the motion's clock, long before the instants of the data */
 TEST(fits_follow_a_motion_whose_clock_is_ahead) {
     struct test_reply reply = test_post(
         API_OP_FITS, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
@@ -287,7 +287,7 @@ TEST(fits_follow_a_motion_whose_clock_is_ahead) {
     test_reply_free(&reply);
 }
 
-/* a pendulum whose modes are as wanted, and as a stopwatch had them beside a motion */
+/* a pendulum with required modes, and with modes from a stopwatch in addition to a motion */
 TEST(fits_take_counted_and_wanted_modes) {
     struct test_reply reply = test_post(
         API_OP_FITS,
@@ -322,7 +322,7 @@ TEST(fits_take_counted_and_wanted_modes) {
     test_reply_free(&reply);
 }
 
-/* an unknown that is known to a part in a hundred thousand */
+/* an unknown with bounds that are a hundred-thousandth apart */
 TEST(fits_of_modes_take_narrow_bounds) {
     struct test_reply reply = test_post(
         API_OP_FITS,
@@ -336,8 +336,8 @@ TEST(fits_of_modes_take_narrow_bounds) {
     test_reply_free(&reply);
 }
 
-/* angles of what turns faster and faster, for a pendulum that cannot; by less than a turn between
- * rows, or which of many minima is found is chance */
+/* angles of an accelerating rotation, for a pendulum that cannot follow; less than a turn between
+ * rows, because otherwise the minimum found is arbitrary */
 TEST(fits_say_that_the_model_does_not_follow) {
     static char body[BODY];
     char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
@@ -356,7 +356,8 @@ TEST(fits_say_that_the_model_does_not_follow) {
     test_reply_free(&reply);
 }
 
-/* friction of the joint and of the air are one number, also where the search ends near a bound */
+/* friction of the joint and of the air have the same effect, also if the search ends near a
+ * bound */
 TEST(fits_tell_what_is_alike_beside_a_bound) {
     static char body[BODY];
     for (unsigned long long seed = 1; seed < 9; seed++) {
@@ -406,7 +407,7 @@ TEST(fits_tell_another_pendulum_from_noise) {
     }
 }
 
-/* one row of small swings that was mistyped */
+/* one mistyped row of small swings */
 TEST(fits_name_the_row_that_is_farthest_off) {
     static char body[BODY];
     char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
@@ -431,8 +432,8 @@ TEST(fits_name_the_row_that_is_farthest_off) {
 #define SERIES "\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":[1,0,-1]}]}"
 #define GRAVITY "\"unknowns\":[{\"vary\":\"gravity\"}]"
 
-/* The second of two numbers that the pendulum has not, and an arm that it has not behind more
- * faults than are told, were looked up all the same, where there was nothing. */
+/* The second of two numbers that the pendulum lacks, and an arm that does not exist after more
+ * errors than are reported, were looked up nevertheless, out of bounds. */
 TEST(fits_survive_more_faults_than_one) {
     enum { MANY = 40 };
     static char body[4096];

@@ -1,7 +1,6 @@
-/* Tests of POST /v1/fits for a throw: as many wants as unknowns, which are met.
- * Leaves to others: fits to measurements, wanted modes (test_op_fits).
- * Invariant: the start that is answered is tried, by POST /v1/trajectories.
- */
+/* Tests of POST /v1/fits for a throw: as many requirements as unknowns, which are met.
+ * Leaves to others: fits to measurements, required modes (test_op_fits).
+ * Invariant: the returned start is tested by POST /v1/trajectories. */
 #include <math.h>
 #include <stdio.h>
 
@@ -16,7 +15,7 @@ static double motion_at(const struct test_reply *reply, const char *name, int i,
 
 #define THROWN "\"pendulum\":{\"length\":[0.4,0.3],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":"
 
-/* as many wants as unknowns, which are met exactly, whether there is a sigma or none */
+/* as many requirements as unknowns, which are met exactly, with or without a sigma */
 static void passes(const char *sigmas, const char *sigma) {
     char body[800];
     snprintf(body, sizeof body,
@@ -51,7 +50,7 @@ static void passes(const char *sigmas, const char *sigma) {
 TEST(fits_find_a_throw_that_passes_through_points) {
     passes("\"sigma\":[0.001,0.002],", "\"sigma\":0.001,");
     passes("", "");
-    // one point: the mean of one coordinate is no scale for what is missed
+    // one point: the mean of one coordinate is no scale for a miss
     struct test_reply reply = test_post(
         API_OP_FITS,
         "{" THROWN "{\"theta\":[0.5,0.5]},\"start\":0,\"data\":{\"t\":[0.5],\"series\":["

@@ -1,4 +1,4 @@
-/* Controllers: what is asked and answered, and what is refused. That gains are right:
+/* Controllers: requests, answers and refusals. That gains are correct is tested in
  * tests/core/control/test_loop.c and tests/rules/gains.py. */
 #include <math.h>
 #include <stdio.h>
@@ -12,7 +12,7 @@
     "\"equilibrium\":{\"theta\":[180],\"unit\":\"deg\"},\"actuators\":{\"joints\":[1]},"           \
     "\"period\":0.1"
 
-/* a rod upright: J x'' = m g l x + u, whose discretization has closed forms */
+/* an upright rod: J x'' = m g l x + u, whose discretization has closed forms */
 TEST(the_loop_of_an_upright_arm_is_the_textbooks) {
     double j = 3 * 2 * 2, w = sqrt(10.0 / 2), h = 0.1, gain = 1.5 * 3 * 10 * 2, rate = 40;
     double a[2][2] = {{cosh(w * h), sinh(w * h) / w}, {w * sinh(w * h), cosh(w * h)}};

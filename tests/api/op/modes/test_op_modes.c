@@ -161,8 +161,8 @@ TEST(amplitudes_and_phases_rebuild_the_start) {
     test_reply_free(&reply);
 }
 
-/* what A v = lambda v misses, lambda = omega^2 - growth^2, over the size of its terms; and the
- * modes that grow */
+/* the residual of A v = lambda v, lambda = omega^2 - growth^2, relative to the size of its terms;
+ * and the number of growing modes */
 static double equilibrium_residual(const struct test_reply *reply, int n, int *growing) {
     double worst = 0;
     for (int k = 0; k < n; k++) {
@@ -197,13 +197,13 @@ TEST(modes_about_standing_arms_grow_and_swing) {
                    "A v = lambda v about standing arms");
     CHECK_INT(growing, 2);
     CHECK_INT(test_reply_count(&reply, "/period"), -1);
-    /* (A^-1)_kk = ±l_k/g: the lengths of standing arms count below 0 */
+    /* (A^-1)_kk = ±l_k/g: the lengths of upright arms count as negative */
     CHECK(fabs(test_reply_number(&reply, "/identity/length_total_over_g") -
                (-0.7 + 1 - 0.9 + 0.3) / 9.81) < 1e-16);
     CHECK(test_reply_number(&reply, "/identity/relative_difference") < 1e-14);
     test_reply_free(&reply);
-    /* the inverted pendulum, and both arms of two inverted: they grow as fast as hanging ones
-     * swing */
+    /* the inverted pendulum, and two arms both inverted: they grow at the rates at which hanging
+     * ones oscillate */
     reply = test_post(API_OP_MODES,
                       "{\"pendulum\":{\"L\":[2],\"m\":[1],\"S\":[[1]]},\"about\":[\"up\"]}");
     CHECK(gap_of(&reply, "/growth", 1, (double[]){sqrt(9.81 / 2)}) < 1e-15);
@@ -213,7 +213,7 @@ TEST(modes_about_standing_arms_grow_and_swing) {
     reply = test_post(API_OP_MODES, "{" DOUBLE ",\"about\":[\"up\",\"up\"]}");
     CHECK(gap_of(&reply, "/growth", 2, rate) < 1e-14);
     test_reply_free(&reply);
-    /* all down is what is meant without */
+    /* the default is all down */
     reply = test_post(API_OP_MODES, "{" DOUBLE ",\"about\":[\"down\",\"down\"]}");
     CHECK_INT(test_reply_count(&reply, "/period"), 2);
     CHECK_INT(test_reply_count(&reply, "/growth"), -1);
@@ -308,7 +308,7 @@ TEST(a_multiple_frequency_that_is_cut_keeps_its_basis) {
     test_reply_free(&all);
 }
 
-/* a request for a tree of `n` different arms, three to a joint */
+/* a request for a tree of `n` different arms, three per joint */
 static void body_of(struct api_buffer *body, int n, const char *more) {
     char piece[40];
     api_buffer_init(body, 1 << 20);
@@ -329,7 +329,7 @@ static void body_of(struct api_buffer *body, int n, const char *more) {
     body->bytes--;
 }
 
-/* a clock that moves on by a part of a turn whenever it is looked at */
+/* a clock that advances by a part of a turn at each query */
 static double ticking(void *context) { return *(double *)context += 1e-3; }
 
 TEST(a_search_comes_back_every_turn) {
@@ -353,7 +353,7 @@ TEST(a_search_comes_back_every_turn) {
     CHECK_INT(api_call_answer(call).status, 200);
     CHECK_SAYING(runs > 20, "300 arms in %d runs", runs);
     api_call_free(&call);
-    /* stopped in the middle of its search, it ends at once */
+    /* cancelled in the middle of its search, it ends at once */
     out.bytes = 0;
     REQUIRE(api_call_new(&call, &limits) == PEND_OK);
     api_call_clock(call, ticking, &time);
@@ -418,7 +418,7 @@ TEST(too_much_names_the_way_out) {
     api_buffer_clear(&body);
 }
 
-/* each is refused with a reason, whatever is asked for, and is no fault of the server's */
+/* each is refused with a reason, whatever is requested, and is no error of the server */
 TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
     static const char *const bad[] = {
         "\"length\":[1e308,1],\"mass\":[1,1],\"parent\":[0,1]",
@@ -441,7 +441,7 @@ TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
                      bad[i]);
         test_reply_free(&reply);
     }
-    /* far, and yet not too far */
+    /* extreme, but still possible */
     struct test_reply good = test_post(
         API_OP_MODES, "{\"pendulum\":{\"length\":[1e100,1e-100],\"mass\":[1,1],\"parent\":[0,1]}}");
     CHECK_INT(good.status, 200);
@@ -474,12 +474,12 @@ TEST(limits_of_modes_are_named) {
     test_reply_free(&reply);
 }
 
-/* in all shapes of answers the same name and sign, and whether the equilibrium is stable */
+/* all kinds of answers have the same name and sign, and say whether the equilibrium is stable */
 TEST(modes_say_whether_they_grow_and_where_they_are_another_motions) {
     static const struct {
         const char *body, *word; /* of the warning; NULL: there is none */
         int stable;
-        double growth; /* of the first mode, NAN: it has none */
+        double growth; /* of the first mode; NAN: it has none */
     } some[] = {
         {"\"length\":[1],\"mass\":[1],\"parent\":[0]}", NULL, 1, NAN},
         {"\"length\":[1],\"mass\":[1],\"parent\":[0]},\"about\":[\"up\"]", NULL, 0, 3.132091952673},

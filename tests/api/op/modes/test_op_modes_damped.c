@@ -1,4 +1,4 @@
-/* Modes of many damped arms: what is asked and answered. That the numbers are right:
+/* Modes of many damped arms: requests and answers. The numbers are tested in
  * tests/core/modes/test_lossy.c. */
 #include <math.h>
 #include <stdio.h>
@@ -26,8 +26,9 @@ static struct test_reply chain(int n, double friction, double drag) {
     return test_post(API_OP_MODES, body);
 }
 
-/* Drag per mass gives every mode its own decay gamma and omega^2 = omega_0^2 - gamma^2; of an even
- * chain omega_0^2 is g / l times half the square of a Bessel function's zero, for many arms. */
+/* Drag per mass gives every mode the same decay rate gamma, and omega^2 = omega_0^2 - gamma^2; for
+ * a uniform chain of many arms omega_0^2 is g / l times half the square of a Bessel function's
+ * zero. */
 TEST(modes_of_many_arms_with_drag_per_mass_decay_alike) {
     enum { N = 120 };
     static const double zero = 2.404825557695773; /* of J_0, the first */
@@ -41,7 +42,7 @@ TEST(modes_of_many_arms_with_drag_per_mass_decay_alike) {
         off = fmax(off, fabs(test_reply_number(&reply, at) - 0.25));
     }
     CHECK_SAYING(off < 1e-12, "%g", off);
-    // a hanging rope of length n under gravity n: omega = zero / 2
+    // a hanging rope of length n with gravity n: omega = zero / 2
     double omega = hypot(test_reply_number(&reply, "/omega/0"), 0.25);
     CHECK_SAYING(fabs(omega / (zero / 2) - 1) < 0.01, "%g", omega);
     test_reply_free(&reply);

@@ -1,9 +1,8 @@
-/* Laws: what a change of the units of length, mass and time does to the answers of operations: it
- * changes their numbers, each by its own power, and nothing else. A length of a metre or a rate of
- * 1/s that is hidden somewhere shows here.
- * It has the name of the first that it asks. Leaves to others: the numbers in metres, kilograms and
- * seconds (test_op_X). Invariant: all units are powers of two, so that requests scale without
- * rounding. */
+/* Laws: a change of the units of length, mass and time multiplies the numbers of answers by the
+ * corresponding powers, and changes nothing else. This reveals a hidden length of a metre or rate
+ * of 1/s. The file is named after its first operation. Leaves to others: the numbers in metres,
+ * kilograms and seconds (test_op_X). Invariant: all units are powers of two, so that requests scale
+ * without rounding. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +11,7 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-/* powers of two that lengths, masses and times are multiplied by */
+/* powers of two by which lengths, masses and times are multiplied */
 struct units {
     int length, mass, time;
 };
@@ -39,7 +38,7 @@ static void write_request(const char *from, const struct units *units, char *to,
     CHECK(bytes > 1);
 }
 
-/* numbers of an answer and the powers of their units; a # in the pointer is 0, 1 and so on, as far
+/* numbers of an answer and the powers of their units; a # in the pointer is 0, 1 and so on, as long
  * as there are numbers */
 struct number {
     const char *pointer;
@@ -53,7 +52,7 @@ struct law {
     struct number number[9]; /* up to one without a pointer */
 };
 
-/* a bent pair of arms with all that loses energy, on a cart with a spring */
+/* a bent pair of arms with all kinds of friction, on a cart with a spring */
 #define ON_A_CART                                                                                  \
     "\"pendulum\":{\"gravity\":<9.81 1 0 -2>,\"drag_per_mass\":<0.03 0 0 -1>,\"arms\":["           \
     "{\"name\":\"a\",\"length\":<0.9 1 0 0>,\"mass\":<1.1 0 1 0>,\"damping\":<0.2 2 1 -1>,"        \
@@ -68,7 +67,7 @@ struct law {
 #define STATE                                                                                      \
     "{\"theta\":[2,-1.5],\"thetad\":[<1 0 0 -1>,<-2 0 0 -1>],\"cart\":{\"x\":<0.4 1 0 0>,"         \
     "\"v\":<-0.7 1 0 -1>}}"
-/* two arms that spin where nothing pulls */
+/* two arms that spin without gravity */
 #define FREE                                                                                       \
     "\"pendulum\":{\"gravity\":0,\"length\":[<1 1 0 0>,<0.7 1 0 0>],\"mass\":[<1 0 1 0>,"          \
     "<1.5 0 1 0>],\"parent\":[0,1]}"
@@ -145,7 +144,7 @@ static const struct law laws[] = {
       {"/modes/reach/#", {0, 0, 0}}}},
 };
 
-/* the largest gap of the numbers at a pointer over the largest of them */
+/* the largest difference of the numbers at a pointer, relative to the largest of them */
 static double law_gap(const struct test_reply *got, const struct test_reply *want,
                       const struct number *number, int times) {
     double most = 0, size = 0;
@@ -191,7 +190,7 @@ TEST(law_answers_do_not_depend_on_the_units_of_length_mass_and_time) {
     }
 }
 
-/* a start in a mode is told by the largest angle of an arm, and not by a cart's place */
+/* a start in a mode is given by the largest angle of an arm, and not by a cart's position */
 TEST(law_a_start_in_a_mode_on_a_cart_has_its_amplitude) {
     char body[2000];
     write_request(laws[4].request, &(struct units){0, 0, 0}, body, sizeof body);

@@ -1,4 +1,4 @@
-/* What is asked and answered of a response. That the numbers are right:
+/* Requests and answers about responses. The numbers are tested in
  * tests/core/modes/test_response.c. */
 #include <math.h>
 #include <stdio.h>
@@ -57,7 +57,7 @@ TEST(response_to_the_pendulums_own_drives_has_a_row_for_each_of_their_frequencie
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/omega"), 2);
     CHECK(test_reply_number(&reply, "/omega/0") == 2 && test_reply_number(&reply, "/omega/1") == 5);
-    /* the constant torque bends the arm, and so its stiffness */
+    /* the constant torque changes the equilibrium, and with it the stiffness */
     double rest = asin(1 / (2 * 9.81)), stiff = 2 * 9.81 * cos(rest);
     CHECK(fabs(test_reply_number(&reply, "/equilibrium/0") - (rest - M_PI_2)) < 1e-14);
     double re = 0.3 * cos(1) + 0.1, im = 0.3 * sin(1);
@@ -89,12 +89,12 @@ TEST(response_of_tips_tells_what_passes_from_a_shaken_pivot) {
     CHECK(test_reply_number(&reply, "/omega/0") == 0.01 &&
           fabs(test_reply_number(&reply, "/omega/2") - 1) < 1e-15 &&
           test_reply_number(&reply, "/omega/5") == 1000);
-    /* slowly all goes with the pivot; the second arm's tip stays behind a quick one, but for its
-     * height, which arms that hang keep: sin^2 of the direction is left */
+    /* at low frequencies everything moves with the pivot; at high ones the second arm's tip stays
+     * at rest, except for its height, which arms that hang keep: sin^2 of the direction remains */
     CHECK(fabs(test_reply_number(&reply, "/transmissibility/0/1") - 1) < 1e-4);
     CHECK(fabs(test_reply_number(&reply, "/transmissibility/5/1") - 0.25) < 1e-4);
     CHECK(fabs(test_reply_number(&reply, "/z/y_amplitude/3/0") - 0.005) < 1e-15);
-    /* both masses ride up and down with the pivot: 2 m w^2 a, opposite to the way */
+    /* both masses move up and down with the pivot: 2 m w^2 a, opposite to the motion */
     CHECK(fabs(test_reply_number(&reply, "/joint_force/along_amplitude/2/0") - 2 * 0.005) < 1e-15);
     CHECK(test_reply_number(&reply, "/tip_force/along_amplitude/2/1") ==
           test_reply_number(&reply, "/lambda/amplitude/2/1"));
@@ -120,7 +120,8 @@ TEST(response_comes_in_every_representation) {
     }
 }
 
-/* g = 4 and an arm of 1 m: the mode is exactly 2 rad/s; without gravity nothing pulls back */
+/* g = 4 and an arm of 1 m: the mode is exactly 2 rad/s; without gravity there is no restoring
+ * force */
 TEST(response_that_is_not_finite_is_none_and_told) {
     struct test_reply reply = test_post(
         API_OP_RESPONSE, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":4},"
@@ -157,14 +158,14 @@ TEST(response_warns_of_what_is_not_small_and_of_what_does_not_stand) {
     CHECK(strstr(reply.out.data, "an arm swings by 0.511 rad at omega = 1 rad/s") != NULL);
     CHECK(!strstr(reply.out.data, "dry friction"));
     test_reply_free(&reply);
-    // the linear part of dry friction holds the arm to nearly the friction's speed
+    // the linear part of dry friction limits the arm to nearly the friction's speed
     reply = test_post(API_OP_RESPONSE, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],"
                                        "\"friction\":[{\"torque\":1,\"speed\":0.01}]},"
                                        "\"drive\":{\"pivot\":{\"x\":1}},\"omega\":[0.01,1]}");
     CHECK(strstr(reply.out.data, "at omega = 1 rad/s a joint or a tip moves at 0.996 times the "
                                  "speed below which its dry friction") != NULL);
     test_reply_free(&reply);
-    // a tip in air, above the speed of its drag and below it
+    // a tip in air, above and below the speed of its drag
     for (int slow = 0; slow < 2; slow++) {
         char body[400];
         snprintf(body, sizeof body,

@@ -1,5 +1,5 @@
-/* What is asked and answered of the response of a pendulum on a cart. That the numbers of many arms
- * are right: tests/core/modes/test_response.c. */
+/* Requests and answers about the response of a pendulum on a cart. The numbers for many arms are
+ * tested in tests/core/modes/test_response.c. */
 #include <complex.h>
 #include <math.h>
 #include <stdio.h>
@@ -38,7 +38,7 @@ TEST(response_on_a_cart_is_that_of_its_two_equations) {
         int rows;
         double omega[3], force[3];
     } cases[] = {
-        // at 4 rad/s, that of the arm alone, the cart stands still
+        // at 4 rad/s, the frequency of the arm alone, the cart is at rest
         {",\"drive\":{\"cart\":{\"amplitude\":0.1}},\"omega\":[0,4,6]",
          3,
          {0, 4, 6},

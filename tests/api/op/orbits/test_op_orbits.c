@@ -1,4 +1,4 @@
-/* What is asked and answered of periodic orbits. That the numbers are right:
+/* Requests and answers about periodic orbits. The numbers are tested in
  * tests/core/orbits/test_orbits.c. */
 #include <math.h>
 #include <stdio.h>
@@ -38,7 +38,7 @@ TEST(orbits_of_a_mode_are_answered_one_or_all) {
     test_reply_free(&one);
 }
 
-/* the orbit's start, posted as a trajectory, comes back */
+/* the orbit's start, posted as a trajectory, repeats after the period */
 TEST(orbits_come_back_as_trajectories_do_in_the_callers_order) {
     char body[600];
     struct test_reply orbit = test_post(API_OP_ORBITS, "{" TURNED ",\"mode\":1,\"amplitude\":1.5}");
@@ -111,7 +111,7 @@ TEST(orbits_switch_to_the_branch_that_begins_at_a_bifurcation) {
     test_reply_free(&once);
 }
 
-/* the same numbers as the list beside the orbits */
+/* the same numbers as in the list of bifurcations */
 TEST(orbits_have_their_bifurcations_as_rows) {
     struct test_reply list = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1]}");
     struct test_reply rows =
@@ -183,7 +183,7 @@ TEST(orbits_say_which_others_they_meet_where_their_branch_turns_back) {
     test_reply_free(&reply);
 }
 
-/* chains of arms of 1 m and 1 kg; s that their orbits took on the machine of the notebook */
+/* chains of arms of 1 m and 1 kg; s that their orbits took on the notebook's machine */
 static const struct {
     int arms, mode;
     double amplitude;
