@@ -181,7 +181,7 @@ void ground_nulls(const struct ground *ground) {
 }
 
 #define SUM(what, table) "COALESCE((SELECT CAST(SUM(" what ") AS BIGINT) FROM " table "), 0)"
-/* of a client, with the changes that are not in its row yet */
+/* for a client, including the changes that are not in its row yet */
 #define LATE(what) what " + " SUM("changes." what, "changes WHERE changes.name = clients.name")
 #define TOTAL(what) SUM(what, "totals")
 

@@ -1,7 +1,7 @@
-/* A store of a test's own, on each database.
+/* A separate store for a test, on each database.
  * Leaves to others: the server of PostgreSQL (harness/postgres).
- * Invariant: a test finds the store empty, and leaves nothing but that server, which ends with
- * the program. */
+ * Invariant: a test finds the store empty, and leaves only that server, which ends with the
+ * program. */
 #pragma once
 
 #include "server/store/store.h"
@@ -12,7 +12,7 @@
 /* in the store's microseconds */
 #define SECOND 1000000
 
-/* Rules that are in no test's way. */
+/* Rules that limit no test. */
 extern const struct srv_store_rules ground_rules;
 
 /* A database that is empty when a test begins. */
@@ -22,15 +22,15 @@ struct ground {
     struct test_postgres *postgres; /* NULL on SQLite */
 };
 
-/** Empties a place; returns 0 if that does not work. */
+/** Empties the store; returns 0 if that fails. */
 int ground_begin(struct ground *ground, int postgres);
 
 void ground_clear(struct ground *ground);
 
-/** Opens another connection; NULL, with a failed check, if that does not work. */
+/** Opens another connection; NULL, with a failed check, if that fails. */
 struct srv_store *ground_open(const struct ground *ground);
 
-/** Runs a test with one connection; skips it where PostgreSQL is not installed. */
+/** Runs a test with one connection; skips it if PostgreSQL is not installed. */
 void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_store *store));
 
 /** Defines the same test on each store. */
@@ -46,7 +46,7 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
     TEST(name) { ground_test(1, name##_with); }                                                    \
     static void name##_with(struct ground *ground, struct srv_store *store)
 
-/** An order of a job of one part and of the operation "ensembles"; all have one request and one
+/** An order of a job with one part and the operation "ensembles"; all have the same request and
  * digest. */
 struct srv_job_order ground_order(const char *id, const char *client);
 
@@ -62,17 +62,17 @@ enum srv_stored ground_list(struct srv_store *store, const char *client, const c
 enum srv_stored ground_claim_whole(struct srv_store *store, const char *worker, int64_t lease_us,
                                    struct srv_lease *lease);
 
-/** Claims one part and frees the request, which no worker is here to read. */
+/** Claims one part and frees the request, which no worker reads here. */
 enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us,
                              struct srv_lease *lease);
 
 void ground_pause_ms(int ms);
 
-/** Runs a statement on a connection of its own, in the store's dialect; a failure is a failed
+/** Runs a statement on a separate connection, in the store's dialect; a failure is a failed
  * check. */
 void ground_run(const struct ground *ground, const char *text);
 
-/** The whole number that a statement answers with, on a connection of its own. */
+/** The integer that a statement returns, on a separate connection. */
 long long ground_ask(const struct ground *ground, const char *text);
 
 /* Columns of a table. */
@@ -81,12 +81,11 @@ struct ground_columns {
     char name[40][32];
 };
 
-/** Reads the names of a table's columns, or of all tables where it is NULL. */
+/** Reads the names of a table's columns, or of all tables if it is NULL. */
 void ground_look(const struct ground *ground, const char *table, struct ground_columns *columns);
 
-/** Lets any column of an SQLite file hold NULL, as the file of somebody else may say. */
+/** Allows NULL in any column of an SQLite file, as a foreign file may. */
 void ground_nulls(const struct ground *ground);
 
-/** Checks that the sums that the store keeps equal a recount of what they count; returns 1 if
- * they do. */
+/** Checks that the sums in the store equal a recount; returns 1 if they do. */
 int ground_sums(const struct ground *ground);

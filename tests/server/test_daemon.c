@@ -1,4 +1,4 @@
-/* Tests of server/daemon and server/http/http: the parts together, with real sockets. */
+/* Tests of server/daemon and server/http/http: all parts together, with real sockets. */
 #include "server/base/clock.h"
 #include "server/daemon.h"
 
@@ -23,7 +23,7 @@
 #define RELAYED "GET /healthz HTTP/1.1\r\nHost: x\r\nVia: 1.1 somewhere\r\n\r\n"
 #define READY "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n"
 
-/* drains until nothing is left; 0, with a failed check, where that does not come */
+/* drains until nothing is left; 0, with a failed check, if that does not happen */
 static int daemon_drained(struct srv_daemon *daemon) {
     double until = test_clock() + TEST_PATIENCE;
     int over = 0;
@@ -181,7 +181,7 @@ TEST(bodies_together_stay_within_their_memory) {
         "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 200000\r\n\r\n";
     REQUIRE(daemon != NULL);
     memset(body, ' ', sizeof body);
-    /* small ones count against all that is held, large ones of one client against half of its
+    /* small ones count towards the total memory, large ones of one client towards half of its
      * share */
     for (int i = 0; i < BODIES; i++) {
         REQUIRE(live_say(daemon, &client[i], head));
@@ -194,7 +194,7 @@ TEST(bodies_together_stay_within_their_memory) {
     CHECK(strstr(reply.body, "max-client-held-bytes") != NULL);
     test_reply_clear(&reply);
     test_client_close(last);
-    /* the first is not disturbed, and gives its memory back */
+    /* the first is not affected, and frees its memory */
     for (int i = 1; i < BODIES; i++) test_client_close(&client[i]);
     live_await(daemon, "pendulumd_connections ", 2);
     test_client_send(&client[0], body, 1);
@@ -232,7 +232,7 @@ TEST(times_for_heads_bodies_and_silence_are_totals) {
         struct test_reply reply;
         double begin = test_clock();
         if (!live_say(daemon, &client, slow[i].say)) continue;
-        /* until the server has had enough */
+        /* until the server gives up */
         struct pollfd look = {.fd = client.fd, .events = POLLIN};
         for (int k = 0; k < 400 && slow[i].drip[0] && !poll(&look, 1, 20); k++)
             if (!test_client_say(&client, slow[i].drip)) break;
@@ -255,7 +255,7 @@ TEST(between_requests_a_connection_may_be_as_old_as_it_likes) {
     for (int i = 0; i < 2; i++) {
         struct test_reply reply;
         srv_clock_advance(srv_clock_span(3600));
-        test_sleep(0.3); /* the watch looks once in this time */
+        test_sleep(0.3); /* the watch checks once in this time */
         test_client_say(&client, HEALTH);
         CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
         test_reply_clear(&reply);
@@ -271,11 +271,11 @@ TEST(an_answer_that_is_not_taken_is_given_up) {
     struct srv_daemon *daemon = live_start(options);
     struct test_client client;
     REQUIRE(daemon && live_post(daemon, &client, "/v1/trajectories", body));
-    /* about 20 MB, more than the sockets hold; nothing is read until the server is tired of it */
+    /* about 20 MB, more than the sockets hold; nothing is read until the server gives up */
     struct test_reply reply;
     char first;
     CHECK_INT(recv(client.fd, &first, 1, MSG_PEEK), 1);
-    live_await(daemon, "pendulumd_connections ", 1); /* the one that asks for it */
+    live_await(daemon, "pendulumd_connections ", 1); /* the connection of the query itself */
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 0);
     test_reply_clear(&reply);
     test_client_close(&client);
@@ -284,7 +284,7 @@ TEST(an_answer_that_is_not_taken_is_given_up) {
 }
 
 TEST(a_client_that_went_away_frees_its_worker_at_once) {
-    /* a slow machine would refuse by its own pace what is to be left */
+    /* a slow machine would refuse the request by its own estimate */
     static const char *const options[] = {"--workers", "1", "--max-compute-seconds", "86400", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client gone, waiting, next;
@@ -319,7 +319,7 @@ TEST(a_client_that_only_shuts_its_side_still_gets_a_short_answer) {
     srv_daemon_free(&daemon);
 }
 
-/* a body that is computed for about so many seconds, whatever the machine and the build */
+/* a body that is computed for about this many seconds, on any machine and build */
 static void daemon_lasting(struct srv_daemon *daemon, double seconds, char body[], size_t cap) {
     double stop = 50, took = 0;
     while (took < 0.05) {
@@ -341,7 +341,7 @@ static void daemon_lasting(struct srv_daemon *daemon, double seconds, char body[
 }
 
 /* a daemon whose drain has begun while it computes for a client, and a connection that was open
- * before; where the computation was over too soon, once more with a longer one */
+ * before; if the computation was over too soon, it is repeated with a longer one */
 static struct srv_daemon *daemon_draining(struct test_client *running, struct test_client *open) {
     static const char *const options[] = {"--workers", "1", NULL};
     for (double seconds = 1; seconds < 100; seconds *= 4) {
@@ -355,8 +355,7 @@ static struct srv_daemon *daemon_draining(struct test_client *running, struct te
         double slices = live_metric(daemon, "pendulumd_slices_total ");
         if (!live_post(daemon, running, "/v1/trajectories", body)) return NULL;
         live_await_least(daemon, "pendulumd_slices_total ", slices + 1);
-        /* a drain waits a moment even where nothing is computed: what counts is that no answer
-         * comes just now */
+        /* a drain waits a moment even without computations: no answer must arrive now */
         struct pollfd look = {.fd = running->fd, .events = POLLIN};
         if (live_metric(daemon, "pendulumd_computations ") > 0 && !srv_daemon_drain(daemon, 0) &&
             !poll(&look, 1, 50))
@@ -368,7 +367,7 @@ static struct srv_daemon *daemon_draining(struct test_client *running, struct te
     return NULL;
 }
 
-/* does anybody still listen there? */
+/* whether a process still listens there */
 static int daemon_listens(const struct srv_daemon *daemon) {
     struct sockaddr_in address = {.sin_family = AF_INET,
                                   .sin_port = htons((uint16_t)live_port(daemon))};
@@ -385,11 +384,11 @@ TEST(a_drain_lets_nobody_in_and_answers_who_is_there) {
     struct srv_daemon *daemon = daemon_draining(&running, &open);
     char text[512];
     REQUIRE(daemon != NULL);
-    /* at once, while it computes: who is refused a connection asks another process */
+    /* at once, while it computes: a client that is refused a connection tries another process */
     for (int step = 0; step < 5; step++, test_sleep(1e-3 * SRV_HTTP_SETTLE_MS))
         CHECK_INT(srv_daemon_drain(daemon, 0), 0);
     CHECK(!daemon_listens(daemon));
-    /* what comes on a connection that was open is computed, and is the connection's last */
+    /* a request on an open connection is computed, and is the connection's last */
     snprintf(text, sizeof text,
              "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: "
              "application/json\r\nContent-Length: %zu\r\n\r\n%s",
@@ -481,7 +480,7 @@ TEST(a_drain_in_a_hurry_answers_503_and_ends_at_once) {
     }
 }
 
-/* A client that asks as fast as it can until the server is gone. */
+/* A client that sends requests as fast as it can until the server has ended. */
 struct daemon_crowd {
     int port;
     atomic_long answered;
@@ -512,8 +511,7 @@ static void *daemon_client(void *argument) {
             int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
             crowd->answered += status == 200;
             crowd->refused += status == 503;
-            /* a connection that was idle may be closed under a request (RFC 9112 9.5); a fresh
-             * one, never */
+            /* an idle connection may be closed during a request (RFC 9112 9.5); a new one never */
             crowd->lost += status == 0 && first;
             more = status && reply.keep_alive;
             test_reply_clear(&reply);
@@ -557,7 +555,7 @@ TEST(heads_at_the_front_s_limits_fit_into_the_connection_s_memory) {
     struct srv_daemon *daemon = live_start(NULL);
     static char text[12000];
     REQUIRE(daemon != NULL);
-    /* the most of everything at once: target, parameters, fields, cookies */
+    /* the maximum of everything at once: target, parameters, fields, cookies */
     size_t at = (size_t)sprintf(text, "GET /healthz?");
     for (int i = 0; i < SRV_TARGET_BYTES - 10; i++) text[at++] = i % 16 == 15 ? '&' : 'a';
     at += (size_t)sprintf(text + at, " HTTP/1.1\r\nHost: x\r\nCookie: a=b");
@@ -568,7 +566,7 @@ TEST(heads_at_the_front_s_limits_fit_into_the_connection_s_memory) {
     memset(text + at, 'a', rest);
     strcpy(text + at + rest, "\r\n\r\n");
     CHECK_INT(live_status(daemon, text), 200);
-    /* and with a body that came at the same time */
+    /* and with a body that arrived at the same time */
     char *both = malloc(60000);
     REQUIRE(both != NULL);
     sprintf(both, "POST%s", text + 3);

@@ -4,7 +4,7 @@
 
 #include "tests/harness/test.h"
 
-/* a buffer with so much memory */
+/* a buffer with this much memory */
 static struct api_buffer pool_buffer(size_t bytes, size_t limit) {
     struct api_buffer buffer;
     api_buffer_init(&buffer, limit);

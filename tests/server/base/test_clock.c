@@ -48,7 +48,7 @@ TEST(a_stamp_is_the_time_as_rfc_3339_writes_it) {
     CHECK(timegm(&part) >= before && timegm(&part) <= after);
     CHECK_INT((long long)strlen(rest), 5);
     CHECK(rest[0] == '.' && rest[4] == 'Z' && strspn(rest + 1, "0123456789") == 3);
-    /* stamps of one second differ in their milliseconds only, and never go back */
+    /* stamps of one second differ only in their milliseconds, and never decrease */
     char last[sizeof stamp.text];
     for (int i = 0; i < 2000; i++) {
         strcpy(last, stamp.text);

@@ -37,7 +37,7 @@ TEST(a_wait_ends_at_its_instant_and_not_before) {
     int64_t until = srv_clock_now() + 20000000;
     while (srv_condition_wait(&room.some, &room.lock, until)) continue;
     CHECK(srv_clock_now() >= until);
-    /* an instant that is over is not waited for */
+    /* the wait returns at once if the instant has passed */
     CHECK(!srv_condition_wait(&room.some, &room.lock, 0));
     CHECK(!srv_condition_wait(&room.some, &room.lock, until));
     pthread_mutex_unlock(&room.lock);

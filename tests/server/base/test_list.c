@@ -12,7 +12,7 @@ static struct thing *thing_of(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct thing, link);
 }
 
-/* the numbers of a list's things as digits; -1 where a link is wrong */
+/* the numbers of a list's things as digits; -1 if a link is wrong */
 static int things(const struct srv_list *list) {
     int digits = 0;
     SRV_LIST_EACH (link, list) {

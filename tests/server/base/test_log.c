@@ -24,7 +24,7 @@ static const struct srv_log_request log_sample = {.id = "i1",
                                                   .total = 10,
                                                   .steps = 7};
 
-/* what a file holds, NUL behind it */
+/* the contents of a file, followed by a NUL */
 static size_t log_file(FILE *file, char text[], size_t cap) {
     rewind(file);
     size_t bytes = fread(text, 1, cap - 1, file);
@@ -88,7 +88,7 @@ TEST(a_message_is_one_line_whatever_is_in_it) {
     char text[4096];
     REQUIRE(file && srv_log_new(&log, -1, dup(fileno(file))) == PEND_OK);
     srv_log_message(log, "one %d\ntwo\x1b[31m", 1);
-    srv_log_request(log, &log_sample); /* left out: no descriptor */
+    srv_log_request(log, &log_sample); /* dropped: no descriptor */
     srv_log_free(&log);
     log_file(file, text, sizeof text);
     CHECK_TEXT(text, "one 1?two?[31m\n");
@@ -148,7 +148,7 @@ TEST(a_reader_that_does_not_read_holds_nobody_up) {
     for (int i = 0; i < 20000; i++) srv_log_request(log, &log_sample);
     double seconds = test_clock() - begin;
     CHECK_SAYING(seconds < TEST_PATIENCE, "20000 lines took %.1f s", seconds);
-    /* the reader comes back: what it then reads ends with the count of what was lost */
+    /* the reader comes back: what it then reads ends with the count of lost lines */
     fcntl(ends[0], F_SETFL, O_NONBLOCK);
     size_t all = 0, last = 0;
     int found = 0;
@@ -227,7 +227,7 @@ TEST(audit_entries_go_to_a_file_of_their_own_once_it_is_named) {
     CHECK_TEXT(log_member(text, "of", member), "x");
     CHECK_TEXT(log_member(text, "status", member), "200");
     CHECK_TEXT(log_member(text, "outcome", member), "done");
-    /* what came before the file was named is nowhere, and no entry is among the requests */
+    /* what was logged before the file was named is lost, and no entry is among the requests */
     CHECK(strchr(text, '\n') == strrchr(text, '\n'));
     CHECK_INT(log_file(other, text, sizeof text), 0);
     fclose(file);

@@ -1,4 +1,4 @@
-/* Tests of server/base/metrics: the counts, and that the text is what Prometheus' format allows. */
+/* Tests of server/base/metrics: the counts, and that the text conforms to Prometheus' format. */
 #include "server/base/metrics.h"
 
 #include <ctype.h>
@@ -14,7 +14,7 @@ static const char *metrics_label(int route) {
     return route == 0 ? "POST /v1/trees" : route == 1 ? "GET /x" : NULL;
 }
 
-/* the value of a sample, by the start of its line; NaN where there is none */
+/* the value of a sample, by the start of its line; NaN if there is none */
 static double metrics_value(const char *text, const char *sample) {
     size_t bytes = strlen(sample);
     for (const char *line = text; line && *line; line = strchr(line, '\n'), line += line != NULL)
@@ -44,8 +44,8 @@ static int metrics_line_good(const char *line, size_t bytes) {
     return stop == end;
 }
 
-/* checks the form: every line, one HELP and TYPE before the samples of a name, which stand
- * together */
+/* checks the form: every line, and one HELP and TYPE before the samples of a name, which are
+ * adjacent */
 static void metrics_check_form(const char *text) {
     char seen[64][64], name[64] = "";
     int count = 0, comments = 0;
@@ -114,7 +114,7 @@ TEST(metrics_are_counted_and_written_in_prometheus_form) {
     CHECK(metrics_value(out.data, "pendulumd_request_duration_seconds_count{stage=\"queue\"}") ==
           0);
     api_buffer_clear(&out);
-    /* no room: said, not cut silently */
+    /* not enough space: reported, not truncated silently */
     api_buffer_init(&out, 1000);
     CHECK(srv_metrics_write(&metrics, &gauges, metrics_label, &out) == PEND_LIMIT);
     api_buffer_clear(&out);

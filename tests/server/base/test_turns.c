@@ -26,12 +26,12 @@ static struct waiter *waiter_take(struct srv_turns *turns, struct street street[
     return waiter;
 }
 
-/* Road 0 has four lanes, road 1 one, road 2 one whose waiter leaves before its turn. */
+/* Road 0 has four lanes, road 1 one, road 2 one whose waiting link is removed before its turn. */
 TEST(roads_take_turns_as_many_in_a_row_as_they_have_lanes) {
     struct srv_turns turns = {0};
     struct street street[ROADS] = {0};
     struct waiter waiter[LANES][2] = {0}, other[2] = {0}, gone = {.road = 2};
-    /* In the second round the lanes end, and with them the turns of their road. */
+    /* In the second round the lanes become empty, and their road's turns end with them. */
     static const int order[][2] = {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {1, 0},
                                    {0, 0}, {0, 1}, {0, 2}, {1, 0}, {0, 3}};
     for (int k = 0; k < 2; k++) {
@@ -53,14 +53,14 @@ TEST(roads_take_turns_as_many_in_a_row_as_they_have_lanes) {
     CHECK(!waiter_take(&turns, street));
 }
 
-/* Whatever comes and goes in whatever order: a lane's waiters come in theirs, and while a road
- * waits no other has more than SRV_TURNS_ROW turns before it. */
+/* For any order of arrivals and removals: the links of a lane are returned in their order, and
+ * while a road waits no other has more than SRV_TURNS_ROW turns before it. */
 TEST(turns_are_kept_whatever_comes_and_goes) {
     struct srv_turns turns = {0};
     struct street street[ROADS] = {0};
     static struct waiter waiter[ROADS][LANES][EACH];
     int in[ROADS][LANES] = {0}, out[ROADS][LANES] = {0}, waits[ROADS] = {0};
-    int passed[ROADS][ROADS] = {0}; /* turns of a road since another began to wait or had its own */
+    int passed[ROADS][ROADS] = {0}; /* turns of a road since another began to wait or had a turn */
     srand(7);
     for (int step = 0; step < 3000; step++) {
         int r = rand() % ROADS, i = rand() % LANES;

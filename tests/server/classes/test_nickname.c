@@ -1,5 +1,4 @@
-/* Tests of server/classes/nickname: what looks alike has one fold, and what does not has another.
- */
+/* Tests of server/classes/nickname: look-alikes have the same fold, and others different ones. */
 #include "server/classes/nickname.h"
 
 #include <string.h>
@@ -58,10 +57,10 @@ TEST(a_fold_fits_and_what_cannot_be_seen_has_none) {
     char fold[FOLD], wide[200] = "", little[8];
     CHECK_INT(srv_nickname_fold("\xe2\x80\x8b \xe2\x81\xa0", fold, FOLD), 0);
     CHECK_TEXT(fold, "");
-    /* U+FDFA stands for 18 characters; a name of 32 of them is cut at one */
+    /* U+FDFA stands for 18 characters; the fold of 32 of them is truncated at a character */
     for (int i = 0; i < 32; i++) strcat(wide, "\xef\xb7\xba");
     CHECK(srv_nickname_fold(wide, fold, FOLD) > 0 && strlen(fold) < FOLD);
-    /* bytes that are no UTF-8 end nothing */
+    /* bytes that are not UTF-8 end nothing */
     CHECK(srv_nickname_fold("\xff\xfe"
                             "a",
                             fold, FOLD) > 0);

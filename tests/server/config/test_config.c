@@ -23,7 +23,7 @@ static enum pend_status config_of(struct srv_config *config, const char *line, c
     return srv_config_load(config, argc, argv, environment, error);
 }
 
-/* a file with the text, for --config; the name goes to path */
+/* a file with the text, for --config; path receives its name */
 static void config_file(char path[64], const char *text) {
     strcpy(path, "/tmp/pendulumd-test-XXXXXX");
     int fd = mkstemp(path);
@@ -89,7 +89,7 @@ TEST(later_places_win) {
     CHECK_INT((long long)config.queue, 5);
     CHECK_INT((long long)config.limits.arms, 8);
     CHECK_INT((long long)config.workers, 9);
-    /* the environment can name the file, and the command line another */
+    /* the environment can name the file, and the command line another one */
     snprintf(variable, sizeof variable, "PENDULUMD_CONFIG=%s", path);
     REQUIRE(config_of(&config, "", variable, NULL, &error) == PEND_OK);
     CHECK_INT((long long)config.queue, 5);
@@ -251,7 +251,7 @@ TEST(a_drain_that_is_shorter_than_a_computation_gives_a_warning) {
                  "%s", config.warning);
     CHECK(config_of(&config, "--max-compute-seconds 600", NULL, NULL, &error) == PEND_OK &&
           config.warning[0]);
-    /* a worker answers no computation */
+    /* a worker process answers no computation */
     CHECK(config_of(&config, "--role worker --drain-seconds 5", NULL, NULL, &error) == PEND_OK &&
           !config.warning[0]);
 }

@@ -8,7 +8,7 @@
 
 #include "tests/harness/test.h"
 
-/* the url of the store "sqlite" in an environment; "" where there is none */
+/* the url of the store "sqlite" in an environment; "" if there is none */
 static const char *state_url(const char *state, const char *home, char url[SRV_CONFIG_TEXT]) {
     struct pend_error error = {0};
     if (state)
@@ -37,13 +37,13 @@ TEST(a_store_without_a_name_lies_in_the_state_directory_of_its_user) {
     snprintf(expected, sizeof expected, "%s/pendulumd", place);
     CHECK(!stat(expected, &made) && S_ISDIR(made.st_mode) && (made.st_mode & 0777) == 0700);
 
-    /* without a state directory, or with one that is relative, it lies below the home directory */
+    /* without a state directory, or with a relative one, it is below the home directory */
     snprintf(place, sizeof place, "%s/%s", here, top);
     snprintf(expected, sizeof expected, "sqlite:%s/.local/state/pendulumd/store.db", place);
     CHECK_TEXT(state_url(NULL, place, url), expected);
     CHECK_TEXT(state_url("relative", place, url), expected);
 
-    /* without either, or where no directory can be made, the error names the option */
+    /* without either, or if no directory can be created, the error names the option */
     CHECK_TEXT(state_url(NULL, NULL, url), "");
     CHECK_TEXT(state_url(NULL, "relative", url), "");
     CHECK_TEXT(state_url("/dev/null", "/nowhere", url), "");

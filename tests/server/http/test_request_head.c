@@ -6,7 +6,7 @@
 #include "tests/harness/test.h"
 #include "tests/server/live.h"
 
-/* reads a head; returns 1 when the exchange goes on */
+/* reads a head; returns 1 if the exchange continues */
 static int answer_head(struct srv_exchange *exchange, const char *method, const char *target) {
     srv_exchange_reset(exchange);
     exchange->method = method;

@@ -12,7 +12,7 @@ static const char *answer_header(const struct srv_exchange *exchange, const char
     return NULL;
 }
 
-/* a route's answer, or 0 where it needs a worker */
+/* a route's answer, or 0 if it needs a worker */
 static int answer_route(struct srv_exchange *exchange, const char *method, const char *target) {
     srv_exchange_reset(exchange);
     exchange->method = method;
@@ -20,8 +20,8 @@ static int answer_route(struct srv_exchange *exchange, const char *method, const
     return srv_router_head(exchange) && srv_router_body(exchange) ? 0 : exchange->status;
 }
 
-/* a path of the pattern: each variable is a%20b, a room a code; and what is read as variable, from
- * the first to the end of the last, NULL without any */
+/* a path of the pattern: each variable is a%20b, a room a code; and the text that is read as
+ * variables, from the first to the end of the last, NULL if there are none */
 static const char *answer_fill(const char *pattern, char path[128], char argument[128]) {
     int variables = 0, room = strstr(pattern, "{room}") != NULL;
     char *at = path, *read = argument, *last = argument;
@@ -51,8 +51,8 @@ TEST(every_row_of_the_route_table_is_found) {
         char method[16], pattern[128], path[128], filled[128];
         REQUIRE(sscanf(srv_router_label(i), "%15s %127s", method, pattern) == 2);
         const char *argument = answer_fill(pattern, path, filled);
-        /* a file's path is found, but of that name there is none; a room's leads to the page; what
-         * embeds asks for a link in its query */
+        /* the path of a file exists, but no file of this name; a room's path leads to the page;
+         * embedding requires a link in the query */
         int rest = strstr(pattern, "{file}") != NULL, room = strstr(pattern, "{room}") != NULL,
             link = !strcmp(pattern, "/oembed");
         int status = answer_route(&exchange, method, path);
@@ -63,7 +63,7 @@ TEST(every_row_of_the_route_table_is_found) {
         CHECK_TEXT(route->pattern, pattern);
         CHECK_INT(status, !route->handle ? 0 : rest ? 404 : room ? 302 : link ? 422 : 200);
         CHECK_TEXT(exchange.argument, argument);
-        /* a query changes nothing, four more parts do, but where it is a file's */
+        /* a query does not change the route; four more segments do, except for a file */
         strcat(path, "?q");
         answer_route(&exchange, route->method, path);
         CHECK(exchange.route == route);
@@ -144,7 +144,7 @@ TEST(the_stages_of_a_request_answer_in_their_order_and_each_knows_who_asks) {
         const char *method, *target, *authorization;
         int status;
     } asked[] = {
-        /* the form of the head before who asks, who asks before the route, the quota last */
+        /* the order of checks: form of the head, client, route, quota */
         {"GET", "/%zz", "Bearer short", 400},
         {"GET", "/nothing", "Bearer short", 401},
         {"GET", "/nothing", NULL, 404},

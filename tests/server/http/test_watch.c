@@ -53,7 +53,7 @@ static int watch_await(struct watch_pair *pair) {
 }
 
 TEST(a_waiting_client_that_goes_away_is_noticed_once) {
-    /* 0: it closes; 1: it resets; 2: it shuts its side only */
+    /* 0: it closes; 1: it resets; 2: it only shuts down its side */
     for (int way = 0; way < 3; way++) {
         struct srv_watch *watch;
         struct watch_pair pair;
@@ -72,7 +72,8 @@ TEST(a_waiting_client_that_goes_away_is_noticed_once) {
         else
             test_client_close(&pair.client);
         CHECK_INT(watch_await(&pair), 1);
-        /* a client that has only shut its side may want its answer, and is given a moment */
+        /* a client that has only shut down its side may want its answer, and is kept for a
+         * moment */
         if (way == 2)
             CHECK_SAYING(pair.when - begin > 0.02, "noticed after %.3f s", pair.when - begin);
         test_sleep(0.1);
@@ -124,13 +125,13 @@ TEST(a_request_that_is_late_gets_408_and_an_answer_that_is_not_taken_an_end) {
     }
 }
 
-/* whether one is busy, as it is for a moment that began after `begin` */
+/* whether a connection is busy, as it is for a moment that began after `begin` */
 static int watch_moment(struct srv_watch *watch, double begin) {
     int busy = srv_watch_busy(watch, 0, 0);
     return busy == 1 || (!busy && test_clock() > begin + 1e-3 * SRV_WATCH_MOMENT_MS);
 }
 
-/* lets the moment pass in which a connection counts as busy */
+/* lets the moment pass for which a connection counts as busy */
 static void watch_pass(void) { srv_clock_advance((int64_t)SRV_WATCH_MOMENT_MS * 1000000 + 1); }
 
 TEST(busy_counts_what_is_not_over) {
@@ -167,7 +168,7 @@ TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
     struct watch_pair pair;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
     int64_t now = srv_clock_now();
-    /* one that was just opened may be about to ask; so may one that has asked before, however
+    /* a new connection may be about to send a request; so may one that has sent one before, however
      * long it is silent */
     srv_watch_add(watch, &pair.watched, 0);
     watch_pass();
@@ -177,8 +178,8 @@ TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
     CHECK_INT(srv_watch_busy(watch, now, minute), 0);
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_IDLE, 0);
     pair.watched.since = now - 2 * minute;
-    /* a browser's is waited for a moment after the drain began, a proxy's for as long as
-     * patience says */
+    /* a browser's connection is waited for a moment after the drain began, a proxy's for the whole
+     * patience */
     CHECK_INT(srv_watch_busy(watch, srv_clock_now(), minute), 1);
     CHECK_INT(srv_watch_busy(watch, now - (int64_t)SRV_WATCH_MOMENT_MS * 1000000, minute), 0);
     atomic_store(&pair.watched.relayed, 1);

@@ -1,5 +1,4 @@
-/* Tests of server/jobs/part_runner: what becomes of a part when its daemon drains, and memory
- * that is not there. */
+/* Tests of server/jobs/part_runner: parts of a daemon that drains, and lack of memory. */
 #include "server/jobs/part_runner.h"
 
 #include <stdatomic.h>
@@ -15,7 +14,7 @@
 
 enum { ID = SRV_ID_BYTES - 1 };
 
-/* requests that were read since the program began */
+/* requests that were read since the program started */
 static atomic_int runner_reads;
 
 enum pend_status
@@ -40,7 +39,7 @@ enum srv_stored __real_srv_store_claim(struct srv_store *store, struct srv_claim
 enum srv_stored __wrap_srv_store_claim(struct srv_store *store, struct srv_claim *claim,
                                        struct srv_lease lease[]);
 
-/* 1: the next claim that finds something is taken back and is to be made again; 2: it was */
+/* 1: the next claim that finds something is undone and must be repeated; 2: it was */
 static atomic_int runner_again;
 
 enum srv_stored __wrap_srv_store_claim(struct srv_store *store, struct srv_claim *claim,
@@ -58,7 +57,7 @@ enum srv_stored __wrap_srv_store_claim(struct srv_store *store, struct srv_claim
     return SRV_STORED_AGAIN;
 }
 
-/* posts a job to a live daemon; its id */
+/* posts a job to a live daemon; returns its id */
 static void runner_post(const struct srv_daemon *daemon, const char *path, const char *body,
                         char id[SRV_ID_BYTES]) {
     struct test_client client;
@@ -102,7 +101,7 @@ TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
             test_sleep(0.005);
         }
         CHECK_INT(job.state, SRV_JOB_RUNNING);
-        /* it is held, for as long as the daemon lives */
+        /* it is held as long as the daemon lives */
         CHECK_INT(ground_claim_whole(store, "other", 1000000, &lease), SRV_STORED_NONE);
         srv_daemon_free(&daemon);
         CHECK_INT(ground_claim_whole(store, "other", 60000000, &lease), SRV_STORED);
@@ -116,7 +115,7 @@ TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
     CHECK(!system(command));
 }
 
-/* ns: the longest of many rests after a claim of so many of 64 small parts that took so long */
+/* ns: the longest of many rests after a claim of this many of 64 small parts that took this long */
 static int64_t runner_rest_after(int count, int64_t took, long workers) {
     struct srv_part_claim claim;
     int64_t longest = 0;
@@ -133,8 +132,8 @@ static int64_t runner_rest_after(int count, int64_t took, long workers) {
     return longest;
 }
 
-/* the busier the database, the longer; who gets half goes on nearly at once, who gets little lets
- * others work */
+/* the busier the database, the longer the rest; a worker that gets half continues almost at once,
+ * one that gets little lets others work */
 TEST(a_claim_rests_by_what_it_found_and_how_long_that_took) {
     const int64_t ms = 1000000;
     int64_t quick = runner_rest_after(SRV_CLAIMS, 4 * ms, 65),
@@ -193,7 +192,7 @@ TEST(a_runner_that_was_not_started_ends_and_want_of_memory_is_told) {
     live_service_clear(&service);
 }
 
-/* a job from its submission to its results, and how often its request was read on the way */
+/* a job from its submission to its results, and how often its request was read */
 static void runner_count(const struct srv_daemon *daemon, struct srv_store *store, const char *path,
                          const char *body, long least) {
     char id[SRV_ID_BYTES], text[128];

@@ -1,4 +1,4 @@
-/* Tests of server/keys/key_file: read, and replaced whole. */
+/* Tests of server/keys/key_file: reading, and atomic replacement. */
 #include "server/keys/key_file.h"
 
 #include <fcntl.h>
@@ -60,7 +60,7 @@ TEST(a_change_makes_a_file_that_nobody_else_reads) {
     umask(mask);
     CHECK(!stat(path, &file) && (file.st_mode & 07777) == 0600);
     CHECK_INT(count(), 2);
-    /* what a change refuses, and a change that died half-way, leave the file as it was */
+    /* a refused change, and a change that was interrupted, leave the file unchanged */
     CHECK_INT(srv_key_file_change(path, 0, add, "no name", &error), PEND_INVALID);
     char fresh[128];
     snprintf(fresh, sizeof fresh, "%s.new", path);
@@ -91,7 +91,7 @@ TEST(keys_that_others_can_read_are_refused) {
 TEST(root_makes_keys_for_the_user_whose_directory_it_is) {
     struct pend_error error = {.text = ""};
     struct stat file;
-    /* whoever is not root makes its own */
+    /* without root the owner is the user itself */
     uid_t owner = geteuid() ? geteuid() : 65534;
     gid_t group = geteuid() ? getegid() : 65534;
     REQUIRE(begin());
@@ -105,7 +105,7 @@ TEST(root_makes_keys_for_the_user_whose_directory_it_is) {
     end();
 }
 
-/* puts another directory in the place of that of the file, once the file was read */
+/* replaces the file's directory by another one, after the file was read */
 static enum pend_status add_and_move(struct srv_keys *keys, void *context,
                                      struct pend_error *error) {
     char aside[80];

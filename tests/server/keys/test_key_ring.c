@@ -1,4 +1,4 @@
-/* Tests of server/keys/key_ring: the keys in force, and their file read again. */
+/* Tests of server/keys/key_ring: the active keys, and reloading their file. */
 #include "server/keys/key_ring.h"
 
 #include <stdio.h>
@@ -10,7 +10,7 @@
 #include "server/keys/key_file.h"
 #include "tests/harness/test.h"
 
-/* A file with four keys, and the ring of it. */
+/* A file with four keys, and its ring. */
 struct rig {
     char directory[64], path[96], good[SRV_KEY_TOKEN], expired[SRV_KEY_TOKEN],
         revoked[SRV_KEY_TOKEN], other[SRV_KEY_TOKEN];
@@ -77,7 +77,7 @@ TEST(each_key_has_its_verdict) {
     found = srv_key_ring_find(rig.ring, rig.expired, 1000);
     CHECK(found.verdict == SRV_KEY_EXPIRED && found.when == 900);
     CHECK_INT(verdict(&rig, rig.expired, 899), SRV_KEY_GOOD);
-    /* what was revoked is told as that, also once it would have expired */
+    /* a revoked key is reported as revoked, also once it would have expired */
     found = srv_key_ring_find(rig.ring, rig.revoked, 1000);
     CHECK(found.verdict == SRV_KEY_REVOKED && found.when == 800);
     found = srv_key_ring_find(rig.ring, none, 1000);
@@ -99,7 +99,7 @@ TEST(a_file_that_changes_is_in_force_and_one_that_is_wrong_is_not) {
     srv_key_ring_look(rig.ring, rig.log);
     CHECK_INT(verdict(&rig, rig.other, 1000), SRV_KEY_GOOD);
     CHECK(srv_key_ring_role(rig.ring, SRV_ROLE_PUPIL).value[SRV_LIMIT_JOBS] == 7);
-    /* too open, full of nonsense, gone: the keys of before hold */
+    /* readable by others, malformed, missing: the previous keys stay active */
     CHECK(!chmod(rig.path, 0644));
     srv_key_ring_look(rig.ring, rig.log);
     CHECK_INT(verdict(&rig, rig.other, 1000), SRV_KEY_GOOD);
@@ -113,7 +113,7 @@ TEST(a_file_that_changes_is_in_force_and_one_that_is_wrong_is_not) {
     CHECK(!unlink(rig.path));
     srv_key_ring_look(rig.ring, rig.log);
     CHECK_INT(verdict(&rig, rig.good, 1000), SRV_KEY_GOOD);
-    /* and back */
+    /* restored */
     REQUIRE(srv_key_file_change(rig.path, 1, more, &rig, NULL) == PEND_OK);
     srv_key_ring_look(rig.ring, rig.log);
     CHECK_INT(verdict(&rig, rig.good, 1000), SRV_KEY_UNKNOWN);

@@ -1,4 +1,4 @@
-/* Tests of server/keys/keys: making keys, their table, its text. */
+/* Tests of server/keys/keys: generating keys, their table, its text. */
 #include "server/keys/keys.h"
 
 #include <stdio.h>
@@ -51,7 +51,7 @@ TEST(a_key_is_found_by_its_digest_wherever_it_stands) {
     for (int i = 0; i < KEYS; i++) {
         srv_keys_digest(token[i], digest);
         CHECK(srv_keys_find(&keys, digest) == &keys.key[i]);
-        /* one digit of another makes it another, wherever it is */
+        /* any changed digit gives another key */
         digest[i % 64] = digest[i % 64] == '0' ? '1' : '0';
         CHECK(srv_keys_find(&keys, digest) == NULL);
     }

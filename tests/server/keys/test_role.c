@@ -18,7 +18,7 @@ TEST(every_role_has_a_word_by_which_it_is_found) {
     CHECK_INT(srv_role_of("", 0), SRV_ROLE_NONE);
     CHECK_INT(srv_role_of("Pupil", 5), SRV_ROLE_NONE);
     CHECK_TEXT(srv_role_word(SRV_ROLE_NONE), "");
-    /* who shows nothing, and pupils, post no jobs */
+    /* anonymous clients and pupils post no jobs */
     CHECK(srv_role_limits(SRV_ROLE_PUPIL).value[SRV_LIMIT_JOBS] == 0);
     CHECK(srv_role_limits(SRV_ROLE_ANONYMOUS).value[SRV_LIMIT_JOBS] == 0);
     CHECK(isinf(srv_role_limits(SRV_ROLE_NONE).value[SRV_LIMIT_JOBS]));

@@ -7,7 +7,7 @@
 
 #include "tests/harness/test.h"
 
-/* what response bodies need of a service */
+/* the parts of a service that response bodies need */
 struct cache_room {
     struct srv_memory memory;
     struct srv_buffer_pool pool;
@@ -32,7 +32,7 @@ static void cache_put(struct srv_cache *cache, struct cache_room *room, const ch
     CHECK(!response_body);
 }
 
-/* the first byte of what a key leads to, 0 where it leads nowhere */
+/* the first byte of the response body of a key, 0 if there is none */
 static char cache_get(struct srv_cache *cache, const char *key) {
     struct srv_response_body *response_body = srv_cache_find(cache, key, strlen(key));
     char first = response_body ? response_body->body.data[0] : 0;
@@ -67,10 +67,10 @@ TEST(a_cache_gives_what_was_put_under_a_key_and_forgets_the_oldest) {
         key[1] = c;
         cache_put(cache, &room, key, 10000, c);
         CHECK(srv_cache_valid(cache));
-        /* a is asked for again and again, and stays */
+        /* a is requested repeatedly, and stays */
         CHECK_INT(cache_get(cache, "ka"), 'a');
     }
-    /* one more than there is room for, then some */
+    /* one more than fit, then some */
     for (char c = 'i'; c <= 'l'; c++) {
         key[1] = c;
         cache_put(cache, &room, key, 10000, c);
@@ -81,11 +81,11 @@ TEST(a_cache_gives_what_was_put_under_a_key_and_forgets_the_oldest) {
     CHECK_INT(cache_get(cache, "kl"), 'l');
     CHECK_INT(cache_get(cache, "k"), 0);
     CHECK_INT(cache_get(cache, "kll"), 0);
-    /* the same key again replaces */
+    /* the same key again replaces the body */
     cache_put(cache, &room, "ka", 10, 'z');
     CHECK_INT(cache_get(cache, "ka"), 'z');
     CHECK(srv_cache_valid(cache));
-    /* what would push out too many is not taken in */
+    /* a body that would evict too many is not stored */
     cache_put(cache, &room, "big", 50000, 'b');
     CHECK_INT(cache_get(cache, "big"), 0);
     CHECK_INT(cache_get(cache, "ka"), 'z');
@@ -107,7 +107,7 @@ TEST(two_keys_of_one_response_body_count_it_once) {
     CHECK(srv_cache_valid(cache) && srv_cache_size(cache).bytes < once + 200);
     CHECK_INT((long)srv_cache_size(cache).bodies, (long)response_body->body.cap);
     CHECK_INT((long)srv_cache_size(cache).entries, 2);
-    /* the response body stays while the second key does */
+    /* the response body stays as long as the second key */
     cache_put(cache, &room, "one", 10, 'b');
     CHECK(srv_cache_valid(cache));
     CHECK_INT(cache_get(cache, "two"), 'a');

@@ -1,5 +1,5 @@
-/* Tests of server/protocol/coding, coding_gzip and coding_zstd: the choice, and that what was
- * written can be read. */
+/* Tests of server/protocol/coding, coding_gzip and coding_zstd: the choice, and that the output can
+ * be decoded. */
 #include "server/protocol/coding.h"
 
 #include <stdlib.h>
@@ -43,7 +43,7 @@ TEST(the_coding_a_client_likes_best_is_chosen) {
           !srv_coding_worth(NULL));
 }
 
-/* undoes a coding; returns the length, or a number above cap where it cannot be read */
+/* decodes; returns the length, or a number above cap if that fails */
 static size_t coding_undo(enum srv_coding coding, const struct api_buffer *in, char *to,
                           size_t cap) {
     if (coding == SRV_ZSTD) {
@@ -94,7 +94,7 @@ TEST(what_was_written_is_read_again_whole_and_in_pieces) {
             CHECK(row->write(state, text + at, (size_t)piece,
                              flush ? SRV_CODING_FLUSH : SRV_CODING_MORE, &out) == PEND_OK);
             at += piece;
-            /* what was flushed needs nothing behind it */
+            /* flushed bytes can be decoded without those that follow */
             if (flush)
                 CHECK(coding_undo((enum srv_coding)coding, &out, back, BYTES + 1) == (size_t)at);
         }
@@ -103,7 +103,7 @@ TEST(what_was_written_is_read_again_whole_and_in_pieces) {
               !memcmp(text, back, BYTES));
         row->free(state);
         api_buffer_clear(&out);
-        /* no room */
+        /* not enough space */
         api_buffer_init(&out, 1000);
         CHECK(srv_coding_whole((enum srv_coding)coding, text, BYTES, &out) == PEND_LIMIT);
         api_buffer_clear(&out);

@@ -14,7 +14,7 @@ TEST(origins_are_compared_whole) {
     CHECK(!srv_cors_origin(list, "http://localhost:80", 0) &&
           !srv_cors_origin(list, "https://a.org.evil.org", 0));
     CHECK(!srv_cors_origin(list, NULL, 0) && !srv_cors_origin(list, "", 0));
-    /* what is closed is for those that are listed, whoever else may read what is open */
+    /* closed routes are for listed origins, whatever the list allows for open ones */
     CHECK(!srv_cors_origin("*", "https://a.org", 1) && !srv_cors_origin("*", "*", 1) &&
           !srv_cors_origin(list, "*", 1));
     CHECK_TEXT(srv_cors_origin("*, https://a.org", "https://a.org", 1), "https://a.org");
@@ -30,7 +30,7 @@ TEST(a_page_of_the_server_is_not_foreign) {
     } row[] = {
         {NULL, NULL, "a.org", 0},
         {"https://a.org", NULL, "a.org", 0},
-        {"https://a.org:8443", NULL, "a.org", 0}, /* a proxy took the port off */
+        {"https://a.org:8443", NULL, "a.org", 0}, /* a proxy removed the port */
         {"https://a.org:8443", NULL, "a.org:8443", 0},
         {"https://A.org", NULL, "a.org", 0},
         {"http://[::1]:8080", NULL, "[::1]:8080", 0},

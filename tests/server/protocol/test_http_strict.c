@@ -1,6 +1,5 @@
-/* Tests of server/protocol/http_strict: what passes, what is refused with which status, and that
- * cutting the stream changes nothing.
- */
+/* Tests of server/protocol/http_strict: what is accepted, what is refused with which status, and
+ * that splitting the stream changes nothing. */
 #include "server/protocol/http_strict.h"
 
 #include <stdio.h>
@@ -9,7 +8,7 @@
 #include "tests/harness/streams.h"
 #include "tests/harness/test.h"
 
-/* the strict reader writes into what it reads: a copy */
+/* the strict reader changes what it reads, so it gets a copy */
 static size_t strict_read(struct srv_http_strict *strict, const char *data, size_t bytes) {
     char copy[2048];
     if (bytes <= sizeof copy) return srv_http_strict_read(strict, memcpy(copy, data, bytes), bytes);
@@ -47,7 +46,7 @@ TEST(the_front_knows_good_streams_from_bad_ones) {
     }
 }
 
-/* reads the stream in pieces; returns the bytes passed */
+/* reads the stream in pieces; returns the number of bytes passed on */
 static size_t strict_in_pieces(struct srv_http_strict *strict, const struct stream *stream,
                                size_t first, size_t piece) {
     size_t bytes = strict_length(stream), passed = 0;
@@ -113,7 +112,7 @@ TEST(the_front_passes_nothing_of_a_request_that_is_refused_at_once) {
     CHECK_INT(strict.complete, 1);
 }
 
-/* a head whose part `what` has so many pieces; returns the status */
+/* a head whose part `what` has this many pieces; returns the status */
 static int strict_long(const char *before, const char *piece, int count, const char *after) {
     struct srv_http_strict strict;
     srv_http_strict_init(&strict);
@@ -163,7 +162,7 @@ TEST(the_front_takes_cookies_out_wherever_the_stream_is_cut) {
         CHECK_SAYING(!strcmp(joined, rest), "cut at %zu: %s", cut, joined);
         CHECK(!strict.status && strict.complete == 1);
     }
-    /* as many and as long as a head may have, in whatever pieces */
+    /* the most and the longest parts that a head may have, in any pieces */
     struct srv_http_strict strict;
     srv_http_strict_init(&strict);
     strict_read(&strict, GET "Coo", sizeof(GET "Coo") - 1);
@@ -193,8 +192,8 @@ TEST(the_front_tells_when_it_is_within_a_request) {
 }
 
 TEST(the_front_never_lets_random_bytes_out_of_step) {
-    /* mutations of good streams: whatever the verdict, counts stay in order and nothing is
-     * passed after a refusal */
+    /* mutations of valid streams: whatever the result, counts stay consistent and nothing is passed
+     * on after a refusal */
     unsigned long long random = 7;
     for (int round = 0; round < 20000; round++) {
         char stream[512];

@@ -1,4 +1,4 @@
-/* Tests of server/protocol/identity: who asks. */
+/* Tests of server/protocol/identity: identifying the client. */
 #include "server/protocol/identity.h"
 
 #include <math.h>
@@ -49,7 +49,7 @@ TEST(a_token_an_account_and_an_address_of_one_text_are_three) {
           strcmp(address.key, token.key));
     CHECK(strcmp(account.key + 2, token.key + 2) != 0);
     CHECK_TEXT(again.key, token.key);
-    /* where it came from is kept beside: the address, or the account */
+    /* the origin is kept as well: the address, or the account */
     CHECK_TEXT(token.source, address.key);
     CHECK_TEXT(again.source, account.key);
     CHECK_TEXT(srv_identity_word(address.key), "address");
@@ -57,7 +57,7 @@ TEST(a_token_an_account_and_an_address_of_one_text_are_three) {
     CHECK_TEXT(srv_identity_word(token.key), "token");
     CHECK_TEXT(srv_identity_word("192.0.2.1"), "address");
     CHECK_TEXT(srv_identity_word("2001:db8::"), "address");
-    /* what may be shown says neither */
+    /* the texts for the log contain neither */
     CHECK(strlen(token.secret) == 18 && !strncmp(token.secret, "token:", 6) &&
           !strstr(token.secret, "abcdef"));
     CHECK(strlen(account.shown) == 20 && !strncmp(account.shown, "account:", 8));
@@ -78,7 +78,7 @@ TEST(what_is_no_account_or_no_token_is_refused) {
     CHECK_INT(identity.kind, SRV_IDENTITY_ADDRESS);
     longest[7 + SRV_TOKEN_MOST] = 0;
     CHECK(srv_identity_token(&identity, longest));
-    /* other schemes are another's business, and so is a name that begins like ours */
+    /* other schemes are ignored, and so is a name that begins like ours */
     CHECK(srv_identity_begin(&identity, "192.0.2.1", NULL));
     CHECK(srv_identity_token(&identity, "Basic x") && srv_identity_token(&identity, "Bearers x"));
     CHECK_INT(identity.kind, SRV_IDENTITY_ADDRESS);
@@ -88,8 +88,8 @@ TEST(things_are_ended_by_who_made_them) {
     struct srv_identity maker, other;
     key_of(&maker, "2001:db8:1:2::1", NULL, NULL);
     key_of(&other, "2001:db8:1:2::2", NULL, TOKEN);
-    /* without a token: the network, with a token or not; and the text of the network, as stores
-     * of before have it */
+    /* without a token: the network, with or without a token; and the text of the network, as in
+     * older stores */
     CHECK(srv_identity_owns(&maker, maker.key) && srv_identity_owns(&other, maker.key));
     CHECK(srv_identity_owns(&maker, "2001:db8:1:2::") &&
           !srv_identity_owns(&maker, "2001:db8:1:3::"));
@@ -133,7 +133,7 @@ TEST(without_keys_nobody_has_a_role_and_what_looks_like_a_key_is_a_token) {
     CHECK_INT(identity.role, SRV_ROLE_NONE);
 }
 
-/* a ring of one teacher's key */
+/* a ring with a teacher's key */
 static struct srv_key_ring *ring_of(char path[], char token[SRV_KEY_TOKEN]) {
     struct srv_key_ring *ring = NULL;
     char digest[API_DIGEST_BYTES], text[256];
@@ -168,7 +168,7 @@ TEST(a_key_is_one_client_wherever_it_comes_from_and_gives_its_role) {
     CHECK_TEXT(here.source, here.key);
     CHECK_TEXT(here.secret, "key:anna");
     CHECK_TEXT(srv_identity_word(here.key), "key");
-    /* an account of the key's name is another client */
+    /* an account with the key's name is another client */
     words = (struct srv_identity_words){.address = "192.0.2.1", .account = "anna"};
     srv_identity_make(&there, ring, &words);
     CHECK(strcmp(there.key, here.key) && !srv_identity_owns(&there, here.key));
@@ -176,7 +176,7 @@ TEST(a_key_is_one_client_wherever_it_comes_from_and_gives_its_role) {
     words.roles = "staff;teacher, batch,operator";
     srv_identity_make(&there, ring, &words);
     CHECK_INT(there.role, SRV_ROLE_BATCH);
-    /* a second later it is the address's, and its role nobody's but anonymous */
+    /* a second later it is identified by its address, with the role anonymous */
     words = (struct srv_identity_words){
         .address = "192.0.2.1", .authorization = field, .now = 2000000000};
     srv_identity_make(&there, ring, &words);

@@ -13,7 +13,7 @@ TEST(only_a_trusted_proxy_is_believed) {
         {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
         {"10.0.0.0/8", "11.0.0.1", "X-Forwarded-For", "1.2.3.4", "11.0.0.1"},
         {"10.0.0.0/8", "::ffff:10.0.0.1", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
-        /* a client may have written what it likes before the proxy added whom it saw */
+        /* a client may have written anything before the proxy appended the address that it saw */
         {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "6.6.6.6, 1.2.3.4", "1.2.3.4"},
         {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "6.6.6.6, 1.2.3.4 ,10.3.3.3", "1.2.3.4"},
         {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "10.9.9.9", "10.9.9.9"},
@@ -47,7 +47,7 @@ TEST(only_a_trusted_proxy_is_believed) {
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
         CHECK_SAYING(srv_peers_read(&peers, wrong[i], &error) == PEND_INVALID, "%s is accepted",
                      wrong[i]);
-    /* a list of many trusted hops ends at the first that is not */
+    /* a list of many trusted hops ends at the first untrusted one */
     char value[2000] = "7.7.7.7";
     for (int i = 0; i < 150; i++) strcat(value, ",10.0.0.1");
     REQUIRE(srv_peers_read(&peers, "10.0.0.0/8", &error) == PEND_OK);

@@ -1,4 +1,4 @@
-/* Tests of server/sandbox/secret: files that nobody else may read. */
+/* Tests of server/sandbox/secret: files that other users cannot read. */
 #include "server/sandbox/secret.h"
 
 #include <stdio.h>

@@ -22,7 +22,7 @@ TEST(a_statement_on_rows_is_spelt_for_one_row_or_for_lists) {
     CHECK(!srv_sql_columns("SELECT {now}"));
 }
 
-/* the number at a place of an array */
+/* the number at a position of an array */
 static unsigned list_number(const char *at) {
     const unsigned char *byte = (const unsigned char *)at;
     return (unsigned)byte[0] << 24 | (unsigned)byte[1] << 16 | (unsigned)byte[2] << 8 | byte[3];
@@ -39,15 +39,14 @@ TEST(a_list_is_an_array_of_each_column) {
     srv_sql_list_arrays(&list, data, bytes);
     CHECK_INT(bytes[0], 20 + 3 * 4 + 2 * 3);
     CHECK_INT(bytes[1], 20 + 3 * 12);
-    /* dimensions, NULLs, type, elements, first subscript; then the elements, that of NULL
-     * without bytes */
+    /* dimensions, NULLs, type, elements, first subscript; then the elements, NULL without bytes */
     unsigned want[] = {1, 1, 25, 3, 1, 3};
     for (int i = 0; i < 6; i++) CHECK_INT(list_number(data[0] + 4 * i), want[i]);
     CHECK(!memcmp(data[0] + 24, "abc\xff\xff\xff\xff", 7));
     CHECK(list_number(data[1] + 4) == 0 && list_number(data[1] + 8) == 20 &&
           list_number(data[1] + 20) == 8);
     CHECK(!memcmp(data[1] + 24, "\xff\xff\xff\xff\xff\xff\xff\xff", 8));
-    /* an empty list begins anew */
+    /* an empty list starts again */
     srv_sql_list_empty(&list);
     CHECK(srv_sql_list_add(&list, "DELETE FROM t {using t} WHERE a = {1}",
                            &(struct srv_value){.kind = SRV_SQL_NULL}, 1));
@@ -95,7 +94,7 @@ static enum srv_stored list_fill(struct srv_sql *sql, int from) {
     return stored;
 }
 
-/* many rows, some NULL, some longer together than is sent at once; and rows that are rolled back */
+/* many rows, some NULL, some together longer than one message; and rows that are rolled back */
 STORE_TEST(rows_of_values_take_effect_before_the_next_statement) {
     struct pend_error error;
     struct srv_sql *sql;
@@ -110,13 +109,14 @@ STORE_TEST(rows_of_values_take_effect_before_the_next_statement) {
         want += i + (i % 7 ? i % 7 : 9000) + 1000000 + (i % 3 ? 1000000000 : 0);
     CHECK_INT(list_sum(sql), want);
     CHECK_INT(list_plain(sql, "COMMIT"), SRV_STORED);
-    /* what was gathered goes with its transaction */
+    /* collected rows are discarded with their transaction */
     CHECK_INT(list_plain(sql, "{begin}"), SRV_STORED);
     CHECK_INT(list_fill(sql, ROWS), SRV_STORED);
     CHECK_INT(list_plain(sql, "ROLLBACK"), SRV_STORED);
     CHECK_INT(list_plain(sql, "{begin}"), SRV_STORED);
     CHECK_INT(list_sum(sql), want);
-    /* each row of values changes its own row, in the order in which statements were first posted */
+    /* each row of values changes a row of its own, in the order in which statements were first
+     * posted */
     for (int i = 0; i < ROWS; i++) {
         struct srv_value row[] = {srv_value_whole(i), srv_value_whole(i % 2 ? -i : 0)};
         CHECK_INT(list_one(sql, ID_UPDATE,

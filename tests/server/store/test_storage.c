@@ -1,4 +1,5 @@
-/* Tests of server/store/storage: asks from many threads, and a store that goes away. */
+/* Tests of server/store/storage: queries from many threads, and a store that becomes
+ * unreachable. */
 #include "server/store/storage.h"
 
 #include <fcntl.h>
@@ -48,7 +49,7 @@ static void setting_end(struct setting *setting) {
     CHECK(!system(command));
 }
 
-/* submits one job; counts how it ended */
+/* submits one job; counts the results */
 struct submission {
     struct srv_ask ask; /* first */
     char id[SRV_ID_BYTES];
@@ -101,7 +102,7 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
         REQUIRE(!pthread_create(&thread[i], NULL, submitter_main, &submitter[i]));
     }
     for (int i = 0; i < SUBMITTERS; i++) pthread_join(thread[i], NULL);
-    /* the end waits for what was asked */
+    /* the end waits for queued queries */
     srv_storage_free(&setting.storage);
     CHECK(done == SUBMITTERS * EACH && good == SUBMITTERS * EACH);
     struct srv_store *store;
@@ -114,12 +115,13 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
     setting_end(&setting);
 }
 
-/* A question that only notes when it was asked. */
+/* A query that only records when it ran. */
 struct turn {
     struct srv_ask ask; /* first */
     int number;
     int *order, *count; /* the storage's one reading thread writes there */
-    atomic_int *gate;   /* it sets this to 1 and waits until it is 2; NULL = it does not wait */
+    atomic_int *gate;   /* the query sets this to 1 and waits until it is 2; NULL = it does not
+                         * wait */
     atomic_int *done;
 };
 
@@ -135,8 +137,8 @@ static enum srv_stored turn_run(struct srv_store *store, struct srv_store_call *
 
 static void turn_done(struct srv_ask *ask) { atomic_fetch_add(((struct turn *)ask)->done, 1); }
 
-/* One client of an address asks eight times, then another of the same address, another address and
- * the process itself ask twice each. While the first question is answered all others wait. */
+/* One client of an address sends eight queries, then another client of the same address, another
+ * address and the process itself send two each. While the first query runs all others wait. */
 TEST(who_asks_much_makes_nobody_wait_for_more_than_a_turn) {
     enum { MANY = 8, ALL = MANY + 6 };
     static const int expected[ALL] = {0, 1, 8, 10, 12, 2, 9, 11, 13, 3, 4, 5, 6, 7};
@@ -156,7 +158,7 @@ TEST(who_asks_much_makes_nobody_wait_for_more_than_a_turn) {
                                 i ? NULL : &gate,
                                 &done};
         srv_storage_ask(setting.storage, SRV_ASK_READ, &turn[i].ask);
-        /* The first one is being asked when the others come. */
+        /* The first one is running when the others arrive. */
         struct timespec moment = {0, 1000000};
         while (!atomic_load(&gate)) nanosleep(&moment, NULL);
     }
@@ -174,8 +176,8 @@ static void *setting_free(void *context) {
     return NULL;
 }
 
-/* A writer sweeps each second. Another program holds the store meanwhile, so that the sweep lasts
- * until a question has come and the end behind it. */
+/* A writer sweeps each second. Another program locks the store meanwhile, so that the sweep lasts
+ * until a query has arrived, followed by the end. */
 TEST(what_is_asked_during_a_sweep_is_answered_before_the_end) {
     struct setting setting = {0};
     atomic_int done = 0, good = 0;
@@ -213,7 +215,7 @@ TEST(who_may_wait_waits_and_sees_what_was_written) {
     CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &submission.ask), SRV_STORED_AGAIN);
     CHECK(srv_storage_here(setting.storage));
     CHECK(none == 0);
-    /* the figures follow within a second or so */
+    /* the figures follow within about a second */
     for (double until = test_clock() + TEST_PATIENCE;
          !srv_storage_figures(setting.storage).parts;) {
         if (test_clock() > until) break;
@@ -223,14 +225,14 @@ TEST(who_may_wait_waits_and_sees_what_was_written) {
     setting_end(&setting);
 }
 
-/* waits until the storage is here, or away; 0 where that did not come to pass */
+/* waits until the storage is reachable, or unreachable; 0 if that does not happen */
 static int storage_comes(const struct setting *setting, int here) {
     double until = test_clock() + TEST_PATIENCE;
     while (srv_storage_here(setting->storage) != here && test_clock() < until) test_sleep(0.01);
     return srv_storage_here(setting->storage) == here;
 }
 
-/* waits until it has told news that are newer than those; that follows upon its being here */
+/* waits until it has reported newer news; that follows its becoming reachable */
 static int storage_tells(const struct setting *setting, int before) {
     double until = test_clock() + TEST_PATIENCE;
     while (setting->news <= before && test_clock() < until) test_sleep(0.01);
@@ -275,9 +277,8 @@ static void *silence_main(void *context) {
     return NULL;
 }
 
-/* the line stands and nothing comes: what was asked is answered when the limit of 10 s is over,
- * and not before; whoever asks then waits for a connection at most; and it goes on when the
- * database does */
+/* the connection stays open and nothing arrives: queries are answered after the limit of 10 s, and
+ * not before; later ones wait for at most a connection; and it continues when the database does */
 TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
     struct setting setting = {0};
     struct silence silence[SRV_ASK_KINDS],

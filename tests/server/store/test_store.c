@@ -1,5 +1,5 @@
-/* Tests of server/store/store, server/store/sql and both databases behind them: a job as a
- * whole, opening, being away. */
+/* Tests of server/store/store, server/store/sql and both databases: a job as a whole, opening,
+ * unreachable databases. */
 #include "server/store/store.h"
 
 #include <signal.h>
@@ -71,7 +71,7 @@ STORE_TEST(a_store_outlives_its_processes_and_versions_are_kept_apart) {
     REQUIRE(again);
     CHECK_INT(srv_store_job(again, "j", &job), SRV_STORED);
     srv_store_close(&again);
-    /* a version of the future is left alone */
+    /* a store with a later version is left unchanged */
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     struct pend_error error;
     struct srv_sql *sql;
@@ -81,7 +81,8 @@ STORE_TEST(a_store_outlives_its_processes_and_versions_are_kept_apart) {
     driver->close(sql);
     CHECK_INT(srv_store_open(&again, ground->url, &ground_rules, &error), PEND_INVALID);
     CHECK_SAYING(strstr(error.text, "version 99") != NULL, "%s", error.text);
-    /* and by who had it open before: nothing is written into tables that it does not know */
+    /* and by a process that had it open before: nothing is written into tables of an unknown
+     * version */
     CHECK_INT(ground_submit(store, "k", "anna", NULL, 1, 0, &job), SRV_STORED_BROKEN);
     CHECK_SAYING(strstr(srv_store_complaint(store), "version 99") != NULL, "%s",
                  srv_store_complaint(store));
@@ -134,7 +135,7 @@ TEST(a_lost_database_is_away_and_comes_back) {
     srv_store_close(&store);
 }
 
-/* nobody listens there: the store is away, in no time, and says of what */
+/* nobody listens there: the store is unreachable at once, and says why */
 TEST(a_database_that_is_not_there_yet_is_away) {
     struct srv_store *store;
     struct pend_error error;
@@ -156,7 +157,7 @@ STORE_TEST(processes_that_share_a_store_hear_each_other) {
     srv_store_ring(store, SRV_RING_ALL);
     CHECK(srv_store_listen(ear, 1000 * TEST_PATIENCE, -1) & SRV_RING_WORK);
     CHECK_INT(srv_store_listen(ear, 1, -1), 0);
-    /* what is not kept is not told */
+    /* an unstored job is not reported */
     CHECK_INT(ground_submit(store, "k", "anna", "key", 1, 0, &job), SRV_STORED);
     srv_store_ring(store, SRV_RING_ALL);
     CHECK(srv_store_listen(ear, 1000 * TEST_PATIENCE, -1) & SRV_RING_WORK);

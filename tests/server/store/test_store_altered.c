@@ -1,5 +1,6 @@
-/* A live daemon over a store in which every column of every row was altered in every way: it may
- * refuse, fail jobs and say why, but not end, hang, or do anything else to what was not altered. */
+/* A live daemon on a store in which every column of every row was altered in every way: it may
+ * refuse, or fail jobs with a reason, but must not end, hang, or affect anything that was not
+ * altered. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +15,7 @@
 static const char altered_body[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]"
                                    "},\"times\":{\"start\":0,\"stop\":5,\"count\":41}}";
 
-/* what is written in place of a value; %1$s is the column */
+/* values that replace a value; %1$s is the column */
 static const struct {
     const char *name, *sqlite, *postgres;
 } altered_way[] = {
@@ -33,10 +34,10 @@ static const struct {
 };
 enum { WAYS = sizeof altered_way / sizeof *altered_way, MOST_CASES = 1200 };
 
-/* the tables; which column says whose a row is; the lives of jobs whose rows are altered: one
- * that waits, one whose first part is done, one whose second part is held by somebody who
- * vanished, one that was successful, one that was dismissed with its results; "p" is no job, but
- * a scene. And all the lives that have such rows. */
+/* the tables; the column that names a row's owner; the states of jobs whose rows are altered: one
+ * that waits, one whose first part is done, one whose second part is held by a vanished worker, a
+ * successful one, one that was dismissed with its results; "p" is not a job, but a scene. And all
+ * states that have such rows. */
 static const struct {
     const char *table, *owner, *lives, *all;
 } altered_table[] = {{"jobs", "id", "hs", "whgsd"},   {"parts", "job", "gs", "hgsd"},
@@ -49,10 +50,10 @@ static const char altered_scene[] = "{\"scene\":1}";
 
 struct altered_case {
     char id[SRV_ID_BYTES], account[16], life;
-    char client[SRV_IDENTITY_KEY]; /* whose account it is, as rows name it */
+    char client[SRV_IDENTITY_KEY]; /* its client, as named in rows */
     const char *table, *way;
     char column[32];
-    int bad;  /* it was altered: the database took it */
+    int bad;  /* it was altered: the database accepted it */
     int over; /* it was seen to have ended */
 };
 
@@ -67,10 +68,10 @@ static int altered_run(struct altered *all, const char *text) {
     return all->sql->driver->run(all->sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED;
 }
 
-/* the results of each part of a job: the same of all jobs */
+/* the results of each part of a job: the same for all jobs */
 static struct api_buffer altered_result[2];
 
-/* a row that was copied is sealed as one that was written for its place */
+/* a copied row gets the seal of a row written for its position */
 static void altered_seal(struct altered *all, const struct altered_case *one) {
     unsigned char seal[SRV_SEAL_JOB_BYTES];
     struct srv_job job = {.parts = 2, .chained = 1};
@@ -104,7 +105,7 @@ static void altered_seal(struct altered *all, const struct altered_case *one) {
     }
 }
 
-/* the rows of a template as those of another id and client */
+/* copies the rows of a template for another id and client */
 static void altered_clone(struct altered *all, int t, const struct altered_case *one) {
     const struct ground_columns *columns = &all->columns[t];
     const char *table = altered_table[t].table;
@@ -236,9 +237,8 @@ static void altered_case(struct altered *all, int table, const char *column, int
     one->bad = altered_run(all, text);
 }
 
-/* a table that nobody alters is one that was forgotten here; test_store_altered_sums has those that
- * are the same for all, test_store_claims those that claims
- * leave, test_store_classes those of rooms */
+/* a table that nobody alters was forgotten here; test_store_altered_sums has those that are the
+ * same for all, test_store_claims those that claims leave, test_store_classes those of rooms */
 static void altered_tables(const struct ground *ground) {
     struct ground_columns tables;
     ground_look(ground, NULL, &tables);
@@ -252,7 +252,7 @@ static void altered_tables(const struct ground *ground) {
 }
 
 static void altered_all(struct altered *all, const struct ground *ground) {
-    /* a part that is held by somebody who vanished is late */
+    /* the lease of a part held by a vanished worker has expired */
     altered_run(all, "UPDATE parts SET lease = 1 WHERE state = 1");
     altered_tables(ground);
     for (int t = 0; t < TABLES; t++) ground_look(ground, altered_table[t].table, &all->columns[t]);
@@ -273,7 +273,7 @@ static void altered_all(struct altered *all, const struct ground *ground) {
 
 /* --- asking --- */
 
-/* one request on a connection that is kept; the reply's status, and its body up to `cap` */
+/* one request on a connection that is kept open; the reply's status, and its body up to `cap` */
 static int altered_ask(const struct srv_daemon *daemon, struct test_client *client,
                        const char *method, const char *path, const char *key, char body[],
                        size_t cap) {
@@ -290,8 +290,8 @@ static int altered_ask(const struct srv_daemon *daemon, struct test_client *clie
     return status;
 }
 
-/* what nothing can be known of in one look: when the job's turn is, whether it is, and whose it
- * is */
+/* values that one reading cannot recognize as wrong: when it is the job's turn, whether it is, and
+ * whose it is */
 static int altered_lies_well(const struct altered_case *one) {
     static const char *const lies[] = {"jobs.ready",   "jobs.turn",    "jobs.id",    "jobs.client",
                                        "jobs.part_us", "jobs.rank",    "jobs.begun", "jobs.parts",
@@ -323,9 +323,8 @@ static void altered_judge(const struct altered_case *one, int status, const char
                  "%s%.300s", what, body);
 }
 
-/* a scene is given as it was kept, or not at all, and its owner can let it go, but where it says
- * that it is another's
- */
+/* a scene is returned as it was stored, or not at all, and its owner can delete it, unless the row
+ * names another owner */
 static void altered_picture(const struct srv_daemon *daemon, struct test_client *client,
                             const struct altered_case *one) {
     char path[128], body[2048];
@@ -353,7 +352,7 @@ static void altered_serve(struct altered *all, const char *url) {
     char path[128], body[2048];
     int failed = 0, left = 1, were = 0;
     if (!daemon) return;
-    /* as long as jobs end there is patience for those that have not */
+    /* as long as jobs end, the others are waited for */
     for (double until = test_clock() + TEST_PATIENCE; left && test_clock() < until;) {
         if (left != were) until = test_clock() + TEST_PATIENCE;
         were = left;
@@ -426,7 +425,7 @@ STORE_TEST(no_altered_row_harms_more_than_its_job) {
         altered_all(&all, ground);
         driver->close(all.sql);
         altered_serve(&all, ground->url);
-        /* and as by their owners: every row can be ended, and swept away */
+        /* and by their owners: every row can be ended, and deleted by sweeps */
         for (int i = 0; i < all.count; i++) {
             struct srv_job job;
             enum srv_stored stored = SRV_STORED_AGAIN;

@@ -1,6 +1,6 @@
-/* Rows that are the same for all clients, altered in every way: the sums of all that is kept,
- * and the version of the tables. What cannot have been written is found and counted anew, or
- * refused with a reason; nothing that is kept is lost by it. */
+/* Rows that are the same for all clients, altered in every way: the sums of everything stored, and
+ * the version of the tables. Impossible values are found and recounted, or refused with a reason;
+ * nothing stored is lost. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 #include "tests/server/ground.h"
 #include "tests/server/live.h"
 
-/* what is written in place of a number, and whether it can be told from one that was counted */
+/* values that replace a number, and whether they can be recognized as wrong */
 static const struct {
     const char *name, *sqlite, *postgres;
     int told;
@@ -43,7 +43,7 @@ static int sums_run(struct srv_sql *sql, const char *text) {
 
 /* --- the sums --- */
 
-/* a call that may have to be made again while sums are counted anew */
+/* a call that may have to be repeated while sums are recounted */
 #define SUMS_CALL(what, call)                                                                      \
     do {                                                                                           \
         enum srv_stored stored_ = SRV_STORED_AGAIN;                                                \
@@ -106,7 +106,7 @@ STORE_TEST(sums_of_all_that_cannot_have_been_counted_are_counted_anew) {
             sums_live(store, id, what);
             sums_sweep(store);
             if (!sums_way[way].told) {
-                /* a table of sums without a row is no sum of nothing */
+                /* a table of sums without a row is not a sum of 0 */
                 CHECK(sums_run(sql, "DELETE FROM totals"));
                 struct srv_store_figures figures;
                 CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
@@ -146,12 +146,12 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
         snprintf(text, sizeof text, "UPDATE pendulumd SET version = %s",
                  ground->postgres ? sums_way[way].postgres : sums_way[way].sqlite);
         if (!sums_run(sql, text)) continue;
-        /* who has the store open goes on, or says why not */
+        /* a process that has the store open continues, or says why not */
         enum srv_stored stored = ground_submit(store, id, "anna", NULL, 1, 0, &job);
         CHECK_SAYING(stored == SRV_STORED || (stored == SRV_STORED_BROKEN &&
                                               strstr(srv_store_complaint(store), "version")),
                      "%s: %d %s", text, stored, srv_store_complaint(store));
-        /* who opens it is told why it cannot be used */
+        /* a process that opens it is told why it cannot be used */
         struct srv_store *other = sums_open(ground, &error);
         CHECK_SAYING(!other && strstr(error.text, "version"), "%s: %s", text, error.text);
         refused += !other;

@@ -1,5 +1,5 @@
-/* Tests of batches that end parts: what is read ahead and written together is what single calls
- * would have done. */
+/* Tests of batches that finish parts: reading ahead and writing together give the same results as
+ * single calls. */
 #include <stdio.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@ enum { JOBS = 40, WORK_BYTES = 5 };
 
 enum entry { FINISH, DISMISS, EXTEND, RELEASE, FAIL, SUBMIT };
 
-/* A call of a batch, of the kinds that a process makes at one time. */
+/* A call of a batch, of the kinds that a process makes at the same time. */
 struct work {
     struct srv_store_call call; /* first */
     enum entry entry;
@@ -38,7 +38,7 @@ static enum srv_stored work_run(struct srv_store *store, struct srv_store_call *
     return SRV_STORED_BROKEN;
 }
 
-/* runs work in one batch, in the order in which it is listed, and looks at what each call said */
+/* runs work in one batch, in the listed order, and checks the result of each call */
 static void work_together(struct srv_store *store, struct work work[], int count) {
     struct srv_store_call *calls[SRV_STORE_AHEAD];
     for (int i = 0; i < count; i++) {
@@ -52,7 +52,7 @@ static void work_together(struct srv_store *store, struct work work[], int count
                      i, work[i].entry, work[i].call.stored, work[i].expected);
 }
 
-/* jobs of one part, all of them held by "w" */
+/* jobs of one part, all held by "w" */
 static void work_begin(struct srv_store *store, struct srv_lease lease[], int count) {
     struct srv_job job;
     char id[16];
@@ -87,8 +87,8 @@ static enum srv_stored counted_run(struct srv_sql *sql, int id, const char *text
     return counted.real->run(sql, id, text, value, count, row, context);
 }
 
-/* of two clients: their sums, the totals and the clock are read, forty parts by one statement,
- * and all is committed */
+/* for two clients: their sums, the totals and the clock are read, forty parts by one statement, and
+ * everything is committed */
 POSTGRES_TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
     struct srv_lease lease[JOBS] = {0};
     struct work work[JOBS] = {0};
@@ -139,7 +139,7 @@ STORE_TEST(a_job_that_a_batch_ends_is_not_finished_by_it) {
     ground_sums(ground);
 }
 
-/* a process that gives back all that it holds finishes nothing of it afterwards */
+/* a process that returns all parts that it holds cannot finish them afterwards */
 STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     struct srv_lease lease[6] = {0}, again[6] = {0};
     work_begin(store, lease, 6);
@@ -150,8 +150,7 @@ STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     work_together(store, work, 4);
     CHECK_INT(work_state(store, &lease[0]), SRV_JOB_SUCCESSFUL);
     ground_sums(ground);
-    /* who has them now finishes them, and the attempt of before does not, in whatever order they
-     * come */
+    /* the new holder finishes them, and the previous attempt does not, in any order */
     for (int i = 1; i < 6; i++) {
         CHECK_INT(ground_claim(store, "w", 60 * (int64_t)SECOND, &again[i]), SRV_STORED);
         CHECK_INT(again[i].attempt, 2);
@@ -168,8 +167,8 @@ STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     ground_sums(ground);
 }
 
-/* one part's job is gone, one's row is damaged, one's results pass the quota: the others are
- * kept */
+/* one part's job was deleted, one's row is damaged, one's results exceed the quota: the others are
+ * stored */
 STORE_TEST(what_is_wrong_with_one_part_of_a_batch_harms_no_other) {
     struct srv_lease lease[6] = {0};
     work_begin(store, lease, 6);

@@ -27,7 +27,7 @@ STORE_TEST(a_batch_is_one_transaction_of_independent_calls) {
     struct srv_store_call *all[] = {&calls[0].call, &calls[1].call, &calls[2].call, &calls[3].call};
     struct srv_job job;
     (void)ground;
-    /* the third uses an id that is taken: it fails alone */
+    /* the third uses an id that exists: it alone fails */
     srv_store_together(store, all, srv_store_batch(store) > 1 ? 4 : 1);
     if (srv_store_batch(store) == 1)
         for (int i = 1; i < 4; i++) srv_store_together(store, &all[i], 1);
@@ -36,7 +36,7 @@ STORE_TEST(a_batch_is_one_transaction_of_independent_calls) {
                      calls[i].call.stored);
     CHECK_INT(srv_store_job(store, "j4", &job), SRV_STORED);
     CHECK_INT(srv_store_job(store, "twin", &job), SRV_STORED);
-    /* a failure that spoils the whole transaction: each is done again by itself, once */
+    /* a failure that aborts the whole transaction: each call is repeated alone, once */
     struct call_submit hard[2] = {{.id = "h1"}, {.id = "h2", .spoil = SRV_STORED_FULL}};
     hard[0].call.run = hard[1].call.run = call_submit;
     struct srv_store_call *both[] = {&hard[0].call, &hard[1].call};
@@ -56,7 +56,7 @@ static enum srv_stored call_extend(struct srv_store *store, struct srv_store_cal
     return srv_store_extend(store, ((struct call_extend *)call)->lease, SECOND);
 }
 
-/* a part may end in the batch in which its lease was to be extended */
+/* a part may end in the batch in which its lease was to be renewed */
 STORE_TEST(a_lease_that_is_lost_does_not_repeat_the_calls_beside_it) {
     const struct srv_lease lost = {.job = "none", .attempt = 1};
     struct call_submit before = {.id = "j1", .call.run = call_submit},
@@ -86,7 +86,7 @@ STORE_TEST(a_connection_that_was_lost_meanwhile_costs_no_answer) {
     CHECK(one.call.stored == SRV_STORED && one.runs == 2);
 }
 
-/* a database that is out of reach for reads alone, and counts the ends of transactions */
+/* a database that is unreachable for reads only, and counts the ends of transactions */
 static int away_commits;
 
 static enum srv_stored away_run(struct srv_sql *sql, int id, const char *text,

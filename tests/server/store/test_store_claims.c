@@ -1,5 +1,5 @@
-/* Tests of server/store/store_claims beside those of leases: what claims wait for, what they leave
- * for later, and parts that are computed alone. */
+/* Tests of server/store/store_claims in addition to those of leases: what claims wait for, what
+ * they leave for later, and parts that are computed alone. */
 #include <stdio.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 
 enum { MANY = 5 };
 
-/* another process, in a transaction in which it has locked rows */
+/* another process, in a transaction that has locked rows */
 static struct srv_sql *claims_lock(const struct ground *ground, const char *text) {
     struct pend_error error;
     struct srv_sql *sql;
@@ -18,7 +18,7 @@ static struct srv_sql *claims_lock(const struct ground *ground, const char *text
     return sql;
 }
 
-/* claims what there is, as a worker that holds nothing; how many parts */
+/* claims everything available, as a worker that holds nothing; returns the number of parts */
 static int claim_all(struct srv_store *store, struct srv_lease lease[]) {
     struct srv_claim claim = {.worker = "w",
                               .lease_us = 60 * (int64_t)SECOND,
@@ -38,7 +38,7 @@ static void claims_submit(struct srv_store *store, int count) {
     }
 }
 
-/* the row of a client is locked by somebody who sleeps */
+/* the row of a client is locked by a process that sleeps */
 STORE_TEST(claims_and_ends_of_parts_wait_for_no_row_of_a_client) {
     struct srv_lease lease[SRV_CLAIMS];
     struct srv_sql *other;
@@ -57,7 +57,7 @@ STORE_TEST(claims_and_ends_of_parts_wait_for_no_row_of_a_client) {
     CHECK_INT(other->driver->run(other, -1, "ROLLBACK", NULL, 0, NULL, NULL), SRV_STORED);
     other->driver->close(other);
     ground_sums(ground);
-    /* a sweep puts into the clients' rows what was left for later */
+    /* a sweep writes the pending changes into the clients' rows */
     struct srv_store_sweep sweep;
     CHECK(ground_ask(ground, "SELECT COUNT(*) FROM changes") > 0);
     CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
@@ -66,14 +66,14 @@ STORE_TEST(claims_and_ends_of_parts_wait_for_no_row_of_a_client) {
     ground_sums(ground);
 }
 
-/* jobs that another process has locked are no sign of damage: nothing is counted anew */
+/* jobs that another process has locked are no sign of damage: nothing is recounted */
 STORE_TEST(a_race_for_jobs_is_not_taken_for_a_damaged_sum) {
     struct srv_lease lease;
     struct srv_sql *other;
     if (!ground->postgres) return;
     claims_submit(store, 1);
     REQUIRE((other = claims_lock(ground, "SELECT id FROM jobs FOR UPDATE")) != NULL);
-    /* a recount would say 1 again */
+    /* a recount would set it to 1 */
     ground_run(ground, "UPDATE clients SET jobs = 7");
     CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED_LOST);
     CHECK_INT(ground_ask(ground, "SELECT jobs FROM clients"), 7);
@@ -82,7 +82,7 @@ STORE_TEST(a_race_for_jobs_is_not_taken_for_a_damaged_sum) {
     CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED);
 }
 
-/* changes that nobody can have made are not counted, and harm no claim */
+/* impossible changes are not counted, and affect no claim */
 STORE_TEST(altered_changes_of_clients_harm_no_claim) {
     struct srv_lease lease[SRV_CLAIMS];
     struct srv_store_sweep sweep;
@@ -102,14 +102,14 @@ STORE_TEST(altered_changes_of_clients_harm_no_claim) {
     ground_sums(ground);
 }
 
-/* a worker that held several parts ends again and again: that is counted against none of them */
+/* a worker that held several parts vanishes again and again: that counts against none of them */
 STORE_TEST(parts_of_a_worker_that_ended_are_computed_alone_and_after_others) {
     struct srv_lease lease[SRV_CLAIMS];
     struct srv_store_sweep sweep;
     struct srv_job job;
     claims_submit(store, MANY);
     for (int i = 0; i <= 2 * SRV_MOST_KILLS; i++) {
-        /* the process that ended held others each time */
+        /* the vanished process held others each time */
         ground_run(ground, "UPDATE parts SET aside = 0");
         int count = claim_all(store, lease);
         CHECK_INT(count, MANY);
@@ -119,8 +119,8 @@ STORE_TEST(parts_of_a_worker_that_ended_are_computed_alone_and_after_others) {
         CHECK_INT(sweep.released, MANY);
         CHECK_INT(sweep.given_up, 0);
     }
-    /* who holds a part gets none of them, who holds nothing gets one, and what is new comes first
-     */
+    /* a worker that holds a part gets none of them, one that holds nothing gets one, and new parts
+     * come first */
     struct srv_claim claim = {.worker = "w", .lease_us = SECOND, .most = SRV_CLAIMS};
     CHECK_INT(srv_store_claim(store, &claim, lease), SRV_STORED_LOST);
     CHECK_INT(claim.skipped, 1);

@@ -1,5 +1,5 @@
-/* Tests of server/store/store_classes: changes of a room are numbered without a gap, each reader
- * gets what is for it, bounds hold, and of a room that has ended nothing is left. */
+/* Tests of server/store/store_classes: changes of a room are numbered without gaps, each reader
+ * gets the items for it, limits are kept, and nothing remains of an expired room. */
 #include "server/store/store_classes.h"
 
 #include <stdio.h>
@@ -10,7 +10,7 @@
 
 enum { HOUR_S = 3600, ITEMS = 256 };
 
-/* What was read of a room. */
+/* The items read from a room. */
 struct found {
     int count;
     int64_t version[ITEMS];
@@ -27,7 +27,7 @@ static enum srv_stored take(void *context, const struct srv_class_item *item) {
     return SRV_STORED;
 }
 
-/* all that somebody may read after a change, page by page */
+/* everything that a client may read after a change, page by page */
 static enum srv_stored read_all(struct srv_store *store, const char *who, int64_t since,
                                 struct found *found) {
     struct srv_class room;
@@ -84,7 +84,7 @@ static enum srv_stored join(struct srv_store *store, const char *who, int64_t *p
     return stored;
 }
 
-/* a new room, which no bound but max-classes hinders */
+/* a new room, limited by max-classes only */
 static enum srv_stored make(struct srv_store *store, const char *code, const char *who,
                             const char *key, int64_t span_us, struct srv_class *room) {
     const char *full;
@@ -115,7 +115,7 @@ STORE_TEST(a_room_is_read_by_who_may) {
     CHECK_INT(pupil, 1);
     CHECK_INT(join(own, "bob", &pupil), SRV_STORED);
     CHECK_INT(pupil, 2);
-    /* a request that came twice */
+    /* a repeated request */
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     CHECK_INT(pupil, 1);
     CHECK_INT(put(own, "teacher", "questions/q", "Q", 0, SRV_CLASS_FINE), SRV_STORED);
@@ -137,7 +137,7 @@ STORE_TEST(a_room_is_read_by_who_may) {
     CHECK_INT(put(own, "eve", "stages", "E", 1, SRV_CLASS_STRANGER), SRV_STORED_CLASH);
     CHECK_INT(put(own, "ada", "questions/q", "E", 0, SRV_CLASS_NO_TEACHER), SRV_STORED_CLASH);
     CHECK_INT(put(own, "teacher", "stages", "E", 1, SRV_CLASS_NO_PUPIL), SRV_STORED_CLASH);
-    /* what is there already is no change */
+    /* an unchanged item is no change */
     CHECK_INT(put(own, "ada", "stages", "A", 1, SRV_CLASS_FINE), SRV_STORED);
     CHECK_INT(read_all(own, "teacher", 6, &found), SRV_STORED);
     CHECK_INT(found.count, 0);
@@ -175,7 +175,7 @@ STORE_TEST(an_answer_needs_a_question_that_is_open_and_of_its_kind) {
     answer.body = "2";
     CHECK_INT(srv_store_class_put(own, &answer, &room), SRV_STORED_CLASH);
     CHECK_INT(answer.why, SRV_CLASS_CLOSED);
-    /* a question that is taken away takes no answer, and its answers stay */
+    /* a deleted question accepts no answer, and its answers stay */
     struct found found;
     CHECK_INT(put(own, "teacher", "questions/q", NULL, 0, SRV_CLASS_FINE), SRV_STORED);
     CHECK_INT(srv_store_class_put(own, &answer, &room), SRV_STORED_CLASH);
@@ -205,7 +205,7 @@ STORE_TEST(a_room_is_bounded) {
     }
     CHECK_INT(join(own, "d", &pupil), SRV_STORED_CLASH);
     CHECK_INT(join(own, "a", &pupil), SRV_STORED);
-    /* a pupil who was taken away makes room, and is a stranger */
+    /* a removed pupil frees its slot, and is no longer a member */
     CHECK_INT(put(own, "a", "stages", "A", 1, SRV_CLASS_FINE), SRV_STORED);
     CHECK_INT(dismiss(own, "1"), SRV_STORED);
     CHECK_INT(dismiss(own, "1"), SRV_STORED);
@@ -218,7 +218,7 @@ STORE_TEST(a_room_is_bounded) {
     REQUIRE((own = ground_open(ground)) != NULL);
     CHECK_INT(put(own, "d", "handins/w", large, 1, SRV_CLASS_PUPIL_FULL), SRV_STORED_CLASH);
     CHECK_INT(put(own, "teacher", "worksheets/w", large, 0, SRV_CLASS_FINE), SRV_STORED);
-    /* the bytes that a room is counted for are those of its items, whatever has become of them */
+    /* the bytes counted for a room are those of its items, after any changes */
     CHECK_INT(put(own, "teacher", "worksheets/w", "short", 0, SRV_CLASS_FINE), SRV_STORED);
     CHECK_INT(ground_ask(ground, "SELECT bytes FROM classes WHERE code = 'ABCDEF'"),
               ground_ask(ground, "SELECT CAST(SUM(LENGTH(body) + 128) AS BIGINT) FROM class_items "
@@ -274,7 +274,7 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
     CHECK_INT(ground_ask(ground, left), 0);
     CHECK_INT(srv_store_class(own, "ABCDEF", "teacher", &room), SRV_STORED_NONE);
     CHECK_INT(srv_store_class_mark(own, "ABCDEF", &version, &shared), SRV_STORED_NONE);
-    /* one whose time is over is nobody's at once, and is swept */
+    /* an expired room is invisible at once, and is deleted by a sweep */
     CHECK_INT(make(own, "ABCDEF", "teacher", "k", SECOND, &room), SRV_STORED);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     ground_run(ground, "UPDATE classes SET ends = 1");
@@ -288,7 +288,7 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
 
 /* --- who comes from where, and how they are called --- */
 
-/* joins with a fold and from an address; the body of the pupil's item, "" where none is written */
+/* joins with a fold and from an address; the body of the pupil's item, "" if none is written */
 static const char *join_as(struct srv_store *store, const char *who, const char *source,
                            const char *fold, enum srv_class_why why) {
     static struct found found;
@@ -318,13 +318,14 @@ STORE_TEST(names_that_look_alike_are_numbered) {
     CHECK_TEXT(join_as(own, "a", "5ee13", "anna", SRV_CLASS_FINE), "{\"n\"}");
     CHECK_TEXT(join_as(own, "b", "5ee13", "ann", SRV_CLASS_FINE), "{\"n\"}");
     CHECK_TEXT(join_as(own, "c", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (2)\"}");
-    /* who calls itself by another's number gets one too, and a number that is typed is taken */
+    /* a nickname that another got by its number gets a number too, and a number that is typed
+     * counts as in use */
     CHECK_TEXT(join_as(own, "d", "5ee13", "anna(2)", SRV_CLASS_FINE), "{\"n (2)\"}");
     CHECK_TEXT(join_as(own, "e", "5ee13", "bob(2)", SRV_CLASS_FINE), "{\"n\"}");
     CHECK_TEXT(join_as(own, "f", "5ee13", "bob", SRV_CLASS_FINE), "{\"n\"}");
     CHECK_TEXT(join_as(own, "g", "5ee13", "bob", SRV_CLASS_FINE), "{\"n (3)\"}");
     CHECK_TEXT(join_as(own, "h", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (3)\"}");
-    /* who joins again keeps its name; a number is free when its pupil has gone */
+    /* a pupil that joins again keeps its name; a number is free when its pupil is removed */
     CHECK_TEXT(join_as(own, "h", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (3)\"}");
     CHECK_INT(dismiss(own, "3"), SRV_STORED);
     CHECK_TEXT(join_as(own, "i", "5ee13", "anna", SRV_CLASS_FINE), "{\"n (2)\"}");
@@ -357,7 +358,7 @@ STORE_TEST(an_address_has_a_share_of_a_room_that_its_teacher_raises) {
     CHECK_TEXT(room.near, "5ee13");
     (void)join_as(own, "p3", "5ee13", "p3", SRV_CLASS_FINE);
     (void)join_as(own, "p4", "5ee13", "p4", SRV_CLASS_SHARED);
-    /* many go at once, and those who are not there cost nothing */
+    /* many are removed at once, and missing ones cost nothing */
     CHECK_INT(dismiss(own, "1-2,5,900-999999999"), SRV_STORED);
     CHECK_INT(srv_store_class(own, "ABCDEF", "teacher", &room), SRV_STORED);
     CHECK_INT(room.pupils, 2);
@@ -389,7 +390,7 @@ STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) 
     made.who = "v";
     CHECK_INT(srv_store_class_new(own, &made, &room, &full), SRV_STORED_QUOTA);
     CHECK_TEXT(full, "your address has");
-    /* one of the two is joined, and outlives its first hour; the other is gone */
+    /* one of the two is joined, and outlives its first hour; the other is deleted */
     struct srv_class_put in = item("ada", "ada", "{\"n\"}", 1);
     in.code = "QRSTUF";
     CHECK_INT(srv_store_class_join(own, &in, &room), SRV_STORED);
@@ -402,7 +403,7 @@ STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) 
     while (sweep.more) REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes"), 2);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
-    /* who is erased has no rooms, and is in none */
+    /* an erased client has no rooms, and is in none */
     int count = 1, erased = 0;
     for (; count; erased += count)
         CHECK_INT(srv_store_erase_classes(own, "ada", &count), SRV_STORED);
@@ -413,7 +414,7 @@ STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) 
     srv_store_close(&own);
 }
 
-/* two processes on one store: who is in the way of another says so, and nothing is numbered
+/* two processes on one store: a process that is blocked by the other says so, and no number is used
  * twice */
 STORE_TEST(two_connections_number_the_changes_of_a_room_together) {
     struct srv_class room;
@@ -437,8 +438,8 @@ STORE_TEST(two_connections_number_the_changes_of_a_room_together) {
     srv_store_close(&own);
 }
 
-/* every column of every row of a room, altered: the room may be damaged or gone, nothing ends, and
- * another room is as it was */
+/* every column of every row of a room, altered: the room may be damaged or gone, nothing crashes,
+ * and another room is unaffected */
 STORE_TEST(an_altered_row_harms_its_room_alone) {
     static const char *const columns[] = {
         "classes.code",        "classes.teacher",     "classes.key",        "classes.created",

@@ -1,6 +1,6 @@
-/* Laws of cost: what a call costs does not depend on how many jobs are kept or wait. On SQLite
- * the steps of its virtual machine are counted, on PostgreSQL the plan of every statement is
- * looked at, with statistics and without. */
+/* Laws of cost: the cost of a call does not depend on the number of stored or waiting jobs. On
+ * SQLite the steps of its virtual machine are counted, on PostgreSQL the plan of every statement is
+ * checked, with and without statistics. */
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -98,7 +98,7 @@ static void cost_seed(struct srv_store *store) {
     CHECK_INT(ground_submit(store, "two", "anna", NULL, 1, 0, &job), SRV_STORED);
 }
 
-/* the steps of each call on a store with so many jobs kept and as many waiting */
+/* the steps of each call on a store with this many stored jobs and as many waiting ones */
 static void cost_measure(int count, long steps[CALLS]) {
     struct ground ground;
     struct srv_store_figures figures;
@@ -162,8 +162,8 @@ TEST(what_a_call_costs_does_not_depend_on_what_is_kept) {
                      "%s: %ld steps among %d, %ld among %d", name[i], few[i], FEW, many[i], MANY);
 }
 
-/* what a plan must not say of tables that grow; figures and the version are read whole, they
- * have a few rows */
+/* what a plan must not contain for tables that grow; figures and the version are read whole, since
+ * they have few rows */
 struct cost_plan {
     const char *statement;
     int scans;
@@ -180,13 +180,13 @@ static enum srv_stored cost_row(void *context, const struct srv_value field[]) {
     return SRV_STORED;
 }
 
-/* statements that only mend what somebody damaged, and may look at all rows */
+/* statements that only repair damage, and may read all rows */
 static int cost_mends(const char *text) {
     return strstr(text, "BETWEEN") || strstr(text, "{nameless") || strstr(text, "{sane") ||
            strstr(text, "{bounded") || strstr(text, "{counted");
 }
 
-/* the plan that a prepared statement has, whatever its values are */
+/* the plan of a prepared statement, for any values */
 static enum srv_stored cost_explain(struct srv_sql *sql, const char *statement,
                                     struct cost_plan *plan) {
     char command[SRV_SQL_TEXT + 100], text[SRV_SQL_TEXT], nulls[200] = "";
@@ -222,7 +222,7 @@ static void cost_plans(const struct ground *ground, int *looked) {
 
 POSTGRES_TEST(every_statement_finds_its_rows_by_an_index) {
     int looked = 0;
-    /* an empty store that nobody has looked at, one with rows and no statistics, one with both */
+    /* an empty store without statistics, one with rows and no statistics, one with both */
     cost_plans(ground, &looked);
     cost_seed(store);
     cost_fill(ground, FEW);

@@ -1,7 +1,6 @@
-/* A job's and a scene's life in which something fails: a statement, an allocation, a write to the
- * disk; the n-th, for every n, once and from there on. What was said to be kept is kept, nothing
- * else is, and the next life is untouched.
- */
+/* The life of a job and of a scene during which something fails: a statement, an allocation, a
+ * write to the disk; the n-th, for every n, once and from there on. Everything reported as stored
+ * is stored, nothing else is, and the next life is unaffected. */
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>
@@ -17,8 +16,8 @@ static char life_data[LIFE_BYTES], life_back[SRV_CHUNK_BYTES];
 
 /* --- a driver of which a statement fails --- */
 
-/* how: the connection is lost before the statement took effect, or after it; the database says
- * to try again, or that it is damaged */
+/* the failure: the connection is lost before the statement took effect, or after it; the database
+ * asks for a retry, or reports damage */
 enum fault { FAULT_AWAY, FAULT_AWAY_AFTER, FAULT_AGAIN, FAULT_BROKEN, FAULTS };
 
 static struct {
@@ -34,12 +33,12 @@ static int faulty_fails(const char *text) {
     if (!faulty.fail_at) return 0;
     faulty.count++;
     int due = faulty.for_good ? faulty.count >= faulty.fail_at : faulty.count == faulty.fail_at;
-    /* a connection that was lost is made anew by a begin only */
+    /* only a begin reconnects a lost connection */
     if (*text == '{') faulty.lost = 0;
     return due || faulty.lost;
 }
 
-/* what the server of a connection that is lost does, and what a rollback does whatever it says */
+/* what the server does with a lost connection, and the effect of a rollback whatever it returns */
 static enum srv_stored faulty_end(struct srv_sql *sql, const char *text) {
     int lost = faulty.fault <= FAULT_AWAY_AFTER;
     if (!faulty.lost && (lost || !strcmp(text, "ROLLBACK")))
@@ -93,13 +92,13 @@ static void faulty_fail(long count, int for_good, enum fault fault) {
 
 /* --- a life --- */
 
-/* What the store said: of the job, of each part's claim and end, of the scene. */
+/* What the store returned: for the job, for each part's claim and end, for the scene. */
 struct life {
     enum srv_stored submitted, claimed[LIFE_PARTS], finished[LIFE_PARTS], put, kept, dropped,
         dismissed;
 };
 
-/* one call of a batch, as the threads of storage make it */
+/* one call of a batch, as the storage threads make it */
 struct life_call {
     struct srv_store_call call; /* first */
     struct life *life;
@@ -114,7 +113,7 @@ static enum srv_stored life_submit(struct srv_store *store, struct srv_store_cal
 
 static enum srv_stored life_claim(struct srv_store *store, struct srv_store_call *call) {
     const struct life_call *own = (struct life_call *)call;
-    /* a call of a batch that failed is run again */
+    /* a failed call of a batch is run again */
     srv_lease_clear(own->lease);
     return ground_claim_whole(store, "worker", 60 * (int64_t)SECOND, own->lease);
 }
@@ -131,7 +130,7 @@ static enum srv_stored life_put(struct srv_store *store, struct srv_store_call *
     return srv_store_scene_put(store, "scene", "anna", NULL, "{\"a\":1}", 7);
 }
 
-/* a call together with another, so that what fails is the batch first */
+/* a call together with another one, so that the batch fails first */
 static enum srv_stored life_together(struct srv_store *store, struct life_call *one,
                                      struct life_call *two) {
     struct srv_store_call *const calls[] = {&one->call, &two->call};
@@ -171,7 +170,7 @@ static void life_scene(struct srv_store *store, struct life *life) {
         CHECK(bytes == 7 && !memcmp(body, "{\"a\":1}", 7));
         free(body);
     }
-    /* once more, with the same body: it is looked at */
+    /* once more, with the same body: it is compared */
     srv_store_scene_put(store, "scene", "anna", NULL, "{\"a\":1}", 7);
     life->kept = srv_store_scene_keep(store, "scene", "berta", NULL);
     life->dropped = srv_store_scene_drop(store, "scene", "anna");
@@ -197,7 +196,7 @@ static void life_run(struct srv_store *store, struct life *life) {
 
 /* --- afterwards --- */
 
-/* what was said to be kept is there */
+/* everything reported as stored exists */
 static void life_kept(struct srv_store *store, const struct life *life, const char *what) {
     struct srv_job job;
     size_t bytes;
@@ -217,7 +216,7 @@ static void life_kept(struct srv_store *store, const struct life *life, const ch
     }
 }
 
-/* ends what is left; nothing is left then */
+/* ends the remaining jobs; nothing is left then */
 static void life_clear(const struct ground *ground, struct srv_store *store, const char *what) {
     static const char *const tables[] = {
         "jobs", "parts", "results", "removals WHERE job = 'job'", "scenes", "keepers", "clients"};
@@ -253,8 +252,8 @@ static void life_whole(const struct ground *ground, const char *what) {
             "%s: the file is damaged", what);
 }
 
-/* after a life with a fault: everything is as the store said, and a life without one is a good
- * one */
+/* after a life with a failure: everything is as the store reported, and a life without one
+ * succeeds */
 static void life_judge(const struct ground *ground, struct srv_store *store,
                        const struct life *life, const char *what) {
     struct life good;
@@ -282,7 +281,7 @@ static struct srv_store *life_open(const struct ground *ground) {
     return store;
 }
 
-/* A call of a batch whose commit nobody hears of. */
+/* A call of a batch whose commit is not acknowledged. */
 enum lost { SUBMIT, CLAIM, EXTEND, FINISH, RELEASE, DISMISS, PUT, KEEP, DROP, MAKE, JOIN, LOST };
 
 struct lost_call {
@@ -329,8 +328,8 @@ static enum srv_stored lost_run(struct srv_store *store, struct srv_store_call *
     }
 }
 
-/* alone and in a batch, a commit takes effect and nobody hears of it: the calls say so, and nothing
- * is done twice */
+/* alone and in a batch, a commit takes effect but is not acknowledged: the calls say so, and
+ * nothing is done twice */
 STORE_TEST(a_commit_whose_answer_is_lost_is_looked_up) {
     static const char *const rows[][2] = {{"jobs WHERE bytes = 1 OR state = 4", "3"},
                                           {"parts WHERE attempt > 1", "0"},
@@ -388,8 +387,8 @@ STORE_TEST(a_life_survives_every_statement_that_fails) {
                                                      : "PRAGMA synchronous = OFF",
                                     NULL, 0, NULL, NULL) == SRV_STORED);
         faulty_begin(own);
-        /* every third, on PostgreSQL every fourteenth, others in each mode: each costs
-         * connections for the recount */
+        /* every third, on PostgreSQL every fourteenth, others in each mode: each costs connections
+         * for the recount */
         long step = ground->postgres ? 14 : 3 * TEST_STRIDE, n = 1 + mode * 5 % step;
         for (int over = 0; !over && n < MOST_FAULTS; n += step) {
             char what[80];
@@ -413,8 +412,8 @@ STORE_TEST(a_life_survives_every_allocation_that_fails) {
     for (int i = 0; i < LIFE_BYTES; i++) life_data[i] = (char)(i * 31);
     for (int for_good = 0; for_good < 2; for_good++) {
         long n = 1;
-        /* the first sixty, and then one in forty of those so far, on PostgreSQL, where each costs
-         * connections, one in fifteen: the same few allocate again and again */
+        /* the first sixty, and then a fortieth of them, on PostgreSQL, where each costs
+         * connections, a fifteenth: the same few allocate again and again */
         for (int over = 0; !over && n < MOST_FAULTS;
              n += (n < 60 ? 1 : n / (ground->postgres ? 15 : 40)) * TEST_STRIDE) {
             struct life life = {.submitted = SRV_STORED_BROKEN};
@@ -446,7 +445,7 @@ static void life_disk(struct ground *ground, struct srv_store *store) {
     for (int i = 0; i < LIFE_BYTES; i++) life_data[i] = (char)(i * 31);
     for (int mode = 0; mode < 4; mode++) {
         long n = 1;
-        /* the first sixty, and then one in twenty of those so far: most are pages of the log */
+        /* the first sixty, and then a twentieth of them: most are pages of the log */
         for (int over = 0; !over && n < MOST_FAULTS;
              n += n < 60 ? TEST_STRIDE : n / 20 * TEST_STRIDE) {
             struct life life;

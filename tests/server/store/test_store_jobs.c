@@ -83,8 +83,7 @@ STORE_TEST(a_list_is_the_clients_own_newest_first) {
     CHECK_INT(count, 0);
 }
 
-/* a key whose job was dismissed, has failed or is past its time makes a new job, whatever is
- * asked with it */
+/* a key whose job was dismissed, has failed or expired makes a new job, for any request */
 STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
     struct srv_job job;
     struct srv_lease lease;
@@ -94,7 +93,7 @@ STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
     CHECK_INT(ground_submit(store, "b", "anna", "k", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "b");
     CHECK_INT(job.state, SRV_JOB_ACCEPTED);
-    /* it lives: the same key leads to it */
+    /* it exists: the same key returns it */
     CHECK_INT(ground_submit(store, "c", "anna", "k", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "b");
     CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED);
@@ -103,7 +102,7 @@ STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
     srv_lease_clear(&lease);
     CHECK_INT(ground_submit(store, "d", "anna", "k", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "d");
-    /* the old ones are there still, without the key */
+    /* the old ones still exist, without the key */
     CHECK_INT(srv_store_job(store, "b", &job), SRV_STORED);
     CHECK_INT(job.state, SRV_JOB_FAILED);
     CHECK_INT(srv_store_dismiss(store, "d", &job), SRV_STORED);
@@ -126,7 +125,7 @@ static void finishes(struct srv_store *store, const char *id) {
 static void on_expiring(struct ground *ground, struct srv_store *unused) {
     struct srv_job job;
     (void)unused;
-    /* kept for an hour: a repeat leads to the result; kept for no time: it makes a new job,
+    /* stored for an hour: a repetition returns the result; stored for no time: it makes a new job,
      * swept or not */
     struct srv_store *store = ground_open(ground);
     if (!store) return;

@@ -1,5 +1,5 @@
-/* Tests of server/store/store_leases: parts and who holds them; random histories of them agree
- * with a model. */
+/* Tests of server/store/store_leases: parts and their holders; random histories agree with a
+ * model. */
 #include "server/store/store_leases.h"
 
 #include <stdio.h>
@@ -28,7 +28,7 @@ STORE_TEST(a_late_worker_writes_nothing) {
     CHECK_INT(srv_store_fail(store, &late, "late"), SRV_STORED_LOST);
     CHECK_INT(srv_store_finish(other, &now, "now", 3, NULL, 0), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &late, "late", 4, NULL, 0), SRV_STORED_LOST);
-    /* told twice, because the first answer did not come through: once done */
+    /* repeated, because the first answer was lost: done once */
     CHECK_INT(srv_store_finish(other, &now, "now", 3, NULL, 0), SRV_STORED);
     CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED);
     CHECK(bytes == 3 && !memcmp(back, "now", 3));
@@ -53,7 +53,7 @@ STORE_TEST(a_bit_that_changed_in_a_result_is_seen) {
                                         : "UPDATE results SET data = X'616262'");
     CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED_DAMAGED);
     CHECK_INT((long long)bytes, 0);
-    /* that of another place is not this one's either */
+    /* the seal of another position is not valid here */
     ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616263'::bytea, chunk = 1"
                                         : "UPDATE results SET data = X'616263', chunk = 1");
     CHECK_INT(srv_store_chunk(store, "j", 0, 1, back, &bytes), SRV_STORED_DAMAGED);
@@ -66,9 +66,8 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
     struct srv_job job;
     (void)ground;
     CHECK_INT(ground_submit(store, "poison", "anna", NULL, 7, 0, &job), SRV_STORED);
-    /* one before the others, which are done: that the job gets on speaks for it; and as often as it
-     * may be afterwards
-     */
+    /* one before the others, which are done: the job's progress counts in its favour; then as often
+     * as is allowed */
     for (int i = 0; i <= SRV_MOST_KILLS; i++) {
         CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED);
         CHECK_INT(lease.alone, i > 0);
@@ -132,7 +131,7 @@ STORE_TEST(chained_parts_come_one_after_the_other) {
         CHECK_INT(ground_claim(store, "w", i == 2 ? 1000 : 60 * SECOND, &lease), SRV_STORED);
         CHECK_INT(ground_claim(store, "w", SECOND, &none), SRV_STORED_NONE);
         if (i == 2 && lease.attempt == 1) {
-            /* a part that is done again starts from the same */
+            /* a repeated part starts from the same checkpoint */
             srv_lease_clear(&lease);
             ground_pause_ms(3);
             CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
@@ -158,7 +157,8 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
     struct srv_job job;
     char id[16], order[64] = "";
     (void)ground;
-    /* anna floods, berta comes with one job of two parts: berta is served every second time */
+    /* anna has many jobs, berta comes with one job of two parts: berta is served every second
+     * time */
     for (int i = 0; i < 10; i++) {
         snprintf(id, sizeof id, "a%d", i);
         CHECK_INT(ground_submit(store, id, "anna", NULL, 1, 0, &job), SRV_STORED);
@@ -174,7 +174,7 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
     CHECK(!strcmp(order, "abab") || !strcmp(order, "baba"));
 }
 
-/* what has little left to compute goes first, whichever came first */
+/* the job with the least work left goes first, whichever came first */
 static void submit_cost(struct srv_store *store, const char *id, long parts, int64_t cost_us) {
     struct srv_job job;
     struct srv_job_order order = ground_order(id, "anna");
@@ -202,7 +202,7 @@ STORE_TEST(a_short_job_waits_for_no_long_one) {
     CHECK_TEXT(claimed(store), "long0");
     submit_cost(store, "short", 2, SECOND / 1000);
     for (int i = 0; i < 2; i++) CHECK_TEXT(claimed(store), "short");
-    /* of equal ones that which has begun is finished first, in place of all being half done */
+    /* of equal jobs the one that has begun is finished first, in place of all being half done */
     for (int i = 0; i < 5; i++) {
         CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         CHECK_TEXT(lease.job, "long0");
@@ -210,8 +210,8 @@ STORE_TEST(a_short_job_waits_for_no_long_one) {
     }
 }
 
-/* ten equal jobs of 3.4 s, posted together: a short one that comes at any time while they compute
- * is next, and so is one of half their length; what is left of a job that has begun counts */
+/* ten equal jobs of 3.4 s, posted together: a short one that comes at any time is next, and so is
+ * one of half their length; for a job that has begun the remaining time counts */
 STORE_TEST(ten_equal_jobs_keep_no_short_one_waiting) {
     char id[24];
     for (int i = 0; i < 10; i++) {
@@ -228,7 +228,7 @@ STORE_TEST(ten_equal_jobs_keep_no_short_one_waiting) {
     }
     for (int i = 1; i < 4; i++) CHECK_TEXT(claimed(store), "equal0");
     CHECK_TEXT(claimed(store), "equal1");
-    /* as one statement and as the function */
+    /* by a statement and by the function */
     const int64_t left[] = {0, 1, 57142856, 57142857, 100000000, INT64_C(259200000000)};
     for (int i = 0; i < 6; i++) {
         int64_t rank = srv_store_rank(1000, left[i]);
@@ -247,7 +247,8 @@ STORE_TEST(ten_equal_jobs_keep_no_short_one_waiting) {
     }
 }
 
-/* small parts come several at a time, of the clients in turn; a long one comes alone */
+/* several small parts are claimed at a time, with the clients in turn; a long one is claimed
+ * alone */
 STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     struct srv_lease lease[SRV_CLAIMS];
     struct srv_job job;
@@ -281,8 +282,8 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     }
     /* berta has four; the rest of the claim is anna's, or is left for the next */
     CHECK_SAYING(count - annas == 4 && annas >= SRV_CLAIMS / 2, "%d of %d", annas, count);
-    /* what takes longer together than a claim may is not claimed together: 4 ms each, 20 ms in
-     * all */
+    /* parts that together take longer than a claim may are not claimed together: 4 ms each, 20 ms
+     * in all */
     for (int i = 0; i < 20; i++) {
         snprintf(id, sizeof id, "c%d", i);
         submit_cost(store, id, 1, 4000);
@@ -296,7 +297,8 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     ground_sums(ground);
 }
 
-/* an hour more than it computes, or 64 times as long: then a job goes before whatever comes now */
+/* after an hour more than its computation time, or 64 times that, a job goes before all later
+ * ones */
 STORE_TEST(a_long_job_does_not_wait_for_ever) {
     submit_cost(store, "long", 10, 100LL * SECOND);
     submit_cost(store, "a", 1, SECOND);
@@ -387,7 +389,7 @@ STORE_TEST(random_histories_agree_with_a_model) {
                 leases++;
             }
         } else if (act < 9 && leases) {
-            /* any lease that was ever given, the lost ones too */
+            /* any lease that was ever given, including lost ones */
             struct srv_lease *lease = &held[test_random_int(&random, leases)];
             struct model_job *own = &model[atoi(lease->job + 1)];
             int mine = own->open && own->part[lease->part] == MODEL_HELD &&
@@ -412,7 +414,7 @@ STORE_TEST(random_histories_agree_with_a_model) {
         } else {
             const char *worker = test_random_int(&random, 2) ? "w0" : "w1";
             good = srv_store_release(store, worker) == SRV_STORED;
-            /* which worker has what is not in the model: ask */
+            /* the model does not know which worker has what: query it */
             for (int i = 0; i < leases; i++) {
                 struct model_job *own = &model[atoi(held[i].job + 1)];
                 int mine = own->open && own->part[held[i].part] == MODEL_HELD &&
@@ -429,7 +431,7 @@ STORE_TEST(random_histories_agree_with_a_model) {
     for (int i = 0; i < leases; i++) srv_lease_clear(&held[i]);
 }
 
-/* who has a client for each job has few more turns than eight others */
+/* a client per job gets few more turns than eight others */
 STORE_TEST(many_clients_of_one_address_take_few_turns) {
     enum { TOKENS = 32, EACH = 3, CLAIMS = 60 };
     struct srv_job job;
@@ -454,12 +456,12 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
         of_other += !strncmp(lease.job, "other", 5);
         srv_lease_clear(&lease);
     }
-    /* about one of seven; without weights it would be one of thirty-three */
+    /* about one in seven; without weights it would be one in thirty-three */
     CHECK_SAYING(of_other >= 7 && of_other <= 12, "%d of %d", of_other, CLAIMS);
 }
 
-/* a sweep that finds a lease run out, and its job successful once its row is locked, takes away
- * what is still held */
+/* a sweep that finds an expired lease, and its job successful once its row is locked, removes what
+ * is still held */
 STORE_TEST(a_job_that_has_ended_keeps_the_parts_that_are_done) {
     struct srv_store_sweep sweep;
     struct srv_lease lease;
@@ -473,7 +475,7 @@ STORE_TEST(a_job_that_has_ended_keeps_the_parts_that_are_done) {
     CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts WHERE state = 1"), 0);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts WHERE state = 2"), 1);
-    /* so that a call whose answer got lost may be repeated */
+    /* so that a call whose answer was lost can be repeated */
     CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
     srv_lease_clear(&lease);
     ground_sums(ground);

@@ -1,4 +1,5 @@
-/* Tests of server/store/store_postgres beside those that run on each store: what it says. */
+/* Tests of server/store/store_postgres in addition to those that run on each store: its
+ * messages. */
 #include <string.h>
 
 #include "server/store/store.h"

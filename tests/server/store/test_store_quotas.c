@@ -1,4 +1,4 @@
-/* Tests of server/store/store_quotas: what is too much. */
+/* Tests of server/store/store_quotas: exceeded limits. */
 #include "server/store/store_quotas.h"
 
 #include <pthread.h>
@@ -33,7 +33,7 @@ STORE_TEST(quotas_hold_and_say_so) {
     CHECK_INT(srv_store_finish(own, &lease, data, 600, NULL, 0), SRV_STORED_QUOTA);
     CHECK_INT(srv_store_job(own, "j1", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_FAILED && strstr(job.message, "max-client-bytes"));
-    /* the failed job's bytes go, and there is room again */
+    /* the failed job's bytes are deleted, and there is space again */
     do CHECK_INT(srv_store_sweep(own, NULL, &sweep), SRV_STORED);
     while (sweep.more);
     CHECK_INT(srv_store_job(own, "j1", &job), SRV_STORED);
@@ -57,7 +57,7 @@ static enum srv_stored submit_from(struct srv_store *store, const char *id, cons
     return srv_store_submit(store, &order, job);
 }
 
-/* who invents a client for each job has no more than the bounds of its address */
+/* a new client for each job does not exceed the limits of its address */
 STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     struct srv_job job;
     struct srv_lease lease;
@@ -78,7 +78,7 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     CHECK_INT(submit_from(own, "t0b", "t0", "home", &job), SRV_STORED);
     CHECK_INT(submit_from(own, "t0c", "t0", "home", &job), SRV_STORED_QUOTA);
     CHECK(strstr(job.message, "max-client-jobs") != NULL);
-    /* nobody else is concerned: another address, and the address's own client */
+    /* others are not affected: another address, and the client of the address itself */
     CHECK_INT(submit_from(own, "s0", "s0", "school", &job), SRV_STORED);
     CHECK_INT(submit_from(own, "h0", "home", "home", &job), SRV_STORED);
     CHECK_INT(srv_store_dismiss(own, "h0", &job), SRV_STORED);
@@ -104,7 +104,7 @@ static enum srv_stored submit_bytes(struct srv_store *store, const char *id, siz
     return srv_store_submit(store, &order, job);
 }
 
-/* the quota bounds what lies on the disk: a request counts, and goes with its job's end */
+/* the quota limits the bytes on disk: a request counts, and is deleted at its job's end */
 STORE_TEST(a_request_is_counted_and_goes_with_its_job) {
     struct srv_job job;
     struct srv_store *own;
@@ -135,7 +135,7 @@ STORE_TEST(a_request_is_counted_and_goes_with_its_job) {
     srv_store_close(&own);
 }
 
-/* jobs that have ended are bounded as well, however small they are */
+/* ended jobs are limited as well, however small they are */
 STORE_TEST(jobs_that_ended_are_bounded) {
     struct srv_job job;
     struct srv_store *own;
@@ -155,7 +155,7 @@ STORE_TEST(jobs_that_ended_are_bounded) {
     srv_store_close(&own);
 }
 
-/* whoever asks whether jobs can be kept is told so before one is refused */
+/* a full store is reported before a job is refused */
 STORE_TEST(a_full_store_says_so) {
     struct srv_store_figures figures;
     struct srv_job job;
@@ -172,7 +172,7 @@ STORE_TEST(a_full_store_says_so) {
     srv_store_close(&own);
 }
 
-/* counts the sums of a client anew, on a connection of its own */
+/* recounts the sums of a client, on a separate connection */
 struct quotas_counter {
     struct srv_store *store;
     enum srv_stored stored;
@@ -187,9 +187,9 @@ static void *quotas_count_anew(void *context) {
     return NULL;
 }
 
-/* A submit and a recount side by side: on PostgreSQL the recount waits for the row that the
- * submit has changed, and must count what the submit has committed meanwhile. A sum that missed
- * it would fall below zero at the job's end. */
+/* A submit and a recount at the same time: on PostgreSQL the recount waits for the row that the
+ * submit has changed, and must count what the submit has committed meanwhile. A sum without it
+ * would become negative at the job's end. */
 STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     static const char *const submit[] = {

@@ -1,4 +1,4 @@
-/* Tests of server/store/store_scenes: kept as long as somebody keeps them. */
+/* Tests of server/store/store_scenes: scenes are stored as long as a client keeps them. */
 #include "server/store/store.h"
 
 #include <stdio.h>
@@ -32,7 +32,7 @@ STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
     CHECK_INT(srv_store_scene_put(store, "s", "anna", NULL, "{}", 2), SRV_STORED);
     CHECK_INT(srv_store_scene_keep(store, "s", "berta", NULL), SRV_STORED);
     CHECK_INT(srv_store_scene_keep(store, "s", "berta", NULL), SRV_STORED);
-    /* somebody else cannot, each keeper can for itself */
+    /* another client cannot, each keeper can for itself */
     CHECK_INT(srv_store_scene_drop(store, "s", "clara"), SRV_STORED_CLASH);
     CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED);
     CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED_CLASH);
@@ -40,7 +40,7 @@ STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
     free(body);
     CHECK_INT(srv_store_scene_drop(store, "s", "berta"), SRV_STORED);
     CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED_NONE);
-    /* what was dropped does not count any more: three are allowed */
+    /* a dropped scene no longer counts: three are allowed */
     for (int i = 0; i < 3; i++) {
         const char id[] = {(char)('a' + i), 0};
         CHECK_INT(srv_store_scene_put(store, id, "anna", NULL, "{}", 2), SRV_STORED);
@@ -49,14 +49,14 @@ STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
     CHECK_INT(srv_store_scene(store, "d", &body, &bytes), SRV_STORED_NONE);
     CHECK_INT(srv_store_scene_drop(store, "a", "anna"), SRV_STORED);
     CHECK_INT(srv_store_scene_put(store, "d", "anna", NULL, "{}", 2), SRV_STORED);
-    /* one that another keeps counts for who keeps it too */
+    /* a scene that another client keeps counts for a second keeper too */
     CHECK_INT(srv_store_scene_keep(store, "d", "berta", NULL), SRV_STORED);
     CHECK_INT(srv_store_scene_put(store, "e", "berta", NULL, "{}", 2), SRV_STORED);
     CHECK_INT(srv_store_scene_keep(store, "b", "berta", NULL), SRV_STORED);
     CHECK_INT(srv_store_scene_keep(store, "c", "berta", NULL), SRV_STORED_QUOTA);
 }
 
-/* a token is quickly made: what all tokens of an address keep is bounded too */
+/* tokens are easily created: the scenes of all tokens of an address are limited too */
 STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
     char client[16], id[16];
     struct srv_store *bounded;
@@ -75,7 +75,7 @@ STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
     srv_store_close(&bounded);
 }
 
-/* scenes are bounded in bytes, each client's and all together */
+/* scenes are limited in bytes, for each client and in total */
 STORE_TEST(scenes_are_bounded_in_bytes) {
     static const char body[4000];
     struct srv_store_figures figures;
@@ -93,7 +93,7 @@ STORE_TEST(scenes_are_bounded_in_bytes) {
                                          sizeof body) == (fits ? SRV_STORED : SRV_STORED_QUOTA),
                      "scene %d", i);
     }
-    /* one that is there takes no more room for all, but for its keeper */
+    /* an existing scene takes no more space in total, but counts for its keeper */
     CHECK_INT(srv_store_scene_keep(own, "s0", "berta", NULL), SRV_STORED);
     CHECK_INT(srv_store_scene_keep(own, "s1", "berta", NULL), SRV_STORED_QUOTA);
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
@@ -105,7 +105,7 @@ STORE_TEST(scenes_are_bounded_in_bytes) {
     srv_store_close(&own);
 }
 
-/* on a full disk there is space for the removal of few things at once */
+/* a full disk has space for the removal of only a few rows at a time */
 STORE_TEST(a_client_is_erased_in_pieces_of_any_size) {
     struct srv_job job;
     char id[16];

@@ -1,5 +1,5 @@
-/* Tests of server/store/store_schema: the tables are made once, and those of another version are
- * left alone. */
+/* Tests of server/store/store_schema: the tables are created once, and those of another version are
+ * left unchanged. */
 #include "server/store/store_schema.h"
 
 #include <pthread.h>
@@ -35,7 +35,7 @@ STORE_TEST(tables_of_another_version_are_refused_in_a_sentence) {
     CHECK_INT(srv_store_open(&other, ground->url, &ground->rules, &error), PEND_INVALID);
     CHECK_SAYING(strstr(error.text, "the store has version 2, but this program needs version 1"),
                  "%s", error.text);
-    /* who has it open writes nothing more */
+    /* a process that has it open writes nothing more */
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED_BROKEN);
     CHECK(strstr(srv_store_complaint(store), "version 2"));
 }

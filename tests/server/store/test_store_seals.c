@@ -1,5 +1,5 @@
-/* Tests of server/store/store_seals: a row that could have been written, but was not written
- * like that, or not there. */
+/* Tests of server/store/store_seals: rows with possible values that were not written like that, or
+ * not there. */
 #include "server/store/store_seals.h"
 
 #include <stdio.h>
@@ -8,7 +8,7 @@
 
 #include "tests/server/ground.h"
 
-/* a statement with one byte string in it, spelt as the database wants it: %s */
+/* a statement with one byte string in it, in the database's notation: %s */
 static void seals_bytes(const struct ground *ground, const char *before, const char *text,
                         const char *after) {
     char hex[64], statement[512];
@@ -18,7 +18,7 @@ static void seals_bytes(const struct ground *ground, const char *before, const c
     ground_run(ground, statement);
 }
 
-/* claims until nothing is left that has to be asked for again; returns whether a part was had */
+/* claims until no claim must be repeated; returns whether a part was found */
 static int seals_claim(struct srv_store *store, struct srv_lease *lease) {
     enum srv_stored stored = SRV_STORED_AGAIN;
     for (int tries = 0; stored == SRV_STORED_AGAIN && tries < 20; tries++)
@@ -33,7 +33,7 @@ static void seals_failed(struct srv_store *store, const char *id, const char *wo
     CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
     CHECK_SAYING(job.state == SRV_JOB_FAILED && strstr(job.message, word), "%s is %d: %s", id,
                  job.state, job.message);
-    /* it stays so when it is looked at again */
+    /* it stays so when it is read again */
     CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
     CHECK_SAYING(job.state == SRV_JOB_FAILED && !job.flaw, "%s: %s", id, job.flaw ? job.flaw : "");
 }
@@ -80,7 +80,7 @@ STORE_TEST(a_long_request_is_judged_when_it_is_read) {
     CHECK(!back);
     CHECK_INT(srv_store_finish(store, &lease, "r", 1, NULL, 0), SRV_STORED_LOST);
     seals_failed(store, "long", "request");
-    /* it has no request any more, and that is no damage */
+    /* it has no request any more, which is no damage */
     CHECK_INT(srv_store_job_request(store, "long", &back, &bytes), SRV_STORED);
     CHECK_INT((long long)bytes, 0);
     free(back);
@@ -121,7 +121,7 @@ STORE_TEST(what_never_changes_of_a_job_has_not_changed) {
     }
 }
 
-/* two jobs that are done, each of two parts with a chunk each */
+/* two finished jobs, each of two parts with one chunk each */
 static void seals_results(struct srv_store *store) {
     static const char *const jobs[] = {"one", "two"};
     struct srv_lease lease;
@@ -169,7 +169,7 @@ STORE_TEST(a_chunk_or_a_scene_with_another_seal_is_damaged) {
     CHECK_INT(srv_store_scene(store, "scene", &body, &bytes), SRV_STORED_DAMAGED);
     CHECK(!body);
     CHECK_INT(srv_store_scene_put(store, "scene", "anna", NULL, "{}", 2), SRV_STORED_DAMAGED);
-    /* it can be let go, and kept anew */
+    /* it can be deleted, and stored again */
     CHECK_INT(srv_store_scene_drop(store, "scene", "anna"), SRV_STORED);
     CHECK_INT(srv_store_scene_put(store, "scene", "anna", NULL, "{}", 2), SRV_STORED);
     CHECK_INT(srv_store_scene(store, "scene", &body, &bytes), SRV_STORED);
@@ -211,7 +211,7 @@ STORE_TEST(a_damaged_job_does_not_end_a_list_of_those_since_an_instant) {
     CHECK_INT(srv_store_list(store, "anna", &wish, job, &count, last), SRV_STORED);
     CHECK_INT(count, 3);
     for (int i = 0; i < count; i++) CHECK_INT(job[i].flaw != NULL, !strcmp(job[i].id, "bad"));
-    /* the newest first: a sound one from before the instant ends it */
+    /* the newest first: an undamaged one from before the instant ends it */
     wish.since += 3600 * (int64_t)SECOND;
     CHECK_INT(srv_store_list(store, "anna", &wish, job, &count, last), SRV_STORED);
     CHECK_INT(count, 0);

@@ -1,5 +1,5 @@
-/* Tests of server/store/store_sqlite beside those that run on each store: the file, and what is
- * in one from elsewhere. */
+/* Tests of server/store/store_sqlite in addition to those that run on each store: the file, and the
+ * contents of foreign files. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ TEST(a_new_store_is_its_owners_alone) {
         CHECK_INT(mode_of(&ground, "-wal"), 0600);
         CHECK_INT(mode_of(&ground, "-shm"), 0600);
         srv_store_close(&store);
-        /* an owner who shares it goes on to */
+        /* an owner who shares it continues to do so */
         snprintf(path, sizeof path, "%s/store.db", ground.path);
         CHECK(!chmod(path, 0640));
         store = ground_open(&ground);
@@ -40,7 +40,7 @@ TEST(a_new_store_is_its_owners_alone) {
     umask(before);
 }
 
-/* a file that was handed over may have more in it than tables */
+/* a foreign file may contain more than tables */
 TEST(a_store_from_elsewhere_runs_nothing_of_its_own) {
     struct ground ground;
     struct srv_sql *sql;

@@ -1,5 +1,4 @@
-/* Tests of server/store/store_sqlite_disk: a disk that is full, and what the database takes of
- * it. */
+/* Tests of server/store/store_sqlite_disk: a full disk, and the database's use of it. */
 #include "server/store/store_sqlite_disk.h"
 
 #include <pthread.h>
@@ -13,7 +12,7 @@
 #include "server/store/store_rows.h"
 #include "tests/server/ground.h"
 
-enum { LOG_BYTES = 4 << 20 }; /* a log that is longer is carried over */
+enum { LOG_BYTES = 4 << 20 }; /* a longer log triggers a checkpoint */
 
 static char data[4 << 20];
 
@@ -45,7 +44,7 @@ static int submit_and_claim(struct srv_store *store, int number, struct srv_leas
            ground_claim(store, "w", 60 * SECOND, lease) == SRV_STORED;
 }
 
-/* from here on no file grows beyond so many bytes */
+/* from here on no file grows beyond this many bytes */
 static int limit_files(double bytes, struct rlimit *before) {
     signal(SIGXFSZ, SIG_IGN);
     if (getrlimit(RLIMIT_FSIZE, before)) return 0;
@@ -65,7 +64,7 @@ TEST(a_full_disk_is_said_and_harms_nothing) {
     CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     REQUIRE(limit_files(3 << 20, &limit));
     CHECK_INT(srv_store_finish(store, &lease, data, sizeof data, NULL, 0), SRV_STORED_FULL);
-    /* the lease still holds, and the job can be ended with a reason although the disk is full */
+    /* the lease is still valid, and the job can be ended with a reason although the disk is full */
     CHECK_INT(srv_store_fail(store, &lease, "the disk is full"), SRV_STORED);
     REQUIRE(!setrlimit(RLIMIT_FSIZE, &limit));
     CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
@@ -75,9 +74,7 @@ TEST(a_full_disk_is_said_and_harms_nothing) {
     ground_clear(&ground);
 }
 
-/* what is committed can be carried over to the file although the disk has not a byte left: the log
- * gives its room back
- */
+/* committed changes can be copied to the file although the disk is full: the log frees its space */
 TEST(a_log_of_writes_is_emptied_on_a_disk_without_room) {
     struct ground ground;
     struct srv_job job;
@@ -115,8 +112,8 @@ static enum srv_stored call_dismiss(struct srv_store *store, struct srv_store_ca
     return srv_store_dismiss(store, own->id, &own->job);
 }
 
-/* it is what makes room: a connection that has not met the full disk yet does it at the first
- * asking */
+/* a dismissal frees space: a connection that has not met the full disk yet does it at the first
+ * attempt */
 TEST(a_job_is_dismissed_on_a_disk_without_room) {
     struct ground ground;
     struct srv_lease lease;
@@ -143,8 +140,7 @@ TEST(a_job_is_dismissed_on_a_disk_without_room) {
     ground_clear(&ground);
 }
 
-/* as another program, or a machine that failed, may leave it: who reads is answered, who writes
- * is told */
+/* as another program, or a crashed machine, may leave it: reads succeed, writes are refused */
 TEST(a_file_that_is_short_on_a_full_disk_can_be_read) {
     struct ground ground;
     struct srv_job job;
@@ -175,7 +171,7 @@ TEST(a_file_that_is_short_on_a_full_disk_can_be_read) {
     ground_clear(&ground);
 }
 
-/* of several connections that write in turn, each result as large as a batch's */
+/* several connections that write in turn, each result as large as a batch's */
 TEST(whatever_is_committed_has_its_place_in_the_file) {
     enum { CONNECTIONS = 3, RESULTS = 24, RESULT = 700000 };
     struct ground ground;
@@ -203,8 +199,7 @@ TEST(whatever_is_committed_has_its_place_in_the_file) {
     ground_clear(&ground);
 }
 
-/* a backup reads for as long as it takes: writers go on, and the log is emptied when it has
- * ended */
+/* a backup reads for a long time: writers continue, and the log is emptied when it has ended */
 TEST(a_reader_that_does_not_end_stops_nobody) {
     struct ground ground;
     struct srv_lease lease;
@@ -234,7 +229,7 @@ TEST(a_reader_that_does_not_end_stops_nobody) {
     ground_clear(&ground);
 }
 
-/* reads without a pause, until it is to end */
+/* reads without a pause, until it is told to end */
 struct looker {
     struct srv_store *store;
     pthread_t thread;
@@ -293,9 +288,8 @@ TEST(readers_without_a_pause_stop_no_writer) {
     ground_clear(&ground);
 }
 
-/* a process that writes much and carries its log over without being the one that may write, as
- * SQLite's own shell does
- */
+/* a process that writes much and runs checkpoints although only our writer may, as SQLite's own
+ * shell does */
 struct stranger {
     struct srv_sql *sql;
     atomic_int over;
@@ -311,8 +305,8 @@ static enum srv_stored stranger_write(struct srv_sql *sql, int i) {
         value, 1, NULL, NULL);
 }
 
-/* on a slow machine either may find the other in its way for longer than the five seconds after
- * which SQLite is not waited for: then it tries again, as the storage does */
+/* on a slow machine each may block the other for longer than the five seconds after which SQLite
+ * gives up: then it tries again, as the storage does */
 enum { PATIENCE = 100 };
 
 static void *stranger_main(void *context) {

@@ -1,4 +1,4 @@
-/* Tests of server/store/store_sweep: what goes, and when. */
+/* Tests of server/store/store_sweep: what is deleted, and when. */
 #include "server/store/store_call.h"
 
 #include <stdio.h>
@@ -30,8 +30,8 @@ STORE_TEST(a_dismissed_job_stops_and_frees_what_it_held) {
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
     CHECK(figures.bytes == SRV_ROW_BYTES && figures.jobs[SRV_JOB_DISMISSED] == 1 && !figures.parts);
     ground_sums(ground);
-    /* the list of removals keeps a page of the disk, so that a job can be dismissed when there
-     * is no other */
+    /* the list of removals keeps a page of the disk, so that a job can be dismissed on a full
+     * disk */
     CHECK_INT(ground_ask(ground, "SELECT COUNT(*) FROM removals"), 1);
     if (ground->postgres) {
         ground_run(ground, "VACUUM removals");
@@ -68,7 +68,7 @@ static struct srv_store *brief_open(struct ground *ground) {
     return ground_open(ground);
 }
 
-/* submits a job and finishes its parts, each with so many bytes */
+/* submits a job and finishes its parts, each with this many bytes */
 static void brief_job(struct srv_store *store, const char *id, long parts, size_t bytes) {
     static char data[3 * SRV_CHUNK_BYTES];
     struct srv_lease lease;
@@ -80,7 +80,7 @@ static void brief_job(struct srv_store *store, const char *id, long parts, size_
     }
 }
 
-/* sweeps until nothing is left; the number of sweeps, 100 at most */
+/* sweeps until nothing is left; returns the number of sweeps, at most 100 */
 static int brief_sweep(struct srv_store *store, int *expired) {
     struct srv_store_sweep sweep = {.more = 1};
     int sweeps = 0;
@@ -91,8 +91,8 @@ static int brief_sweep(struct srv_store *store, int *expired) {
     return sweeps;
 }
 
-/* 300 jobs with results take no more pieces than their number asks for, and go as they are:
- * nobody reads "dismissed" */
+/* 300 jobs with results take only as many steps as their number requires, and are deleted directly,
+ * without becoming "dismissed" */
 STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     struct srv_store *own = brief_open(ground);
     struct srv_store_figures figures;
@@ -106,7 +106,7 @@ STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     }
     ground_pause_ms(5);
     int sweeps = brief_sweep(own, &expired);
-    /* 128 at a time, so that no other call waits long, and a look or two that find nothing */
+    /* 128 at a time, so that no other call waits long, and one or two sweeps that find nothing */
     CHECK_SAYING(sweeps >= 4 && sweeps <= 5, "%d sweeps", sweeps);
     CHECK_INT(expired, 300);
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
@@ -117,7 +117,8 @@ STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     srv_store_close(&own);
 }
 
-/* of a large one the row goes at once, the rest a piece at a time, and is counted until then */
+/* the row of a large job is deleted at once, the rest a piece at a time, and is counted until
+ * then */
 STORE_TEST(a_large_expired_job_goes_piece_by_piece) {
     struct srv_store *own = brief_open(ground);
     struct srv_store_figures figures;
@@ -142,7 +143,7 @@ STORE_TEST(a_large_expired_job_goes_piece_by_piece) {
     srv_store_close(&own);
 }
 
-/* what its client was told holds, also when it is dismissed after its end */
+/* the time announced to its client is kept, also when it is dismissed after its end */
 STORE_TEST(a_job_that_ended_expires_when_it_was_said_to) {
     struct srv_job ended, job;
     (void)ground;
@@ -158,7 +159,7 @@ STORE_TEST(a_job_that_ended_expires_when_it_was_said_to) {
     ground_sums(ground);
 }
 
-/* a clock that is a week ahead for a while costs nobody a result; once it is trusted, it does */
+/* a clock that is a week ahead for a while deletes no result; once it is trusted, it does */
 STORE_TEST(a_clock_that_jumps_ahead_ends_no_job) {
     struct srv_store *own = brief_open(ground);
     struct srv_store_sweep sweep;

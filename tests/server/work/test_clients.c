@@ -16,7 +16,7 @@ TEST(a_client_is_one_record_however_often_it_comes) {
     srv_clients_share(clients, one);
     for (int i = 0; i < 3; i++) srv_clients_give(clients, one);
     srv_clients_give(clients, other);
-    /* what nobody has is still known for a while */
+    /* a record without references is kept for a while */
     CHECK(srv_clients_take(clients, "192.0.2.1", NULL) == one);
     srv_clients_give(clients, one);
     srv_clients_free(&clients);
@@ -36,7 +36,7 @@ TEST(clients_that_nobody_has_are_forgotten_beyond_a_bound) {
         srv_clients_quota(clients, client, 60, 64, second);
         srv_clients_give(clients, client);
     }
-    /* the one that is in use is there still, the last is known, the first is not */
+    /* the one in use still exists, the last is known, the first is not */
     CHECK(srv_clients_take(clients, "held", NULL) == held);
     CHECK(srv_clients_quota(clients, held, 60, 64, second).left == 58);
     struct srv_client *last = srv_clients_take(clients, key, NULL),
@@ -64,13 +64,13 @@ TEST(a_quota_is_so_many_a_minute_and_fills_evenly) {
     quota = srv_clients_quota(clients, client, 6, 64, now);
     CHECK(!quota.granted);
     CHECK(fabs(quota.retry - 10) < 1e-6);
-    /* asking too early costs nothing, and one comes every ten seconds */
+    /* asking too early costs nothing, and one is added every ten seconds */
     quota = srv_clients_quota(clients, client, 6, 64, now + 9 * second);
     CHECK(!quota.granted);
     CHECK(fabs(quota.retry - 1) < 1e-6);
     CHECK(srv_clients_quota(clients, client, 6, 64, now + 11 * second).granted);
     CHECK(!srv_clients_quota(clients, client, 6, 64, now + 11 * second).granted);
-    /* never more than a minute's */
+    /* never more than those of a minute */
     now += 1000 * second;
     for (int i = 0; i < 6; i++) CHECK(srv_clients_quota(clients, client, 6, 64, now).granted);
     CHECK(!srv_clients_quota(clients, client, 6, 64, now).granted);
@@ -93,7 +93,8 @@ TEST(clients_survive_want_of_memory) {
     srv_clients_free(&clients);
 }
 
-/* who draws a token for each request has no more than its address: here twice what a client has */
+/* a new token for each request does not exceed the quota of its address: here twice that of a
+ * client */
 TEST(clients_of_one_address_share_its_quota) {
     struct srv_clients *clients;
     struct srv_quota quota;
@@ -114,7 +115,7 @@ TEST(clients_of_one_address_share_its_quota) {
     struct srv_client *other = srv_clients_take(clients, "t:0", "n:school");
     CHECK(srv_clients_quota(clients, other, 6, 2, now).granted);
     srv_clients_give(clients, other);
-    /* one of them has its own bound as well, and the address itself one more client's */
+    /* one of them has its own limit as well, and the address that of one more client */
     now += 60000000000;
     struct srv_client *one = srv_clients_take(clients, "t:1", "n:home"),
                       *same = srv_clients_take(clients, "t:1", "n:school"),
@@ -136,7 +137,7 @@ TEST(who_has_computed_too_much_waits_until_it_is_made_up_for) {
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
     struct srv_client *client = srv_clients_take(clients, "a", NULL);
     srv_clients_charge(clients, client, 1e9);
-    /* 30 s a minute: what begins while some are left may take more */
+    /* 30 s per minute: a computation that starts while some are left may take more */
     CHECK(srv_clients_debt(clients, client, 30, now) == 0);
     srv_clients_charge(clients, client, 29);
     CHECK(srv_clients_debt(clients, client, 30, now) == 0);
@@ -145,7 +146,7 @@ TEST(who_has_computed_too_much_waits_until_it_is_made_up_for) {
     CHECK_SAYING(wait > 20 && wait < 20.01, "%.15g s", wait);
     CHECK(srv_clients_debt(clients, client, 30, now + 19 * second) > 0);
     CHECK(srv_clients_debt(clients, client, 30, now + 21 * second) == 0);
-    /* who may compute nothing always waits */
+    /* a client that may compute nothing always waits */
     CHECK(srv_clients_debt(clients, client, 0, now + 22 * second) == 60);
     srv_clients_give(clients, client);
     srv_clients_free(&clients);
@@ -163,7 +164,7 @@ TEST(what_comes_at_a_pace_comes_in_bursts_and_then_one_by_one) {
         CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
     double wait = srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now);
     CHECK_SAYING(wait > 0.49 && wait < 0.51, "%g s", wait);
-    /* another one, another pace and a look take nothing of it */
+    /* another client, another action and a mere check take nothing of it */
     CHECK(srv_clients_pace(clients, other, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
     CHECK(srv_clients_pace(clients, one, SRV_PACE_JOINS, 2, 3, 1, now) <= 0);
     now += second / 2;
@@ -171,12 +172,12 @@ TEST(what_comes_at_a_pace_comes_in_bursts_and_then_one_by_one) {
         CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 0, now) <= 0);
     CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
     CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) > 0);
-    /* after a long pause there are as many as there may be at once */
+    /* after a long pause the full burst is available */
     now += 3600 * second;
     for (int i = 0; i < 3; i++)
         CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) <= 0);
     CHECK(srv_clients_pace(clients, one, SRV_PACE_WRITES, 2, 3, 1, now) > 0);
-    /* what is of the address is of all of its clients */
+    /* a limit of the address applies to all of its clients */
     CHECK(srv_clients_pace(clients, one->source, SRV_PACE_MISSES, 1, 1, 1, now) <= 0);
     CHECK(srv_clients_pace(clients, other->source, SRV_PACE_MISSES, 1, 1, 1, now) > 0);
     srv_clients_give(clients, one);

@@ -77,7 +77,7 @@ TEST(a_full_queue_answers_503_at_once) {
     srv_compute_begin(&two);
     CHECK_INT(compute_finished, 1);
     CHECK_INT(two.status, 503);
-    /* the client of the first goes away while it waits */
+    /* the client of the first leaves while it waits */
     srv_compute_leave(&one, SRV_STOP_LEFT);
     CHECK_INT(compute_finished, 2);
     CHECK_INT(one.status, 503);
@@ -111,7 +111,7 @@ TEST(a_stopped_computation_ends_within_a_piece_of_its_work) {
     live_service_clear(&service);
 }
 
-/* what a trajectory is estimated to take */
+/* the estimated time of a trajectory */
 static double compute_cost(const char *body) {
     struct api_limits limits;
     struct api_call *call;
@@ -153,7 +153,7 @@ TEST(a_computation_that_outruns_its_time_says_so) {
     struct srv_workers *workers;
     struct srv_exchange exchange;
     live_service(&service, 4);
-    /* an estimate below it by so much is begun */
+    /* an estimate below it by this factor is started */
     service.config.limits.compute_seconds = compute_cost(LIVE_LONG) / 2.9;
     atomic_store(&compute_finished, 0);
     REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
@@ -161,7 +161,7 @@ TEST(a_computation_that_outruns_its_time_says_so) {
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
     srv_workers_free(&workers);
-    /* a build that is many times slower than the estimate foresees it */
+    /* a build that is many times slower predicts it */
     CHECK(exchange.status == 503 || exchange.status == 422);
     CHECK(exchange.bytes && strstr(exchange.data, "max-compute-seconds"));
     const char *again = exchange.status == 422 ? "1" : NULL;
@@ -179,7 +179,7 @@ TEST(an_answer_that_leaves_no_memory_is_503) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     service.config.held_bytes = service.config.client_held_bytes = 1 << 20;
-    /* what others hold leaves little; then a request alone is more than anybody may hold */
+    /* others hold most of the memory; then one request is more than any client may hold */
     srv_memory_add(&service.memory, SRV_MEMORY_BODIES, (1 << 20) - 100);
     REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     for (int never = 0; never < 2; never++) {

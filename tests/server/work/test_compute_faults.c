@@ -1,6 +1,6 @@
-/* One request of every operation while an allocation fails: on a worker, and through a live
- * daemon as an answer and as a job. A fault costs its own request an answer at most: nothing
- * stays held, and the next request is answered. */
+/* One request for every operation while an allocation fails: on a worker, and through a live daemon
+ * as an answer and as a job. A failure costs at most the answer to its own request: no memory stays
+ * held, and the next request is answered. */
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +17,7 @@
 #include "tests/harness/test.h"
 #include "tests/server/live.h"
 
-/* the sanitizer of threads, of which one alone walks the loop, takes every fourth */
+/* the thread sanitizer, with which one thread alone runs the loop, takes every fourth */
 enum { FAULTS_STRIDE = (TEST_STRIDE + 3) / 4 };
 
 static const char *faults_path(const struct test_request *one, char path[64]) {
@@ -35,8 +35,8 @@ static void faults_finish(struct srv_exchange *exchange) {
     atomic_fetch_add(&faults_finished, 1);
 }
 
-/* computes a request while the n-th allocation fails; returns its status, and sets *over when
- * there were no so many */
+/* computes a request while the n-th allocation fails; returns its status, and sets *over if there
+ * were fewer */
 static int faults_compute(struct srv_service *service, const struct test_request *one, long n,
                           int for_good, int *over) {
     struct srv_exchange exchange;
@@ -64,8 +64,8 @@ static int faults_compute(struct srv_service *service, const struct test_request
     return status;
 }
 
-/* waits until the worker, which hands an answer over before it clears up, has nothing in hand;
- * returns 0 if it never comes to that */
+/* waits until the worker, which delivers an answer before it cleans up, is idle; returns 0 if that
+ * does not happen */
 static int faults_rest(struct srv_service *service) {
     double until = test_clock() + TEST_PATIENCE;
     while (srv_memory_all(&service->memory) || service->computing || service->busy) {
@@ -91,7 +91,7 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
                 int status = faults_compute(&service, &test_requests[i], n, for_good, &over);
                 CHECK_SAYING(status == usual || status == 503, "request %d, allocation %ld%s: %d",
                              i, n, for_good ? " for good" : "", status);
-                /* nothing is left of it: neither memory that is counted nor a computation */
+                /* nothing is left of it: neither counted memory nor a computation */
                 CHECK_SAYING(faults_rest(&service),
                              "request %d, allocation %ld: %lld bytes are held, %d are computed", i,
                              n, (long long)srv_memory_all(&service.memory), (int)service.computing);
@@ -106,7 +106,7 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
 
 /* --- through a live daemon --- */
 
-/* a request whose answer is sent while it is computed, in blocks that are compressed */
+/* a request whose answer is sent while it is computed, in compressed blocks */
 static const struct test_request faults_stream = {
     API_OP_TRAJECTORIES,
     "{" TEST_TREE ",\"initial\":{\"theta\":[1,2]},\"times\":{\"stop\":2,\"count\":20000}}",
@@ -114,7 +114,7 @@ static const struct test_request faults_stream = {
 
 enum { FAULTS_ANSWER, FAULTS_JOB, FAULTS_GONE /* the client leaves in the middle of the answer */ };
 
-/* sends a request on a connection of its own */
+/* sends a request on a separate connection */
 static int faults_send(const struct srv_daemon *daemon, struct test_client *client,
                        const struct test_request *one, int job) {
     char text[2048], path[64];
@@ -129,7 +129,7 @@ static int faults_send(const struct srv_daemon *daemon, struct test_client *clie
     return send(client->fd, text, (size_t)bytes, MSG_NOSIGNAL) == bytes;
 }
 
-/* reads until the server closes, by nothing that takes memory; keeps how the answer begins */
+/* reads until the server closes, without allocating; keeps the beginning of the answer */
 static void faults_read(const struct test_client *client, int kind, char head[], size_t cap) {
     struct pollfd look = {.fd = client->fd, .events = POLLIN};
     char rest[4096];
@@ -144,7 +144,7 @@ static void faults_read(const struct test_client *client, int kind, char head[],
     head[got] = 0;
 }
 
-/* waits for the end of a job; one that failed says why */
+/* waits for the end of a job; a failed one must say why */
 static void faults_job(const struct srv_daemon *daemon, const char *location) {
     struct test_client client;
     struct test_reply reply;
@@ -165,8 +165,8 @@ static void faults_job(const struct srv_daemon *daemon, const char *location) {
     CHECK_SAYING(ended, "%s does not end", location);
 }
 
-/* one request while the n-th allocation of the process fails; returns its status, 0 where it had
- * no answer, and sets *over when there were no so many */
+/* one request while the n-th allocation of the process fails; returns its status, 0 without an
+ * answer, and sets *over if there were fewer */
 static int faults_ask(const struct srv_daemon *daemon, const struct test_request *one, long n,
                       int kind, int *over) {
     struct test_client client;
@@ -177,7 +177,7 @@ static int faults_ask(const struct srv_daemon *daemon, const struct test_request
     CHECK(faults_send(daemon, &client, one, kind == FAULTS_JOB));
     faults_read(&client, kind, head, sizeof head);
     test_client_close(&client);
-    /* a job is computed after its answer: until nobody takes memory any more */
+    /* a job is computed after its answer: until nothing allocates any more */
     for (long count = -1; kind == FAULTS_JOB && count != test_alloc_count();) {
         count = test_alloc_count();
         test_sleep(0.005);
@@ -203,7 +203,7 @@ static void faults_loop(const struct srv_daemon *daemon, const struct test_reque
     }
     CHECK_SAYING(faults * FAULTS_STRIDE > 2, "%s met %d faults only",
                  one->body ? one->body : "a GET", faults);
-    /* and the next is as it was */
+    /* and the next is as before */
     CHECK_INT(faults_ask(daemon, one, 1000000000, kind, &over), usual);
 }
 
@@ -223,7 +223,7 @@ TEST(every_operation_of_a_live_daemon_survives_want_of_memory_as_an_answer_and_a
         faults_loop(daemon, &faults_stream, first, FAULTS_ANSWER, 200);
         faults_loop(daemon, &faults_stream, first, FAULTS_GONE, 200);
     }
-    /* nothing is under way, held or leased */
+    /* nothing is in progress, held or leased */
     static const char *const nothing[] = {"pendulumd_held_kind_bytes{kind=\"bodies\"} ",
                                           "pendulumd_held_kind_bytes{kind=\"computations\"} ",
                                           "pendulumd_held_kind_bytes{kind=\"answers\"} ",

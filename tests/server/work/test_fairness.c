@@ -14,7 +14,7 @@ struct nap {
     int fd;
     pthread_t thread;
     atomic_int stop;
-    atomic_long least; /* us that the shortest nap took */
+    atomic_long least; /* us, the shortest nap */
 };
 
 static void nap_begin(struct nap *nap, int workers) {
@@ -75,8 +75,8 @@ static void *nap_on(void *argument) {
     return NULL;
 }
 
-/* the shortest nap, us, while a worker looks or does not, for 0.1 s; for longer until it is
- * below `below` */
+/* the shortest nap, us, while a worker checks or does not, for 0.1 s; for longer until it is below
+ * `below` */
 static long nap_least(struct nap *nap, int look, long below) {
     double begin = test_clock();
     atomic_store(&nap->least, 1000000);

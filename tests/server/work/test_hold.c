@@ -1,4 +1,4 @@
-/* Tests of server/work/hold without a server: what is counted. */
+/* Tests of server/work/hold without a server: the counts. */
 #include "server/work/hold.h"
 
 #include <math.h>

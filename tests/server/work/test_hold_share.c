@@ -1,5 +1,5 @@
-/* Tests of server/work/compute and server/work/inflight through a daemon: what is shared,
- * streamed, cut, counted and refused. */
+/* Tests of server/work/compute and server/work/inflight through a daemon: sharing, streaming,
+ * cutting, counting and refusing. */
 #include "server/work/inflight.h"
 
 #include <poll.h>
@@ -19,7 +19,7 @@
 #define EXACT "pendulumd_cache_lookups_total{result=\"exact\"} "
 #define MISSED "pendulumd_cache_lookups_total{result=\"missed\"} "
 
-/* posts with further header lines; asks by QUERY where the client may have the answer */
+/* posts with further header lines; uses QUERY if the client may have the answer */
 static int share_post(const struct srv_daemon *daemon, struct test_client *client,
                       const char *headers, const char *body) {
     char text[4096];
@@ -50,7 +50,7 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
     struct srv_daemon *daemon = live_start(NULL);
     struct test_reply first, reply;
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}";
-    /* the same request in other words */
+    /* the same request in another spelling */
     static const char other[] = "{\"times\":{\"step\":1e-2,\"stop\":5.0,\"start\":0},\"output\":["
                                 "\"phi\"],\"pendulum\":{\"parent\":[0,1],"
                                 "\"mass\":[1,1.0],\"length\":[1,1]}}";
@@ -114,8 +114,8 @@ TEST(without_a_cache_304_needs_no_computation_all_the_same) {
 
 enum { CLASS = 12 };
 
-/* a daemon that computes the same for all of a class; where that was over before all were there,
- * once more what takes longer */
+/* a daemon that computes one answer for all clients; if it was over before all had joined, it is
+ * repeated with a longer one */
 static struct srv_daemon *class_joined(struct test_client client[CLASS]) {
     static const char *const options[] = {"--workers", "2", NULL};
     for (int stop = 12000; stop < 10000000; stop *= 4) {
@@ -145,7 +145,7 @@ TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nob
     struct test_reply reply[CLASS];
     struct srv_daemon *daemon = class_joined(client);
     REQUIRE(daemon != NULL);
-    /* the one that began it goes, and one of the others */
+    /* the one that started it leaves, and one of the others */
     test_client_close(&client[0]);
     test_client_close(&client[5]);
     for (int i = 1; i < CLASS; i++) {
@@ -174,7 +174,7 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     struct test_client blocker, client[FEW];
     struct test_reply reply[FEW], again;
     REQUIRE(daemon != NULL);
-    /* while the worker is busy with another, all of them come */
+    /* while the worker is busy with another request, all of them arrive */
     REQUIRE(share_post(daemon, &blocker, "", before));
     live_await(daemon, "pendulumd_computations ", 1);
     for (int i = 0; i < FEW; i++) REQUIRE(share_post(daemon, &client[i], octets, body));
@@ -185,7 +185,7 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
         CHECK(!memcmp(reply[i].body, reply[0].body, reply[0].body_bytes));
         test_client_close(&client[i]);
     }
-    /* computed for one of them; who came late had it of the cache */
+    /* computed for one of them; late ones got it from the cache */
     double exact = live_metric(daemon, EXACT);
     CHECK(live_metric(daemon, JOINED) + exact == FEW - 1);
     CHECK_INT(share_ask(daemon, &again, octets, body), 200);
@@ -196,7 +196,7 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     for (int i = 0; i < FEW; i++) test_reply_clear(&reply[i]);
     test_client_close(&blocker);
     live_await(daemon, "pendulumd_computations ", 0);
-    /* what is held is what the cache has, and a word or two */
+    /* the cache holds the rest, up to a few bytes */
     double held = live_metric(daemon, "pendulumd_held_bytes ");
     CHECK_SAYING(held >= 3600024 && held < 6e6, "%.0f bytes are held", held);
     srv_daemon_free(&daemon);
@@ -215,7 +215,7 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     CHECK(reply.body_bytes > 10000000 && reply.body[reply.body_bytes - 1] == '\n');
     int lines = 0;
     for (size_t i = 0; i < reply.body_bytes; i++) lines += reply.body[i] == '\n';
-    CHECK_INT(lines, 300003); /* the last one warns: the digits do not reach so far */
+    CHECK_INT(lines, 300003); /* the last one is a warning: the accuracy is lost before the end */
     CHECK(strstr(reply.body + reply.body_bytes - 300, "\n# warning: accuracy is lost") &&
           reply.trailer && strstr(reply.trailer, "X-Horizon: ") &&
           strstr(reply.trailer, "X-Warning: accuracy is lost"));
@@ -224,7 +224,7 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     CHECK_TEXT(test_reply_header(&coded, "Content-Encoding"), "zstd");
     CHECK(coded.body_bytes < 0.7 * (double)reply.body_bytes &&
           coded.body_bytes > 0.2 * (double)reply.body_bytes);
-    /* HTTP/1.0 knows no chunks: the end of the connection is the end */
+    /* HTTP/1.0 has no chunks: the end of the connection is the end of the body */
     snprintf(text, sizeof text,
              "POST /v1/trajectories HTTP/1.0\r\nContent-Type: application/json\r\nAccept: "
              "text/csv\r\nContent-Length: %zu\r\n\r\n%s",
@@ -256,7 +256,7 @@ TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
                  3000 + i);
         REQUIRE(share_post(daemon, &slow[i], "Accept: text/csv\r\n", body));
     }
-    /* they stand still once the sockets are full: the worker has nothing to do */
+    /* they pause once the sockets are full: the worker is idle */
     live_await(daemon, "pendulumd_workers_busy ", 0);
     double busy = 1;
     for (double until = test_clock() + TEST_PATIENCE; busy > 0 && test_clock() < until;) {
@@ -267,7 +267,7 @@ TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
     CHECK(busy == 0);
     CHECK(live_metric(daemon, "pendulumd_computations ") == SLOW);
     double held = live_metric(daemon, "pendulumd_held_bytes ");
-    /* what was held before the first byte, 8 MiB at most, and two blocks */
+    /* the bytes before the first were sent, 8 MiB at most, and two blocks */
     CHECK_SAYING(held > SLOW * 200000 && held < SLOW * 10.5e6, "%g bytes are held", held);
     CHECK_INT(share_ask(daemon, &reply, "", DOUBLE "\"times\":[0,1]}"), 200);
     test_reply_clear(&reply);
@@ -308,11 +308,11 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
         live_await(daemon, "pendulumd_computations ", 1);
         struct pollfd look = {.fd = client.fd, .events = POLLIN};
         CHECK_INT(poll(&look, 1, 1000 * TEST_PATIENCE), 1);
-        /* no patience: the server ends what runs */
+        /* in a hurry: the server cancels running computations */
         srv_daemon_drain(daemon, 1);
         int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
-        /* the test's client, as others, knows no better of an HTTP/1.0 answer that ends without
-         * a reset */
+        /* the test's client, like others, does not notice the end of an HTTP/1.0 answer that ends
+         * without a reset */
         CHECK_INT(status, 0);
         test_reply_clear(&reply);
         test_client_close(&client);
@@ -345,7 +345,7 @@ TEST(requests_a_minute_are_counted_for_each_client) {
     }
     CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", body), 200);
     test_reply_clear(&reply);
-    /* what computes nothing is not counted */
+    /* requests that compute nothing are not counted */
     CHECK_INT(live_status(daemon,
                           "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\n\r\n"),
               200);
@@ -372,7 +372,7 @@ TEST(one_client_cannot_fill_the_queue) {
         CHECK_INT(test_client_receive(&client[i], &reply, 0, TEST_PATIENCE), 429);
         test_reply_clear(&reply);
     }
-    /* another client is served at once, in front of those that take many minutes */
+    /* another client is served at once, before those that take many minutes */
     CHECK_INT(
         share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", DOUBLE "\"times\":[0,1]}"),
         200);
@@ -383,8 +383,7 @@ TEST(one_client_cannot_fill_the_queue) {
     srv_daemon_free(&daemon);
 }
 
-/* who draws a token for each request fills three quarters of the queue, and waits in turn with
- * others */
+/* a new token for each request fills three quarters of the queue, and takes turns with others */
 TEST(one_address_cannot_fill_the_queue_with_tokens) {
     enum { TOKENS = 12 };
     static const char *const options[] = {
@@ -444,7 +443,7 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     CHECK_TEXT(test_reply_header(&reply, "Traceparent"), trace);
     CHECK(strstr(share_header(&reply, "Access-Control-Expose-Headers"), "X-Columns") != NULL);
     test_reply_clear(&reply);
-    /* a trace that is none is not told on */
+    /* an invalid trace is not passed on */
     test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\ntraceparent: 00-xyz\r\n\r\n");
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK(!test_reply_header(&reply, "Traceparent"));
@@ -474,8 +473,7 @@ TEST(what_is_known_of_the_digits_is_told_with_every_answer) {
     struct srv_daemon *daemon = live_start(NULL);
     struct test_reply reply;
     REQUIRE(daemon != NULL);
-    /* doubles have no place for it: before the body, or behind it where that is sent before all
-     * is computed */
+    /* doubles cannot contain it: before the body, or after it if it is sent while it is computed */
     CHECK_INT(share_ask(daemon, &reply, octets, STREAM), 200);
     CHECK(reply.trailer
               ? strstr(reply.trailer, "X-Horizon: ") && strstr(reply.trailer, "X-Warning: ") &&
@@ -483,7 +481,7 @@ TEST(what_is_known_of_the_digits_is_told_with_every_answer) {
               : *share_header(&reply, "X-Horizon") && *share_header(&reply, "X-Warning"));
     CHECK_INT((long long)reply.body_bytes, 300001 * 24);
     test_reply_clear(&reply);
-    /* what was asked for is told before the body */
+    /* values that the request determines are sent before the body */
     CHECK_INT(share_ask(daemon, &reply, octets, trusted), 200);
     double until = atof(share_header(&reply, "X-Trust-Until")),
            horizon = atof(share_header(&reply, "X-Horizon"));

@@ -70,8 +70,7 @@ TEST(lanes_take_turns_however_much_one_brings) {
     srv_queue_free(&queue);
 }
 
-/* an address that has many clients, or says so, has a turn for each, eight at most; another one
- * waits no longer */
+/* an address with many clients has a turn for each, eight at most; another one waits no longer */
 TEST(lanes_of_one_road_take_its_turns) {
     enum { LANES = 20, EACH = 3 };
     struct srv_queue *queue;
@@ -118,7 +117,7 @@ TEST(lanes_of_one_road_leave_room_to_others) {
     srv_queue_free(&queue);
 }
 
-/* what reads a long body in one go is left to the reader, and goes on at another level */
+/* a task that reads a long body in one go is left to the reader, and continues at another level */
 TEST(workers_leave_long_reading_to_the_reader) {
     struct srv_queue *queue;
     struct srv_lane lane = {0};
@@ -181,12 +180,12 @@ TEST(who_puts_one_back_and_takes_one_makes_no_lane_fuller) {
     }
     CHECK(srv_queue_valid(queue) && srv_queue_push(queue, &late) == PEND_OK &&
           srv_queue_push(queue, &guest) == PEND_OK);
-    /* the other lane's comes soon; what was put back is not lost */
+    /* the other lane's task comes soon; the task that was put back is not lost */
     for (int i = 0; i < 2 && held != &guest; i++) held = srv_queue_swap(queue, held);
     CHECK(held == &guest);
     CHECK_INT(srv_queue_count(queue), 4);
     while (srv_queue_count(queue)) srv_queue_pop(queue);
-    /* nobody else waits: it has the same again */
+    /* nobody else waits: it gets the same task again */
     CHECK(srv_queue_swap(queue, &guest) == &guest && srv_queue_count(queue) == 0);
     srv_queue_free(&queue);
 }
@@ -219,7 +218,7 @@ TEST(random_pushes_pops_and_removals_keep_a_queue_whole) {
     int waiting = 0;
     unsigned long long random = 3;
     REQUIRE(srv_queue_new(&queue, TASKS / 2, TASKS / 4) == PEND_OK);
-    /* three lanes come from one address, two each from its own */
+    /* three lanes come from one address, two each from their own */
     lane[1].road = lane[2].road = &lane[0].own;
     for (int round = 0; round < 20000; round++) {
         int i = test_random_int(&random, TASKS), act = test_random_int(&random, 3), good = 1;
