@@ -1,7 +1,7 @@
-/* Allocation counting and faults, by the linker's --wrap of malloc, calloc, realloc and
+/* Counting and failing allocations, by the linker's --wrap of malloc, calloc, realloc and
  * aligned_alloc.
  * Leaves to others: deciding which allocation fails (the test).
- * Invariant: with faults off every call goes straight through. */
+ * Invariant: with failures off every call goes straight through. */
 #include <stdatomic.h>
 #include <stddef.h>
 
@@ -19,10 +19,10 @@ void *__wrap_aligned_alloc(size_t alignment, size_t bytes);
 static atomic_long alloc_count, alloc_fail_at;
 static atomic_int alloc_for_good;
 
-/* GSL forgets some of what it has where the memory for a method or a workspace runs out in the
- * middle: not ours to mend. GSL has no frame pointers, so that a stack ends at the function that
- * allocates: those of a fit's workspace are trust_alloc, lm_alloc, qr_alloc and gsl_matrix_alloc,
- * which nothing of ours calls. A fit that is not freed is found by its own block. */
+/* GSL leaks some memory if an allocation for a method or a workspace fails in the middle, which we
+ * cannot repair. GSL has no frame pointers, so that a stack ends at the function that allocates:
+ * those of a fit's workspace are trust_alloc, lm_alloc, qr_alloc and gsl_matrix_alloc, which
+ * nothing of ours calls. A fit that is not freed is found by its own block. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_options(void);
 const char *__lsan_default_options(void) { return "print_suppressions=0"; }

@@ -15,7 +15,7 @@ static void row_fill(struct test_bodies *b, enum pend_term_row row, double low, 
     for (int k = 0; k < b->terms->n && at >= 0; k++) b->value[at + k] = between(low, high, seed);
 }
 
-/* of numbers between which random ones lie: any other term's are from 0.05 to 0.5 */
+/* ranges of random values; any other term's are from 0.05 to 0.5 */
 static const struct {
     enum pend_term_row row;
     double low, high;
@@ -38,7 +38,7 @@ static const struct {
 static void fill_rows(struct test_bodies *b, unsigned long long *seed) {
     for (int r = 0; r < PEND_TERM_ROWS; r++) {
         double low = 0.05, high = 0.5;
-        if (r == PEND_TERM_AT_X || r == PEND_TERM_AT_Y) continue; /* not of all arms */
+        if (r == PEND_TERM_AT_X || r == PEND_TERM_AT_Y) continue; /* absent for some arms */
         for (size_t i = 0; i < sizeof usual / sizeof *usual; i++)
             if ((int)usual[i].row == r) low = usual[i].low, high = usual[i].high;
         row_fill(b, (enum pend_term_row)r, low, high, seed);
@@ -73,8 +73,7 @@ static void fill_cart(struct test_bodies *b, const struct pend_tree *tree) {
         if (!tree->parent[k]) b->terms->hung[k] = 0;
 }
 
-/* what a random pendulum with a term of its arms has; other terms act in the joints, as damping
- * does */
+/* the bit of random pendulums that have a term; other terms act in the joints, as damping does */
 static unsigned row_bit(enum pend_term_row row) {
     if (row <= PEND_TERM_AT_Y) return TEST_TERMS_RODS;
     if (row == PEND_TERM_STIFFNESS || row == PEND_TERM_REST) return TEST_TERMS_SPRINGS;

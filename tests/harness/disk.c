@@ -1,7 +1,7 @@
-/* Faults of the disk, by the linker's --wrap of the calls with which SQLite writes: pwrite,
- * fsync, fdatasync and ftruncate.
+/* Disk failures, by the linker's --wrap of the calls with which SQLite writes: pwrite, fsync,
+ * fdatasync and ftruncate.
  * Leaves to others: deciding which call fails (the test).
- * Invariant: with faults off every call goes straight through; while they are on, nothing waits
+ * Invariant: with failures off every call goes straight through; while they are on, nothing waits
  * for a disk. */
 #include <errno.h>
 #include <stdatomic.h>

@@ -11,7 +11,7 @@
 #include "tests/harness/server.h"
 #include "tests/harness/test.h"
 
-/* reads a file of the group's; returns how many bytes, -1 where it cannot be read */
+/* reads a file of the group; returns the number of bytes, -1 if it cannot be read */
 static int fence_read(const char *path, const char *name, char text[], int cap) {
     char file[TEST_FENCE_PATH + 40];
     snprintf(file, sizeof file, "%s/%s", path, name);
@@ -31,8 +31,8 @@ static int fence_write(const char *path, const char *name, const char *text) {
     return good;
 }
 
-/* where cgroup v2 is mounted, and behind it the path of this program's group; returns the bytes
- * of the mount's path, 0 where there is none */
+/* the mount point of cgroup v2, followed by the path of this program's group; returns the length of
+ * the mount point, 0 if there is none */
 static size_t fence_own(char path[TEST_FENCE_PATH]) {
     char line[1024], mount[256] = "", group[256] = "";
     FILE *mounts = fopen("/proc/self/mounts", "re");
@@ -47,7 +47,7 @@ static size_t fence_own(char path[TEST_FENCE_PATH]) {
     return strlen(mount);
 }
 
-/* makes a group below `parent`; it counts where its parent hands memory on */
+/* creates a group below `parent`; it works if the parent delegates memory */
 static int fence_make(struct test_fence *fence, const char *parent, const char *most,
                       char reason[200]) {
     static int number;
@@ -55,7 +55,7 @@ static int fence_make(struct test_fence *fence, const char *parent, const char *
                          (int)getpid(), ++number);
     if (bytes < (int)sizeof fence->path && !mkdir(fence->path, 0755)) {
         if (fence_write(fence->path, "memory.max", most)) {
-            /* without the file there is no swap to be had */
+            /* without the file there is no swap */
             (void)fence_write(fence->path, "memory.swap.max", "0");
             return 1;
         }
@@ -100,7 +100,7 @@ void test_fence_close(struct test_fence *fence) {
     const char *killed = got > 0 ? strstr(text, "\noom_kill ") : NULL;
     CHECK_SAYING(!killed || !atoi(killed + 10), "the system has killed for want of memory: %s",
                  text);
-    /* a process that was waited for may still be leaving it */
+    /* a process that has ended may still be leaving the group */
     int removed = 0;
     for (double end = test_clock() + TEST_PATIENCE; !removed && test_clock() < end;
          test_sleep(0.002))

@@ -118,7 +118,7 @@ void found_moved(const struct found *f, int row, double time, int j, double h, d
         state[k] = f->phi[row][k], state[FOUND_ARMS + k] = f->low[row][k];
         state[2 * FOUND_ARMS + k] = f->rate[row][k];
     }
-    // the low parts take the whole of h, so that it is exact
+    // the low parts hold the whole of h, so that it is exact
     if (j >= 0) state[(j < n ? FOUND_ARMS + j : 3 * FOUND_ARMS + j - n)] += h;
     struct pend_extended_state start = {state, state + FOUND_ARMS, state + 2 * FOUND_ARMS,
                                         state + 3 * FOUND_ARMS};
@@ -161,7 +161,7 @@ void found_check_multipliers(const struct found *f, int row) {
         sum += x, squares += x * x;
         size = fmax(size, cabs(x));
     }
-    // a pair of ones is known to the root of the rounding errors; 6e-12 were seen
+    // a pair of ones is accurate to the square root of the rounding errors; 6e-12 was observed
     CHECK(fabs(creal(sum) - trace) < 1e-11 * size * size && fabs(cimag(sum)) < 1e-12 * size);
     CHECK(fabs(creal(squares) - square) < 1e-11 * size * size);
 }

@@ -1,6 +1,6 @@
-/* A search for periodic orbits and all that it finds, for tests, with a check of its multipliers in
- * 32 digits.
- * Leaves to others: what must hold of the orbits (core/orbits).
+/* A search for periodic orbits and its results, for tests, with a check of its multipliers in 32
+ * digits.
+ * Leaves to others: which laws hold for the orbits (core/orbits).
  * Invariant: the check shares no motion with the search. */
 #pragma once
 
@@ -8,7 +8,7 @@
 
 enum { FOUND_ARMS = 20, FOUND_ROWS = 600, FOUND_KINDS = 40 };
 
-/* what a search has found */
+/* the results of a search */
 struct found {
     struct pend_tree *tree;
     struct pend_terms *terms; /* NULL: an ideal pendulum */
@@ -28,7 +28,7 @@ struct found {
     double re_there[FOUND_KINDS][2 * FOUND_ARMS], im_there[FOUND_KINDS][2 * FOUND_ARMS];
 };
 
-/** Searches to the end; the tree stays. */
+/** Searches to the end; the tree is kept. */
 void found_search(struct found *f);
 
 /** A chain of n arms of 1 m and 1 kg, for orbits of a mode up to an amplitude; freed by found_free.
@@ -41,14 +41,14 @@ struct found *found_trunk(int n, int mode, double amplitude, int branch);
 /** Terms of one row, and harmonics of a torque on the first arm; owned by f, their numbers 0. */
 const struct pend_terms *found_terms(struct found *f, enum pend_term_row row, int harmonics);
 
-/** An arm of 1 m and 1 kg in a field of 1 m/s^2, damped, with a torque a cos(w t) on it, for one
- * orbit from hanging at rest on. */
+/** A damped arm of 1 m and 1 kg with gravity 1 m/s^2 and a torque a cos(w t), for one orbit
+ * starting from hanging at rest. */
 struct found *found_driven(double damping, double torque, double omega);
 
 /** Frees the memory. */
 void found_free(struct found *f);
 
-/** The state after a time, as sums of two doubles, from the start of a row moved by h along
+/** The state after a time, as sums of two doubles, from the start of a row displaced by h along
  * coordinate j, none if j < 0: n angles and n rates. */
 void found_moved(const struct found *f, int row, double time, int j, double h, double out[],
                  double out_low[]);

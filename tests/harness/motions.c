@@ -33,7 +33,7 @@ static void draw_tree(struct test_motion *m, int n, int cart, unsigned long long
     if (pend_tree_new(&m->tree, n, length, mass, parent, NULL) != PEND_OK) abort();
 }
 
-/* terms that do nothing yet; `drives` of one harmonic, or its absence */
+/* terms without effect yet; `drives` of one harmonic, or its absence */
 static void draw_terms(struct test_motion *m, int cart, const int *drives) {
     unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_DAMPING] = 1, [PEND_TERM_FRICTION] = 1},
                   ones[PEND_TERM_ONES] = {[PEND_TERM_RAIL] = (unsigned char)cart};
@@ -55,7 +55,7 @@ static double *row(struct test_motion *m, enum pend_term_row of) {
     return m->value + m->terms->row[of];
 }
 
-/* the joint's damping that is critical for an arm that carries what hangs on it */
+/* critical damping of the joint for an arm and what it carries */
 static double critical(const struct test_motion *m, int k) {
     double length = m->tree->len[k];
     return 2 * m->tree->subtree_mass[k] * length * sqrt(gravity * length);

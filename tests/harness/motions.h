@@ -1,6 +1,6 @@
-/* Random motions of ideal and real pendulums by what happens to a small error in them, to test
- * estimates of errors with.
- * Leaves to others: their computation and the truth about them.
+/* Random motions of ideal and real pendulums, classified by the growth of a small error, for tests
+ * of error estimates.
+ * Leaves to others: their computation and the true errors.
  * Invariant: the same seed gives the same motion on every machine. */
 #pragma once
 
@@ -9,7 +9,7 @@
 
 enum test_motion_kind {
     TEST_MOTION_CHAOTIC, /* 2 to 6 arms without friction, any start */
-    TEST_MOTION_REGULAR, /* one arm at any amplitude, two or three that swing little */
+    TEST_MOTION_REGULAR, /* one arm at any amplitude, two or three with small swings */
     TEST_MOTION_DAMPED,  /* viscous friction of the joints from weak to 100 times critical */
     TEST_MOTION_STIFF,   /* a slow arm and a light one in a stiff joint */
     TEST_MOTION_STUCK,   /* dry friction that stops the motion */
@@ -31,14 +31,14 @@ struct test_motion {
 /** A word for a kind. */
 const char *test_motion_name(enum test_motion_kind kind);
 
-/** Draws motion number i of a kind. Aborts when out of memory. */
+/** Draws motion number i of a kind. Aborts if memory is short. */
 void test_motion_init(struct test_motion *motion, enum test_motion_kind kind, int i);
 
-/** The arms of a motion, a cart not among them. */
+/** The number of arms of a motion, without a cart. */
 int test_motion_arms(const struct test_motion *motion);
 
 /** The loads of a motion, which point into it. */
 struct pend_loads test_motion_loads(const struct test_motion *motion);
 
-/** Frees what test_motion_init made. */
+/** Frees what test_motion_init created. */
 void test_motion_clear(struct test_motion *motion);

@@ -48,7 +48,7 @@ void test_passages_exactly(struct test_record *record, const struct test_tree *t
     CHECK_SAYING(record->status == PEND_OK, "%s", record->error.text);
 }
 
-/* conditions of all kinds on values that the motion takes; a level is the quantity at a random
+/* conditions of all kinds on values that the motion reaches; a level is the quantity at a random
  * instant of the grid */
 void test_passages_conditions(struct pend_event event[TEST_PASSAGES_CONDITIONS],
                               const struct test_tree *t, const struct test_record *grid,
@@ -60,7 +60,7 @@ void test_passages_conditions(struct pend_event event[TEST_PASSAGES_CONDITIONS],
                                        .other = t->n > 1 ? (arm + 1) % t->n : 0,
                                        .ways = PEND_WAY_UP | PEND_WAY_DOWN,
                                        .most = TEST_PASSAGES_MOST};
-        // the energy of what conserves it is no condition
+        // the energy of a conservative pendulum is no condition
         if (event[i].quantity == PEND_QUANTITY_ENERGY && conserves)
             event[i].quantity = PEND_QUANTITY_PHI;
         if (event[i].quantity == PEND_QUANTITY_DISTANCE && t->n == 1)
@@ -73,7 +73,7 @@ void test_passages_conditions(struct pend_event event[TEST_PASSAGES_CONDITIONS],
     }
 }
 
-/* the hits of a condition, in the order of time; says how many */
+/* the passages of a condition, in the order of time; returns their number */
 static int passages_of(const struct test_passages *found, int which, int hit[TEST_PASSAGES_MOST]) {
     int hits = 0;
     for (int i = 0; i < found->count; i++)
@@ -81,7 +81,7 @@ static int passages_of(const struct test_passages *found, int which, int hit[TES
     return hits;
 }
 
-/* where a hit of a condition is half way to the condition's next one, or to the end */
+/* the instant half way between a passage of a condition and the next one, or the end */
 static double passages_half(const struct test_passages *found, const int hit[], int hits, int i) {
     double at = found->hit[hit[i]].time;
     return (at + (i + 1 < hits ? found->hit[hit[i + 1]].time : test_passages_duration)) / 2;
@@ -92,17 +92,17 @@ static int passages_order(const void *a, const void *b) {
     return (*x > *y) - (*x < *y);
 }
 
-/* A motion in 32 digits at all instants that are looked at, and one that begins beside it by
- * passages_beside: what chaos makes of that is what it makes of a motion's rounding. */
+/* A motion in 32 digits at all instants that are checked, and one that begins at a distance of
+ * passages_beside: chaos amplifies that distance as it amplifies rounding errors. */
 struct passages_truth {
     struct test_record exact, aside;
 };
 
-/* rad and rad/s of every arm, one way and the other in turn */
+/* rad and rad/s of every arm, with alternating signs */
 static const double passages_beside = 0x1p-40;
 
-/* one motion for all conditions: the start, the hits, and half way to the next of each condition,
- * every instant once; and its neighbour */
+/* one motion for all conditions: the start, the passages, and half way to the next of each
+ * condition, every instant once; and its neighbour */
 static void passages_record(struct passages_truth *truth, const struct test_passages *found,
                             const struct test_tree *t, const struct pend_loads *loads) {
     static double time[2 * TEST_PASSAGES_MOST + 1];
@@ -130,7 +130,7 @@ static void passages_record(struct passages_truth *truth, const struct test_pass
     test_passages_exactly(&truth->aside, &near, loads, kept, time);
 }
 
-/* the row of an instant that is in the record */
+/* the row of an instant of the record */
 static long passages_row(const struct test_record *record, double time) {
     const double *t = record->samples.t,
                  *at = bsearch(&time, t, (size_t)record->samples.count, sizeof *t, passages_order);
@@ -138,9 +138,9 @@ static long passages_row(const struct test_record *record, double time) {
     return at ? at - t : 0;
 }
 
-/* the largest part by which a quantity misses its level at the hits of a condition, of its scale
- * and of the most that a unit of the start has made of it so far; and whether it is on the side of
- * each hit's way between it and the next */
+/* the largest error of a quantity at the passages of a condition, relative to its scale and to the
+ * growth of a unit of the start so far; and whether it is on the right side between each passage
+ * and the next */
 static double passages_levels(const struct test_passages *found, const struct test_tree *t,
                               const struct passages_truth *truth, const struct pend_event *event,
                               int which) {
@@ -168,7 +168,8 @@ static double passages_levels(const struct test_passages *found, const struct te
     return worst;
 }
 
-/* changes of side from instant to instant of the grid, which are the parity of the hits between */
+/* changes of side between instants of the grid, which are the parity of the passages between
+ * them */
 static void passages_parity(const struct test_passages *found, const struct test_tree *t,
                             const struct test_record *grid, const struct pend_event *event,
                             int which) {
@@ -208,12 +209,12 @@ void test_passages_random(struct test_tree *t, struct test_bodies *b, struct tes
 
 enum { EXTREMES = TEST_PASSAGES_EXTREMES, LEFT = 3, AROUND = 5 };
 
-/* a level is this part of its scale away from the extreme; an extreme is looked at so far around,
- * and at the end of the search for it from so near, s */
+/* the distance of a level from the extreme, relative to its scale; half of the interval around an
+ * extreme that is checked; and at the end of the search for it, s */
 static const double passages_aside = 1e-10, passages_around = 1e-3, passages_near = 6e-5;
 
-/* a random extreme of a random quantity over the grid, which the condition gets without a level, as
- * an instant; NaN = none was found */
+/* the instant of a random extreme of a random quantity over the grid, which the condition gets
+ * without a level; NaN = none was found */
 static double passages_extreme(struct pend_event *event, const struct test_tree *t,
                                const struct test_record *grid, int conserves,
                                unsigned long long *seed) {
@@ -238,7 +239,7 @@ static double passages_extreme(struct pend_event *event, const struct test_tree 
     return NAN;
 }
 
-/* samples in 32 digits at AROUND instants from `around` before each extreme to as far beyond it */
+/* samples in 32 digits at AROUND instants from `around` before each extreme to `around` after it */
 static void passages_look(struct test_record *record, const struct test_tree *t,
                           const struct pend_loads *loads, const double extreme[EXTREMES],
                           double around) {
@@ -253,7 +254,7 @@ static void passages_look(struct test_record *record, const struct test_tree *t,
     test_passages_exactly(record, t, loads, kept, time);
 }
 
-/* how far a quantity is below its value at the extreme, j halves of the way around from it */
+/* how far a quantity is below its value at the extreme, j halves of `around` from it */
 static double passages_drop(const struct test_record *record, const struct test_tree *t,
                             const struct pend_event *event, double extreme, double around, int j) {
     long here = passages_row(record, extreme);
@@ -261,7 +262,7 @@ static double passages_drop(const struct test_record *record, const struct test_
     return passages_quantity(record, t, event, here) - passages_quantity(record, t, event, there);
 }
 
-/* how far away the top is, s, by five values around it */
+/* distance of the maximum, s, from five values around it */
 static double passages_top(const double drop[AROUND], double around) {
     double slope = 8 * (drop[1] - drop[3]) - (drop[0] - drop[4]);
     double bent = 16 * (drop[1] + drop[3]) - (drop[0] + drop[4]);
@@ -269,8 +270,8 @@ static double passages_top(const double drop[AROUND], double around) {
     return bent != 0 ? fmin(fmax(by, -around), around) : 0;
 }
 
-/* whether the quantity is a parabola around the extreme, whose top is where it was found to be,
- * and which is high enough for the levels beside it */
+/* whether the quantity is a parabola around the extreme, whose maximum is where it was found, and
+ * which is high enough for the levels next to it */
 static int passages_smooth(const double drop[AROUND], double aside) {
     double off = passages_top(drop, passages_around) / (passages_around / 2);
     int smooth = (drop[0] > 0) == (drop[4] > 0) && off * off * fabs(drop[1]) < aside / 16;
@@ -284,7 +285,7 @@ static int passages_smooth(const double drop[AROUND], double aside) {
 int test_passages_grazing(struct pend_event event[TEST_PASSAGES_CONDITIONS], double time[EXTREMES],
                           const struct test_tree *t, const struct pend_loads *loads,
                           const struct test_record *grid, int conserves, unsigned long long *seed) {
-    enum { WIDE = 4, ROUNDS = 6 }; // the one between looks nearby
+    enum { WIDE = 4, ROUNDS = 6 }; // the rounds in between search nearby
     struct test_record record;
     int smooth = 0;
     for (int i = 0; i < EXTREMES; i++) {

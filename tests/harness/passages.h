@@ -1,7 +1,6 @@
-/* Passages of conditions of random motions, and what 32 digits say of them.
- * Leaves to others: the searches (events, core/ensemble), random pendulums (trees,
- * bodies).
- * Invariant: conditions are on values that the motion takes; nothing of the search is used. */
+/* Passages of conditions of random motions, and their check in 32 digits.
+ * Leaves to others: the searches (events, core/ensemble), random pendulums (trees, bodies).
+ * Invariant: conditions are on values that the motion reaches; nothing of the search is used. */
 #pragma once
 
 #include "core/integrate/events/event_search.h"
@@ -17,10 +16,10 @@ enum {
     TEST_PASSAGES_EXTREMES = TEST_PASSAGES_CONDITIONS / 3
 };
 
-/* s, of a motion whose passages are looked for */
+/* s, duration of a motion whose passages are searched for */
 extern const double test_passages_duration;
 
-/* All that a search finds. */
+/* The results of a search. */
 struct test_passages {
     int count;
     struct pend_hit hit[TEST_PASSAGES_MOST];
@@ -39,7 +38,7 @@ void test_passages_grid(struct test_record *record, const struct test_tree *t,
                         const struct pend_loads *loads);
 
 /**
- * Conditions of all kinds on values that the motion takes; a level is between the quantity at two
+ * Conditions of all kinds on values that the motion reaches; a level is between the quantity at two
  * random instants of the grid.
  *
  * conserves  non-zero: the energy is none of them.
@@ -49,8 +48,8 @@ void test_passages_conditions(struct pend_event event[TEST_PASSAGES_CONDITIONS],
                               int conserves, unsigned long long *seed);
 
 /**
- * Draws random pendulum number i, ideal where i is even, its grid and its conditions. The grid ends
- * with test_record_clear, the tree and the bodies as trees and bodies say.
+ * Draws random pendulum number i, ideal if i is even, its grid and its conditions. The grid ends
+ * with test_record_clear, the tree and the bodies as in trees and bodies.
  */
 void test_passages_random(struct test_tree *t, struct test_bodies *b, struct test_record *grid,
                           struct pend_event event[TEST_PASSAGES_CONDITIONS], int i,
@@ -58,20 +57,20 @@ void test_passages_random(struct test_tree *t, struct test_bodies *b, struct tes
 
 /**
  * Conditions beside extremes of random quantities, found in 32 digits, three for each: a level
- * within the extreme by 1e-10 of its scale, which is passed twice near it, one as far beyond, which
+ * 1e-10 of its scale inside the extreme, which is passed twice near it, one as far outside, which
  * is not, and the first again.
  *
- * time  s, out: the extremes; NaN where the quantity is no parabola.
+ * time  s, out: the extremes; NaN if the quantity is no parabola.
  *
- * Returns how many are parabolas; 0, without conditions, where the motion has too few extremes.
+ * Returns how many are parabolas; 0, without conditions, if the motion has too few extremes.
  */
 int test_passages_grazing(struct pend_event event[TEST_PASSAGES_CONDITIONS],
                           double time[TEST_PASSAGES_EXTREMES], const struct test_tree *t,
                           const struct pend_loads *loads, const struct test_record *grid,
                           int conserves, unsigned long long *seed);
 
-/** Checks that what was found near the extremes of test_passages_grazing is those pairs, and those
- * of the third condition when the first has them. */
+/** Checks that the passages found near the extremes of test_passages_grazing are those pairs, and
+ * those of the third condition if the first has them. */
 void test_passages_grazed(const struct test_passages *found,
                           const double time[TEST_PASSAGES_EXTREMES]);
 

@@ -22,7 +22,7 @@ struct test_postgres {
     char directory[64], bin[PATH_BYTES - 100], url[PATH_BYTES];
 };
 
-/* the newest installed version's programs */
+/* the programs of the newest installed version */
 static int postgres_find(struct test_postgres *postgres) {
     glob_t found;
     int there = !glob("/usr/lib/postgresql/*/bin/initdb", 0, NULL, &found) && found.gl_pathc > 0;
@@ -34,14 +34,15 @@ static int postgres_find(struct test_postgres *postgres) {
     return there;
 }
 
-/* PostgreSQL does not run as root; with root's rights it gets the user that Debian made for it */
+/* PostgreSQL does not run as root; with root's rights it becomes the user that Debian created for
+ * it */
 static void postgres_drop(void) {
     const struct passwd *user = geteuid() ? NULL : getpwnam("postgres");
     if (user && (setgroups(0, NULL) || setgid(user->pw_gid) || setuid(user->pw_uid))) _exit(126);
 }
 
-/* starts a program of PostgreSQL's, or one whose path is given, with its output in the
- * directory's log; PostgreSQL's finds its fellows by the path in argv[0] */
+/* starts a program of PostgreSQL, or one whose path is given, with its output in the directory's
+ * log; PostgreSQL's programs find each other by the path in argv[0] */
 static pid_t postgres_spawn(const struct test_postgres *postgres, const char *program,
                             char *argv[]) {
     char path[PATH_BYTES], log[PATH_BYTES];
@@ -51,7 +52,7 @@ static pid_t postgres_spawn(const struct test_postgres *postgres, const char *pr
     pid_t pid = fork();
     if (pid) return pid;
     postgres_drop();
-    /* it is not to outlive a test program that was killed: fast shutdown */
+    /* it must not outlive a test program that was killed: fast shutdown */
     prctl(PR_SET_PDEATHSIG, SIGINT);
     int out = open(log, O_WRONLY | O_CREAT | O_APPEND, 0600);
     if (out < 0 || dup2(out, 1) < 0 || dup2(out, 2) < 0 || chdir(postgres->directory)) _exit(126);
@@ -81,15 +82,15 @@ static int postgres_serve(struct test_postgres *postgres) {
     char *argv[] = {"postgres", "-D", "data", "-k", postgres->directory, "-c",
                     "listen_addresses=", "-c", "max_connections=40", "-c", "shared_buffers=16MB",
                     "-c", "logging_collector=off",
-                    /* processes are killed here, never the system: what was written survives
-                     * without waiting for disks */
+                    /* processes are killed here, never the system: written data survive without
+                     * waiting for disks */
                     "-c", "fsync=off", NULL};
     postgres->pid = postgres_spawn(postgres, "postgres", argv);
     return postgres->pid > 0 && postgres_ready(postgres);
 }
 
-/* The directory with a new database that all of this program's begin as, as to copy is quicker
- * than to make one; and who removes it. */
+/* The directory with a new database from which all of this program's are copied, because a copy is
+ * faster than a new one; and the process that removes it. */
 static char postgres_first[64];
 static pid_t postgres_owner;
 
@@ -111,12 +112,13 @@ static void postgres_forget(void) {
 static int postgres_directory(char directory[64]) {
     const struct passwd *user = geteuid() ? NULL : getpwnam("postgres");
     snprintf(directory, 64, "/tmp/pendulumd-test-XXXXXX");
-    /* a daemon of root has no capabilities: it finds the socket as everybody else does */
+    /* a daemon of root has no capabilities: it needs the permissions of others to find the
+     * socket */
     return mkdtemp(directory) && !chmod(directory, 0711) &&
            (!user || !chown(directory, user->pw_uid, user->pw_gid));
 }
 
-/* makes the first database where there is none yet */
+/* creates the first database if there is none yet */
 static int postgres_make(const struct test_postgres *postgres) {
     char data[80];
     char *argv[] = {"initdb", "-D", data,   "-U",         "pendulumd", "-A",
@@ -162,7 +164,7 @@ void test_postgres_halt(struct test_postgres *postgres, int number) {
 }
 
 int test_postgres_resume(struct test_postgres *postgres) {
-    /* after a crash the children go by themselves, and the new server waits for none of them */
+    /* after a crash the children end by themselves, and the new server waits for none of them */
     for (int i = 0; i < 250; i++) {
         if (postgres_serve(postgres)) return 1;
         postgres_end(postgres->pid);
@@ -179,7 +181,7 @@ int test_postgres_restart(struct test_postgres *postgres, int number) {
 void test_postgres_freeze(const struct test_postgres *postgres, int frozen) {
     char path[64];
     int child, number = frozen ? SIGSTOP : SIGCONT;
-    /* it first, so that it has no more children than are read */
+    /* it first, so that it creates no more children than are read */
     kill(postgres->pid, number);
     snprintf(path, sizeof path, "/proc/%d/task/%d/children", (int)postgres->pid,
              (int)postgres->pid);

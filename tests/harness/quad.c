@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// not <math.h>: clang 14 hides its quad functions, though glibc has them
+// not <math.h>: clang 14 hides its quad functions, although glibc has them
 #if defined(__x86_64__) || defined(__i386__)
 test_quad sinf128(test_quad x);
 test_quad cosf128(test_quad x);
@@ -45,7 +45,7 @@ test_quad test_quad_read(const char *text) {
     return negative ? -x : x;
 }
 
-/* S^T diag(m) S: every arm k adds its mass where both arms are on the way to tip k */
+/* S^T diag(m) S: every arm k adds its mass if both arms are on the path to tip k */
 static void quad_gram(const struct pend_tree *tree, test_quad gram[]) {
     size_t n = (size_t)tree->n;
     memset(gram, 0, n * n * sizeof *gram);

@@ -1,7 +1,7 @@
-/* The paper's dense matrix form in quadruple precision: what every fast or double computation is
- * measured against.
+/* The paper's dense matrix form in quadruple precision: the reference for every fast or
+ * double-precision computation.
  * Leaves to others: trees (harness/trees).
- * Invariant: no formula shared with core; a 113-bit significand wherever the compiler has one. */
+ * Invariant: no formula is shared with core; a 113-bit significand if the compiler has one. */
 #pragma once
 
 #include "core/tree/loads.h"
@@ -27,9 +27,9 @@ test_quad test_quad_read(const char *text);
  * (aaa) and (bbb) as printed: M = diag(e^{-i phi} l) S^T diag(m) S diag(l e^{i phi}), Cholesky of
  * Re M.
  *
- * tree        arrays in its stored order; the parameters are taken as the doubles that they are.
+ * tree        arrays in its stored order; the parameters are exact doubles.
  * acc, force  out, n values each.
- * O(n^3), about 0.15 s for n = 200. Aborts when out of memory.
+ * O(n^3), about 0.15 s for n = 200. Aborts if memory is short.
  */
 void test_quad_dynamics(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], const double rate[], test_quad acc[],
@@ -47,5 +47,5 @@ void test_quad_linearization(const struct pend_tree *tree, double gravity, doubl
  * triangle; b becomes x. O(n^3). */
 void test_quad_solve(int n, test_quad a[], test_quad b[]);
 
-/** Largest |x - exact| over the largest |exact| (0 when all are 0); NaN when anything is. */
+/** Largest |x - exact| relative to the largest |exact| (0 if all are 0); NaN if any value is. */
 double test_quad_gap(int n, const double x[], const test_quad exact[]);

@@ -24,13 +24,13 @@ static struct pair pair_left(struct pair a) { return pair_of(-a.y, a.x); }
 
 static test_quad pair_dot(struct pair a, struct pair b) { return a.x * b.x + a.y * b.y; }
 
-/* An arm: what it is, and how it moves but for phi''. */
+/* An arm: its properties, and its motion without phi''. */
 struct quad_arm {
     test_quad mass, inertia; /* M, J about the joint */
     struct pair moment;      /* h u */
-    struct pair turn, hangs; /* u; where the arm's joint is from its parent's joint */
-    struct pair speed, rest; /* of the joint: velocity, acceleration without phi'' */
-    struct pair air;         /* the air's force on the tip */
+    struct pair turn, hangs; /* u; the arm's joint relative to its parent's joint */
+    struct pair speed, rest; /* velocity of the joint, and its acceleration without phi'' */
+    struct pair air;         /* the force of the air on the tip */
     test_quad torque;        /* all torques on the arm */
     struct pair joint, tip;  /* forces, in the axes */
 };
@@ -40,7 +40,7 @@ struct quad_pendulum {
     const struct pend_loads *loads;
     const struct test_quad_state *state;
     struct quad_arm *arm;
-    struct pair *moves; /* n x n: the derivative of joint k's place by phi_j */
+    struct pair *moves; /* n x n: the derivative of joint k's position with respect to phi_j */
 };
 
 static test_quad quad_term(const struct quad_pendulum *q, enum pend_term_row row, int k) {
@@ -62,7 +62,7 @@ static struct pair quad_rail(const struct quad_pendulum *q) {
     return pair_of(test_quad_cos(angle), test_quad_sin(angle));
 }
 
-/* what drives a coordinate or an arm, differentiated no more than twice */
+/* the drive of a coordinate or an arm, differentiated at most twice */
 static test_quad quad_driven(const struct quad_pendulum *q, int drives, int times) {
     test_quad sum = 0;
     for (int i = 0; i < q->loads->terms->harmonics; i++) {
@@ -101,7 +101,7 @@ static void quad_body(const struct quad_pendulum *q, int k) {
                  body * pair_dot(center, center);
 }
 
-/* where arm k hangs, and how its joint moves */
+/* the attachment point of arm k, and the motion of its joint */
 static void quad_joint(const struct quad_pendulum *q, int k) {
     struct quad_arm *a = &q->arm[k];
     size_t n = (size_t)q->tree->n, row = (size_t)k * n;
@@ -126,7 +126,7 @@ static void quad_joint(const struct quad_pendulum *q, int k) {
     a->rest = pair_add(q->arm[p].rest, pair_scale(-w * w, a->hangs));
 }
 
-/* the torque of the joint of arm k on it */
+/* the torque of the joint of arm k on the arm */
 static test_quad quad_torque(const struct quad_pendulum *q, int k) {
     int p = q->tree->parent[k];
     const test_quad quarter = test_quad_read("1.57079632679489661923132169163975144");
@@ -145,7 +145,7 @@ static test_quad quad_torque(const struct quad_pendulum *q, int k) {
     return sum;
 }
 
-/* the air's force on the tip of arm k */
+/* the force of the air on the tip of arm k */
 static struct pair quad_air(const struct quad_pendulum *q, int k) {
     struct pair reach = pair_scale(q->tree->len[k], q->arm[k].turn);
     struct pair v = pair_add(q->arm[k].speed, pair_scale(q->state->rate[k], pair_left(reach)));
@@ -155,7 +155,7 @@ static struct pair quad_air(const struct quad_pendulum *q, int k) {
     return pair_scale(-drag - quad_term(q, PEND_TERM_DRAG_QUADRATIC, k) * size, v);
 }
 
-/* Lagrange's equations: arm k's part of the mass matrix and of the right-hand side */
+/* Lagrange's equations: the contribution of arm k to the mass matrix and to the right-hand side */
 static void quad_add(const struct quad_pendulum *q, int k, test_quad matrix[], test_quad right[]) {
     const struct quad_arm *a = &q->arm[k];
     size_t n = (size_t)q->tree->n, own = (size_t)k;
@@ -169,7 +169,7 @@ static void quad_add(const struct quad_pendulum *q, int k, test_quad matrix[], t
     const struct pair *moves = q->moves + own * n;
     test_quad w = q->state->rate[k], twice = 2 * quad_one(q, PEND_TERM_DRAG_PER_MASS);
     struct pair spin = pair_left(a->moment), lift = pair_of(0, q->loads->gravity);
-    // what the joint's acceleration without phi'' and drag_per_mass ask for
+    // the terms of the joint's acceleration without phi'', and of drag_per_mass
     struct pair known = pair_add(pair_add(a->rest, lift), pair_scale(twice, a->speed));
     struct pair force = pair_add(pair_scale(a->mass, known), pair_scale(-w * w, a->moment));
     force = pair_add(force, pair_scale(twice * w, spin));
@@ -302,7 +302,7 @@ double test_quad_advance(int arms, test_quad_fn *accelerate, void *context, test
     for (int part = 0; part < parts; part++) {
         test_quad step = span / parts, worst = 0;
         for (int j = 0; j < COLUMNS; j++) {
-            // row j of Neville's scheme in h^2; column i of the row before is in place i
+            // row j of Neville's scheme in h^2; column i of the previous row is at index i
             test_quad *row = table + (size_t)j * count;
             quad_midpoint(&flow, y, time + part * step, step, j + 1, row, work);
             for (int i = j - 1; i >= 0; i--) {

@@ -1,7 +1,7 @@
-/* The Lagrangian equations of a real pendulum in quadruple precision, with a dense mass matrix:
- * what the general kernel is measured against.
+/* The Lagrangian equations of a real pendulum in quadruple precision, with a dense mass matrix: the
+ * reference for the general kernel.
  * Leaves to others: ideal pendulums in the paper's form (quad), random pendulums (bodies).
- * Invariant: no formula shared with core; everything is in the fixed axes, by mass, first moment
+ * Invariant: no formula is shared with core; everything is in the fixed axes, by mass, first moment
  * and moment of inertia of each arm. */
 #pragma once
 
@@ -25,11 +25,11 @@ struct test_quad_forces {
  * sum of M |v|^2 / 2 + Re(conj(v) i h u phi') + J phi'^2 / 2, v the joints' velocities; forces are
  * the rates of change of momentum beyond each joint.
  *
- * loads   with terms; their numbers are taken as the doubles that they are.
+ * loads   with terms; their numbers are exact doubles.
  * acc     out, n values.
  * forces  out; NULL to skip.
  *
- * O(n^3). Aborts when out of memory.
+ * O(n^3). Aborts if memory is short.
  */
 void test_quad_bodies(const struct pend_tree *tree, const struct pend_loads *loads,
                       const struct test_quad_state *state, test_quad acc[],
@@ -43,8 +43,8 @@ double test_quad_advance(int n, test_quad_fn *accelerate, void *context, test_qu
                          test_quad rate[], test_quad time, test_quad span, int parts);
 
 /**
- * Moves a state on by `span` seconds, of either sign, with an error far below that of doubles:
- * steps of the modified midpoint rule over 1, 2 .. 10 parts of two, extrapolated to none.
+ * Advances a state by `span` seconds, of either sign, with an error far below that of doubles:
+ * steps of the modified midpoint rule with 2, 4 .. 20 parts, extrapolated to step length 0.
  *
  * phi, rate  in and out, n values each.
  * time       s, at the start.
@@ -52,7 +52,7 @@ double test_quad_advance(int n, test_quad_fn *accelerate, void *context, test_qu
  *            doubles.
  *
  * Returns the last correction of an angle, which bounds the error. 110 times the cost of
- * test_quad_bodies a step.
+ * test_quad_bodies per step.
  */
 double test_quad_move(const struct pend_tree *tree, const struct pend_loads *loads, test_quad phi[],
                       test_quad rate[], test_quad time, test_quad span, int parts);

@@ -1,8 +1,7 @@
-/* Short requests that reach every operation, method, precision and representation: what the
- * loops of faults go through.
- * Leaves to others: how they are sent, and what fails meanwhile (test_faults of api and of
- * server).
- * Invariant: each of them answers within milliseconds; every operation is there, which the tests
+/* Short requests that reach every operation, method, precision and representation, for the loops of
+ * failures.
+ * Leaves to others: how they are sent, and what fails meanwhile (test_faults of api and of server).
+ * Invariant: each is answered within milliseconds; every operation is included, which the tests
  * check. */
 #pragma once
 

@@ -7,7 +7,7 @@
 
 #include "tests/harness/test.h"
 
-/* the arrays of samples: where in the struct, and whether a row has n values or one */
+/* the arrays of samples: their offset in the struct, and whether a row has n values or one */
 static const struct {
     size_t offset;
     int wide;
@@ -30,7 +30,7 @@ static size_t runs_width(const struct test_record *record, int i) {
     return runs_array[i].wide ? (size_t)record->n : 1;
 }
 
-/* the arrays exactly as long as the count of samples, so that a sanitizer sees one too many */
+/* the arrays are exactly as long as the samples, so that a sanitizer detects an access beyond */
 static void runs_allocate(struct test_record *record, long count) {
     for (int i = 0; i < RUNS_ARRAYS; i++) {
         double *array = malloc((size_t)count * runs_width(record, i) * sizeof(double));
@@ -46,7 +46,7 @@ static struct pend_samples runs_view(const struct test_record *record, long at, 
     return view;
 }
 
-/* a new run in the place of one, by way of bytes */
+/* replaces a run by a new one, through its checkpoint */
 static void runs_carry(struct test_record *record, struct pend_run **run,
                        const struct pend_method *method, const struct pend_problem *problem) {
     struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
@@ -66,7 +66,7 @@ static void runs_carry(struct test_record *record, struct pend_run **run,
     free(checkpoint.at);
 }
 
-/* carried: the problem, where each call is to have a run of its own; else NULL */
+/* carried: the problem, if each call gets a run of its own; else NULL */
 static void runs_loop(struct test_record *record, struct pend_run **run,
                       const struct pend_method *method, const struct pend_problem *carried,
                       long count, long block, double work) {

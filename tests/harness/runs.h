@@ -1,15 +1,15 @@
 /* Whole integrations for tests: a problem with its tree, all its samples at once, and the
  * paper's example.
  * Leaves to others: the integration (core/integrate/run/run), random trees (harness/trees).
- * Invariant: aborts when out of memory; checks nothing by itself. */
+ * Invariant: aborts if memory is short; checks nothing by itself. */
 #pragma once
 
 #include "core/integrate/run/run.h"
 
-/* Everything that a run handed out, as many samples as it got to; arrays in the caller's order. */
+/* All outputs of a run, with as many samples as it computed; arrays in the caller's order. */
 struct test_record {
     int n;
-    struct pend_samples samples; /* count of them in all */
+    struct pend_samples samples; /* count is their total number */
     enum pend_status status;
     struct pend_error error;
     struct pend_run_stats stats;
@@ -17,14 +17,14 @@ struct test_record {
 };
 
 /**
- * Runs a problem to its end or failure, all outputs wanted, in blocks of `block` samples and `work`
+ * Runs a problem to its end or failure, with all outputs, in blocks of `block` samples and `work`
  * arm-evaluations. A failure of pend_run_new is recorded too. Ends with test_record_clear.
  */
 void test_record_blocks(struct test_record *record, const struct pend_method *method,
                         const struct pend_problem *problem, long block, double work);
 
-/** The same, but after every call of pend_run_next all is carried into a new run of the problem,
- * which goes on. */
+/** The same, but after every call of pend_run_next the checkpoint is loaded into a new run of the
+ * problem, which continues. */
 void test_record_carried(struct test_record *record, const struct pend_method *method,
                          const struct pend_problem *problem, long block, double work);
 
@@ -40,7 +40,7 @@ struct test_record_gap {
 };
 struct test_record_gap test_record_gap(const struct test_record *a, const struct test_record *b);
 
-/** Non-zero when every sample of both is the same, bit for bit. */
+/** Returns non-zero if all samples of both are the same, bit for bit. */
 int test_record_same(const struct test_record *a, const struct test_record *b);
 
 /* The paper's four arms, released from phi = 0 at rest. */
@@ -63,6 +63,6 @@ struct test_paper_row {
 /** Reads tests/golden/paper_example.txt; 0 on failure. */
 int test_paper_read(struct test_paper_row row[TEST_PAPER_ROWS]);
 
-/** Largest error of a record whose instants contain every 0.1 s, `stride` instants apart. */
+/** Largest error of a record whose instants include every 0.1 s, `stride` instants apart. */
 struct test_record_gap test_paper_gap(const struct test_record *record, long stride,
                                       const struct test_paper_row row[TEST_PAPER_ROWS]);

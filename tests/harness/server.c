@@ -23,7 +23,7 @@
 enum { WORDS = 96 };
 
 struct test_server {
-    pid_t pid; /* 0 = has ended */
+    pid_t pid; /* 0 = it has ended */
     int port, exit_status;
     char log_path[4096];
     char *log;
@@ -40,7 +40,7 @@ void test_sleep(double seconds) {
     nanosleep(&pause, NULL);
 }
 
-/* a path beside the test program, or above it: build/MODE/tests/ROOM/run is the program */
+/* a path next to the test program, or above it: build/MODE/tests/ROOM/run is the program */
 static void path_from_program(char path[4096], int up, const char *name) {
     char program[3072];
     ssize_t bytes = readlink("/proc/self/exe", program, sizeof program - 1);
@@ -92,7 +92,7 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     fflush(stdout);
     pid_t pid = fork();
     if (pid != 0) return pid > 0 ? pid : 0;
-    /* the child goes when the test program does, whatever ends it */
+    /* the child ends with the test program, whatever ends it */
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     int log = open(log_path, O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0644);
     int null = open("/dev/null", O_RDONLY);
@@ -101,13 +101,13 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     dup2(log, 1);
     dup2(log, 2);
     setenv("PENDULUMD_ALLOW_ROOT", "on", 0);
-    /* another program under which it runs makes calls of its own */
+    /* another program under which it runs makes other system calls */
     if (prefix) setenv("PENDULUMD_SANDBOX", "off", 0);
     execvp(word[0], word);
     _exit(127);
 }
 
-/* collects the child when it has ended; 1 when it has */
+/* collects the child if it has ended; returns 1 if it has */
 static int reap(struct test_server *server) {
     int status;
     if (!server->pid) return 1;
@@ -120,7 +120,7 @@ static int reap(struct test_server *server) {
 static int port_in_log(struct test_server *server) {
     const char *log = test_server_log(server), *line = strstr(log, "listening on ");
     if (!line || !strchr(line, '\n')) return 0;
-    /* a path has no port, but it is there */
+    /* a path has no port, but the line was written */
     if (!strncmp(line, "listening on unix:", 18)) return 1;
     const char *colon = NULL;
     for (const char *at = line; *at != '\n'; at++)
@@ -263,7 +263,7 @@ int test_client_say(struct test_client *client, const char *text) {
     return test_client_send(client, text, strlen(text));
 }
 
-/* waits for more bytes until `end`; 1 more came, 0 the connection ended, -1 time is up */
+/* waits for more bytes until `end`; 1 more came, 0 the connection ended, -1 the time is up */
 static int client_more(struct test_client *client, double end) {
     if (client->cap - client->bytes < 65536) {
         char *larger = realloc(client->data, client->cap * 2 + 131072);
@@ -276,7 +276,7 @@ static int client_more(struct test_client *client, double end) {
     if (poll(&wait, 1, left > 0 ? (int)(left * 1000) + 1 : 0) <= 0) return -1;
     ssize_t got =
         recv(client->fd, client->data + client->bytes, client->cap - client->bytes - 1, 0);
-    if (got <= 0) return got < 0 ? -1 : 0; /* a reset is no end */
+    if (got <= 0) return got < 0 ? -1 : 0; /* a reset is not an end */
     client->bytes += (size_t)got;
     client->data[client->bytes] = 0;
     return 1;
@@ -287,14 +287,14 @@ static void client_drop(struct test_client *client, size_t count) {
     client->bytes -= count;
 }
 
-/* waits until `count` bytes are there */
+/* waits until `count` bytes have arrived */
 static int client_need(struct test_client *client, size_t count, double end) {
     while (client->bytes < count)
         if (client_more(client, end) <= 0) return 0;
     return 1;
 }
 
-/* the place behind the next occurrence of `mark` at or after `from`, 0 when none came */
+/* the position after the next occurrence of `mark` at or after `from`, 0 if none came */
 static size_t client_find(struct test_client *client, size_t from, const char *mark, double end) {
     for (;;) {
         char *at = client->bytes > from ? strstr(client->data + from, mark) : NULL;
@@ -333,8 +333,8 @@ void test_reply_clear(struct test_reply *reply) {
     *reply = (struct test_reply){0};
 }
 
-/* Moves the first `count` bytes out of the client to the end of the body. Its room doubles: under
- * a sanitizer each realloc copies all that came before. */
+/* Moves the first `count` bytes from the client to the end of the body. The buffer doubles: under a
+ * sanitizer each realloc copies all previous bytes. */
 static int body_take(struct test_client *client, struct test_reply *reply, size_t count) {
     size_t room = reply->body_bytes + count + 1;
     if (room > reply->body_cap) {
@@ -349,7 +349,7 @@ static int body_take(struct test_client *client, struct test_reply *reply, size_
     return 1;
 }
 
-/* a line behind the last chunk, with its CR LF */
+/* a line after the last chunk, with its CR LF */
 static int trailer_take(const struct test_client *client, struct test_reply *reply, size_t line) {
     size_t before = reply->trailer ? strlen(reply->trailer) : 0;
     char *larger = realloc(reply->trailer, before + line + 1);
@@ -468,7 +468,8 @@ static void write_text(FILE *file, const char *text) {
     putc('"', file);
 }
 
-/* what an earlier run appended is not of this one, whose processes append side by side */
+/* the file may contain lines of an earlier run; the processes of this run append to it at the same
+ * time */
 __attribute__((constructor)) static void replies_forget(void) {
     char file_path[4096];
     path_from_program(file_path, 0, "replies.ndjson");
@@ -477,7 +478,7 @@ __attribute__((constructor)) static void replies_forget(void) {
 
 void test_reply_record(const struct test_reply *reply, const char *method, const char *path) {
     char file_path[4096];
-    /* what is packed says the same as what is not, and is no text */
+    /* an encoded body has the same contents, and is not text */
     if (reply->body_bytes > 4 << 20 || test_reply_header(reply, "Content-Encoding") ||
         getenv("TEST_UNDER"))
         return;

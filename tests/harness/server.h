@@ -1,6 +1,6 @@
 /* A live daemon as a child process, and a small HTTP client that shows every byte.
- * Leaves to others: what is asked and what is right (tests/wire).
- * Invariant: a server that a test started is gone when the test program is; all traffic stays on
+ * Leaves to others: requests and expected answers (tests/wire).
+ * Invariant: a server that a test started ends with the test program; all traffic stays on
  * loopback. */
 #pragma once
 
@@ -8,7 +8,7 @@
 
 struct test_server;
 
-/* s that a test waits for what comes by itself: the machine may be slow, and busy with others */
+/* s that a test waits for something: the machine may be slow, and busy */
 enum { TEST_PATIENCE = 120 };
 
 /**
@@ -30,7 +30,7 @@ int test_server_port(const struct test_server *server);
 /** The process number. */
 int test_server_pid(const struct test_server *server);
 
-/** What it wrote to standard error so far; valid until the next call for this server. */
+/** Its standard error so far; valid until the next call for this server. */
 const char *test_server_log(struct test_server *server);
 
 /** Sends a signal. */
@@ -45,13 +45,12 @@ void test_server_signal(const struct test_server *server, int number);
 int test_server_wait(struct test_server *server);
 
 /**
- * Stops it with SIGTERM where it still runs, checks exit status 0 and that standard error holds
- * nothing but the `listening on` line and JSON lines, frees it and clears the pointer. NULL is
- * accepted.
+ * Stops it with SIGTERM if it still runs, checks exit status 0 and that standard error contains
+ * only the `listening on` line and JSON lines, frees it and clears the pointer. NULL is accepted.
  */
 void test_server_stop(struct test_server **server);
 
-/** Kills it where it still runs, frees it and clears the pointer; nothing is checked. */
+/** Kills it if it still runs, frees it and clears the pointer; nothing is checked. */
 void test_server_drop(struct test_server **server);
 
 /**
@@ -66,21 +65,21 @@ enum { TEST_HEADERS = 48 };
 
 /* One reply; ends with test_reply_clear. */
 struct test_reply {
-    int status;     /* 0 = none came whole */
-    int interim;    /* how many 1xx came before it */
-    int keep_alive; /* the connection can be used again */
+    int status;     /* 0 = no complete reply */
+    int interim;    /* number of 1xx replies before it */
+    int keep_alive; /* whether the connection can be used again */
     int headers;
     char *name[TEST_HEADERS], *value[TEST_HEADERS];
     char *head;    /* owns names and values */
-    char *trailer; /* lines behind the last chunk, each with its CR LF; NULL = none */
-    char *body;    /* a NUL stands behind it; "" when there is none, even when no reply came */
+    char *trailer; /* lines after the last chunk, each with its CR LF; NULL = none */
+    char *body;    /* followed by a NUL; "" if there is none, even if no reply came */
     size_t body_bytes, body_cap;
 };
 
 struct test_client {
     int fd; /* -1 = not connected */
     char *data;
-    size_t bytes, cap; /* received and not yet handed out */
+    size_t bytes, cap; /* received and not yet returned */
 };
 
 /** Connects to 127.0.0.1; returns 1, or 0 with a failed check. */
@@ -88,7 +87,7 @@ int test_client_open(struct test_client *client, int port);
 
 void test_client_close(struct test_client *client);
 
-/** Sends bytes; returns 0 when the other side has gone. */
+/** Sends bytes; returns 0 if the other side has closed. */
 int test_client_send(struct test_client *client, const void *bytes, size_t count);
 
 /** Sends text. */
@@ -99,12 +98,12 @@ int test_client_say(struct test_client *client, const char *text);
  *
  * bodiless  non-zero for the reply to a HEAD.
  * seconds   the longest wait in all.
- * Returns the status, or 0 when no whole reply came.
+ * Returns the status, or 0 if no complete reply came.
  */
 int test_client_receive(struct test_client *client, struct test_reply *reply, int bodiless,
                         double seconds);
 
-/** Waits until the other side closes; 1 when it did within the time, 0 when it did not or sent
+/** Waits until the other side closes; returns 1 if it did within the time, 0 if it did not or sent
  * more bytes. */
 int test_client_ended(struct test_client *client, double seconds);
 
@@ -114,12 +113,12 @@ const char *test_reply_header(const struct test_reply *reply, const char *name);
 void test_reply_clear(struct test_reply *reply);
 
 /**
- * One request on a connection of its own; every reply is recorded (test_reply_record).
+ * One request on a separate connection; every reply is recorded (test_reply_record).
  *
  * headers  further header lines, each ended by CR LF, or "".
  * body     NULL for none; else sent with its Content-Length and as application/json unless headers
  *          name a type.
- * Returns the status, or 0 when no whole reply came within TEST_PATIENCE.
+ * Returns the status, or 0 if no complete reply came within TEST_PATIENCE.
  */
 int test_request(const struct test_server *server, struct test_reply *reply, const char *method,
                  const char *path, const char *headers, const char *body);

@@ -1,6 +1,6 @@
-/* Streams of requests, good and malformed, and what becomes of each: one table for the front
- * alone (server/test_front) and for a live server (wire/test_malformed). Leaves to others:
- * sending them. Invariant: what is refused is refused for the one reason that its name says. */
+/* Streams of requests, valid and malformed, and the result of each: one table for the strict reader
+ * alone (server/test_front) and for a live server (wire/test_malformed). Leaves to others: sending
+ * them. Invariant: a refused stream is refused for the reason that its name gives. */
 #pragma once
 
 #include <stddef.h>
@@ -10,8 +10,8 @@
 #define POST "POST / HTTP/1.1\r\n" HOST
 #define CHUNKED POST "Transfer-Encoding: chunked\r\n\r\n"
 
-/* A stream, the status that refuses it (0 = all is well) and how many requests are complete
- * before that; bytes is given where it holds a NUL. */
+/* A stream, the status of its refusal (0 = none) and the number of requests that are complete
+ * before that; `bytes` is given if it contains a NUL. */
 struct stream {
     const char *what, *stream;
     int status, complete;

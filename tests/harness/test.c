@@ -16,19 +16,20 @@
 #include "core/base/isa.h"
 
 static struct test_case *test_first, **test_last = &test_first;
-/* a server's own threads check too where a test wraps what they call */
+/* a server's threads check too if a test wraps functions that they call */
 static atomic_int test_checks, test_faults;
 static int test_skipped, test_list_residuals;
 static const char *test_running;
 int test_lane;
 
-/* What processes share that run tests side by side. */
+/* What the processes share that run tests side by side. */
 enum { LANES = 8 };
 static struct test_share {
-    atomic_int next;           /* of the tests that are wanted, the first that nobody has taken */
+    atomic_int next;           /* the first wanted test that no process has taken */
     atomic_int ended[3];       /* tests that passed, failed, were skipped */
-    atomic_int threads[LANES]; /* that were begun in the test that runs, by its processes too */
-    _Atomic(const struct test_case *) at[LANES]; /* what each runs; NULL = it has ended */
+    atomic_int threads[LANES]; /* threads that were started in the running test, by its processes
+                                * too */
+    _Atomic(const struct test_case *) at[LANES]; /* the test that each runs; NULL = it has ended */
 } * test_share;
 
 /* the program's own calls come here (Makefile, WRAP) */
@@ -80,8 +81,8 @@ int test_check_residual(double residual, double tolerance, const char *what, con
     if (!(residual <= tolerance))
         return test_check(0, file, line, "%s: residual %.3e is above the tolerance %.3e", what,
                           residual, tolerance);
-    /* how small a residual is depends on the order of the sums, which is each instruction set's
-     * own: tolerances are kept tight on the widest, and hold on all */
+    /* the size of a residual depends on the order of the sums, which differs between instruction
+     * sets: tolerances are kept tight on the widest, and hold on all */
     if (pend_isa_best() == PEND_ISA_BASE) return test_check(1, file, line, "%s", what);
     return test_check(tolerance <= 1000 * fmax(residual, 1e-18), file, line,
                       "%s: tolerance %.3e is over 1000 times slacker than the residual %.3e", what,
@@ -113,8 +114,8 @@ double test_gauss(unsigned long long *state) {
     return size * cos(6.28318530717958647692 * test_random(state));
 }
 
-/* seconds that processors spent on this program and on the programs that it started and that
- * have ended */
+/* seconds of processor time of this program and of the programs that it started and that have
+ * ended */
 static double test_processor_seconds(void) {
     struct rusage own, ended;
     getrusage(RUSAGE_SELF, &own);
@@ -125,7 +126,7 @@ static double test_processor_seconds(void) {
                            ended.ru_stime.tv_usec);
 }
 
-/* runs one test and says how it ended: 0 passed, 1 failed, 2 skipped */
+/* runs one test and prints its result: 0 passed, 1 failed, 2 skipped */
 static int test_run(const struct test_case *test) {
     struct timespec begin, end;
     atomic_store(&test_checks, 0);
@@ -150,14 +151,14 @@ static int test_run(const struct test_case *test) {
     return failed;
 }
 
-/* does this word mean the test: a part of its name or file, or its whole name behind '='? */
+/* whether this word selects the test: a part of its name or file, or its whole name after '=' */
 static int test_meant(const struct test_case *test, const char *word) {
     if (word[0] == '=') return !strcmp(test->name, word + 1);
     return strstr(test->name, word) || strstr(test->file, word);
 }
 
-/* A test is wanted that a word means, or any where no word says what is wanted, but none that a
- * word behind '-' means. */
+/* A test is wanted if a word selects it, or if no word selects any; but not if a word after '-'
+ * selects it. */
 static int test_wanted(const struct test_case *test, char **words, int count) {
     int named = 0, meant = 0;
     for (int i = 0; i < count; i++) {
@@ -171,7 +172,7 @@ static int test_wanted(const struct test_case *test, char **words, int count) {
     return meant || !named;
 }
 
-/* whole names that no test has, each of which is told and counts as failed: a list of names would
+/* whole names that no test has: each is printed and counts as failed, because a list of names could
  * outlive its tests */
 static int test_unknown(char **words, int count) {
     int unknown = 0;
@@ -199,8 +200,8 @@ static void test_lane_run(char **words, int count) {
     test_share->at[test_lane] = NULL;
 }
 
-/* Runs them in so many processes. One that breaks off, or in which a sanitizer found something at
- * the end, counts as one failure, and the others go on. */
+/* Runs the tests in this many processes. One that crashes, or in which a sanitizer found something
+ * at the end, counts as one failure, and the others continue. */
 static void test_lanes_run(int lanes, char **words, int count) {
     pid_t pid[LANES];
     fflush(stdout);
@@ -215,7 +216,7 @@ static void test_lanes_run(int lanes, char **words, int count) {
         int status = -1;
         int ended = pid[i] > 0 && waitpid(pid[i], &status, 0) == pid[i];
         const struct test_case *test = test_share->at[i];
-        // one that ends with 0 in the middle of a test has told nothing of it
+        // a process that ends with 0 in the middle of a test has not reported it
         if (ended && !status && !test) continue;
         printf("FAIL %s ended its process: status %d\n", test ? test->name : "the end of all",
                status);
@@ -223,9 +224,9 @@ static void test_lanes_run(int lanes, char **words, int count) {
     }
 }
 
-/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME | -PART | -=NAME ...]; '-' leaves out; the last line
- * is "N passed, N failed", with ", N skipped" where any were. TEST_LANES says how many processes
- * run tests side by side, 1 without it: where most of them wait for servers. */
+/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME | -PART | -=NAME ...]; '-' excludes; the last line is
+ * "N passed, N failed", with ", N skipped" if there were any. TEST_LANES is the number of processes
+ * that run tests side by side, default 1: useful if most of them wait for servers. */
 int main(int argc, char **argv) {
     const char *tolerance = getenv("TOL"), *wanted = getenv("TEST_LANES");
     int lanes = wanted ? atoi(wanted) : 1;

@@ -1,5 +1,5 @@
-/* The test harness: tests register themselves, checks report and go on, numbers are checked on
- * both sides.
+/* The test harness: tests register themselves, failed checks are reported and the test continues,
+ * numbers are checked on both sides.
  * Leaves to others: what is tested; starting servers (harness/server).
  * Invariant: a failed check fails its test; a test that checks nothing fails. */
 #pragma once
@@ -23,8 +23,8 @@ void test_register(struct test_case *test);
     }                                                                                              \
     static void test_##name_(void)
 
-/* Each check prints what it saw when it fails and returns non-zero when it passed; the test goes
- * on either way. */
+/* Each check prints the values if it fails, and returns non-zero if it passed; the test continues
+ * in both cases. */
 int test_check(int pass, const char *file, int line, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 int test_check_int(long long got, long long want, const char *what, const char *file, int line);
@@ -39,14 +39,14 @@ int test_check_residual(double residual, double tolerance, const char *what, con
 #define CHECK_TEXT(got, want) test_check_text((got), (want), #got, __FILE__, __LINE__)
 
 /**
- * A numeric law: passes when residual <= tolerance and tolerance <= 1000 * residual (1e-18 stands
- * in for a smaller residual), so that a tolerance cannot go slack. With TOL=0 in the environment
- * every residual is listed.
+ * A numeric law: passes if residual <= tolerance and tolerance <= 1000 * residual (1e-18 stands in
+ * for a smaller residual), so that a tolerance cannot become too loose. With TOL=0 in the
+ * environment every residual is listed.
  */
 #define CHECK_RESIDUAL(residual, tolerance, what)                                                  \
     test_check_residual((residual), (tolerance), (what), __FILE__, __LINE__)
 
-/** Leaves the test when the condition fails, for what everything after it needs. */
+/** Leaves the test if the condition fails, for a condition that everything after it needs. */
 #define REQUIRE(condition)                                                                         \
     do {                                                                                           \
         if (!CHECK(condition)) return;                                                             \
@@ -56,30 +56,30 @@ int test_check_residual(double residual, double tolerance, const char *what, con
  */
 extern int test_lane;
 
-/** Marks the running test as skipped, aloud, with the reason; return from the test afterwards. */
+/** Marks the running test as skipped and prints the reason; return from the test afterwards. */
 void test_skip(const char *reason);
 
 /**
- * Allocation faults: the count-th allocation from now (1 = the next) fails, once, or from there on
- * for good. test_alloc_faults_off ends it. test_alloc_count is the number of allocations since the
- * program began.
+ * Failing allocations: the count-th allocation from now (1 = the next) fails, once, or from there
+ * on for good. test_alloc_faults_off ends it. test_alloc_count is the number of allocations since
+ * the program began.
  */
 void test_alloc_fail(long count, int for_good);
 void test_alloc_faults_off(void);
 long test_alloc_count(void);
 
 /**
- * Faults of the disk: the count-th call from now (1 = the next) with which SQLite writes, syncs or
- * cuts a file fails with an errno, once, or from there on for good. Until test_disk_faults_off,
- * which returns how many there were, nothing is waited for.
+ * Disk failures: the count-th call from now (1 = the next) with which SQLite writes, syncs or cuts
+ * a file fails with an errno, once, or from there on for good. Until test_disk_faults_off, which
+ * returns how many there were, nothing is waited for.
  */
 void test_disk_fail(long count, int for_good, int error);
 long test_disk_faults_off(void);
 
 /**
- * The stride of loops over thousands of faults. The release build walks all of such a loop, on
- * memory full of nonsense; the address sanitizer takes one fault in three; the thread sanitizer one
- * in sixteen, because a single thread walks the loop.
+ * The stride of loops over thousands of failures. The release build runs all of such a loop, on
+ * memory filled with garbage; the address sanitizer every third; the thread sanitizer every
+ * sixteenth, because a single thread runs the loop.
  */
 #if defined(__SANITIZE_THREAD__)
 #define TEST_STRIDE 16
@@ -89,7 +89,7 @@ long test_disk_faults_off(void);
 #define TEST_STRIDE 1
 #endif
 
-/** A reproducible random number in [0, 1) from a state of the test's own; splitmix64. */
+/** A reproducible random number in [0, 1) from a state owned by the test; splitmix64. */
 double test_random(unsigned long long *state);
 /** The same, an integer in [0, below). */
 int test_random_int(unsigned long long *state, int below);

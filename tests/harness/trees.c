@@ -37,7 +37,7 @@ void test_parents(enum test_tree_kind kind, int n, int parent[], unsigned long l
     for (int k = 1; k < n; k++) parent[k] = parents_one(kind, n, k, seed);
 }
 
-/* calloc that aborts: what a test cannot begin without */
+/* calloc that aborts, for memory without which a test cannot begin */
 static void *trees_room(size_t count, size_t bytes) {
     void *room = calloc(count, bytes);
     if (!room) abort();

@@ -1,4 +1,4 @@
-/* Trees to test with: every small parent list, random big ones of several kinds, and random states.
+/* Trees for tests: every small parent list, random large ones of several kinds, and random states.
  * Leaves to others: exact answers (harness/quad).
  * Invariant: the same seed gives the same tree on every machine. */
 #pragma once
@@ -6,7 +6,7 @@
 #include "core/tree/loads.h"
 #include "core/tree/tree.h"
 
-/* Loads of nothing but gravity, m/s^2. */
+/* Loads of gravity only, m/s^2. */
 #define TEST_LOADS(g) (&(const struct pend_loads){.gravity = (g)})
 
 enum test_tree_kind {
@@ -16,7 +16,7 @@ enum test_tree_kind {
     TEST_TREE_BINARY,      /* the complete binary tree */
     TEST_TREE_CATERPILLAR, /* a chain whose joints carry one more arm each */
     TEST_TREE_BROOM,       /* a chain of n/2, the others on its tip */
-    TEST_TREE_LIMBS,       /* each arm hangs on one of the 3 before it: long, with short branches */
+    TEST_TREE_LIMBS,       /* each arm hangs on one of the previous 3: long, with short branches */
     TEST_TREE_KINDS
 };
 
@@ -49,24 +49,24 @@ int test_parents_next(int n, int parent[]);
 
 /**
  * A tree with the parents given: lengths 10^±0.3 m, masses 10^±spread kg (uniform in the exponent),
- * angles uniform in (-pi, pi), rates in ±3 rad/s. Aborts when out of memory.
+ * angles uniform in (-pi, pi), rates in ±3 rad/s. Aborts if memory is short.
  */
 void test_tree_init(struct test_tree *t, int n, const int parent[], double spread,
                     unsigned long long *seed);
 
-/** The same for a random tree of a kind, its arms numbered at random. */
+/** The same for a random tree of a kind, with randomly numbered arms. */
 void test_tree_random(struct test_tree *t, enum test_tree_kind kind, int n, double spread,
                       unsigned long long *seed);
 
-/** Builds t->tree anew after a change of length, mass or parent; the state is left as it is. */
+/** Rebuilds t->tree after a change of length, mass or parent; the state is not changed. */
 void test_tree_rebuild(struct test_tree *t);
 
 void test_tree_clear(struct test_tree *t);
 
-/** pend_dynamics of the tree in its state, with scratch of its own that begins as signalling NaN.
- */
+/** pend_dynamics of the tree in its state, with its own scratch memory, filled with signalling
+ * NaN. */
 void test_tree_dynamics(const struct test_tree *t, const struct pend_loads *loads, double acc[],
                         double force[]);
 
-/** Largest |a - b| over the largest |b| (0 when both are all 0); NaN when anything is. */
+/** Largest |a - b| relative to the largest |b| (0 if both are all 0); NaN if any value is. */
 double test_gap(int n, const double a[], const double b[]);

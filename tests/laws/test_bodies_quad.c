@@ -1,9 +1,8 @@
 /* Laws: the general kernel has the accelerations and forces of the Lagrangian equations in
  * quadruple precision, on all small trees, with every term alone and all together, and on trees
- * that break lesser forms.
+ * that break less careful forms.
  * Leaves to others: motions (test_real_pendulums).
- * Invariant: residuals are relative to the largest value among the arms unless they say otherwise.
- */
+ * Invariant: residuals are relative to the largest value among the arms unless stated otherwise. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,7 +51,7 @@ static void truth_of(const struct test_tree *t, const struct pend_loads *loads, 
     test_quad_bodies(t->tree, loads, &state, exact->acc, &forces);
 }
 
-/* the largest error of the forces over the largest force at any end of any arm */
+/* the largest error of the forces, relative to the largest force at any end of any arm */
 static double force_gap(int n, const struct answer *a, const struct truth *exact) {
     double most = 0, gap = 0;
     for (int i = 0; i < 4; i++)
@@ -77,7 +76,8 @@ static void gaps_keep(struct gaps *most, struct gaps here) {
     if (!(here.force <= most->force)) most->force = here.force;
 }
 
-/* each kind of term alone, then all, a cart alone, a cart with all that goes with it, a piece */
+/* each kind of term alone, then all, a cart alone, a cart with all terms that it supports, a
+ * piece */
 static unsigned terms_of(unsigned what) {
     if (what == 8) return TEST_TERMS_ALL;
     if (what == 11) return TEST_TERMS_ALL | TEST_TERMS_PIECES;
@@ -124,7 +124,7 @@ static void bodies_spread(const struct test_bodies *b, double decades, unsigned 
     }
 }
 
-/* the largest errors over random trees of all kinds and up to `most` arms */
+/* the largest errors over random trees of all kinds with up to `most` arms */
 static struct gaps gaps_wild(unsigned what, double decades, int least, int most, int count,
                              unsigned long long *seed) {
     struct gaps worst = {0, 0};
@@ -166,8 +166,9 @@ static struct gaps gaps_small(unsigned what, double decades, unsigned long long 
     return worst;
 }
 
-/* A heavy point on a light joint is pulled by a force that is small beside its mass times any
- * acceleration that it is computed from: m (l chi + a) erred by 2e-8 of the largest force. */
+/* A heavy point mass on a light joint is pulled by a force that is small compared with its mass
+ * times any acceleration from which it is computed: m (l chi + a) had errors of 2e-8 of the largest
+ * force. */
 TEST(law_forces_between_heavy_masses_and_light_joints_keep_their_digits) {
     static const struct {
         double decades, bound, rods_bound;
@@ -231,7 +232,7 @@ TEST(law_an_ideal_tree_whose_terms_are_all_zero_moves_as_without_them) {
             tip = fmax(tip, test_gap(n, quick.force[2], ideal.force[2]));
             gaps_keep(&paper, (struct gaps){test_quad_gap(n, quick.acc, exact_acc),
                                             test_quad_gap(n, quick.force[2], exact_tip)});
-            // an ideal arm passes nothing on across it, and the same along it at both ends
+            // an ideal arm transmits no force across it, and the same along it at both ends
             for (int k = 0; k < n; k++) {
                 double most = fabs(quick.force[2][k]) + fabs(quick.force[3][k]);
                 across = fmax(across, fabs(quick.force[1][k]) / most);
@@ -250,8 +251,8 @@ TEST(law_an_ideal_tree_whose_terms_are_all_zero_moves_as_without_them) {
 
 /* a step of a series: its errors against the dense form in quadruple precision */
 struct step {
-    double phi, rate; /* of the changes over the step: errors over the largest change */
-    double known;     /* what is known of the exact change */
+    double phi, rate; /* errors of the changes over the step, relative to the largest change */
+    double known;     /* the exact change */
 };
 
 static void step_keep(struct step *worst, const struct test_tree *t, const struct test_bodies *b,

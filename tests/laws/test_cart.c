@@ -1,5 +1,5 @@
 /* Closed forms of pendulums on a cart: small swings, momentum along the rail, a cart too heavy to
- * move, a slope on which everything falls alike.
+ * move, a slope on which everything falls equally.
  * Leaves to others: the equations against the dense form (test_bodies_quad), other closed forms
  * (test_closed_forms).
  * Invariant: stored arm 0 is the cart, the caller's last. */
@@ -88,10 +88,10 @@ TEST(law_a_pendulum_on_a_free_cart_swings_faster_by_the_root_of_one_plus_the_mas
         CHECK_INT(d->count, 2);
         CHECK(d->omega[0] == 0 && d->decay[0] == 0 && d->decay[1] == 0);
         worst = fmax(worst, fabs(d->omega[1] / omega - 1));
-        // the mass and the cart move against each other
+        // the mass and the cart move in opposite directions
         CHECK(fabs(d->re[2] / d->re[3] + 1 / (1 + cart)) < 1e-13);
         pend_damped_free(&d);
-        // the same in motion: after half a period a small swing is at its other end
+        // the same in motion: after half a period a small swing is at its opposite end
         r.phi[1] += 1e-5;
         rig_run(&r, M_PI / omega);
         double turned = r.angle[INSTANTS - 1] + M_PI_2;
@@ -151,7 +151,8 @@ TEST(law_a_cart_too_heavy_to_move_is_a_pivot_that_stands) {
 }
 
 TEST(law_down_a_slope_without_friction_all_falls_alike_and_the_rail_carries_the_rest) {
-    // in the falling frame what is left of gravity is across the rail, and the arms rest along it
+    // in the falling frame the remaining gravity is perpendicular to the rail, and the arms rest
+    // along it
     const double slope = -0.4;
     const int parent[] = {3, 0, 3};
     struct rig r;

@@ -1,8 +1,8 @@
-/* Laws: motions of real pendulums whose answers are known in closed form, or published.
+/* Laws: motions of real pendulums with closed-form or published solutions.
  * Leaves to others: the equations at one state (test_bodies_quad), agreement of methods
  * (test_real_pendulums).
- * Invariant: what is expected is computed here from the formula or taken from the source named, and
- * holds of every kernel of power series that takes the pendulum. */
+ * Invariant: references are computed here from the formula or taken from the named source, and hold
+ * for every kernel of power series that supports the pendulum. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,7 +27,7 @@ struct rig {
 };
 
 /* a chain of n arms of 1 m and 1 kg that hangs at rest, with the terms of every row and one of
- * harmonics, all of which do nothing yet */
+ * harmonics, all without effect yet */
 static void rig_open(struct rig *r, int n, double gravity, int harmonics, const int drives[]) {
     unsigned char rows[PEND_TERM_ROWS], ones[PEND_TERM_ONES];
     int place[4];
@@ -63,8 +63,8 @@ static void rig_close(struct rig *r) {
     free(r->value);
 }
 
-/* which kernel runs the rigs: the general one, by terms that do nothing, or the one that takes the
- * terms that do something */
+/* the kernel that runs the rigs: the general one, selected by terms without effect, or the one that
+ * supports the effective terms */
 static int rig_lean;
 
 #define LAW(law)                                                                                   \
@@ -74,7 +74,7 @@ static int rig_lean;
     }                                                                                              \
     static void law##_holds(void)
 
-/* non-zero if a term does something; one that goes with another comes with it */
+/* non-zero if a term has an effect; terms that belong together are kept together */
 static int rig_does(const struct rig *r, int row) {
     if (row == PEND_TERM_AT_X || row == PEND_TERM_AT_Y) {
         int hung = 0;
@@ -87,7 +87,7 @@ static int rig_does(const struct rig *r, int row) {
     return 0;
 }
 
-/* loads of the terms that do something; a kernel that takes their kinds takes the rig */
+/* loads with the effective terms; a kernel that supports their kinds computes the rig */
 static struct pend_loads rig_leave(const struct rig *r) {
     const struct pend_terms *all = r->terms;
     unsigned char rows[PEND_TERM_ROWS], ones[PEND_TERM_ONES] = {0};
@@ -160,7 +160,8 @@ static double mean(double a, double b) {
 }
 
 LAW(law_a_bar_swings_with_two_thirds_of_its_length) {
-    // T = 2 pi sqrt(2 l / 3 g) / agm(1, cos(A / 2)); at a quarter of it the bar hangs straight down
+    // T = 2 pi sqrt(2 l / 3 g) / agm(1, cos(A / 2)); after a quarter of it the bar hangs straight
+    // down
     double worst = 0, rounds = 0;
     for (int i = 0; i < 4; i++) {
         struct rig r;
@@ -182,7 +183,7 @@ LAW(law_a_bar_swings_with_two_thirds_of_its_length) {
     CHECK_RESIDUAL(worst, 2e-12, "angle at quarters of the period, of the swing");
 }
 
-/* J q'' + c q' + k q = b + f cos(w t): the steady motion and what is left of the start */
+/* J q'' + c q' + k q = b + f cos(w t): the steady motion plus the decaying part of the start */
 static double oscillator(double inertia, double c, double k, double b, double f, double w,
                          double start, double t) {
     double beta = c / (2 * inertia), omega = sqrt(k / inertia - beta * beta);
@@ -193,7 +194,8 @@ static double oscillator(double inertia, double c, double k, double b, double f,
 }
 
 LAW(law_a_damped_driven_arm_on_a_spring_without_gravity_is_the_linear_oscillator) {
-    // damping, drag of the tip and drag per mass all act on q' = phi'; any swing is exactly linear
+    // damping, drag of the tip and drag per mass all act on q' = phi'; a swing of any size is
+    // exactly linear
     struct rig r;
     double worst = 0, most = 0, c = 0.3, b = 0.2, gamma = 0.07, l = 1.3, rod = 0.6, body = 0.9;
     rig_open(&r, 1, 0, 1, (int[]){0});
@@ -267,7 +269,7 @@ LAW(law_an_arm_without_gravity_is_brought_to_rest_by_dry_friction) {
     CHECK_RESIDUAL(worst, 1e-13, "rates while dry friction brings an arm to rest");
 }
 
-/* the largest angle from straight up in 8 s of an arm whose pivot shakes a cos(W t) up and down,
+/* the largest angle from upright in 8 s of an arm whose pivot oscillates as a cos(W t) vertically,
  * a^2 W^2 = share 2 g l */
 static double kapitza(double amplitude, double share) {
     struct rig r;
@@ -276,7 +278,7 @@ static double kapitza(double amplitude, double share) {
     r.phi[0] = M_PI_2 + 0.01;
     rig_tree(&r);
     rig_harmonic(&r, 0, amplitude, sqrt(share * 2 * 9.81) / amplitude, 0);
-    // at rest in the mean, where the pivot passes its middle
+    // at rest on average, when the pivot passes its middle
     rig_run(&r, 0, 8, 1000);
     for (int j = 0; j <= 1000; j++) most = fmax(most, fabs(r.angle[j] - M_PI_2));
     rig_close(&r);
@@ -294,7 +296,7 @@ LAW(law_an_arm_stands_upside_down_from_kapitzas_threshold_on) {
     }
 }
 
-/* how far apart two runs are at their last samples */
+/* the distance of two runs at their last samples */
 static double rig_apart(const struct rig *a, const struct rig *b, int last) {
     double gap = 0;
     for (int k = 0; k < a->n; k++) {
@@ -358,7 +360,7 @@ LAW(law_what_loses_energy_finds_its_start_again_when_run_backwards) {
 }
 
 LAW(law_a_body_of_two_masses_is_two_arms_that_a_stiff_spring_joins) {
-    // 1 kg at 1 m along, 0.5 kg at 0.7 m from there, turned by 0.4 rad: one rigid body
+    // 1 kg at 1 m, 0.5 kg at 0.7 m from there, rotated by 0.4 rad: one rigid body
     struct rig body;
     double x = 1 + 0.7 * cos(0.4), y = 0.7 * sin(0.4), gap[2];
     rig_open(&body, 1, 9.81, 0, NULL);
@@ -387,7 +389,7 @@ LAW(law_a_body_of_two_masses_is_two_arms_that_a_stiff_spring_joins) {
 }
 
 LAW(law_an_arm_on_a_rods_point_is_the_ideal_tree_as_the_rod_weighs_nothing) {
-    // a mass at 0.6 m of an arm of 1 m, and the second arm hangs there
+    // a mass at 0.6 m on an arm of 1 m, to which the second arm is attached
     struct rig ideal;
     double gap[3];
     rig_open(&ideal, 2, 9.81, 0, NULL);
@@ -414,8 +416,8 @@ LAW(law_an_arm_on_a_rods_point_is_the_ideal_tree_as_the_rod_weighs_nothing) {
     CHECK_SAYING(fabs(gap[1] / gap[2] - 10) < 0.1, "a tenth of the mass: %g", gap[1] / gap[2]);
 }
 
-/* after how many periods of its drive the motion repeats: 1, 2, 4, 8, or 0 for none of them; seen
- * after `before` periods, over 64 */
+/* the number of periods of its drive after which the motion repeats: 1, 2, 4, 8, or 0 for none of
+ * them; tested after `before` periods, over 64 */
 static int repeats(struct rig *r, double period, int before) {
     rig_run(r, 0, before * period, before);
     for (int every = 1; every <= 8; every *= 2) {

@@ -1,9 +1,9 @@
-/* A law of fits: a standard error is that of the data. Of ten models, some of whose unknowns the
- * data hardly tell apart, the truth is within one standard error in 68 of 100 draws and within two
- * in 95, and the profile of the likelihood rises by one where an unknown is held one error away.
+/* A law of fits: standard errors are correct. For ten models, some with unknowns that the data
+ * hardly distinguish, the true value is within one standard error in 68 of 100 draws and within two
+ * in 95, and the profile likelihood rises by one if an unknown is fixed one error away.
  * Leaves to others: whether fits converge at all (test_fit).
- * Invariant: draws are from seeds. COVERAGE=200 in the environment takes that many of each model
- * and prints the table. */
+ * Invariant: draws are from seeds. COVERAGE=200 in the environment sets the number of draws per
+ * model and prints the table. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,20 +20,21 @@ enum { DRAWS = 6, HELD_DRAWS = 1 };
 #endif
 enum { ARMS = 2, ROWS = 240, MOST = 12 };
 
-/* terms that a model may have, and those that are always there with them */
+/* terms that a model may have, and those that always accompany them */
 static const enum pend_term_row term_of[] = {['c'] = PEND_TERM_DAMPING,
                                              ['f'] = PEND_TERM_FRICTION,
                                              ['b'] = PEND_TERM_DRAG,
                                              ['d'] = PEND_TERM_DRAG_QUADRATIC,
                                              ['k'] = PEND_TERM_STIFFNESS};
 
-/* What is measured and sought. An unknown is two letters, what and of which arm: t theta, w rate,
- * l length, m mass, g gravity, the terms above, s scale, r rotation, x and y origin. */
+/* The measured quantities and the unknowns. An unknown is two letters, the quantity and the arm: t
+ * theta, w rate, l length, m mass, g gravity, the terms above, s scale, r rotation, x and y
+ * origin. */
 static const struct model {
     const char *name;
     int n, rows, places;
     double span, length, theta, noise;
-    double c, f, b, d, k; /* the first arm's terms, the second's are the same */
+    double c, f, b, d, k; /* the first arm's terms; the second's are equal */
     const char *sought;
 } models[] = {
     {"length", 1, 60, 0, 5, 0.8, 0.6, 0.01, 0, 0, 0, 0, 0, "l0t0w0"},
@@ -61,13 +62,13 @@ struct study {
 
 static const int parents[ARMS] = {-1, 0}, in_order[ARMS] = {0, 1};
 
-/* where the study has an unknown's number */
+/* address of an unknown's number in the study */
 static double *study_place(struct study *s, const struct pend_fit_unknown *u) {
     double *array[] = {s->phi, s->rate, s->length, s->mass, &s->problem.loads.gravity, s->value};
     return u->camera >= 0 ? &s->problem.camera[u->camera] : array[u->by.kind] + u->by.at;
 }
 
-/* adds what two letters name */
+/* adds the unknown given by two letters */
 static void study_add(struct study *s, const char code[2]) {
     static const char starts[] = "twlmg", camera[] = "srxy";
     struct pend_fit_unknown u = {-1, {PEND_PARAMETER_TERM, code[1] - '0'}, 0, 0, INFINITY, 0};
@@ -101,7 +102,7 @@ static void study_terms(struct study *s) {
             s->value[s->terms->row[i] + k] = number[i];
 }
 
-/* the motion without noise, as the camera has it */
+/* the motion without noise, as seen by the camera */
 static void study_run(struct study *s) {
     static double angle[ROWS * ARMS], x[ROWS * ARMS], y[ROWS * ARMS];
     const struct model *model = s->model;
@@ -156,7 +157,7 @@ static void study_new(struct study *s, const struct model *model) {
     for (const char *code = model->sought; *code; code += 2) study_add(s, code);
 }
 
-/* a draw of the data, and starts that are off by a twentieth; every second draw's sigma is known */
+/* a draw of the data, and starts with errors of a twentieth; every second draw's sigma is known */
 static void study_draw(struct study *s, int draw, unsigned long long *seed) {
     const struct model *model = s->model;
     for (int c = 0; c < s->problem.columns; c++) {
@@ -188,7 +189,8 @@ static struct pend_fit *fit_of(const struct study *s) {
     return fit;
 }
 
-/* what the sum of squares gains, in variances, where unknown j is held one error from its value */
+/* the increase of the sum of squares, in variances, if unknown j is fixed one error from its
+ * value */
 static double profile_rise(struct study *s, const struct pend_fit_result *at, int j, int side) {
     struct pend_fit_unknown held = s->unknown[j];
     double value = at->value[j] + side * at->error[j];
@@ -207,7 +209,7 @@ static double profile_rise(struct study *s, const struct pend_fit_result *at, in
     return rise;
 }
 
-/* how often the truth is within one and two standard errors, and the rise of the profile */
+/* how often the true value is within one and two standard errors, and the rise of the profile */
 struct tally {
     long count, within[2], fits, converged;
     double least, most;
@@ -253,7 +255,7 @@ TEST(the_truth_is_within_one_standard_error_of_fits_as_often_as_the_law_of_error
         if (asked)
             printf("  %-24s   %6.3f     %6.3f  %4ld/%ld  %5.3f to %5.3f\n", models[i].name, one,
                    two, tally.converged, tally.fits, tally.least, tally.most);
-        // draws are few: of 200 a share of 0.68 is uncertain by 0.033
+        // few draws: with 200 a fraction of 0.68 is uncertain by 0.033
         if (draws >= 200) CHECK(fabs(one - 0.6827) < 0.04 && fabs(two - 0.95) < 0.04);
         CHECK_SAYING(tally.converged * 50 >= tally.fits * 49, "%s", models[i].name);
         all.count += tally.count;
@@ -266,9 +268,9 @@ TEST(the_truth_is_within_one_standard_error_of_fits_as_often_as_the_law_of_error
     CHECK_SAYING(fabs(two - 0.95) < 0.05, "%.3f within two errors", two);
 }
 
-/* Two swings with noise tell the sum of two kinds of friction and hardly anything of each alone:
- * the error of one is many times its value. Begun anywhere in that valley, a fit ended where it
- * crawled to and told errors that were up to a million times too small. */
+/* Two swings with noise determine the sum of two kinds of friction and hardly anything of each: the
+ * error of one is many times its value. Started anywhere in that valley, a fit ended where it had
+ * crawled to and reported errors up to a million times too small. */
 TEST(fits_in_a_narrow_valley_come_to_its_minimum_from_everywhere_with_the_errors_of_the_data) {
     static const struct model valley = {"valley", 1,     60, 0, 10.5,   7.2, 1.2,
                                         0.02,     0.002, 0,  0, 0.0016, 0,   "l0c0d0t0w0"};
@@ -279,7 +281,7 @@ TEST(fits_in_a_narrow_valley_come_to_its_minimum_from_everywhere_with_the_errors
         double least = NAN, error[2] = {0}, free[2];
         study_new(&s, &valley);
         study_draw(&s, 0, &seed);
-        // without bounds, from the truth
+        // without bounds, from the true values
         for (int j = 1; j < 3; j++) s.unknown[j].low = -INFINITY, s.unknown[j].start = s.truth[j];
         struct pend_fit *fit = fit_of(&s);
         struct pend_fit_result result = pend_fit_result(fit);

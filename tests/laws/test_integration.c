@@ -1,4 +1,4 @@
-/* Laws of motion that every method must obey, each to what its tolerance promises. */
+/* Laws of motion for every method, each within its tolerance. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,15 +9,14 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* the methods that solve the equations of motion, and the tolerances that these laws hold them
- * to */
+/* the methods that solve the equations of motion, and the tolerances of these laws for each */
 static const struct {
     const char *name;
     double rtol, atol;
     double back;  /* rad, rad/s: 1 s there and back, six arms */
     double drift; /* relative energy drift over 2 s, six arms */
     double swing; /* rad: three periods of a pendulum */
-    double unit;  /* rad: the same motion in another unit of time, where atol is another */
+    double unit;  /* rad: the same motion in another unit of time, in which atol is different */
 } law_method[] = {
     {"taylor", 1e-13, 0, 1e-11, 1e-14, 1e-12, 1e-14},
     {"ode23", 1e-6, 1e-8, 1e-2, 1e-6, 1e-3, 1e-8},
@@ -131,7 +130,8 @@ TEST(integration_of_a_swinging_pendulum_is_elliptic) {
     test_tree_clear(&t);
 }
 
-/* fast enough it turns over: theta = 2 am(v t), v half the rate at the bottom, modulus w/v */
+/* with enough energy it turns over: theta = 2 am(v t), v half the rate at the bottom, modulus
+ * w/v */
 TEST(integration_of_a_turning_pendulum_is_elliptic) {
     const double w = sqrt(9.81 / law_length), v = 1.2 * w;
     struct test_tree t;
@@ -160,7 +160,7 @@ TEST(integration_of_a_turning_pendulum_is_elliptic) {
 static const struct {
     const char *name;
     double least, most,
-        rtol[2]; /* rk8pd is not quite at its limit where roundings end the comparison */
+        rtol[2]; /* rk8pd has not quite reached its limit when rounding ends the comparison */
 } law_order[] = {{"ode23", 2.7, 3.3, {1e-5, 1e-8}},
                  {"rkf45", 4.6, 5.4, {1e-7, 1e-11}},
                  {"rk8pd", 7.5, 9.5, {1e-8, 1e-12}}};
@@ -239,7 +239,7 @@ TEST(integration_does_not_care_when_it_begins) {
     test_tree_clear(&t);
 }
 
-/* a fourth of gravity, a half of the rates: the same motion in twice the time, up to the
+/* a quarter of the gravity, half of the rates: the same motion in twice the time, up to the
  * tolerance for the rates */
 TEST(integration_does_not_care_for_the_unit_of_time) {
     unsigned long long seed = 6;

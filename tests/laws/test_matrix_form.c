@@ -1,5 +1,5 @@
-/* Law: the fast form of the dynamics is the paper's matrix form, for every small tree and for
- * random big ones.
+/* Law: the fast form of the dynamics equals the paper's matrix form, for every small tree and for
+ * random large ones.
  * Leaves to others: single trees with known answers (tests/core).
  * Invariant: exact answers in quadruple precision; errors are relative to the largest component. */
 #include <math.h>
@@ -13,8 +13,7 @@
 
 enum { MOST = 200 };
 
-/* the worst errors so far, and the tree that has the worst of all: with this seed the same tree
- * comes again */
+/* the largest errors so far, and the tree with the largest: the seed reproduces the tree */
 struct worst {
     double acc, force;
     int n;
@@ -23,7 +22,7 @@ struct worst {
 
 static void worst_note(struct worst *worst, double acc, double force, int n,
                        unsigned long long seed) {
-    // written so that NaN is the worst of all
+    // written so that NaN counts as the largest
     if (!(fmax(acc, force) <= fmax(worst->acc, worst->force)) || isnan(acc + force))
         worst->n = n, worst->seed = seed;
     if (!(acc <= worst->acc)) worst->acc = acc;
@@ -118,7 +117,7 @@ TEST(law_fast_form_is_the_matrix_form_for_random_trees_of_200_arms) {
 }
 
 TEST(law_fast_form_is_the_matrix_form_for_small_trees_with_masses_16_decades_apart) {
-    // many small trees: light joints between heavy arms in every constellation
+    // many small trees: light joints between heavy arms in every arrangement
     struct worst worst = worst_of_random(8, 4000 * TEST_TREE_KINDS, 6, 7);
     WORST_CHECK(&worst, 5e-11, 1e-10, "masses of 10^+-8, up to 6 arms");
 }
@@ -138,7 +137,7 @@ TEST(law_of_the_matrix_form_knows_the_papers_pendulums) {
     static const double one[] = {1, 1, 1};
     struct pend_tree *tree;
     double a[9], inverse[9], worst = 0, r = sqrt(1.5);
-    // the double, in units of g / l
+    // the double pendulum, in units of g / l
     REQUIRE(pend_tree_new(&tree, 2, one, one, (const int[]){-1, 0}, NULL) == PEND_OK);
     test_quad_linearization(tree, 1, a, NULL);
     for (int s = -1; s <= 1; s += 2)
@@ -158,7 +157,7 @@ TEST(law_of_the_matrix_form_knows_the_papers_pendulums) {
 }
 
 TEST(law_of_the_matrix_form_notices_wrong_variants) {
-    // each variant is the right computation of something slightly else
+    // each variant correctly computes something slightly different
     unsigned long long seed = 9;
     struct test_tree t;
     double acc[8], force[8];

@@ -14,7 +14,7 @@
 
 enum { N = 120 };
 
-/* Largest miss of m (z'' + i g) = B [lambda u] over the tips, relative to the largest force on
+/* Largest error of m (z'' + i g) = B [lambda u] over the tips, relative to the largest force on
  * any. */
 static double newton_miss(const struct test_tree *t, double gravity, const double acc[],
                           const double force[]) {
@@ -24,7 +24,7 @@ static double newton_miss(const struct test_tree *t, double gravity, const doubl
         re[k] = t->tree->mass[k] * re[k];
         im[k] = t->tree->mass[k] * (im[k] + gravity);
     }
-    // B: an arm pushes its tip outwards and the tip it hangs on back
+    // B: an arm pushes its tip outwards and the tip that carries it back
     for (int k = 0; k < t->n; k++) {
         double push_re = force[k] * cos(t->phi[k]), push_im = force[k] * sin(t->phi[k]);
         int p = t->tree->parent[k];
@@ -59,7 +59,7 @@ TEST(law_newtons_second_law_holds_at_every_tip) {
     CHECK_SAYING(spoilt > 1e-9, "exchanged forces go unseen: %g", spoilt);
 }
 
-/* |dE/dt| of a motion, relative to the powers that it is the sum of */
+/* |dE/dt| of a motion, relative to the powers of which it is the sum */
 static double power_miss(const struct test_tree *t, double gravity, const double acc[]) {
     double v_re[N], v_im[N], a_re[N], a_im[N], power = 0, size = 0;
     pend_kinematics_velocity(t->tree, t->phi, t->rate, v_re, v_im);
@@ -92,7 +92,8 @@ TEST(law_the_accelerations_conserve_the_energy) {
 }
 
 TEST(law_the_energy_stays_along_a_short_step) {
-    // E(t + h) - E(t - h) by Taylor's formula: h E' vanishes and what is left falls as h^3
+    // E(t + h) - E(t - h) by Taylor's formula: h E' vanishes and the remainder is proportional to
+    // h^3
     unsigned long long seed = 3;
     double ratio_least = INFINITY, ratio_most = 0;
     for (int i = 0; i < 4 * TEST_TREE_KINDS; i++) {
@@ -116,7 +117,7 @@ TEST(law_the_energy_stays_along_a_short_step) {
             }
             change[half] = (total[1] - total[0]) / scale;
         }
-        // too small a change is rounding alone
+        // a smaller change is only rounding
         if (fabs(change[1]) > 1e-11) {
             ratio_least = fmin(ratio_least, change[0] / change[1]);
             ratio_most = fmax(ratio_most, change[0] / change[1]);
@@ -136,7 +137,7 @@ TEST(law_small_motions_about_hanging_are_the_linearization) {
         double a[SMALL * SMALL], acc[SMALL], force[SMALL], want[SMALL], theta[SMALL];
         test_tree_random(&t, (enum test_tree_kind)kind, SMALL, 0.3, &seed);
         for (int k = 0; k < SMALL; k++) {
-            // phi is rounded; theta is what it then stands for, pi/2 with twice a double's digits
+            // phi is rounded; theta is its exact value plus pi/2 with twice a double's digits
             t.phi[k] = 1e-7 * (2 * test_random(&seed) - 1) - 1.5707963267948966;
             theta[k] = t.phi[k] + 1.5707963267948966 + 6.123233995736766e-17;
             t.rate[k] = 0;

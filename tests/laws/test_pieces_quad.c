@@ -1,9 +1,8 @@
-/* Laws: joints with Coulomb friction stick, hold and slide as in a reference of its own in 33
- * digits, with all arms of the tree: extrapolated midpoint steps, a torque for each joint that
- * holds such that its relative acceleration is 0, changes of modes by roots of the length of a
- * step, and the modes of joints at rest by trying all. Leaves to others: stops
- * (tests/api/op/test_op_pieces.c). Invariant: static and sliding friction are the same, so that the
- * modes are unique. */
+/* Laws: joints with Coulomb friction stick and slide as in an independent reference in 33 digits,
+ * with all arms of the tree: extrapolated midpoint steps, a torque for each sticking joint such
+ * that its relative acceleration is 0, changes of modes by roots of the length of a step, and the
+ * modes of joints at rest by trying all. Leaves to others: stops (tests/api/op/test_op_pieces.c).
+ * Invariant: static and sliding friction are equal, so that the modes are unique. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -19,7 +18,7 @@ struct truth {
     const struct pend_tree *tree;
     const struct pend_terms *terms;
     double value[3 * ARMS + 1], bound[ARMS];
-    int mode[ARMS], events; /* 0 holds, +1 and -1 slide that way */
+    int mode[ARMS], events; /* 0 sticks, +1 and -1 slide in that direction */
     test_quad phi[ARMS], rate[ARMS], torque[ARMS], time;
 };
 
@@ -27,7 +26,7 @@ static test_quad relative(const struct truth *t, const test_quad x[], int k) {
     return x[k] - (t->tree->parent[k] < 0 ? 0 : x[t->tree->parent[k]]);
 }
 
-/* accelerations; the torques that hold follow from the answers to unit torques */
+/* accelerations; the torques of sticking joints follow from the responses to unit torques */
 static void accelerate(void *context, const struct test_quad_state *state, test_quad acc[]) {
     struct truth *t = context;
     const struct pend_loads loads = {9.81, t->terms, t->value};
@@ -55,7 +54,7 @@ static void accelerate(void *context, const struct test_quad_state *state, test_
     }
 }
 
-/* what becomes negative where joint k changes its mode */
+/* becomes negative when joint k changes its mode */
 static test_quad margin(struct truth *t, int k) {
     test_quad acc[ARMS];
     if (t->mode[k]) return t->mode[k] * relative(t, t->rate, k);
@@ -63,7 +62,7 @@ static test_quad margin(struct truth *t, int k) {
     return t->bound[k] - test_quad_abs(t->torque[k]);
 }
 
-/* whether the modes of the joints at rest, but for one that is forced, are consistent */
+/* whether the modes of the joints at rest, except for one that is given, are consistent */
 static int consistent(struct truth *t, const int rests[], int forced) {
     test_quad acc[ARMS];
     int good = 1;

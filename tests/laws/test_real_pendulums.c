@@ -1,4 +1,4 @@
-/* Motions of real pendulums: the methods agree, the balance of energy holds, forces and places are
+/* Motions of real pendulums: the methods agree, the energy is balanced, forces and positions are
  * those of the dense form.
  * Leaves to others: accelerations at one state (test_bodies), closed forms (laws).
  * Invariant: all pendulums are random, from seeds. */
@@ -71,7 +71,8 @@ static void motion_run(const char *method, double span, const struct test_tree *
     pend_run_free(&run);
 }
 
-/* the terms of test number i: each kind alone, then all, then a cart with all that it may have */
+/* the terms of test number i: each kind alone, then all, then a cart with all terms that it
+ * supports */
 static unsigned motion_terms(int i) {
     return i < 8 ? 1u << i : i == 8 ? TEST_TERMS_ALL : TEST_TERMS_CART_ALL;
 }
@@ -208,7 +209,7 @@ TEST(methods_without_terms_refuse_real_pendulums_in_words) {
     test_tree_clear(&t);
 }
 
-/* jobs are carried from part to part: the work, the heat and the balance's drift too */
+/* jobs are carried from part to part: the work, the heat and the drift of the balance too */
 TEST(motions_of_real_pendulums_carried_after_every_call_have_the_same_bits) {
     const struct pend_method *method[] = {pend_method_find("taylor"), pend_method_find("rkf45"),
                                           pend_method_find("rk8pd"), pend_method_find("ode23"),

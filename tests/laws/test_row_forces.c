@@ -1,5 +1,5 @@
-/* Laws: the forces in the rows of runs and of ensembles are as good as those of a state, also where
- * masses are unlike and a series would lose their digits. Leaves to others: forces of states
+/* Laws: the forces in the rows of runs and of ensembles are as accurate as those of a state, also
+ * if masses differ much and a series would lose digits. Leaves to others: forces of states
  * (test_bodies_quad, core/dynamics), events (core/integrate). Invariant: residuals are relative to
  * the largest force at any end of any arm. */
 #include <math.h>
@@ -21,7 +21,7 @@ struct row {
     double phi[ARMS], rate[ARMS], force[ENDS][ARMS];
 };
 
-/* the larger of two errors, or whichever is no number */
+/* the larger of two errors, or NaN if one is */
 static double worse(double a, double b) { return b <= a ? a : b; }
 
 /* the largest error of a row's forces over the largest force */
@@ -38,7 +38,7 @@ static double row_gap(const struct pend_tree *tree, const struct pend_loads *loa
         test_quad_dynamics(tree, loads, row->phi, row->rate, acc, exact[0]);
     for (int i = 0; i < ENDS; i++)
         for (int k = 0; k < tree->n; k++) {
-            // an ideal arm is pulled at both ends alike, and across at neither
+            // the forces at both ends of an ideal arm are equal along it, and 0 across
             test_quad here = loads->terms || !i ? exact[i][k] : i == 1 ? exact[0][k] : 0;
             most = fmax(most, (double)test_quad_abs(here));
             gap = worse(gap, (double)test_quad_abs(row->force[i][k] - here));
@@ -46,7 +46,7 @@ static double row_gap(const struct pend_tree *tree, const struct pend_loads *loa
     return gap / most;
 }
 
-/* the largest error of the rows inside the first steps */
+/* the largest error of the rows within the first steps */
 static double run_gap(const struct test_tree *t, const struct pend_loads *loads) {
     static double phi[ROWS * ARMS], rate[ROWS * ARMS], force[ENDS][ROWS * ARMS], time[ROWS];
     struct pend_samples samples = {.cap = ROWS,
@@ -164,7 +164,7 @@ static void watched_rows(void *context, long i, long first, int count, const dou
     }
 }
 
-/* extremes that a motion ends at are the forces of the end */
+/* extremes at the end of a motion are the forces of the end */
 static int watched_deliver(void *context, long i, const struct pend_outcome *outcome) {
     struct watched *w = context;
     test_quad exact[ARMS], acc[ARMS];

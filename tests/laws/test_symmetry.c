@@ -1,7 +1,7 @@
-/* Laws: what a change of names, units, direction or sense of time does to accelerations and
- * forces, and what an arm that weighs nothing does not do. Leaves to others: the values
- * themselves (test_matrix_form). Invariant: each law is tried on trees of every kind, and on a
- * variant that breaks it. */
+/* Laws: the effect of a change of names, units, direction or sense of time on accelerations and
+ * forces, and the lack of effect of a massless arm. Leaves to others: the values themselves
+ * (test_matrix_form). Invariant: each law is tested on trees of every kind, and on a variant that
+ * breaks it. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ static struct answer answer_of(const struct test_tree *t, double gravity) {
     return answer;
 }
 
-/* multiplies what is expected */
+/* scales the expected values */
 static void answer_scale(struct answer *answer, double acc, double force) {
     for (int i = 0; i < N; i++) answer->acc[i] *= acc, answer->force[i] *= force;
 }
@@ -98,7 +98,7 @@ TEST(law_units_of_length_mass_and_time_do_not_matter) {
         spoilt = fmax(spoilt, answer_gap(t.n, &got, &want));
         for (int j = 0; j < t.n; j++) t.length[j] /= length;
 
-        // masses: forces in proportion
+        // masses: forces are proportional
         for (int j = 0; j < t.n; j++) t.mass[j] *= mass;
         test_tree_rebuild(&t);
         got = answer_of(&t, GRAVITY), want = base;
@@ -163,7 +163,7 @@ TEST(law_a_mirror_image_moves_as_the_mirror_image) {
     CHECK_RESIDUAL(worst, 1e-13, "phi -> pi - phi");
 }
 
-/* t with one more arm, of that mass, on arm `host` */
+/* t with one more arm of the given mass, on arm `host` */
 static void tree_join(struct test_tree *more, const struct test_tree *t, int host, double mass,
                       unsigned long long *seed) {
     int parent[N];
@@ -206,7 +206,7 @@ TEST(law_an_arm_that_weighs_nothing_changes_nothing) {
 }
 
 TEST(law_gravity_is_the_acceleration_of_the_pivot) {
-    // answers are affine in gravity: g enters as one known acceleration and nowhere else
+    // results are affine in gravity: g enters as one known acceleration and nowhere else
     unsigned long long seed = 6;
     double worst = 0;
     for (int i = 0; i < TREES; i++) {

@@ -1,6 +1,5 @@
-/* Tolerances mean what they say: while a motion does not amplify errors, a run is off by at most 30
- * times its tolerance.
- */
+/* The meaning of tolerances: as long as a motion does not amplify errors, the error of a run is at
+ * most 30 times its tolerance. */
 #include <math.h>
 #include <string.h>
 
@@ -12,8 +11,8 @@
 
 enum { INSTANTS = 7, ARMS_MAX = 32 };
 
-/* a motion up to where a deviation of its start has grown thirtyfold (make bench-precision tells
- * where) */
+/* a motion up to the instant at which a deviation of its start has grown thirtyfold (make
+ * bench-precision prints it) */
 struct motion {
     const char *name;
     int n;
@@ -47,7 +46,7 @@ static void motion_clear(struct motion *m) {
     pend_tree_free(&m->tree);
 }
 
-/* atol of a case: pure relative, as rtol, the default */
+/* atol of a case: 0, equal to rtol, the default */
 enum atol_kind { ATOL_ZERO, ATOL_RTOL, ATOL_DEFAULT, ATOL_KINDS };
 
 static double motion_error(const struct motion *m, const struct pend_method *method, double rtol,
@@ -79,8 +78,7 @@ TEST(tolerances_bound_the_error_of_a_run) {
         const struct pend_method *method;
         for (int k = 0; (method = pend_method_at(k)); k++) {
             if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
-            // ode23 takes a million steps for the last tolerance, which the next test asks of it
-            // once
+            // ode23 takes a million steps for the last tolerance, which the next test uses once
             int tolerances = method == &pend_method_ode23 ? 3 : 4;
             for (int j = 0; j < tolerances; j++)
                 for (int a = 0; a < ATOL_KINDS; a++) {
@@ -94,7 +92,7 @@ TEST(tolerances_bound_the_error_of_a_run) {
     }
 }
 
-/* however tight a method lets them be, they are obeyed as far as doubles can, and the run ends */
+/* even the smallest tolerance of a method is met as far as doubles allow, and the run ends */
 TEST(tolerances_can_be_the_tightest_of_a_method) {
     struct motion motion = {.name = "double pendulum",
                             .n = 2,
@@ -111,7 +109,7 @@ TEST(tolerances_can_be_the_tightest_of_a_method) {
     motion_clear(&motion);
 }
 
-/* an absolute tolerance of a radian is loose, but a motion remains one */
+/* an absolute tolerance of a radian is loose, but the result is still a motion */
 TEST(tolerances_as_loose_as_they_may_be_end_a_run_well) {
     struct motion motion = {.name = "double pendulum",
                             .n = 2,

@@ -1,4 +1,4 @@
-/* Whole turns of a start change nothing but the angles that are told, however many they are. */
+/* Whole turns of a start change nothing but the reported angles, for any number of turns. */
 #include <math.h>
 #include <string.h>
 
@@ -44,7 +44,7 @@ static struct pend_problem pair_problem(const struct pair *pair, const double ph
         .times = {.count = INSTANTS, .span = stop, .divisor = INSTANTS - 1}};
 }
 
-/* every number of two runs but the angles is the same; angles have moved as far */
+/* all numbers of two runs are the same except the angles, which differ by the turns */
 static void check_turned(const struct test_record *huge, const struct test_record *rest,
                          const double phi[ARMS], const char *what) {
     size_t bytes = sizeof(double[INSTANTS * ARMS]);
@@ -84,7 +84,7 @@ TEST(whole_turns_do_not_matter_to_any_method) {
     }
 }
 
-/* whole turns have few digits left at 1e9, and 32 digits do not condemn doubles for it */
+/* angles of many turns have few digits at 1e9, and 32 digits do not count that against doubles */
 TEST(whole_turns_do_not_end_the_trust) {
     for (int i = 0; i < STARTS; i++) {
         struct pair pair;
@@ -151,7 +151,7 @@ TEST(whole_turns_do_not_matter_to_members) {
         CHECK(!memcmp(crowd.row[0], huge_phi[i], sizeof(double[ARMS])));
         for (int k = 0; k < ARMS; k++) {
             double moved = crowd.end[1][k] - pair.rest[k];
-            // members carry no second half of their start's rest
+            // members do not store the low part of their start's remainder
             CHECK(fabs(crowd.rate[0][k] - crowd.rate[1][k]) < 1e-12);
             CHECK(fabs(crowd.end[0][k] - (huge_phi[i][k] + moved)) <=
                   1e-12 + 0x1p-52 * fabs(huge_phi[i][k]));
@@ -237,8 +237,7 @@ static int spin_deliver(void *context, long i, const struct pend_outcome *outcom
     return 0;
 }
 
-/* a million radians without gravity: what is left to err is the rounding of the angle that is
- * told */
+/* a million radians without gravity: the only error is the rounding of the reported angle */
 TEST(whole_turns_of_a_free_spin_add_up) {
     const double one = 1, start = 0.5, spin = 1.25, end = 1000000.5;
     const int parent = -1;
@@ -270,8 +269,8 @@ TEST(whole_turns_of_a_free_spin_add_up) {
     pend_tree_free(&tree);
 }
 
-/* Arms in one line turn like one rigid body where nothing pulls: every step is like the last,
- * and so is what it rounds. They drifted by 5e-6 rad in this time. */
+/* Arms in one line rotate like one rigid body without gravity: every step is like the last, with
+ * the same rounding. They drifted by 5e-6 rad in this time. */
 TEST(arms_that_turn_as_one_do_so_to_rounding) {
     enum { MOST = 3 };
     const double length[MOST] = {1, 1.3, 1.6}, mass[MOST] = {1, 0.5, 1 / 3.0},
