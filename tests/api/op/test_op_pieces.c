@@ -76,8 +76,8 @@ TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
     test_reply_free(&reply);
 }
 
-/* a growing torque: the joint sticks up to its static friction, and then slides against the smaller
- * sliding friction */
+/* a growing torque: the joint sticks up to its static friction, then slides against the smaller one
+ */
 TEST(a_joint_slips_where_its_holding_torque_comes_to_its_bound) {
     struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR
                                   ",\"friction\":{\"torque\":0.2,\"static\":0.3},\"torque\":{"
@@ -102,8 +102,7 @@ TEST(a_joint_with_friction_leaves_its_stop_late) {
     test_reply_free(&reply);
 }
 
-/* a joint that never slips makes one rigid body of two arms; its forces are those inside that
- * body */
+/* a joint that never slips makes one rigid body of two arms, with forces inside it */
 TEST(a_joint_that_holds_is_as_a_rigid_body) {
     struct test_reply held =
         ask("\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4},{\"name\":\"b\","

@@ -70,8 +70,7 @@ static void everything(const struct subject *x, const struct pend_parameter by[]
     pend_derivatives_free(&d);
 }
 
-/* the largest gap of all quantities between two ways; checks that no other gap is larger than
- * `most` */
+/* the largest gap of all quantities between two ways; checks that others are at most `most` */
 static double ways_gap(double number[2][PEND_DERIVED * NUMBERS], int arms, int points) {
     double worst = 0;
     for (int what = 0; what < PEND_DERIVED; what++) {
@@ -124,8 +123,7 @@ static int place_in(const struct pend_terms *from, const struct pend_terms *to, 
     abort();
 }
 
-/* the gap between the two ways for a pendulum with rows of terms, with respect to parameters of all
- * kinds */
+/* the gap between the two ways for a pendulum with rows of terms, for parameters of all kinds */
 static double real_gap(int arms, const unsigned char rows[], int pivot, unsigned long long *seed) {
     static double number[2][PEND_DERIVED * NUMBERS];
     struct test_tree t;

@@ -257,8 +257,7 @@ TEST(ensemble_sees_an_arm_that_only_touches_its_bound) {
     struct pend_tree *tree;
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &pivot, NULL) == PEND_OK);
     for (int i = 0; i < 2; i++) {
-        // the turning point is inside a step; an angle just below it is reached, one just above is
-        // not
+        // the turning point is inside a step; an angle just below is reached, one above is not
         struct pend_ensemble_problem problem = {
             .tree = tree, .loads.gravity = 9.81, .duration = 1, .rtol = 1e-15};
         problem.bound = top + (i ? 1e-9 : -1e-9);
@@ -643,8 +642,7 @@ TEST(ensemble_lyapunov_estimate_is_the_exponent_where_that_is_known) {
     REQUIRE(notes_new(&notes, &crowd, 1, 4, PEND_OBSERVE_LYAPUNOV, &problem));
     problem.fetch = upright_fetch;
     for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
-        // the difference between two durations does not contain the transient of the first
-        // direction
+        // the difference of two durations does not contain the first direction's transient
         for (int j = 0; j < 2; j++) {
             problem.duration = 4 + 2 * j;
             REQUIRE(crowd_run(&problem, (enum pend_isa)isa, 0, 2));

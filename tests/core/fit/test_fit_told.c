@@ -10,8 +10,7 @@
 #include "core/fit/fit_state.h"
 #include "tests/harness/test.h"
 
-/* slopes of 3 measurements with respect to 2 unknowns, with these singular values and rotated
- * directions */
+/* slopes of 3 measurements for 2 unknowns, with these singular values and rotated directions */
 static void told_of(struct fit_told *told, double first, double second) {
     static const double residual[3] = {1, 2, 3}, size[2] = {1, 1};
     static const unsigned char fixed[2];

@@ -247,8 +247,7 @@ STORE_TEST(ten_equal_jobs_keep_no_short_one_waiting) {
     }
 }
 
-/* several small parts are claimed at a time, with the clients in turn; a long one is claimed
- * alone */
+/* several small parts are claimed at a time, clients in turn; a long one is claimed alone */
 STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     struct srv_lease lease[SRV_CLAIMS];
     struct srv_job job;

@@ -117,8 +117,7 @@ STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     srv_store_close(&own);
 }
 
-/* the row of a large job is deleted at once, the rest a piece at a time, and is counted until
- * then */
+/* the row of a large job is deleted at once, the rest piece by piece, counted until then */
 STORE_TEST(a_large_expired_job_goes_piece_by_piece) {
     struct srv_store *own = brief_open(ground);
     struct srv_store_figures figures;

@@ -98,8 +98,7 @@ TEST(a_client_holds_no_more_than_its_share_and_others_the_rest) {
         snprintf(address, sizeof address, "2001:db8:0:%d::%d", i == 2, i);
         CHECK(srv_identity_begin(&each[i]->identity, address, NULL));
     }
-    /* two addresses of one network; their bodies may have half of the share, small ones all of
-     * it */
+    /* two addresses of one network; their bodies may use half of the share, small ones all */
     CHECK_INT(srv_exchange_hold(&one, 400000), SRV_ROOM);
     CHECK_INT(srv_exchange_hold(&two, 200000), SRV_ROOM_CLIENT);
     CHECK_INT(srv_exchange_hold(&two, 60000), SRV_ROOM);
