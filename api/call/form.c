@@ -188,11 +188,9 @@ static const struct {
      "numpy.savetxt"},
     {"\xd0\xcf\x11\xe0", 4, "is an Excel file (.xls): save it as CSV"},
     {"MATLAB 5.0", 10, "is a .mat file: writematrix([t theta], \"track.csv\") saves text"},
-    {"\x89HDF", 4, "is a .mat or HDF5 file: writematrix([t theta], \"track.csv\") saves text"},
     {"\x93NUMPY", 6,
      "is a NumPy array: numpy.savetxt(\"track.csv\", array, delimiter=\",\") saves text"},
-    {"\x1f\x8b", 2, "is compressed: unpack it"},
-    {"%PDF", 4, "is a PDF: copy its table into a text file"}};
+    {"\x1f\x8b", 2, "is compressed: unpack it"}};
 
 /* whether a table is plain text; adds a problem at the first other byte */
 static int table_plain(const struct span *table, int number, struct api_problem *problem) {

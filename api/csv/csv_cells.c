@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { CELL_BYTES = 48 };
 
@@ -118,13 +119,8 @@ static int text_number(char *text, int comma, double *x) {
 static int is_missing(const char *text) {
     static const char *const words[] = {"nan", "na", "n/a", "#n/a", "null", "none", "-",
                                         "--",  "?",  ".",   "inf",  "-nan", "nil"};
-    char small[CELL_BYTES];
-    size_t i = 0;
-    for (; text[i]; i++)
-        small[i] = (char)(text[i] >= 'A' && text[i] <= 'Z' ? text[i] + 32 : text[i]);
-    small[i] = 0;
-    for (i = 0; i < sizeof words / sizeof *words; i++)
-        if (!strcmp(small, words[i])) return 1;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (!strcasecmp(text, words[i])) return 1;
     return !*text;
 }
 

@@ -6,7 +6,6 @@
 #pragma once
 
 #include "core/fit/fit_problem.h"
-#include "core/fit/fit_result.h"
 
 struct pend_fit;
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/fit/fit_constants.h"
-#include "core/fit/fit_loss.h"
+#include "core/fit/fit_bounds.h"
 #include "core/integrate/run/run.h"
 #include "core/modes/damped.h"
 #include "core/modes/modes.h"

@@ -5,7 +5,6 @@
 
 #include "core/fit/fit_model.h"
 #include "core/fit/fit_pieces.h"
-#include "core/fit/fit_result.h"
 #include "core/fit/fit_told.h"
 
 struct fit_search; /* the state of GSL's solver */

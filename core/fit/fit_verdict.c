@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/fit/fit_loss.h"
+#include "core/fit/fit_bounds.h"
 #include "core/fit/fit_constants.h"
 
 /* whether quantities other than frequencies are measured */
