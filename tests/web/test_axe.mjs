@@ -23,7 +23,10 @@ const plain = async (page) => {
   await page.evaluate(() => pendulumd.clock.pause());
 };
 const arm = (page) => page.evaluate(() => pendulumd.edits.select(3));
-const help = (page) => page.click('[data-act="help"]');
+const help = async (page) => {
+  if (page.viewportSize().width < 560) await page.click("[data-act=more]");
+  await page.click("[data-act=help]");
+};
 
 const VIEWS = [["stage", plain], ["arm", arm], ["help", help]];
 
