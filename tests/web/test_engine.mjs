@@ -31,6 +31,21 @@ async function end(rig, page) {
   await close(page);
 }
 
+export async function a_class_does_not_fetch_the_engine_at_once(rig) {
+  rig.front.engine = true;
+  const page = await rig.open({ path: "/docs", cold: true, wait: false });
+  page.forgiven.push(FORGIVEN);
+  await page.addInitScript(() => { Math.random = () => Number(new URLSearchParams(location.search).get("utm_chance")); });
+  for (const [search, comes] of [["?room=PK7TRA&utm_chance=0.5", false], ["?room=PK7TRA&utm_chance=0", true], ["?utm_chance=0.5", true]]) {
+    await page.goto(`${rig.url}/${search}`);
+    await moving(page);
+    if (comes) await page.waitForFunction(() => pendulumd.client.engine.ready);
+    else await page.waitForTimeout(4000);
+    assert.equal(await page.evaluate(() => performance.getEntriesByType("resource").some(({ name }) => name.includes("engine"))), comes, search);
+  }
+  await end(rig, page);
+}
+
 export async function a_pendulum_that_is_dragged_asks_no_server(rig) {
   if (!there()) return "there is no engine here";
   const { page, asked } = await withEngine(rig);

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
-import { close, moving, told } from "./rig.mjs";
+import { close, drawn, moving, told } from "./rig.mjs";
 
 
 export async function the_motion_is_told_in_words_when_they_are_asked_for(rig) {
@@ -108,7 +108,7 @@ export async function nothing_is_drawn_while_the_clock_stands(rig) {
   };
   assert.ok(await drawnIn(300) > 3, "while it runs it is drawn");
   await page.evaluate(() => pendulumd.clock.pause());
-  await page.waitForTimeout(300);
+  await drawn(page);
   assert.equal(await drawnIn(400), 0, "while it stands nothing is");
   await close(page);
 }

@@ -36,10 +36,13 @@ export async function one_pendulum_moves_without_a_click_and_invites_to_be_dragg
 
 export async function an_example_moves_under_the_pointer_and_is_told_in_every_language(rig) {
   const page = await rig.open({ path: "/" });
-  await page.evaluate(() => pendulumd.clock.pause());
+  await page.waitForSelector("[data-preset=kapitza]");
+  const names = await page.evaluate(async () => { pendulumd.clock.pause(); return (await pendulumd.client.presets()).presets.map(({ name }) => name); });
+  const shown = await page.locator(".preset").evaluateAll((cards) => cards.map((card) => card.dataset.preset));
+  assert.deepEqual(shown.toSorted(), [...names, "side-by-side"].sort(), "every example of the server is shown, real pendulums too");
+  assert.ok(names.length >= 21 && shown.indexOf("kapitza") < 6, "Kapitza's is within reach");
   const picture = (name) => page.evaluate((id) => document.querySelector(`[data-preset=${id}] canvas`).toDataURL(), name);
   for (const name of ["kapitza", "side-by-side"]) {
-    await page.waitForSelector(`[data-preset=${name}]`);
     const still = await picture(name);
     const { x, y } = await middleOf(page, `[data-preset=${name}] canvas`);
     await page.mouse.move(x, y);
@@ -87,19 +90,6 @@ export async function two_pendulums_side_by_side_have_lengths_and_masses_of_thei
   assert.deepEqual(await page.evaluate(() => pendulumd.store.get().ghosts[0].pendulum.parent), [0, 1]);
   await page.evaluate(() => pendulumd.edits.remove(2));
   assert.deepEqual(await page.evaluate(() => pendulumd.store.get().ghosts[0].pendulum.parent), [0]);
-  await close(page);
-}
-
-export async function the_page_opens_wide_with_the_examples_beside_it(rig) {
-  const page = await rig.open();
-  await page.waitForSelector('[data-preset="octopus"]:not([disabled])');
-  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.98); });
-  await drawn(page);
-  await rig.shot(page, "wide");
-  const names = await page.evaluate(async () => (await pendulumd.client.presets()).presets.map(({ name }) => name));
-  const shown = await page.locator(".preset").evaluateAll((cards) => cards.map((card) => card.dataset.preset));
-  assert.deepEqual(shown.toSorted(), [...names, "side-by-side"].sort(), "every example of the server is shown, real pendulums too");
-  assert.ok(names.length >= 21 && shown.indexOf("kapitza") < 6, "Kapitza's is within reach");
   await close(page);
 }
 

@@ -187,15 +187,12 @@ export async function the_tools_of_a_phone_are_a_menu_that_fits(rig) {
   await page.click(".menu-key");
   const tabs = await page.evaluate(() => [...document.querySelectorAll(".tabs button")].map((one) => one.getBoundingClientRect()).filter(({ left, right, top, bottom, height }) => left >= 0 && right <= 390 && top >= 0 && bottom <= 664 && height >= 44).length);
   assert.equal(tabs, 12, "all names are seen at once, each large enough for a finger");
-  await rig.shot(page, "phone-menu");
   await page.click("[data-tab=share]");
   assert.equal(await page.getAttribute(".menu-key", "aria-expanded"), "false");
   none(await look(page, "share", PHONES.filter(([width]) => width < 844), { asked: [".menu-key", ".close-key"] }));
   await page.click(".close-key");
-  assert.equal(await page.evaluate(() => pendulumd.store.get().view.drawer), null);
   // what the head has no room for lies behind a key
   await page.setViewportSize({ width: 320, height: 640 });
-  assert.equal(await page.isVisible("[data-act=theme]"), false);
   await page.click("[data-act=more]");
   none(await look(page, "more", [[320, 640], [390, 664]], { asked: ["[data-act=theme]", "[data-act=redo]", ".tongue"] }));
   await page.click("[data-act=theme]");

@@ -12,7 +12,8 @@ import { LEG, paintProtractor, paintRuler, pixelOf } from "./paint_gauges.js";
 const STEP = 4; // pixels that an arrow moves an end by, about
 const TURN = 1; // degrees that it turns a leg by
 const FINE = 0.1; // of that, with shift
-const MARGIN = 14; // pixels of the stage's edge where handles stop
+// pixels of the stage's edge where handles stop, which are larger for fingers
+const MARGIN = matchMedia("(pointer: coarse)").matches ? 23 : 14;
 
 /** @typedef {import("./gauge_numbers.js").Gauge} Gauge */
 
