@@ -94,11 +94,10 @@ static int command_next(const struct command *command, const struct srv_keys *ke
 static enum pend_status command_named(const struct command *command, const struct srv_keys *keys,
                                       struct pend_error *error) {
     if (command->name && command_next(command, keys, 0) < keys->count) return PEND_OK;
-    return command->name ? pend_fail(error, PEND_INVALID, -1, 0,
-                                     "there is no key '%.40s'; "
-                                     "pendulumd keys list shows them",
-                                     command->name)
-                         : pend_fail(error, PEND_INVALID, -1, 0, "--name is missing");
+    return command->name
+               ? pend_fail(error, PEND_INVALID, -1, 0,
+                           "there is no key '%.40s'; pendulumd keys list shows them", command->name)
+               : pend_fail(error, PEND_INVALID, -1, 0, "--name is missing");
 }
 
 static enum pend_status command_revoke(struct srv_keys *keys, void *context,

@@ -216,9 +216,9 @@ static enum pend_status problem_write_faults(const struct api_problem *problem,
 
 static enum pend_status problem_write_all(const struct api_problem *problem,
                                           struct api_buffer *out) {
-    PEND_TRY(api_buffer_format(
-        out, "{\"type\":\"%s%s\",\"title\":", problem->type ? "/docs#problem-" : "about:blank",
-        problem->type ? problem->type : ""));
+    PEND_TRY(api_buffer_format(out, "{\"type\":\"%s%s\",\"title\":",
+                               problem->type ? "urn:pendulumd:problem-" : "about:blank",
+                               problem->type ? problem->type : ""));
     PEND_TRY(api_text_quote(out, problem->title, strlen(problem->title)));
     PEND_TRY(api_buffer_format(out, ",\"status\":%d,\"detail\":", problem->status));
     PEND_TRY(problem_write_detail(problem, out));

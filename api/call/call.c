@@ -188,15 +188,17 @@ static int call_foresee(struct api_call *call) {
     return api_forecast_begins(op, call->state, call->limits, call->cost, &call->problem);
 }
 
-/* reads the request for the preferred representation. If that refuses it and JSON is acceptable
- * too, the request is read for JSON, which can contain more than samples: events and poles. */
+/* reads the request for the preferred representation. If that cannot hold the answer and JSON is
+ * acceptable too, it is read for JSON. */
 static enum pend_status call_read(struct api_call *call, const struct api_request *request) {
     const struct api_format *json = api_negotiate_format(request->accept, 0);
     for (;;) {
         enum pend_status status = api_request_read(
             request, call->format, call->limits, &call->problem, &call->state, call->digest, NULL);
-        if (status == PEND_OK || status == PEND_NO_MEMORY || !json || call->format == json)
+        if (status == PEND_NO_MEMORY || !json || call->format == json) return status;
+        if (status == PEND_OK && !(call->op->json_only && call->op->json_only(call->state)))
             return status;
+        api_op_free(call->op, &call->state);
         api_problem_clear(&call->problem);
         call->format = json;
     }

@@ -159,7 +159,7 @@ def tags_of(document):
     paths = {path: sum({bits[tag] for one in item.values() if isinstance(one, dict) for tag in one["tags"]}) for path, item in document["paths"].items()}
     tags = dict.fromkeys(components, 0)
     for path, item in document["paths"].items():
-        wait = named(item)
+        wait = named([item, {"security": document.get("security", [])}])
         while wait:
             name = wait.pop()
             if tags[name] & paths[path] != paths[path]:

@@ -34,16 +34,10 @@ char *api_column_write_row(char *out, const struct api_column *column, const dou
     return api_column_write(out, column, &groups, "null") - 1;
 }
 
-/* non-zero if the value is not missing */
-static int column_has(const struct api_column *column, double x) {
-    return column->sparse == API_SPARSE_GAPS ? !isnan(x) : x >= 0;
-}
-
 int api_column_lacks(const struct api_column *column, long count, const double value[]) {
     long i = 0;
-    if (column->sparse != API_SPARSE_GAPS) return column->sparse;
-    while (i < count && !isnan(value[i])) i++;
-    return i < count;
+    while (column->sparse && i < count && !isnan(value[i])) i++;
+    return column->sparse && i < count;
 }
 
 char *api_column_write(char *out, const struct api_column *column,
@@ -58,7 +52,7 @@ char *api_column_write(char *out, const struct api_column *column,
         for (long k = 0; k < rows->width; k++, value++) {
             const struct api_number_rows one = {1, 1, value, rows->digits, 0, "", 0};
             if (k) *out++ = ',';
-            if (column_has(column, *value)) {
+            if (!isnan(*value)) {
                 out = api_number_write_rows(out, &one);
                 continue;
             }
@@ -228,8 +222,7 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                                      const double *const data[], struct pend_error *error) {
     const struct api_column *column = &writer->table.column[c];
     long i = 0, width = api_column_numbers(column);
-    int gaps = column->sparse == API_SPARSE_GAPS;
-    while (i < count && (isfinite(data[c][i]) || (gaps && isnan(data[c][i])))) i++;
+    while (i < count && (isfinite(data[c][i]) || (column->sparse && isnan(data[c][i])))) i++;
     if (i == count) return PEND_OK;
     int timed = !strcmp(writer->table.column[0].name, "t"),
         arm = column->width ? (int)(i % width) / (column->inner ? column->inner : 1) : -1;
@@ -244,18 +237,13 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      when);
 }
 
-/* stores rows; missing times become NaN at this point unless rows_write converts them later */
+/* stores rows */
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
-    const struct api_format *format = writer->format;
-    int nan = (format->binary || format->nan) && writer->table.nan && !format->block;
     for (int c = 0; c < writer->table.count; c++) {
         size_t width = (size_t)api_column_numbers(&writer->table.column[c]),
                count = (size_t)rows * width;
         double *to = writer->column[c] + (size_t)writer->rows * width;
         if (count) memcpy(to, data[c], count * sizeof(double));
-        int times = nan && writer->table.column[c].sparse == API_SPARSE_TIMES;
-        for (size_t i = 0; times && i < count; i++)
-            if (to[i] < 0) to[i] = NAN;
     }
 }
 
@@ -269,42 +257,11 @@ static int all_narrow(const struct api_writer *writer, long rows, const double *
     return 1;
 }
 
-/* replaces missing times by NaN. `data` is in and out; columns that change are copied into one
- * block, which the caller frees */
-static enum pend_status rows_nan(const struct api_writer *writer, long rows, const double *data[],
-                                 double **copies) {
-    const struct api_table *table = &writer->table;
-    size_t numbers = 0;
-    for (int c = 0; c < table->count; c++)
-        numbers += table->column[c].sparse == API_SPARSE_TIMES
-                       ? (size_t)api_column_numbers(&table->column[c])
-                       : 0;
-    double *at = *copies = malloc(numbers * (size_t)rows * sizeof *at + 1);
-    if (!at) return PEND_NO_MEMORY;
-    for (int c = 0; c < table->count; c++) {
-        long count = rows * api_column_numbers(&table->column[c]);
-        if (table->column[c].sparse != API_SPARSE_TIMES) continue;
-        for (long i = 0; i < count; i++) at[i] = data[c][i] >= 0 ? data[c][i] : NAN;
-        data[c] = at;
-        at += count;
-    }
-    return PEND_OK;
-}
-
 /* writes rows in a representation that streams, or that reads the rows in several passes */
 static enum pend_status rows_write(struct api_writer *writer, long rows, const double *const data[],
                                    struct api_buffer *out) {
     const struct api_format *format = writer->format;
-    enum pend_status (*write)(struct api_writer *, long, const double *const[],
-                              struct api_buffer *) = writer->turns ? format->turn : format->block;
-    const double *own[API_COLUMNS];
-    double *copies = NULL;
-    if (!format->binary || !writer->table.nan) return write(writer, rows, data, out);
-    memcpy(own, data, (size_t)writer->table.count * sizeof *own);
-    PEND_TRY(rows_nan(writer, rows, own, &copies));
-    enum pend_status status = write(writer, rows, own, out);
-    free(copies);
-    return status;
+    return (writer->turns ? format->turn : format->block)(writer, rows, data, out);
 }
 
 enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,

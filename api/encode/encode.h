@@ -19,14 +19,8 @@ struct api_column {
     int width;        /* numbers per row, one for each arm; 0 = one number per row ("t") */
     int inner;  /* length of the second axis: the array is rows x (width / inner) x inner; 0 = no
                    second axis */
-    int sparse; /* enum api_sparse */
-};
-
-/* How a column marks missing values. Text representations write them as null or an empty field. */
-enum api_sparse {
-    API_SPARSE_TIMES = 1, /* missing values are negative times; binary representations write NaN if
-                           * the table's `nan` is set, else the negative number */
-    API_SPARSE_GAPS       /* missing values are NaN, in binary representations too */
+    int sparse; /* non-zero: values may be missing, which are NaN; text has null or an empty field
+                 */
 };
 
 /* The picture of a grid of members: each pixel shows one number of a column. */
@@ -45,7 +39,6 @@ struct api_table {
     int single;     /* whether there is one row, and the answer's arrays have no axis for rows */
     int digits;  /* significant digits; 0 = the shortest text that reads back to the same double */
     int float32; /* whether binary representations that support it write 4-byte floats */
-    int nan;     /* whether binary representations that support it write missing times as NaN */
     struct api_table_picture picture;
 };
 
@@ -95,8 +88,7 @@ struct api_format {
     int picture;              /* whether it draws the table's picture */
     int digits;               /* whether it is text that honours the table's `digits` */
     int exact;                /* whether `bytes` is the exact length of the answer */
-    int binary;               /* whether it honours the table's `float32` and `nan` */
-    int nan;                  /* whether it honours the table's `nan` but not `float32` */
+    int binary;               /* whether it honours the table's `float32` */
     int counted;         /* whether it writes the number of rows before the rows; with rows_later
                           * the writer then stores the rows */
     int bare;            /* whether column names are in the X-Columns header, not in the body */

@@ -277,7 +277,6 @@ static enum pend_status mat_finish(struct api_writer *base, struct api_buffer *o
 const struct api_format api_format_mat = {
     .media_type = "application/x-matlab-data",
     .extension = "mat",
-    .nan = 1,
     .samples_only = 1,
     .most_bytes = 0x7fffffff,
     .writer_bytes = sizeof(struct mat_writer),

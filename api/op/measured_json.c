@@ -155,8 +155,7 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
         api_value_fault(
             &text, problem,
             head[strspn(head, " \r\n")] == '<' ? API_CODE_WRONG_TYPE
-                "is XML, not a table: save Tracker's data by File "
-                "> Export > Data File"
+                "is XML, not a table: save Tracker's data by File > Export > Data File"
                                                : API_CODE_MISSING
                 "has no row of two or more numbers: each row needs a time in s, then angles or "
                 "positions");

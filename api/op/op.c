@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "api/encode/encode.h"
+#include "api/encode/stats_text.h"
 #include "api/json/json_in.h"
 
 static const double turn_seconds = 0.001, hurried_seconds = 0.00025;
@@ -29,6 +30,13 @@ void api_turn_tell(const struct api_turn *turn, double more, struct api_stats *s
     double seconds = api_turn_seconds(turn) + more;
     api_stats_origin(stats);
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+}
+
+enum pend_status api_turn_close(const struct api_turn *turn) {
+    struct api_stats stats = {.count = 0};
+    api_turn_tell(turn, 0, &stats);
+    PEND_TRY(api_stats_json(&stats, turn->out));
+    return api_buffer_text(turn->out, "}");
 }
 
 enum pend_status api_op_read(void **state, const struct api_reading *reading) {

@@ -73,6 +73,9 @@ int api_turn_over(const struct api_turn *turn);
  * seconds without a clock. */
 void api_turn_tell(const struct api_turn *turn, double more, struct api_stats *stats);
 
+/** Ends an answer that is one JSON object: appends `stats` with these and the closing brace. */
+PEND_MUST_CHECK enum pend_status api_turn_close(const struct api_turn *turn);
+
 struct api_op {
     const char *name; /* name in the route: "trajectories" */
     size_t size;      /* bytes of the operation's state */
@@ -141,6 +144,9 @@ struct api_op {
     /** Makes a state whose raw answer is complete write its answer once more, as JSON that contains
      * more than its table, without computing it again. NULL if JSON contains nothing more. */
     void (*json)(void *state);
+    /** True if this answer has members that only JSON can hold, so that it is sent as JSON if the
+     * client accepts that too; NULL if it never has. O(1). */
+    int (*json_only)(const void *state);
     /** Releases the state's memory, also if reading failed; NULL if it has none. */
     void (*clear)(void *state);
 };

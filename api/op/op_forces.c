@@ -19,8 +19,8 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/tree/turns.h"
 
-static const char *const fields[] = {"pendulum", "state",       "states", "time",
-                                     "digits",   "derivatives", NULL};
+static const char *const fields[] = {"pendulum", "initial", "state",       "states",
+                                     "time",     "digits",  "derivatives", NULL};
 
 enum {
     PHIDD,
@@ -111,6 +111,7 @@ struct forces {
 
     /* set once it runs; the arrays are in one block, which begins with `work` */
     struct api_writer *writer;
+    struct api_stats stats;
     long next, cap; /* index of the first state that is not written; rows per block */
     void *work;
     double *row[4];  /* accelerations and forces of AT_ONCE states; the two parts of a vector;
@@ -143,15 +144,15 @@ static void forces_check_size(struct forces *forces, const struct api_reading *r
 }
 
 /* the number of states; 0 after an error */
-static long forces_count(struct forces *forces, const struct api_reading *reading) {
+static long forces_count(struct forces *forces, const struct api_value *one,
+                         const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value one = api_value_member(reading->root, "state"),
-                     many = api_value_member(reading->root, "states");
+    struct api_value many = api_value_member(reading->root, "states");
     forces->table.single = api_value_kind(&many) == API_MISSING;
     if (forces->table.single) return 1;
     long count = api_value_count(&many);
-    if (api_value_kind(&one) != API_MISSING)
-        api_value_fault(&one, problem,
+    if (api_value_kind(one) != API_MISSING)
+        api_value_fault(one, problem,
                         API_CODE_CONFLICT
                         "cannot be combined with \"states\": give one of the two");
     if (api_value_kind(&many) != API_ARRAY || !count) {
@@ -173,16 +174,16 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
 static enum pend_status forces_read_states(struct forces *forces,
                                            const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value many = api_value_member(reading->root, "states");
-    forces->table.rows = forces_count(forces, reading);
+    struct api_value many = api_value_member(reading->root, "states"),
+                     one = api_field_renamed(reading->root, "initial", "state", problem);
+    forces->table.rows = forces_count(forces, &one, reading);
     if (!forces->table.rows) return PEND_INVALID;
     if (forces->tree.tree) forces_check_size(forces, reading);
     if (!problem->status)
         PEND_TRY(
             api_states_new(&forces->states, forces->table.rows, api_tree_stored(&forces->tree)));
     if (forces->table.single)
-        api_states_read(forces->states, 0, API_MEMBER(reading->root, "state"), &forces->tree,
-                        reading->limits, problem);
+        api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
     struct api_value state = api_value_item(&many, 0);
     for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
         api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits,
@@ -372,10 +373,12 @@ static enum pend_status forces_run(void *state, const struct api_turn *turn, int
     struct forces *forces = state;
     if (!forces->writer) PEND_TRY(forces_begin(forces, turn->out, error));
     do {
-        if (forces->next == forces->table.rows)
-            PEND_TRY(api_writer_finish(forces->writer, NULL, turn->out, done));
-        else
+        if (forces->next < forces->table.rows) {
             PEND_TRY(forces_block(forces, turn->out, error));
+            continue;
+        }
+        if (!forces->stats.count) api_turn_tell(turn, 0, &forces->stats);
+        PEND_TRY(api_writer_finish(forces->writer, &forces->stats, turn->out, done));
     } while (!*done && !api_turn_over(turn));
     return PEND_OK;
 }
@@ -410,4 +413,5 @@ const struct api_op api_op_forces = {.name = "forces",
                                      .table = offsetof(struct forces, table),
                                      .cost = forces_cost,
                                      .bytes = forces_bytes,
+                                     .stats = offsetof(struct forces, stats),
                                      .clear = forces_clear};

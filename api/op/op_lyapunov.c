@@ -16,8 +16,8 @@
 #include "core/ensemble/lyapunov.h"
 #include "core/integrate/run/run.h"
 
-static const char *const fields[] = {"pendulum", "initial", "start",  "duration", "transient",
-                                     "samples",  "count",   "digits", NULL};
+static const char *const fields[] = {"pendulum",  "initial", "time",  "start",  "duration",
+                                     "transient", "samples", "count", "digits", NULL};
 
 enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
 
@@ -92,7 +92,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value duration = api_value_member(root, "duration"),
-                     start = api_value_member(root, "start");
+                     start = api_field_renamed(root, "time", "start", problem);
     long rounded = 0, rows = SAMPLES_USUAL;
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &lyapunov->tree);
@@ -129,8 +129,7 @@ static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
         api_value_fault(API_MEMBER(reading->root, "count"), reading->problem,
                         API_CODE_LIMIT
                         "asks for %d directions in %d dimensions, %.0f bytes, more than the limit "
-                        "max-answer-bytes of "
-                        "%.0f: ask for fewer",
+                        "max-answer-bytes of %.0f: ask for fewer",
                         lyapunov->count, 2 * api_tree_stored(&lyapunov->tree), bytes,
                         reading->limits->answer_bytes);
     api_reading_check_size(reading, &lyapunov->table, reading->root, "samples",

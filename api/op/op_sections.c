@@ -21,8 +21,9 @@
 #include "core/tree/rules.h"
 #include "core/tree/turns.h"
 
-static const char *const fields[] = {"pendulum", "initial", "section",  "start",  "duration",
-                                     "count",    "rtol",    "accuracy", "digits", NULL};
+static const char *const fields[] = {"pendulum", "initial",  "section", "time",
+                                     "start",    "duration", "count",   "rtol",
+                                     "accuracy", "digits",   NULL};
 static const char *const arm_fields[] = {"arm", "theta", "phi", "unit", "direction", NULL};
 static const char *const section_fields[] = {"arm",       "theta",  "phi",   "unit",
                                              "direction", "period", "first", NULL};
@@ -177,7 +178,7 @@ static void sections_read_section(struct sections *sections, const struct api_va
 static void sections_read_time(struct sections *sections, const struct api_value *root,
                                struct api_problem *problem) {
     struct api_value duration = api_value_member(root, "duration"),
-                     start = api_value_member(root, "start");
+                     start = api_field_renamed(root, "time", "start", problem);
     (void)api_value_read_number(&start, -duration_most, duration_most, "s", &sections->origin,
                                 problem);
     api_value_usual_number(&start, 0);

@@ -11,9 +11,9 @@
 enum { FIRST_ROWS = 5, MOST_TABLES = 32, ANSWER_BYTES = 1 << 20, MOST_CELLS = 300000 };
 
 /* a request for a fit may be sent unchanged */
-static const char *const fields[] = {"pendulum", "data",       "initial",  "start",
-                                     "camera",   "loss",       "unknowns", "fixed",
-                                     "rtol",     "iterations", "include",  NULL};
+static const char *const fields[] = {"pendulum",   "data",    "initial",  "time",  "start",
+                                     "camera",     "loss",    "unknowns", "fixed", "rtol",
+                                     "iterations", "include", NULL};
 static const char *const included[] = {"data", NULL};
 
 struct tables {
@@ -80,7 +80,7 @@ static enum pend_status tables_read(void *state, const struct api_reading *readi
     PEND_TRY(api_out_open(&tables->answer, "tables", '['));
     status = tables_all(tables, &data, problem);
     PEND_TRY(status);
-    PEND_TRY(api_buffer_text(&tables->answer, "]}"));
+    PEND_TRY(api_buffer_text(&tables->answer, "]"));
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -90,7 +90,8 @@ static enum pend_status tables_run(void *state, const struct api_turn *turn, int
     (void)error;
     assert(tables->answer.bytes && !*done);
     *done = 1;
-    return api_buffer_add(turn->out, tables->answer.data, tables->answer.bytes);
+    PEND_TRY(api_buffer_add(turn->out, tables->answer.data, tables->answer.bytes));
+    return api_turn_close(turn);
 }
 
 static double tables_bytes(const void *state) {

@@ -80,8 +80,9 @@ static enum pend_status write_matrices(const struct api_tree *tree, double matri
 }
 
 static enum pend_status write_tree(const struct trees *trees, double scratch[],
-                                   struct api_buffer *out) {
+                                   const struct api_turn *turn) {
     const struct api_tree *tree = &trees->tree;
+    struct api_buffer *out = turn->out;
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_whole(out, "n", tree->n));
     PEND_TRY(api_out_number(out, "gravity", tree->loads.gravity, 0));
@@ -90,7 +91,7 @@ static enum pend_status write_tree(const struct trees *trees, double scratch[],
     PEND_TRY(api_tree_write_arms(tree, out));
     PEND_TRY(write_lists(tree, scratch, out));
     if (trees->matrices) PEND_TRY(write_matrices(tree, scratch, out));
-    return api_buffer_text(out, "}");
+    return api_turn_close(turn);
 }
 
 static enum pend_status trees_run(void *state, const struct api_turn *turn, int *done,
@@ -101,7 +102,7 @@ static enum pend_status trees_run(void *state, const struct api_turn *turn, int 
     if (!scratch)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the matrices of %d arms",
                          trees->tree.n);
-    enum pend_status status = write_tree(trees, scratch, turn->out);
+    enum pend_status status = write_tree(trees, scratch, turn);
     free(scratch);
     *done = 1;
     return status;

@@ -169,7 +169,8 @@ static enum pend_status trials_run(void *state, const struct api_turn *turn, int
         PEND_TRY(api_out_comma(out));
         PEND_TRY(write_numbers(out, each, number, 3));
     }
-    return api_buffer_text(out, "]}");
+    PEND_TRY(api_buffer_text(out, "]"));
+    return api_turn_close(turn);
 }
 
 static double trials_bytes(const void *state) {

@@ -14,6 +14,17 @@ int api_field_needed(const struct api_value *value, struct api_problem *problem)
     return 0;
 }
 
+struct api_value api_field_renamed(const struct api_value *object, const char *name,
+                                   const char *deprecated, struct api_problem *problem) {
+    struct api_value value = api_value_member(object, name),
+                     old = api_value_member(object, deprecated);
+    if (api_value_kind(&old) == API_MISSING) return value;
+    if (api_value_kind(&value) == API_MISSING) return old;
+    api_value_fault(&old, problem, API_CODE_CONFLICT "is the old name of \"%s\": leave it out",
+                    name);
+    return value;
+}
+
 /* adds "must be ..., got ..." for a value of the right kind that is not allowed */
 static int field_beyond(const struct api_value *value, const char *expected,
                         struct api_problem *problem) {

@@ -16,6 +16,13 @@ int api_field_object(const struct api_value *value, struct api_problem *problem)
 int api_field_needed(const struct api_value *value, struct api_problem *problem);
 
 /**
+ * Returns a member whose name has changed, under its new name or its deprecated one; missing under
+ * the new name if neither is given. Both together are a fault. O(members).
+ */
+struct api_value api_field_renamed(const struct api_value *object, const char *name,
+                                   const char *deprecated, struct api_problem *problem);
+
+/**
  * Reads a list of numbers. A single number need not be in a list, because some encoders of arrays
  * write it that way.
  *

@@ -87,9 +87,8 @@ void api_method_read(struct api_method *method, const struct api_value *root,
         api_value_fault(
             known == pend_method_taylor.extended ? API_MEMBER(root, "precision") : &name, problem,
             API_CODE_UNSUPPORTED
-            "motions in pieces, by tables, controllers, dry friction or stops, are "
-            "computed by \"taylor\" in double precision: leave it out; an rtol of 1e-15 "
-            "gives the most digits");
+            "motions in pieces, by tables, controllers, dry friction or stops, are computed by "
+            "\"taylor\" in double precision: leave it out; an rtol of 1e-15 gives the most digits");
     const struct pend_loads *loads = &tree->loads;
     if (known && known->flags & PEND_METHOD_CONSERVES && loads->terms &&
         !pend_terms_conserve(loads->terms, loads->value))

@@ -157,8 +157,7 @@ static int state_form(const struct api_value *value, struct api_problem *problem
             api_value_fault(given ? &angle : &rate, problem,
                             API_CODE_CONFLICT
                             "cannot be combined with \"%s\": give a state by phi and phid, by "
-                            "theta and thetad, or "
-                            "by mode and amplitude",
+                            "theta and thetad, or by mode and amplitude",
                             state_forms[found].angle);
         else if (!given)
             api_value_fault(&angle, problem, API_CODE_MISSING "is missing, but \"%s\" needs it",
@@ -223,8 +222,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     if (api_value_kind(value) == API_ARRAY)
         api_value_fault(value, problem,
                         API_CODE_WRONG_TYPE
-                        "must be an object with \"theta\" and \"thetad\", or \"phi\" and "
-                        "\"phid\", each a list, got an array");
+                        "must be an object with \"theta\" and \"thetad\", or \"phi\" and \"phid\", "
+                        "each a list, got an array");
     if (api_value_kind(value) == API_MISSING || api_value_kind(value) == API_ARRAY ||
         !api_field_object(value, problem))
         return;

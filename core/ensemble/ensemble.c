@@ -46,8 +46,7 @@ static enum pend_status ensemble_check(const struct pend_ensemble_problem *probl
     int told = problem->until == PEND_UNTIL_TOLD;
     if (problem->events ? problem->until != PEND_UNTIL_TIME && !told : told)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "conditions and an end at a bound exclude "
-                         "each other");
+                         "conditions and an end at a bound exclude each other");
     PEND_TRY(pend_event_search_check(problem->events, problem->event, problem->tree->n, error));
     PEND_TRY(pend_ensemble_alone_check(problem, error));
     return pend_loads_check_series(&problem->loads, error);

@@ -36,11 +36,9 @@ enum pend_status pend_fit_state_wild(const struct pend_fit *fit, enum pend_statu
     return pend_fail(
         error, status, -1, 0,
         "with %s the motion is too fast, too chaotic or too strongly damped: it needs more than "
-        "%ld "
-        "steps to reach the last measurement. Give other start values, such as a lower rate, "
-        "larger "
-        "lengths and masses or a larger \"speed\" of friction, give the unknowns a \"low\" and a "
-        "\"high\", or use fewer rows",
+        "%ld steps to reach the last measurement. Give other start values, such as a lower rate, "
+        "larger lengths and masses or a larger \"speed\" of friction, give the unknowns a \"low\" "
+        "and a \"high\", or use fewer rows",
         where, fit->problem.step_cap);
 }
 

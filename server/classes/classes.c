@@ -93,6 +93,8 @@ static void create_answer(struct srv_store_request *asked, enum srv_stored store
     struct srv_exchange *exchange = asked->exchange;
     const struct srv_class_request *own = srv_class_request_of(asked);
     if (stored == SRV_STORED) {
+        if (strcmp(own->room.code, own->code) != 0)
+            srv_exchange_header(exchange, "Idempotency-Replayed", "true");
         classes_tell(asked, 201);
     } else if (stored == SRV_STORED_QUOTA) {
         srv_exchange_problem(exchange, 429,

@@ -191,6 +191,8 @@ static void jobs_submitted(struct srv_store_request *asked, enum srv_stored stor
         srv_store_request_refuse(asked, stored);
     } else {
         int seconds = jobs_waits(exchange);
+        if (strcmp(asked->job.id, asked->id) != 0)
+            srv_exchange_header(exchange, "Idempotency-Replayed", "true");
         srv_part_runner_news(exchange->service->runner, SRV_RING_WORK);
         if (!seconds || srv_job_over(&asked->job))
             jobs_accepted(exchange, &asked->job);

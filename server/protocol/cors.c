@@ -5,11 +5,10 @@
 #include <strings.h>
 
 const char srv_cors_expose[] =
-    "Accept-Ranges, Content-Disposition, Content-Range, Deprecation, ETag, Link, Location, "
-    "Preference-Applied, "
-    "RateLimit, RateLimit-Limit, RateLimit-Policy, RateLimit-Remaining, "
-    "RateLimit-Reset, Retry-After, Sunset, WWW-Authenticate, X-Columns, X-Energy-Drift, X-Horizon, "
-    "X-Request-Id, X-Trust-Until, X-Warning";
+    "Accept-Ranges, Content-Disposition, Content-Range, Deprecation, ETag, Idempotency-Replayed, "
+    "Link, Location, Preference-Applied, RateLimit, RateLimit-Limit, RateLimit-Policy, "
+    "RateLimit-Remaining, RateLimit-Reset, Retry-After, Sunset, WWW-Authenticate, X-Columns, "
+    "X-Energy-Drift, X-Horizon, X-Request-Id, X-Trust-Until, X-Warning";
 
 const char srv_cors_fields[] =
     "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, "

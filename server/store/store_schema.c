@@ -22,36 +22,35 @@ static const char *const schema[] = {
     /* the sums of all clients; several rows that are added up */
     "CREATE TABLE totals (place BIGINT PRIMARY KEY, accepted BIGINT NOT NULL, running BIGINT NOT "
     "NULL, successful BIGINT NOT NULL, failed BIGINT NOT NULL, dismissed BIGINT NOT NULL, waiting "
-    "BIGINT NOT NULL, bytes BIGINT NOT NULL, scenes BIGINT NOT NULL, scene_bytes BIGINT NOT NULL) "
-    "{hot}",
+    "BIGINT NOT NULL, bytes BIGINT NOT NULL, scenes BIGINT NOT NULL, scene_bytes BIGINT NOT NULL) {"
+    "hot}",
     "INSERT INTO totals VALUES (0, 0, 0, 0, 0, 0, 0, 0, 0, 0)",
     /* begun: parts that have been claimed at least once; waiting: those of them that are neither
      * done nor held; carry: checkpoint for the next part of a chained job; ready: a part can be
      * claimed; rank: srv_store_rank; part_us: estimated time of a part; held: bytes counted for the
      * row and the request; version: of the program that accepted the job */
-    "CREATE TABLE jobs (id TEXT PRIMARY KEY, client TEXT NOT NULL, operation TEXT NOT NULL, "
-    "title TEXT NOT NULL, version TEXT NOT NULL, request {bytes} NOT NULL, seal {bytes} NOT NULL, "
-    "key TEXT, digest {bytes} NOT NULL, state BIGINT NOT NULL DEFAULT 0, parts BIGINT NOT NULL, "
-    "begun BIGINT NOT NULL DEFAULT 0, done BIGINT NOT NULL DEFAULT 0, waiting BIGINT NOT NULL "
-    "DEFAULT 0, chained BIGINT NOT NULL, carry {bytes}, ready BIGINT NOT NULL DEFAULT 1, rank "
-    "BIGINT NOT NULL, part_us BIGINT NOT NULL, created BIGINT NOT NULL, started BIGINT NOT NULL "
-    "DEFAULT 0, finished BIGINT NOT NULL DEFAULT 0, expires BIGINT NOT NULL DEFAULT 0, bytes "
-    "BIGINT NOT NULL DEFAULT 0, held BIGINT NOT NULL, message TEXT NOT NULL DEFAULT '')",
+    "CREATE TABLE jobs (id TEXT PRIMARY KEY, client TEXT NOT NULL, operation TEXT NOT NULL, title "
+    "TEXT NOT NULL, version TEXT NOT NULL, request {bytes} NOT NULL, seal {bytes} NOT NULL, key "
+    "TEXT, digest {bytes} NOT NULL, state BIGINT NOT NULL DEFAULT 0, parts BIGINT NOT NULL, begun "
+    "BIGINT NOT NULL DEFAULT 0, done BIGINT NOT NULL DEFAULT 0, waiting BIGINT NOT NULL DEFAULT 0, "
+    "chained BIGINT NOT NULL, carry {bytes}, ready BIGINT NOT NULL DEFAULT 1, rank BIGINT NOT NULL,"
+    " part_us BIGINT NOT NULL, created BIGINT NOT NULL, started BIGINT NOT NULL DEFAULT 0, "
+    "finished BIGINT NOT NULL DEFAULT 0, expires BIGINT NOT NULL DEFAULT 0, bytes BIGINT NOT NULL "
+    "DEFAULT 0, held BIGINT NOT NULL, message TEXT NOT NULL DEFAULT '')",
     "CREATE UNIQUE INDEX jobs_key ON jobs (client, key) WHERE key IS NOT NULL",
     "CREATE INDEX jobs_ready ON jobs (client, rank, created) WHERE ready = 1",
     "CREATE INDEX jobs_client ON jobs (client, created, id)",
     "CREATE INDEX jobs_expires ON jobs (expires) WHERE expires > 0",
     /* kills: workers that died while they computed only this part; aside: compute it alone, because
      * a worker died while it held this and other parts */
-    "CREATE TABLE parts (job TEXT NOT NULL, number BIGINT NOT NULL, state BIGINT NOT NULL, "
-    "attempt BIGINT NOT NULL, kills BIGINT NOT NULL, aside BIGINT NOT NULL DEFAULT 0, worker TEXT "
-    "NOT NULL, lease BIGINT NOT NULL, start {bytes}, bytes BIGINT NOT NULL, PRIMARY KEY (job, "
-    "number))",
+    "CREATE TABLE parts (job TEXT NOT NULL, number BIGINT NOT NULL, state BIGINT NOT NULL, attempt "
+    "BIGINT NOT NULL, kills BIGINT NOT NULL, aside BIGINT NOT NULL DEFAULT 0, worker TEXT NOT NULL,"
+    " lease BIGINT NOT NULL, start {bytes}, bytes BIGINT NOT NULL, PRIMARY KEY (job, number))",
     "CREATE INDEX parts_lease ON parts (lease) WHERE state = 1",
     "CREATE INDEX parts_marked ON parts (job) WHERE kills > 0",
     "CREATE INDEX parts_waiting ON parts (job, number) WHERE state = 0",
-    "CREATE TABLE results (job TEXT NOT NULL, part BIGINT NOT NULL, chunk BIGINT NOT NULL, data "
-    "{bytes} NOT NULL, seal {bytes} NOT NULL, PRIMARY KEY (job, part, chunk))",
+    "CREATE TABLE results (job TEXT NOT NULL, part BIGINT NOT NULL, chunk BIGINT NOT NULL, data {"
+    "bytes} NOT NULL, seal {bytes} NOT NULL, PRIMARY KEY (job, part, chunk))",
     /* results of unsuccessful jobs, until they are deleted; the row '.' stays, so that the table
      * has a page when a full disk must be emptied */
     "CREATE TABLE removals (job TEXT PRIMARY KEY, client TEXT NOT NULL, bytes BIGINT NOT NULL)",

@@ -157,7 +157,8 @@ def test_local(client):
     for route, request in (("trajectories", {"pendulum": FOUR, "times": {"stop": 5, "step": 0.01}, "output": ["phi", "lambda"]}), ("modes", {"pendulum": FOUR}),
                            ("ensembles", {"pendulum": DOUBLE, "grid": [{"vary": "theta", "arm": 1, "start": 0, "stop": 3, "count": 50}], "duration": 10, "observables": ["final"]})):
         accept = "application/json" if route == "modes" else "application/octet-stream"
-        check(f"local {route}", local.call(route, request, accept) == client.call(route, request, accept))
+        there, here = (re.sub(rb',"compute_seconds":[^,}]*', b"", one.call(route, request, accept)) for one in (client, local))
+        check(f"local {route}", here == there)
         here, there = local.call(route, request), client.call(route, request)
         check(f"local {route} as arrays", list(here) == list(there) and all(np.array_equal(value, there[name], equal_nan=True) for name, value in here.items()
               if isinstance(value, np.ndarray)) and here.stats == {name: value for name, value in there.stats.items() if name != "compute_seconds"})

@@ -79,7 +79,6 @@ static int ndjson_is_sound(const char *text, size_t bytes) {
 /* how a request that was answered wants its numbers */
 struct form {
     size_t each; /* bytes of a number in rows */
-    int nan;     /* times that never come are NaN */
     int members; /* rows are of members, which may have failed */
 };
 
@@ -90,14 +89,13 @@ static int says(const struct api_value *root, const char *member, const char *wo
 }
 
 static struct form form_of(const struct api_request *request) {
-    struct form form = {sizeof(double), 0, request->op == API_OP_ENSEMBLES};
+    struct form form = {sizeof(double), request->op == API_OP_ENSEMBLES};
     struct api_json *document = NULL;
     struct api_problem problem;
     api_problem_init(&problem);
     if (api_json_new(&document, request->body, request->body_bytes, 64, &problem) == PEND_OK) {
         struct api_value root = api_json_root(document);
         if (says(&root, "number", "float32")) form.each = sizeof(float);
-        form.nan = says(&root, "none", "nan");
     }
     api_json_free(&document);
     api_problem_clear(&problem);
@@ -144,14 +142,15 @@ static const char *row_end(const char *text, const char *end, const char *column
         columns = column_read(columns, name, &numbers);
         int is_status = !strcmp(name, "status"),
             is_time = strstr(name, "time") || !strcmp(name, "sign_change") ||
-                      !strcmp(name, "events_stopped"),
+                      !strcmp(name, "settled") || !strcmp(name, "events_stopped") ||
+                      strstr(name, "amplitude") || !strcmp(name, "transmissibility"),
             is_known = is_status || !strcmp(name, "member") || !strcmp(name, "t");
         for (; numbers > 0; numbers--, text += form.each) {
             if ((size_t)(end - text) < form.each) return NULL;
             double x = number_at(text, form.each);
             if (isinf(x) || (isnan(x) && is_known)) return NULL;
             if (is_status) failed = x != 0;
-            lacks |= isnan(x) && !(is_time && form.nan);
+            lacks |= isnan(x) && !is_time;
         }
     }
     return lacks && !failed ? NULL : text;
@@ -382,31 +381,27 @@ static const char *const seeds[] = {
     "<url=http%3A%2F%2Fh:1%2F%3Flength%3D1,1%26lang%3Dde%23d%3Da&format=json&maxwidth=300",
     "<url=https://h:1/?sheet=period&maxheight=5&x=[1,2]",
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,"
-    "0.5,1],\"method\":"
-    "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
+    "0.5,1],\"method\":\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
     "={" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
     "\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
     "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,"
-    "\"count\":9},\"method\":"
-    "\"linear\"}",
+    "\"count\":9},\"method\":\"linear\"}",
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
     ">{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
     "\"digits\":3}",
     "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":["
-    "\"A\",\"M\",\"S\","
-    "\"B\"],\"initial\":{\"phi\":[0,0,0,0]}}",
+    "\"A\",\"M\",\"S\",\"B\"],\"initial\":{\"phi\":[0,0,0,0]}}",
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
     "3{" PAPER "}",
     "3{" REAL "}",
     "3{" DRIVEN "}",
     "0{" DRIVEN
-    ",\"times\":[0,1],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,\"unit\":"
-    "\"deg\",\"value\":10,\"direction\":\"up\",\"count\":3},{\"of\":\"distance\",\"arm\":1,\"to\":"
-    "2,"
+    ",\"times\":[0,1],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,\"unit\":\"deg\","
+    "\"value\":10,\"direction\":\"up\",\"count\":3},{\"of\":\"distance\",\"arm\":1,\"to\":2,"
     "\"bound\":1,\"stop\":2,\"count\":9}]}",
     ":{" DRIVEN
     ",\"data\":{\"csv\":\"a,,b\\nt;x;y;theta_1\\n0;1;2;\\n0,5;1;0;1e9\\n\",\"arms\":[1]},"
@@ -435,10 +430,9 @@ static const char *const seeds[] = {
     "8{\"title\":\"\\u00e9\",\"request\":{" LISTS
     ",\"times\":[0,1e0]},\"view\":{\"trails\":[1,2],\"on\":true,\"none\":null}}",
     "4{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\","
-    "\"flips\",\"first_flip\","
-    "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4,\"columns\":["
-    "\"status\",\"final_phi\",\"first_flip\"],"
-    "\"number\":\"float64\",\"none\":\"negative\"}",
+    "\"flips\",\"first_flip\",\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],"
+    "\"digits\":4,\"columns\":[\"status\",\"final_phi\",\"first_flip\"],\"number\":\"float64\","
+    "\"none\":\"nan\"}",
     "4{" LISTS ",\"states\":[{},{\"theta\":[3,1,2,3]}],\"duration\":1,\"observables\":["
     "\"first_flip\",\"flip_time\"],\"columns\":[\"member\",\"first_flip_time\"],\"number\":"
     "\"float32\",\"none\":\"nan\"}",
@@ -448,24 +442,20 @@ static const char *const seeds[] = {
     "4{" DRIVEN ",\"states\":[{},{}],\"duration\":1,\"rows\":\"events\",\"events\":[{\"of\":"
     "\"lambda\",\"arm\":1,\"value\":0,\"count\":3}]}",
     "4{" LISTS ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,"
-    "\"unit\":\"rad\"},{\"vary\":"
-    "\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"scale\":\"log\"}],\"initial\":{},"
-    "\"duration\":1,"
-    "\"observables\":["
-    "\"flip_time\"],\"picture\":{\"of\":\"flip_time\",\"arm\":2,\"scale\":\"log\"}}",
+    "\"unit\":\"rad\"},{\"vary\":\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,"
+    "\"scale\":\"log\"}],\"initial\":{},\"duration\":1,\"observables\":[\"flip_time\"],"
+    "\"picture\":{\"of\":\"flip_time\",\"arm\":2,\"scale\":\"log\"}}",
     "4{" DRIVEN ",\"members\":[{},{\"length\":[1,2],\"energy\":9},{\"initial\":{\"phi\":[1,2]},"
     "\"set\":[{\"vary\":\"mass\",\"arm\":1,\"value\":3}]}],\"initial\":{\"theta\":[1,1],"
     "\"thetad\":[1,0]},\"times\":[0,1],\"observables\":[\"trajectory\"],\"output\":[\"phidd\","
     "\"z\",\"energy\"]}",
     "4{" LISTS ",\"energy\":5,\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":3,"
-    "\"count\":4,\"with\":[{\"vary\":\"phid\",\"arm\":2,\"start\":1,\"stop\":2}]}],"
-    "\"duration\":1}",
+    "\"count\":4,\"with\":[{\"vary\":\"phid\",\"arm\":2,\"start\":1,\"stop\":2}]}],\"duration\":1}",
     "4{" LISTS
     ",\"random\":{\"count\":5,\"first\":9,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,"
-    "\"distribution\":\"normal\",\"mean\":"
-    "1,\"deviation\":1},{\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},"
-    "\"times\":[0,1],"
-    "\"observables\":[\"trajectory\"],\"output\":[\"theta\",\"lambda\"]}",
+    "\"distribution\":\"normal\",\"mean\":1,\"deviation\":1},{\"vary\":\"gravity\","
+    "\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},\"times\":[0,1],\"observables\":["
+    "\"trajectory\"],\"output\":[\"theta\",\"lambda\"]}",
 };
 
 enum { SEEDS = sizeof seeds / sizeof *seeds };
@@ -480,51 +470,18 @@ __attribute__((constructor)) static void register_call(void) {
 #ifndef FUZZER
 
 /* what takes the place of a number, a text or a whole value */
-static const char *const values[] = {
-    "0",
-    "-0.0",
-    "1",
-    "2",
-    "3",
-    "4",
-    "5",
-    "-1",
-    "0.5",
-    "1e-300",
-    "1e300",
-    "1e-9",
-    "1e9",
-    "1e16",
-    "17",
-    "18",
-    "null",
-    "true",
-    "[]",
-    "{}",
-    "\"\"",
-    "\"a\"",
-    "\"b\"",
-    "[1]",
-    "[[1]]",
-    "4e-324",
-    "1.7976931348623157e308",
-    "9007199254740993",
-    "[1,2]",
-    "[1,2,3]",
-    "{\"phi\":[1]}",
-    "\"all\"",
-    "\"taylor\"",
-    "\"linear\"",
-    "\"float32\"",
-    "\"nan\"",
-    "\"energy\"",
-    "{\"slowest\":1}",
-    "-1e18",
-    "[0,0,0,0]",
-    "[3,0,1,1]",
-    "2147483648",
-    "\"\\u0001\xc3\xa9\"",
-};
+static char values_text[] =
+    "0~-0.0~1~2~3~4~5~-1~0.5~1e-300~1e300~1e-9~1e9~1e16~17~18~null~true~[]~{}~\"\"~\"a\"~\"b\"~["
+    "1]~[[1]]~4e-324~1.7976931348623157e308~9007199254740993~[1,2]~[1,2,3]~{\"phi\":["
+    "1]}~\"all\"~\"taylor\"~\"linear\"~\"float32\"~\"nan\"~\"energy\"~{\"slowest\":1}~-1e18~[0,0,0,"
+    "0]~[3,0,1,1]~2147483648~\"\\u0001\xc3\xa9\"";
+enum { VALUES = 43 };
+static const char *values[VALUES];
+
+__attribute__((constructor)) static void split_values(void) {
+    char *rest = values_text;
+    for (int i = 0; i < VALUES; i++) values[i] = strsep(&rest, "~");
+}
 
 static const char *const names[] = {
     "pendulum", "arms",    "name",         "parent",  "length",    "mass",          "L",
@@ -542,7 +499,7 @@ static const char *const names[] = {
     "x",        "y",       "acceleration", "cart",
 };
 
-enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };
+enum { NAMES = sizeof names / sizeof *names };
 
 /* puts a piece in the place of `old` bytes; a text that would grow too large, or that ends before
  * them, stays as it is */

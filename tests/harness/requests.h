@@ -58,8 +58,8 @@ static const struct test_request {
      "application/x-npz"},
     {API_OP_ENSEMBLES,
      "{" TEST_CART_TREE
-     ",\"duration\":0.5,\"observables\":[\"cart\",\"final\"],\"grid\":[{\"vary\":"
-     "\"mass\",\"arm\":\"cart\",\"start\":1,\"stop\":3,\"count\":3}]}",
+     ",\"duration\":0.5,\"observables\":[\"cart\",\"final\"],\"grid\":[{\"vary\":\"mass\","
+     "\"arm\":\"cart\",\"start\":1,\"stop\":3,\"count\":3}]}",
      NULL},
     {API_OP_TRAJECTORIES,
      "{" TEST_TREE
@@ -73,18 +73,16 @@ static const struct test_request {
     {API_OP_TRAJECTORIES, TEST_MOTION "\"output\":[\"theta\"]}", "application/x-matlab-data"},
     {API_OP_TRAJECTORIES, "{" TEST_TREE "," TEST_TIMES ",\"method\":\"linear\"}", NULL},
     {API_OP_TRAJECTORIES,
-     TEST_MOTION "\"output\":[\"phi\",\"z\",\"energy\"],\"derivatives\":[{\"vary\":"
-                 "\"length\",\"arm\":\"a\"},{\"vary\":\"phi\",\"arm\":2}]}",
+     TEST_MOTION "\"output\":[\"phi\",\"z\",\"energy\"],\"derivatives\":[{\"vary\":\"length\","
+                 "\"arm\":\"a\"},{\"vary\":\"phi\",\"arm\":2}]}",
      "application/x-matlab-data"},
     {API_OP_TRAJECTORIES,
      TEST_MOTION "\"rows\":\"events\",\"events\":[{\"of\":\"distance\",\"arm\":1,\"to\":2,"
-                 "\"value\":1},{\"of\":"
-                 "\"kinetic\",\"value\":1,\"stop\":1}]}",
+                 "\"value\":1},{\"of\":\"kinetic\",\"value\":1,\"stop\":1}]}",
      NULL},
     {API_OP_TRAJECTORIES,
      "{" TEST_REAL_TREE "," TEST_TIMES
-     ",\"rows\":\"events\",\"events\":[{\"of\":\"phid\",\"arm\":1,"
-     "\"bound\":0.1}]}",
+     ",\"rows\":\"events\",\"events\":[{\"of\":\"phid\",\"arm\":1,\"bound\":0.1}]}",
      "application/x-npz"},
     {API_OP_FORCES,
      "{" TEST_REAL_TREE
@@ -117,8 +115,8 @@ static const struct test_request {
      "application/x-npz"},
     {API_OP_ENSEMBLES,
      "{" TEST_TREE ",\"duration\":0.5,\"observables\":[\"start\",\"parameters\"],\"grid\":[{"
-     "\"vary\":\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"with\":[{\"vary\":"
-     "\"phi\",\"arm\":1,\"start\":0,\"stop\":1}]}]}",
+     "\"vary\":\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"with\":[{\"vary\":\"phi\","
+     "\"arm\":1,\"start\":0,\"stop\":1}]}]}",
      "text/csv"},
     {API_OP_ENSEMBLES,
      "{" TEST_REAL_TREE ",\"states\":[{},{\"theta\":[1,2]}],\"duration\":0.2,\"derivatives\":[{"
@@ -151,24 +149,21 @@ static const struct test_request {
      "\"poles\":true}",
      NULL},
     {API_OP_FITS,
-     "{" TEST_TREE ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],"
-     "\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},\"unknowns\":[{\"vary\":"
-     "\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}],\"iterations\":5}",
+     "{" TEST_TREE ",\"data\":{\"t\":[0,0.1,0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":["
+     "1,0.95,0.8,0.58,0.3,0]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\","
+     "\"arm\":1}],\"iterations\":5}",
      NULL},
     {API_OP_FITS,
-     "{\"pendulum\":{\"length\":[0.5,0.4],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"modes\":["
-     "{\"mode\":1,\"omega\":6},{\"mode\":2,\"omega\":7}]},\"unknowns\":[{\"vary\":\"length\","
-     "\"arm\":1},"
-     "{\"vary\":\"length\",\"arm\":2,\"low\":0.3,\"high\":0.45}]}",
+     "{\"pendulum\":{\"length\":[0.5,0.4],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"modes\":[{"
+     "\"mode\":1,\"omega\":6},{\"mode\":2,\"omega\":7}]},\"unknowns\":[{\"vary\":\"length\","
+     "\"arm\":1},{\"vary\":\"length\",\"arm\":2,\"low\":0.3,\"high\":0.45}]}",
      NULL},
     {API_OP_FITS,
      "{" TEST_TREE
-     ",\"data\":{\"csv\":\"a,b,c\\n0,1,2\\n1,0.5,2\\n2,0,1\\n3,-1,0\\n\",\"columns\":["
-     "\"t\",\"thetad_1\",\"joint_2\"]},\"unknowns\":[{\"vary\":\"zero\",\"arm\":2},{\"vary\":"
-     "\"bias\","
+     ",\"data\":{\"csv\":\"a,b,c\\n0,1,2\\n1,0.5,2\\n2,0,1\\n3,-1,0\\n\",\"columns\":[\"t\","
+     "\"thetad_1\",\"joint_2\"]},\"unknowns\":[{\"vary\":\"zero\",\"arm\":2},{\"vary\":\"bias\","
      "\"arm\":1}],\"fixed\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},{"
-     "\"vary\":"
-     "\"thetad\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":2}],\"iterations\":5}",
+     "\"vary\":\"thetad\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":2}],\"iterations\":5}",
      NULL},
     {API_OP_TABLES, "{" TEST_TREE ",\"data\":{\"csv\":\"t,theta_1,x_2\\n0,1,2\\n1,2,3\\n\"}}",
      NULL},
@@ -179,8 +174,8 @@ static const struct test_request {
     {API_OP_ORBITS, "{" TEST_TREE ",\"mode\":1,\"amplitude\":0.2,\"branch\":true,\"points\":4}",
      NULL},
     {API_OP_ORBITS,
-     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.5],"
-     "\"torque\":[{\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}]},\"periods\":1}",
+     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.5],\"torque\":[{"
+     "\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}]},\"periods\":1}",
      "application/x-npz"},
     {API_OP_RESPONSE, "{" TEST_REAL_TREE ",\"output\":[\"z\",\"lambda\"]}", "application/x-npz"},
     {API_OP_TRAJECTORIES,
@@ -188,16 +183,15 @@ static const struct test_request {
      "\"control\":[{\"cart\":true,\"law\":{\"swing_up\":{\"gain\":9,\"within\":{\"theta\":0.3,"
      "\"thetad\":2},\"then\":{\"feedback\":{\"gains\":[1,2,3,4],\"reference\":{\"t\":[0,1],"
      "\"value\":[[3,0,0,0],[3.1,0,0,0]]}}}}},\"period\":0.02,\"limit\":[-5,5]},{\"joint\":1,"
-     "\"law\":{\"pid\":{\"p\":1,\"reference\":0.3}},\"period\":0.1,\"delay\":2}]},"
-     "\"initial\":{\"theta\":[3]},\"times\":[0,0.1,0.3],\"output\":[\"theta\",\"control\"]}",
+     "\"law\":{\"pid\":{\"p\":1,\"reference\":0.3}},\"period\":0.1,\"delay\":2}]},\"initial\":{"
+     "\"theta\":[3]},\"times\":[0,0.1,0.3],\"output\":[\"theta\",\"control\"]}",
      NULL},
     {API_OP_ENSEMBLES,
      "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,\"friction\":{\"torque\":0.5},\"stop\":{"
      "\"max\":0.5,\"restitution\":0.5}}],\"control\":[{\"joint\":1,\"period\":0.1,\"law\":{"
      "\"feedback\":{\"gains\":[3,1]}}}]},\"states\":[{\"theta\":[-1]},{\"theta\":[1]}],"
-     "\"duration\":1,"
-     "\"observables\":[\"final\",\"settled\",\"energy_drift\"],\"within\":0.3,\"events\":[{\"of\":"
-     "\"theta\",\"arm\":1,\"value\":0}]}",
+     "\"duration\":1,\"observables\":[\"final\",\"settled\",\"energy_drift\"],\"within\":0.3,"
+     "\"events\":[{\"of\":\"theta\",\"arm\":1,\"value\":0}]}",
      NULL},
     {API_OP_CONTROLLERS,
      "{" TEST_CART_TREE ",\"equilibrium\":{\"theta\":[3.1,3.1,3.2],\"cart\":{\"x\":0.3}},"

@@ -479,10 +479,8 @@ static void client_options(int argc, char **argv) {
 
 static void client_report(double seconds) {
     printf("{\"seconds\":%.3f,\"requests\":%ld,\"rate\":%.1f,\"wrong\":%ld,\"broken\":%ld,"
-           "\"refused\":%ld,\"left\":%ld,"
-           "\"slow\":%ld,\"stalls\":%ld,\"bytes\":%lld,\"p50\":%.3f,\"p99\":%.3f,\"p999\":%.3f,"
-           "\"longest\":%.3f,"
-           "\"drips_ended\":%ld}\n",
+           "\"refused\":%ld,\"left\":%ld,\"slow\":%ld,\"stalls\":%ld,\"bytes\":%lld,\"p50\":%.3f,"
+           "\"p99\":%.3f,\"p999\":%.3f,\"longest\":%.3f,\"drips_ended\":%ld}\n",
            seconds, got.complete, (double)got.complete / seconds, got.wrong, got.broken,
            got.refused, got.left, got.slow, got.stalls, (long long)got.bytes, quantile_ms(0.5),
            quantile_ms(0.99), quantile_ms(0.999), (double)got.longest / 1e6, got.drips_ended);

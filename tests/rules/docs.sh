@@ -83,9 +83,9 @@ same("limits in api/call/openapi.yaml", limits, told)
 # kinds of problems and of faults: the words of problem.c, the tables and the schemas of the OpenAPI document
 kinds = dict(re.findall(r"\{'(\w)', \"([\w-]+)\"\}", text("api/base/problem.c")))
 told = openapi["info"]["description"]
-types = {f"/docs#problem-{word}" for letter, word in kinds.items() if letter.isupper()}
+types = {f"urn:pendulumd:problem-{word}" for letter, word in kinds.items() if letter.isupper()}
 codes = {word for letter, word in kinds.items() if letter.islower()} | {"invalid"}
-same("problems in api/call/openapi.yaml", types, {f"/docs#problem-{word}" for word in first_cells(told, "| problem | status | what |")})
+same("problems in api/call/openapi.yaml", types, {f"urn:pendulumd:problem-{word}" for word in first_cells(told, "| problem | status | what |")})
 same("codes in api/call/openapi.yaml", codes, first_cells(told, "| code | what is wrong |"))
 same("types of a Problem", types | {"about:blank"}, openapi["components"]["schemas"]["Problem"]["properties"]["type"]["enum"])
 same("codes of a Fault", codes, openapi["components"]["schemas"]["Fault"]["properties"]["code"]["enum"])

@@ -138,7 +138,7 @@ def tagged(_, base, path, *tags):
         raise Fault(f"it has the paths {list(got['paths'])}, not {list(have)}")
     if [tag["name"] for tag in got["tags"]] != [tag["name"] for tag in whole["tags"] if tag["name"] in tags]:
         raise Fault(f"it has the tags {got['tags']}")
-    used, wait = set(), named(got["paths"])
+    used, wait = set(), named([got["paths"], {"security": got["security"]}])
     while wait:
         name = wait.pop()
         kind, key = name.split("/", 1)

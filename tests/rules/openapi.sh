@@ -1,6 +1,6 @@
 #!/bin/bash
-# Lints api/call/openapi.yaml with spectral, as it is and as OpenAPI 3.0, and has two generators make types of it, with which right programs compile and wrong
-# ones (shapes.ts) do not; where npm is here and can fetch them (package.json).
+# Lints api/call/openapi.yaml with spectral, unchanged and as OpenAPI 3.0, and with redocly; two generators make types of it, with which right programs compile and
+# wrong ones (shapes.ts) do not, and two make clients that compile; where npm can fetch them (package.json).
 # Leaves to others: whether the document tells the truth (docs.sh, replies.py).
 # Invariant: what npm fetches and what is generated lies in build/; errors and warnings fail.
 set -u
@@ -22,7 +22,7 @@ compiles() { # directory: the programs, with the types that were generated there
     tool tsc --strict --skipLibCheck --noEmit --noUncheckedIndexedAccess --exactOptionalPropertyTypes --target ES2022 --module NodeNext "$1/shapes.ts"
 }
 types=$home/types
-mkdir -p $types/openapi-typescript $types/swagger-typescript-api
+mkdir -p $types/openapi-typescript $types/swagger-typescript-api $types/orval $types/hey-api
 for form in json twin; do
     /usr/bin/python3 api/call/openapi_embed.py --$form api/call/openapi.yaml >$home/$form.json
 done
@@ -31,15 +31,22 @@ check 'spectral finds nothing in it as OpenAPI 3.0' tool spectral lint --fail-se
 check 'openapi-typescript makes types' tool openapi-typescript $home/json.json --default-non-nullable=false --root-types \
     --root-types-no-schema-prefix --output $types/openapi-typescript/generated.ts
 check 'of its types right programs compile, and wrong ones do not' compiles $types/openapi-typescript
-# its own formatter fails on the Node.js of Debian 12
+# their own formatters and parsers fail on the Node.js of Debian 12
 skipped=0
+unwarned() { "$@" && ! "$@" 2>&1 | grep -q 'You have .* warning'; }
+client() { # the directory, then the generator
+    "${@:2}" && tool tsc --strict --noEmit --target ES2022 --module ESNext --moduleResolution Bundler --lib ES2022,DOM,DOM.Iterable $(find "$1" -name '*.ts')
+}
 if [ "$(node -p 'parseInt(process.versions.node)')" -ge 20 ]; then
     check 'swagger-typescript-api makes types' tool swagger-typescript-api generate --path $home/json.json --output $types/swagger-typescript-api \
         --name generated.ts --no-client --generate-union-enums
     check 'of its types right programs compile, and wrong ones do not' compiles $types/swagger-typescript-api
+    check 'redocly finds nothing' unwarned tool redocly lint $home/json.json
+    check 'the client of orval compiles' client $types/orval tool orval --client fetch --input $home/json.json --output $types/orval/client.ts
+    check 'the client of hey-api compiles' client $types/hey-api tool openapi-ts -i $home/json.json -o $types/hey-api
 else
-    echo 'skip swagger-typescript-api: it is for Node.js 20 and later'
-    skipped=1
+    echo 'skip swagger-typescript-api, redocly, orval and hey-api: they are for Node.js 20 and later'
+    skipped=5
 fi
 echo "$passed passed, $failed failed, $skipped skipped"
 [ $failed = 0 ]

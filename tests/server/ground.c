@@ -188,13 +188,11 @@ void ground_nulls(const struct ground *ground) {
 int ground_sums(const struct ground *ground) {
     static const char *const wrong[][2] = {
         {"open jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE " LATE(
-                          "jobs") " <> (SELECT COUNT(*) "
-                                  "FROM jobs WHERE "
-                                  "client = name AND state < 2)"},
+                          "jobs") " <> (SELECT COUNT(*) FROM jobs WHERE client = name AND state < "
+                                  "2)"},
         {"ready jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE " LATE(
-                           "ready") " <> (SELECT "
-                                    "COUNT(*) FROM jobs WHERE "
-                                    "client = name AND ready = 1)"},
+                           "ready") " <> (SELECT COUNT(*) FROM jobs WHERE client = name AND ready "
+                                    "= 1)"},
         {"bytes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE " LATE("bytes") " <> " SUM(
                       "jobs.bytes + held",
                       "jobs WHERE client = name") " + " SUM("removals.bytes",
@@ -206,8 +204,8 @@ int ground_sums(const struct ground *ground) {
         {"clients of jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE client NOT IN (SELECT "
                             "name FROM clients)"},
         {"clients of nothing",
-         "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs = 0 AND bytes = 0 AND scenes = "
-         "0 AND name NOT IN (SELECT name FROM changes)"},
+         "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs = 0 AND bytes = 0 AND scenes = 0 "
+         "AND name NOT IN (SELECT name FROM changes)"},
         {"jobs' rows",
          "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE held <> 1024 + LENGTH(request) + CASE "
          "WHEN "

@@ -105,8 +105,8 @@ static const struct {
      PASSAGES("20"),
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
     {"/v1/response",
-     "{\"pendulum\":" ASK_DOUBLE ",\"drive\":{\"torque\":{\"arm\":2}},\"poles\":true,"
-     "\"omega\":{\"start\":0,\"stop\":9,\"count\":500}}",
+     "{\"pendulum\":" ASK_DOUBLE ",\"drive\":{\"torque\":{\"arm\":2}},\"poles\":true,\"omega\":{"
+     "\"start\":0,\"stop\":9,\"count\":500}}",
      {"application/json"}},
     {"/v1/response",
      "{\"pendulum\":" ASK_DOUBLE ",\"drive\":{\"pivot\":{\"x\":1}},\"output\":["
@@ -470,9 +470,7 @@ TEST(ensembles_that_make_no_sense_make_no_job) {
         const char *rest, *pointer;
     } bad[] = {
         {"\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{"
-         "\"vary\":\"theta\",\"arm\":"
-         "2,"
-         "\"start\":0,\"stop\":1,\"count\":100000}]",
+         "\"vary\":\"theta\",\"arm\":2,\"start\":0,\"stop\":1,\"count\":100000}]",
          "/grid"},
         {"\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]",
          "/grid/0/arm"},
@@ -821,8 +819,7 @@ static void *doubled_main(void *context) {
         if (!test_client_open(&client, test_server_port(own->server))) return NULL;
         snprintf(text, sizeof text,
                  "POST /v1/forces HTTP/1.1\r\nHost: x\r\nContent-Type: "
-                 "application/json\r\n%sContent-Length: "
-                 "%zu\r\n\r\n%s",
+                 "application/json\r\n%sContent-Length: %zu\r\n\r\n%s",
                  headers, strlen(ASK_LITTLE), ASK_LITTLE);
         test_client_say(&client, text);
         own->status[i] = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
@@ -899,8 +896,8 @@ TEST(a_form_whose_numbers_grow_is_a_job) {
         snprintf(parent + strlen(parent), sizeof parent - strlen(parent), "%s%d", i ? "," : "", i);
     }
     snprintf(form, sizeof form,
-             "--b\r\nContent-Disposition: form-data; name=request\r\n\r\n{\"pendulum\":{\"mass\":"
-             "[%s],\"length\":[%s],\"parent\":[%s]},\"unknowns\":[{\"vary\":\"theta\",\"arm\":1}]}"
+             "--b\r\nContent-Disposition: form-data; name=request\r\n\r\n{\"pendulum\":{\"mass\":["
+             "%s],\"length\":[%s],\"parent\":[%s]},\"unknowns\":[{\"vary\":\"theta\",\"arm\":1}]}"
              "\r\n--b\r\nContent-Disposition: form-data; name=csv\r\n\r\nt,theta_1\r\n0,0.1\r\n"
              "1,0.1\r\n\r\n--b--\r\n",
              mass, length, parent);

@@ -172,8 +172,7 @@ TEST(closed_standard_streams_are_nobodys_socket) {
     snprintf(
         command, sizeof command,
         "'%s' --listen 127.0.0.1:0 --store none --allow-root on <&- >&- 2>&- & pid=$!; for i in "
-        "$(seq 1000); do "
-        "readlink /proc/$pid/fd/* | grep -q socket: && break; sleep 0.02; done; "
+        "$(seq 1000); do readlink /proc/$pid/fd/* | grep -q socket: && break; sleep 0.02; done; "
         "readlink /proc/$pid/fd/0 /proc/$pid/fd/1 /proc/$pid/fd/2 >%s/fds; kill $pid; wait $pid",
         program, directory);
     CHECK_INT(system(command), 0);

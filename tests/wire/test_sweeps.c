@@ -165,10 +165,8 @@ TEST(ten_thousand_trees_of_varied_masses_are_a_job) {
     static const char body[] =
         "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"theta\":[1,2]},\"duration\":2,\"observables\":"
         "[\"parameters\",\"energy_drift\"],\"random\":{\"count\":10000,\"seed\":7,\"draw\":[{"
-        "\"vary\":"
-        "\"mass\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0.5,\"high\":2},{\"vary\":"
-        "\"mass\","
-        "\"arm\":2,\"distribution\":\"normal\",\"mean\":1,\"deviation\":0.05}]}}";
+        "\"vary\":\"mass\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0.5,\"high\":2},{"
+        "\"vary\":\"mass\",\"arm\":2,\"distribution\":\"normal\",\"mean\":1,\"deviation\":0.05}]}}";
     struct sweep sweep;
     struct test_reply reply;
     struct spread spread = {.least = INFINITY};
@@ -195,9 +193,9 @@ TEST(members_that_fail_are_told_and_others_stand) {
     /* a start that no double can follow, one that needs more steps than are allowed, and two
      * good ones */
     static const char body[] =
-        "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"states\":["
-        "{\"theta\":[2,2.5]},{\"theta\":[0,0],\"thetad\":[1e200,0]},"
-        "{\"theta\":[0,0],\"thetad\":[1000000,0]},{\"theta\":[3,1]}],\"observables\":[\"final\"]}";
+        "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"states\":[{\"theta\":[2,2.5]},{\"theta\":[0,"
+        "0],\"thetad\":[1e200,0]},{\"theta\":[0,0],\"thetad\":[1000000,0]},{\"theta\":[3,1]}],"
+        "\"observables\":[\"final\"]}";
     static const char good[] = "{\"pendulum\":" ASK_DOUBLE
                                ",\"duration\":5,\"states\":[{\"theta\":[2,2.5]},{\"theta\":[3,1]}],"
                                "\"observables\":[\"final\"]}";

@@ -12,9 +12,6 @@ function [answer, job] = penduask(route, request, varargin)
 %   Options: 'url' (PENDULUM_URL), 'token' (PENDULUM_TOKEN), 'patience' (60: s that a refusal for the moment may last), 'job' (true,
 %   or a key of your own: the same key leads to the same job), 'title' (what to call the job), 'progress'.
 options = pendu_options(varargin);
-if any(strcmp(route, {'trajectories', 'ensembles'})) && isstruct(request) && ~isfield(request, 'none')
-    request.none = 'nan'; % a time that never comes
-end
 if route(1) == '/'
     answer = pendu_answer('GET', route, '', options, {});
 elseif isequal(options.job, false)

@@ -46,12 +46,12 @@ def kind_of(schema, schemas):
 def parameters(method, schema, schemas):
     """(name, type, description) of the keyword parameters of a method."""
     for name, field in schema["properties"].items():
-        if name == "pendulum" or (name in LEADING.get(method, ())):
+        if name == "pendulum" or field.get("deprecated") or name in LEADING.get(method, ()):
             continue
         described = field.get("description") or schemas.get(field.get("$ref", "").rpartition("/")[2], {}).get("description", "")
-        if name in ("initial", "state"):
+        if name == "initial":
             yield from ((key, *value) for key, value in STATE.items())
-            if name == "initial" and method != "orbits":
+            if method != "orbits":
                 yield from ((key, *value) for key, value in MODE.items())
         yield name, kind_of(field, schemas), first_sentence(described) if described else ""
 

@@ -16,10 +16,10 @@
 #include "core/integrate/methods/method.h"
 
 static const char *const fields[] = {
-    "pendulum", "initial", "states",      "members", "grid",   "random", "energy",
-    "duration", "times",   "observables", "output",  "method", "rtol",   "atol",
-    "digits",   "picture", "accuracy",    "start",   "events", "rows",   "derivatives",
-    "columns",  "number",  "none",        "within",  NULL};
+    "pendulum",    "initial", "states",      "members", "grid",   "random", "energy",
+    "duration",    "times",   "observables", "output",  "method", "rtol",   "atol",
+    "digits",      "picture", "accuracy",    "time",    "start",  "events", "rows",
+    "derivatives", "columns", "number",      "none",    "within", NULL};
 
 /* constants of the estimated cost: steps per radian of the fastest swing; s per arm and squared
  * order; s per number; time of a member computed alone, relative to one in lanes */
@@ -72,8 +72,8 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
 static enum pend_status read_time(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value duration = api_value_member(reading->root, "duration");
     struct api_value times = api_value_member(reading->root, "times");
-    struct api_value start = api_value_member(reading->root, "start");
     struct api_problem *problem = reading->problem;
+    struct api_value start = api_field_renamed(reading->root, "time", "start", problem);
     int rows = e->seen.wanted >> API_SEE_TRAJECTORY & 1;
     if (!rows) {
         if (api_value_kind(&times) != API_MISSING)
@@ -124,10 +124,10 @@ static void set_columns(struct api_ensemble *e) {
 static void set_gaps(struct api_table *table) {
     static const char *const known[] = {"member", "status", "t"};
     for (int c = 0; c < table->count; c++) {
-        int is_known = table->column[c].sparse;
+        int is_known = 0;
         for (size_t i = 0; i < sizeof known / sizeof *known; i++)
             is_known |= !strcmp(table->column[c].name, known[i]);
-        if (!is_known) table->column[c].sparse = API_SPARSE_GAPS;
+        table->column[c].sparse = !is_known;
     }
 }
 

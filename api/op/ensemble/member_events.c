@@ -2,11 +2,10 @@
 
 #include <assert.h>
 #include <limits.h>
+#include <math.h>
 
 /* measured cost, s per step: of a condition, and of computing the position of an arm */
 static const double condition_seconds = 0.5e-6, followed_seconds = 4e-6;
-
-static const double never = -1;
 
 /* default number of passages of each condition if passages are the rows */
 enum { COUNT_USUAL = 1000 };
@@ -60,7 +59,6 @@ void api_member_events_columns(const struct api_events *events, struct api_table
     }
     api_table_add(table, "events", "count", count);
     api_table_add(table, "events", "time", count);
-    table->column[table->count - 1].sparse = API_SPARSE_TIMES;
     api_table_add(table, "events", "direction", count);
     api_table_add_inner(table, "events", "phi", count, n);
     api_table_add_inner(table, "events", "phid", count, n);
@@ -70,7 +68,6 @@ void api_member_events_columns(const struct api_events *events, struct api_table
     }
     if (!events->stops) return;
     api_table_add(table, "events", "stopped", 0);
-    table->column[table->count - 1].sparse = API_SPARSE_TIMES;
 }
 
 double api_member_events_most(const struct api_events *events) {
@@ -88,8 +85,8 @@ void api_member_events_blank(const struct api_events *events, double unknown, do
     int count = events->count, all = count * numbers(events);
     assert(count >= 1 && !events->rows);
     for (int i = 0; i < all; i++) at[i] = unknown;
-    for (int i = 0; i < count; i++) at[count + i] = never;
-    if (events->stops) at[all] = never;
+    for (int i = 0; i < count; i++) at[count + i] = NAN;
+    if (events->stops) at[all] = NAN;
 }
 
 /* copies a state in the caller's order; returns the end */

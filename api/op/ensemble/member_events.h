@@ -1,7 +1,7 @@
 /* The passages of the conditions on an ensemble's members, as columns: the first of each condition
  * next to the member's observables, or all of them as rows.
  * Leaves to others: reading the conditions (events_json), the search (core/ensemble).
- * Invariant: numbers are finite; a passage that did not occur has the time -1 and zeros. */
+ * Invariant: a passage that did not occur has the time NaN and zeros. */
 #pragma once
 
 #include "api/op/events_json.h"

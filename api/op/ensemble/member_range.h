@@ -13,8 +13,8 @@ struct api_member_range;
  *
  * range  out; NULL on failure; released by api_member_range_free.
  * raw    out, count x rows x numbers doubles, row after row; the caller's, complete once the range
- *        is done. Every number in it is finite: -1 for an event that never happened, 0 for values
- *        that a failed member did not reach. Rows of passages follow each other without gaps.
+ *        is done. An event that never happened has the time NaN, as have values that a failed
+ *        member did not reach. Rows of passages follow each other without gaps.
  *
  * PEND_NO_MEMORY
  */

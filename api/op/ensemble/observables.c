@@ -9,30 +9,26 @@ struct columns {
     const char *name;
     const char *part[3];
     int arms[3];
-    unsigned times; /* bit i is set if part i is a time that may be missing */
 };
 
 /* in the order of enum api_observable */
 static const struct columns observables[API_SEE_COUNT] = {
-    [API_SEE_START] = {"start", {"phi", "phid"}, {1, 1}, 0},
-    [API_SEE_PARAMETERS] = {"parameters", {"length", "mass", "gravity"}, {1, 1, 0}, 0},
-    [API_SEE_FINAL] = {"final", {"phi", "phid"}, {1, 1}, 0},
-    [API_SEE_FIRST_FLIP] = {"first_flip", {"time", "arm"}, {0, 0}, 1},
-    [API_SEE_FLIP_TIME] = {"flip_time", {NULL}, {1}, 1},
-    [API_SEE_FLIPS] = {"flips", {NULL}, {1}, 0},
-    [API_SEE_LAMBDA_MAX] = {"lambda_max", {"value", "time"}, {1, 1}, 2},
-    [API_SEE_LAMBDA_MIN] = {"lambda_min", {"value", "time"}, {1, 1}, 2},
-    [API_SEE_SIGN_CHANGE] = {"sign_change", {NULL}, {1}, 1},
-    [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}, 0},
-    [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}, 0},
-    [API_SEE_HORIZON] = {"horizon", {NULL}, {0}, 0},
-    [API_SEE_CART] = {"cart", {"x", "v"}, {0, 0}, 0},
-    [API_SEE_SETTLED] = {"settled", {NULL}, {0}, 1},
-    [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
+    [API_SEE_START] = {"start", {"phi", "phid"}, {1, 1}},
+    [API_SEE_PARAMETERS] = {"parameters", {"length", "mass", "gravity"}, {1, 1, 0}},
+    [API_SEE_FINAL] = {"final", {"phi", "phid"}, {1, 1}},
+    [API_SEE_FIRST_FLIP] = {"first_flip", {"time", "arm"}, {0, 0}},
+    [API_SEE_FLIP_TIME] = {"flip_time", {NULL}, {1}},
+    [API_SEE_FLIPS] = {"flips", {NULL}, {1}},
+    [API_SEE_LAMBDA_MAX] = {"lambda_max", {"value", "time"}, {1, 1}},
+    [API_SEE_LAMBDA_MIN] = {"lambda_min", {"value", "time"}, {1, 1}},
+    [API_SEE_SIGN_CHANGE] = {"sign_change", {NULL}, {1}},
+    [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}},
+    [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}},
+    [API_SEE_HORIZON] = {"horizon", {NULL}, {0}},
+    [API_SEE_CART] = {"cart", {"x", "v"}, {0, 0}},
+    [API_SEE_SETTLED] = {"settled", {NULL}, {0}},
+    [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}},
 };
-
-/* the time of an event that never happened; times of a member start at 0 */
-static const double never = -1;
 
 const char *api_observables_name(enum api_observable observable) {
     assert(observable >= 0 && observable < API_SEE_COUNT);
@@ -95,8 +91,6 @@ void api_observables_columns(struct api_observables *seen, int n,
         for (int part = 0; part < 3 && (!part || observables[i].part[part]); part++) {
             api_table_add(table, observables[i].name, observables[i].part[part],
                           observables[i].arms[part] ? n : 0);
-            table->column[table->count - 1].sparse =
-                observables[i].times >> part & 1 ? API_SPARSE_TIMES : 0;
         }
         if (members->terms && pend_terms_cart(members->terms)) add_cart(table, i);
         if (i == API_SEE_PARAMETERS && members->shown)
@@ -150,17 +144,16 @@ int api_observables_status(enum pend_status status) {
                                            : 3;
 }
 
-/* copies n values from stored to the caller's order; missing or infinite values become `gap`, which
- * is NaN, or `never` for times */
-static double *put(double *at, const struct api_tree *tree, const double x[], double gap) {
+/* copies n values from stored to the caller's order; missing or infinite values become NaN */
+static double *put(double *at, const struct api_tree *tree, const double x[]) {
     const int *order = tree->tree->order;
     for (int k = tree->cart; k < tree->tree->n; k++)
-        at[order[k]] = x && isfinite(x[k]) ? x[k] : gap;
+        at[order[k]] = x && isfinite(x[k]) ? x[k] : NAN;
     return at + tree->n;
 }
 
-static double *put_one(double *at, double x, double gap) {
-    *at = isfinite(x) ? x : gap;
+static double *put_one(double *at, double x) {
+    *at = isfinite(x) ? x : NAN;
     return at + 1;
 }
 
@@ -168,33 +161,33 @@ static double *put_one(double *at, double x, double gap) {
 static double *put_arm(double *at, const struct api_tree *tree,
                        const struct pend_outcome *outcome) {
     double none = outcome->status == PEND_OK ? 0 : NAN;
-    return put_one(at, outcome->arm < 0 ? none : tree->tree->order[outcome->arm] + 1, NAN);
+    return put_one(at, outcome->arm < 0 ? none : tree->tree->order[outcome->arm] + 1);
 }
 
 /* copies position and speed of a cart at the end */
 static double *put_cart(double *at, const struct pend_outcome *outcome) {
     assert(!outcome->phi == !outcome->rate);
-    at = put_one(at, outcome->phi ? outcome->phi[0] : NAN, NAN);
-    return put_one(at, outcome->rate ? outcome->rate[0] : NAN, NAN);
+    at = put_one(at, outcome->phi ? outcome->phi[0] : NAN);
+    return put_one(at, outcome->rate ? outcome->rate[0] : NAN);
 }
 
 static double *put_start(double *at, const struct api_tree *tree, const struct pend_member *start) {
-    at = put(put(at, tree, start->phi, NAN), tree, start->rate, NAN);
-    return tree->cart ? put_one(put_one(at, start->phi[0], NAN), start->rate[0], NAN) : at;
+    at = put(put(at, tree, start->phi), tree, start->rate);
+    return tree->cart ? put_one(put_one(at, start->phi[0]), start->rate[0]) : at;
 }
 
 static double *put_parameters(double *at, const struct api_tree *tree,
                               const struct pend_member *start) {
-    at = put(put(at, tree, start->length, NAN), tree, start->mass, NAN);
-    at = put_one(at, start->loads.gravity, NAN);
-    return tree->cart ? put_one(at, start->mass[0], NAN) : at;
+    at = put(put(at, tree, start->length), tree, start->mass);
+    at = put_one(at, start->loads.gravity);
+    return tree->cart ? put_one(at, start->mass[0]) : at;
 }
 
 /* copies the varying term values, in the order of the request */
 static double *put_varied(const struct api_members *members, const struct pend_member *start,
                           double *at) {
     for (int v = 0; v < members->shown; v++)
-        at = put_one(at, start->value[members->shown_place[v]], NAN);
+        at = put_one(at, start->value[members->shown_place[v]]);
     return at;
 }
 
@@ -211,28 +204,28 @@ static double *write_one(enum api_observable observable, const struct api_tree *
     case API_SEE_PARAMETERS:
         return put_parameters(at, tree, start);
     case API_SEE_FINAL:
-        return put(put(at, tree, outcome->phi, NAN), tree, outcome->rate, NAN);
+        return put(put(at, tree, outcome->phi), tree, outcome->rate);
     case API_SEE_FIRST_FLIP:
-        at = put_one(at, outcome->first, never);
+        at = put_one(at, outcome->first);
         return put_arm(at, tree, outcome);
     case API_SEE_FLIP_TIME:
-        return put(at, tree, outcome->first_crossing, never);
+        return put(at, tree, outcome->first_crossing);
     case API_SEE_FLIPS:
         for (int k = tree->cart; k < tree->tree->n; k++)
             at[tree->tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : NAN;
         return at + tree->n;
     case API_SEE_LAMBDA_MAX:
-        return put(put(at, tree, force->most, NAN), tree, force->most_time, never);
+        return put(put(at, tree, force->most), tree, force->most_time);
     case API_SEE_LAMBDA_MIN:
-        return put(put(at, tree, force->least, NAN), tree, force->least_time, never);
+        return put(put(at, tree, force->least), tree, force->least_time);
     case API_SEE_SIGN_CHANGE:
-        return put(at, tree, outcome->sign_change, never);
+        return put(at, tree, outcome->sign_change);
     case API_SEE_SETTLED:
-        return put_one(at, outcome->settled, never);
+        return put_one(at, outcome->settled);
     case API_SEE_CART:
         return put_cart(at, outcome);
     default:
-        return put_one(at, one[observable], NAN);
+        return put_one(at, one[observable]);
     }
 }
 

@@ -78,7 +78,8 @@ static enum pend_status equations_say(struct equations *equations, enum api_equa
     return api_out_text(out, name, equations->text.data);
 }
 
-static enum pend_status equations_write(struct equations *equations, struct api_buffer *out) {
+static enum pend_status equations_write(struct equations *equations, const struct api_turn *turn) {
+    struct api_buffer *out = turn->out;
     const char *formula;
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_whole(out, "n", equations->tree.n));
@@ -92,7 +93,7 @@ static enum pend_status equations_write(struct equations *equations, struct api_
     PEND_TRY(equations_say(equations, API_EQUATIONS_PYTHON, NULL, "python", out));
     PEND_TRY(api_buffer_text(out, "}"));
     PEND_TRY(equations_say(equations, API_EQUATIONS_CURL, NULL, "curl", out));
-    return api_buffer_text(out, "}");
+    return api_turn_close(turn);
 }
 
 static enum pend_status equations_run(void *state, const struct api_turn *turn, int *done,
@@ -103,7 +104,7 @@ static enum pend_status equations_run(void *state, const struct api_turn *turn, 
     PEND_TRY(api_states_settle(equations->start, &equations->tree, error));
     for (int k = 0; k < start->n; k++)
         if (!isfinite(start->phi[k]) || !isfinite(start->rate[k])) return PEND_NOT_FINITE;
-    return equations_write(equations, turn->out);
+    return equations_write(equations, turn);
 }
 
 /* memory for the text of one form at a time, and for the answer: some hundred characters per arm,

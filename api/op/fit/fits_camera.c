@@ -54,14 +54,14 @@ static void camera_shift(struct api_fit *fit, const struct api_value *item,
         api_value_fault(
             item, problem,
             API_CODE_CONFLICT
-            "applies to a single film: with several runs give each its \"start\", or leave it out");
+            "applies to a single film: with several runs give each its \"time\", or leave it out");
         return;
     }
     if (fit->runs == 1 && !fit->run[0].begins) {
         api_value_fault(
             item, problem,
             API_CODE_CONFLICT
-            "needs \"start\": without it the motion starts at the first instant, wherever that is");
+            "needs \"time\": without it the motion starts at the first instant, wherever that is");
         return;
     }
     for (int c = 0; c < fit->columns; c++)
@@ -175,8 +175,8 @@ void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
 
 static const double pi = 3.14159265358979323846;
 
-static const char *const unknown_fields[] = {"vary", "arm",  "harmonic", "start", "run",
-                                             "low",  "high", "unit",     NULL};
+static const char *const unknown_fields[] = {"vary", "arm", "harmonic", "guess", "start",
+                                             "run",  "low", "high",     "unit",  NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
 /* the address of the number in the pendulum or its start */
@@ -223,8 +223,8 @@ static double target_least(const struct api_fit *fit, const struct api_target *t
 /* start and bounds in the request's unit; the fit's value is `scale` times that plus `shift` */
 static void read_bounds(const struct api_value *item, double scale, double shift, int late,
                         struct pend_fit_unknown *u, struct api_problem *problem) {
-    struct api_value start = api_value_member(item, "start"), low = api_value_member(item, "low"),
-                     high = api_value_member(item, "high");
+    struct api_value start = api_field_renamed(item, "guess", "start", problem),
+                     low = api_value_member(item, "low"), high = api_value_member(item, "high");
     double given;
     assert(scale > 0);
     // a start that is estimated from the data is not known yet
@@ -240,7 +240,7 @@ static void read_bounds(const struct api_value *item, double scale, double shift
     api_value_fault(item, problem,
                     API_CODE_OUT_OF_RANGE
                     "starts at %.6g, which must lie between its bounds %.6g and %.6g: give it "
-                    "another \"start\"",
+                    "another \"guess\"",
                     u->start - shift, u->low - shift, u->high - shift);
 }
 

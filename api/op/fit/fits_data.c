@@ -7,10 +7,10 @@
 
 #include "api/op/fit/fits_part.h"
 
-static const char *const data_fields[] = {"t",    "series", "csv",   "arms",    "sigma",
-                                          "unit", "runs",   "modes", "columns", NULL};
-static const char *const run_fields[] = {"t",    "series",  "csv",   "arms",    "sigma",
-                                         "unit", "initial", "start", "columns", NULL};
+static const char *const data_fields[] = {"runs", "modes", "t",    "series",  "csv",
+                                          "arms", "sigma", "unit", "columns", NULL};
+static const char *const run_fields[] = {"initial", "time",  "start", "t",       "series", "csv",
+                                         "arms",    "sigma", "unit",  "columns", NULL};
 /* allocates empty runs, which share one count of bytes */
 static struct api_fit_part *parts_new(int runs, double *taken, struct api_fit *fit) {
     struct api_fit_part *part = calloc((size_t)runs, sizeof *part);
@@ -149,7 +149,7 @@ static enum pend_status read_run(struct api_fit *fit, int r, struct api_fit_part
                                  const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     struct api_value initial = api_value_member(at, "initial"),
-                     start = api_value_member(at, "start");
+                     start = api_field_renamed(at, "time", "start", problem);
     struct api_fit_run *run = &fit->run[r];
     run->guessed = api_value_kind(&initial) == API_MISSING;
     api_states_read(fit->start, r, &initial, &fit->tree, reading->limits, problem);
@@ -176,13 +176,10 @@ static void fault_beside(const struct api_value *at, const char *const names[],
 /* counts the runs of a request; 0 after an error */
 static int count_runs(const struct api_value *root, const struct api_value *data,
                       const struct api_value *runs, struct api_problem *problem) {
-    static const char *const of_data[] = {"t",     "series", "csv",     "arms",
-                                          "sigma", "unit",   "columns", NULL},
-                             *const of_root[] = {"initial", "start", NULL};
     int count = api_value_count(runs);
     if (api_value_kind(runs) == API_MISSING) return 1;
-    fault_beside(data, of_data, problem);
-    fault_beside(root, of_root, problem);
+    fault_beside(data, data_fields + 2, problem);
+    fault_beside(root, (const char *const[]){"initial", "time", "start", NULL}, problem);
     if (api_value_kind(runs) == API_ARRAY && count >= 1 && count <= API_FIT_RUNS) return count;
     api_value_fault(runs, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d runs",
                     API_FIT_RUNS);

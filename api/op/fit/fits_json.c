@@ -13,8 +13,9 @@
 
 static const double pi = 3.14159265358979323846;
 
-static const char *const fields[] = {"pendulum", "initial", "start", "data",       "camera", "loss",
-                                     "unknowns", "fixed",   "rtol",  "iterations", NULL};
+static const char *const fields[] = {"pendulum", "initial", "time",       "start",
+                                     "data",     "camera",  "loss",       "unknowns",
+                                     "fixed",    "rtol",    "iterations", NULL};
 static const char *const losses[] = {"linear", "soft_l1", "huber", "cauchy", NULL};
 
 /* knees of the losses, in standard deviations; with normal noise they keep 95 % of the efficiency
@@ -177,7 +178,8 @@ static void fit_apart(const struct api_fit *fit, const struct api_value *data,
 /* requires at least as many measurements as unknowns, counted from the start */
 static void fit_check(const struct api_fit *fit, const struct api_value *root,
                       struct api_problem *problem) {
-    struct api_value data = api_value_member(root, "data"), start = api_value_member(root, "start");
+    struct api_value data = api_value_member(root, "data"),
+                     start = api_field_renamed(root, "time", "start", problem);
     long count = 0;
     for (long i = 0; i < fit->rows * fit->columns; i++) count += !isnan(fit->data[i]);
     if (fit->runs == 1) fit_apart(fit, &data, problem);
@@ -188,7 +190,7 @@ static void fit_check(const struct api_fit *fit, const struct api_value *root,
                         count, fit->unknowns);
     for (int r = 0; r < fit->runs; r++) {
         struct api_value runs = api_value_member(&data, "runs"), run = api_value_item(&runs, r);
-        struct api_value own = api_value_member(&run, "start");
+        struct api_value own = api_field_renamed(&run, "time", "start", problem);
         long row = 0;
         while (fit->of[row] != r) row++;
         double first = fit->t[row] + fit->camera[PEND_FIT_SHIFT];

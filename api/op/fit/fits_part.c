@@ -10,10 +10,10 @@ static const double pi = 3.14159265358979323846;
 #define QUANTITIES                                                                                 \
     "phi, theta, joint, x, y, phid, thetad, passes, along, across, amplitude, period and cart"
 
-static const char *const series_fields[] = {"phi",    "theta",     "joint",   "x",     "y",
-                                            "phid",   "thetad",    "passes",  "along", "across",
-                                            "values", "amplitude", "period",  "cart",  "sigma",
-                                            "unit",   "at",        "gravity", NULL};
+static const char *const series_fields[] = {
+    "of",     "arm",    "phi",    "theta", "joint",  "x",       "y",
+    "phid",   "thetad", "passes", "along", "across", "values",  "amplitude",
+    "period", "cart",   "sigma",  "unit",  "at",     "gravity", NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
 int api_fit_part_fits(double rows, double columns, double *taken, const struct api_value *data,
@@ -140,11 +140,13 @@ static void series_check(const struct api_tree *tree, enum pend_fit_kind kind,
 /* reads which quantity a series measures; returns its row in `kinds`, -1 = none */
 static int series_kind(struct api_fit_part *run, int c, const struct api_tree *tree,
                        const struct api_value *item, struct api_problem *problem) {
+    const char *of = api_value_text(API_MEMBER(item, "of"));
     int found = -1;
     for (int i = 0; i < (int)(sizeof kinds / sizeof *kinds); i++) {
-        struct api_value arm = api_value_member(item, kinds[i].name);
+        int chosen = of && !strcmp(of, kinds[i].name);
+        struct api_value arm = api_value_member(item, chosen ? "arm" : kinds[i].name);
         int cart = kinds[i].kind == PEND_FIT_CART, on = 0;
-        if (api_value_kind(&arm) == API_MISSING) continue;
+        if (!chosen && api_value_kind(&arm) == API_MISSING) continue;
         if (found >= 0)
             api_value_fault(&arm, problem,
                             API_CODE_CONFLICT
@@ -156,7 +158,7 @@ static int series_kind(struct api_fit_part *run, int c, const struct api_tree *t
     }
     if (found < 0)
         api_value_fault(item, problem,
-                        API_CODE_MISSING "needs one of " QUANTITIES ": the arm's number");
+                        API_CODE_MISSING "needs \"of\": one of " QUANTITIES "; and \"arm\"");
     return found;
 }
 

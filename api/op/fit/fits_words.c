@@ -65,16 +65,16 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
     if (fit->runs > 1)
         return snprintf(text, WORDS_END,
                         "no minimum was found: %d of %d motions follow their data to the end, even "
-                        "with start values fitted to each run alone. A better start for the "
-                        "others, or fewer rows, may help.",
+                        "with start values fitted to each run alone. A better start for the others,"
+                        " or fewer rows, may help.",
                         whole, fit->runs);
     int at = snprintf(text, WORDS_END, "no minimum was found");
     if (r->iterations >= fit->iterations)
         at += snprintf(text + at, WORDS_END - (size_t)at, " in %ld iterations", r->iterations);
     if (r->follows[0] < last)
         return at + snprintf(text + at, WORDS_END - (size_t)at,
-                             ": the motion follows the data until t = %.6g s of %.6g s. Fewer "
-                             "rows, or a better start, may help.",
+                             ": the motion follows the data until t = %.6g s of %.6g s. Fewer rows,"
+                             " or a better start, may help.",
                              r->follows[0], last);
     return at + snprintf(text + at, WORDS_END - (size_t)at,
                          ": the sum of squares still falls. The motion explains %.6g %% of the "
@@ -209,9 +209,8 @@ enum pend_status api_fit_write_end(const struct api_fit *fit, const struct pend_
     else if (r->end == PEND_FIT_AWAY)
         snprintf(text, sizeof text,
                  "no minimum was found: the sum of squares keeps falling as %s grows or shrinks "
-                 "without limit, "
-                 "here to %.6g, where the data no longer determine it. Give it a \"high\" and a "
-                 "\"low\", or leave it out.",
+                 "without limit, here to %.6g, where the data no longer determine it. Give it a "
+                 "\"high\" and a \"low\", or leave it out.",
                  fit->label[r->away], r->value[r->away] + fit->shift[r->away]);
     else
         end_minimum(fit, r, text);

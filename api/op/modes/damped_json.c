@@ -251,11 +251,15 @@ static enum pend_status damped_json(const struct api_damped *damped, struct api_
     return api_buffer_text(out, "}");
 }
 
-enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *out, int *done,
+enum pend_status api_damped_run(struct api_damped *damped, const struct api_turn *turn, int *done,
                                 struct pend_error *error) {
+    struct api_buffer *out = turn->out;
     int found = damped->told[0] != NULL;
-    if (!found) PEND_TRY(damped_find(damped, &found, error));
-    if (!found) return PEND_OK;
+    if (!found) {
+        PEND_TRY(damped_find(damped, &found, error));
+        if (!found) return PEND_OK;
+        api_turn_tell(turn, 0, damped->stats);
+    }
     if (damped->format == &api_format_json) {
         *done = 1;
         return damped_json(damped, out, error);

@@ -55,8 +55,9 @@ void api_damped_clear(struct api_damped *damped);
  * PEND_NOT_FINITE no equilibrium was found.
  * About a millisecond without friction, else O(n^3).
  */
-PEND_MUST_CHECK enum pend_status api_damped_run(struct api_damped *damped, struct api_buffer *out,
-                                                int *done, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status api_damped_run(struct api_damped *damped,
+                                                const struct api_turn *turn, int *done,
+                                                struct pend_error *error);
 
 /** Returns the estimated time of the computation, s; the second function its memory, bytes. O(1).
  */

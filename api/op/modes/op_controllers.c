@@ -407,8 +407,9 @@ static enum pend_status write_margins(const struct controllers *c, const struct 
     return api_buffer_text(out, "]");
 }
 
-static enum pend_status write_found(const struct controllers *c, const struct found *f,
-                                    struct api_buffer *out) {
+static enum pend_status write_found(const struct controllers *c, struct found *f,
+                                    const struct api_turn *turn) {
+    struct api_buffer *out = turn->out;
     int rows = f->loop->rows;
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(write_control(c, f, out));
@@ -421,6 +422,7 @@ static enum pend_status write_found(const struct controllers *c, const struct fo
     PEND_TRY(write_plant(c, f, out));
     PEND_TRY(write_row(c, f, "Q", c->q, 2 * stored(c), out));
     PEND_TRY(api_out_numbers(out, "R", c->inputs, c->r, (int)c->digits));
+    api_turn_tell(turn, 0, &f->stats);
     PEND_TRY(api_stats_json(&f->stats, out));
     return api_buffer_text(out, "}");
 }
@@ -441,7 +443,7 @@ static enum pend_status controllers_run(void *state, const struct api_turn *turn
     f.reach = f.row + rows, f.seen = f.reach + 2 * n;
     if (status == PEND_OK) status = found_modes(c, &f);
     if (status == PEND_OK) status = found_gains(c, &f, error);
-    if (status == PEND_OK) status = write_found(c, &f, turn->out);
+    if (status == PEND_OK) status = write_found(c, &f, turn);
     free(f.gains);
     pend_damped_free(&f.modes);
     pend_loop_free(&f.loop);

@@ -47,6 +47,7 @@ struct modes {
     double *line;            /* n numbers, or several rows of the table */
     long lines;              /* capacity of `line` in rows of the table */
     struct api_writer *writer;
+    double identity[3]; /* its two sides, and their relative difference */
     struct api_stats stats;
     char last;            /* last byte of the JSON so far, which the next turn writes; 0 = none */
     int filled;           /* whether the arrays with one number per mode are computed */
@@ -231,22 +232,13 @@ static void modes_vector(const struct modes *modes, int mode, double line[]) {
     for (int k = 0; k < tree->n; k++) line[tree->order[k]] = vector[k];
 }
 
-/* writes the identity sum 1/omega^2 = l_tot/g, in which growing modes and upright arms count
- * negatively */
+static const char *const identity_names[] = {"sum_inverse_omega_squared", "length_total_over_g",
+                                             "relative_difference"};
+
 static enum pend_status write_identity(const struct modes *modes, struct api_buffer *out) {
-    const struct pend_tree *tree = modes->asked.tree.tree;
-    double sum = 0, lengths = 0, all = tree->length_total / modes->asked.tree.loads.gravity;
-    for (int k = modes->found->count - 1; k >= 0; k--)
-        sum += 1 / (modes->found->omega[k] * fabs(modes->found->omega[k]));
-    for (int k = 0; modes->asked.up && k < tree->n; k++)
-        lengths +=
-            (modes->asked.up[k] ? -tree->len[k] : tree->len[k]) / modes->asked.tree.loads.gravity;
-    if (!modes->asked.up) lengths = all;
     PEND_TRY(api_out_open(out, "identity", '{'));
-    PEND_TRY(api_out_number(out, "sum_inverse_omega_squared", sum, modes->table.digits));
-    PEND_TRY(api_out_number(out, "length_total_over_g", lengths, modes->table.digits));
-    PEND_TRY(
-        api_out_number(out, "relative_difference", fabs(sum - lengths) / all, modes->table.digits));
+    for (int i = 0; i < 3; i++)
+        PEND_TRY(api_out_number(out, identity_names[i], modes->identity[i], modes->table.digits));
     return api_buffer_text(out, "}");
 }
 
@@ -319,23 +311,44 @@ static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, 
     return api_writer_block(modes->writer, rows, data, out, error);
 }
 
-/* ends the search and allocates the memory of the following steps */
-static enum pend_status modes_found(struct modes *modes, struct pend_error *error) {
+/* the statistics. The identity is sum 1/omega^2 = l_tot/g, where growing modes and upright arms
+ * count negatively: both, and their relative difference. */
+static void modes_tell(struct modes *modes, const struct api_turn *turn) {
+    const struct pend_tree *tree = modes->asked.tree.tree;
+    const unsigned char *up = modes->asked.up;
+    double gravity = modes->asked.tree.loads.gravity, *both = modes->identity;
+    double all = tree->length_total / gravity, lengths = up ? 0 : all, sum = 0;
     int stable = 1;
-    for (int k = 0; modes->asked.up && k < modes->asked.tree.n; k++) stable &= !modes->asked.up[k];
+    for (int k = 0; up && k < tree->n; k++) {
+        stable &= !up[k];
+        lengths += (up[k] ? -tree->len[k] : tree->len[k]) / gravity;
+    }
+    for (int k = modes->found->count - 1; k >= 0; k--)
+        sum += 1 / (modes->found->omega[k] * fabs(modes->found->omega[k]));
+    both[0] = sum, both[1] = lengths, both[2] = fabs(sum - lengths) / all;
     api_stats_whole(&modes->stats, "stable", stable);
+    api_turn_tell(turn, 0, &modes->stats);
+    for (int i = 0; i < 3 && modes->asked.request.select == PEND_SELECT_ALL; i++)
+        api_stats_number(&modes->stats, identity_names[i], both[i]);
+}
+
+/* ends the search and allocates the memory of the following steps */
+static enum pend_status modes_found(struct modes *modes, const struct api_turn *turn,
+                                    struct pend_error *error) {
     modes->found = pend_modes_search_take(modes->search);
     pend_modes_search_free(&modes->search);
+    modes_tell(modes, turn);
     return modes_allocate(modes, error);
 }
 
 /* does a piece of the search, of the decomposition, or of the answer */
-static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out, int *done,
+static enum pend_status modes_piece(struct modes *modes, const struct api_turn *turn, int *done,
                                     struct pend_error *error) {
+    struct api_buffer *out = turn->out;
     int found = 0;
     if (modes->search) {
         PEND_TRY(pend_modes_search_step(modes->search, &found, error));
-        return found ? modes_found(modes, error) : PEND_OK;
+        return found ? modes_found(modes, turn, error) : PEND_OK;
     }
     if (modes->asked.start && modes->split < modes->found->count) return modes_split(modes, error);
     if (!modes->filled) modes_fill(modes);
@@ -356,7 +369,7 @@ static enum pend_status modes_run_real(struct modes *modes, const struct api_tur
         for (int k = 0; k < modes->asked.start->n; k++) modes->near[k] = modes->asked.start->phi[k];
         modes->split = 1;
     }
-    do PEND_TRY(api_damped_run(&modes->damped, turn->out, done, error));
+    do PEND_TRY(api_damped_run(&modes->damped, turn, done, error));
     while (!*done && !api_turn_over(turn));
     return PEND_OK;
 }
@@ -370,7 +383,7 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
     if (modes->near) return modes_run_real(modes, turn, done, error);
     if (modes->last) PEND_TRY(api_buffer_add(out, &modes->last, 1));
     do {
-        enum pend_status status = modes_piece(modes, out, done, error);
+        enum pend_status status = modes_piece(modes, turn, done, error);
         if (status == PEND_NOT_FINITE && !error->text[0])
             return pend_fail(error, status, -1, 0,
                              "lengths, masses and gravity differ too much: a number of the modes "

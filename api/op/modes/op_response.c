@@ -2,8 +2,7 @@
  * poles.
  * Leaves to others: reading (response_json), the response (core/modes/response), the poles
  * (core/modes/damped), the bytes (encode).
- * Invariant: a frequency without a finite response has the amplitude -1, which JSON and CSV write
- * as missing, and the phase 0. */
+ * Invariant: a frequency without a finite response has the amplitude NaN and the phase 0. */
 #include "api/op/op.h"
 
 #include <assert.h>
@@ -64,6 +63,7 @@ struct response {
                          * frequency, rad/s */
     struct api_writer *writer;
     struct api_stats stats;
+    int rest; /* the column from which on the equilibrium is repeated, or the end */
     char warning[4][API_WARNING_TEXT];
 };
 
@@ -94,9 +94,15 @@ static void response_columns(struct response *response) {
         api_table_add(table, name, columns[i].phase, width);
         table->column[table->count - 2].sparse = 1;
     }
-    if (!response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) return;
-    api_table_add(table, api_response_outputs[API_RESPONSE_TRANSMISSIBILITY], NULL, n);
-    table->column[table->count - 1].sparse = 1;
+    if (response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) {
+        api_table_add(table, api_response_outputs[API_RESPONSE_TRANSMISSIBILITY], NULL, n);
+        table->column[table->count - 1].sparse = 1;
+    }
+    response->rest = table->count;
+    if (response->format == &api_format_json) return;
+    // JSON has the equilibrium once; in a table each row repeats it
+    api_table_add(table, "equilibrium", NULL, n);
+    if (response->asked.tree.cart) api_table_add(table, "cart_equilibrium", NULL, 0);
 }
 
 static enum pend_status response_read(void *state, const struct api_reading *reading) {
@@ -190,7 +196,7 @@ static struct pend_response_drive response_drive(const struct response *response
     return drive;
 }
 
-/* ratio of a tip's motion to that of the pivot, in the pivot's direction; -1 if the pivot does not
+/* ratio of a tip's motion to that of the pivot, in the pivot's direction; NaN if the pivot does not
  * move */
 static double response_passed(const struct response *response,
                               const struct pend_response_drive *drive, size_t at) {
@@ -202,7 +208,7 @@ static double response_passed(const struct response *response,
         re += p * x + q * y;
         im += p * y - q * x;
     }
-    return size > 0 ? hypot(re, im) / size : -1;
+    return size > 0 ? hypot(re, im) / size : NAN;
 }
 
 /* computes the amplitudes and phases of one quantity, of the arms or of the cart */
@@ -216,7 +222,7 @@ static void response_swing(const struct response *response, size_t from, int def
     int first = cart ? 0 : tree->cart, end = cart ? 1 : api_tree_stored(tree);
     for (int k = first; k < end; k++) {
         int at = cart ? 0 : order[k];
-        amplitude[at] = defined ? hypot(re[k], im[k]) : -1;
+        amplitude[at] = defined ? hypot(re[k], im[k]) : NAN;
         phase[at] = defined ? atan2(im[k], re[k]) : 0;
     }
 }
@@ -260,11 +266,16 @@ static void response_row(struct response *response, long row, int lane, int defi
         if (swing > response->swing) response->swing = swing, response->swing_at = omega;
         if (rub > response->rub) response->rub = rub, response->rub_at = omega;
     }
+    if (response->rest < response->table.count) {
+        const double *rest = pend_response_rest(response->found);
+        api_tree_put(tree, rest, response->column[response->rest] + row * tree->n);
+        if (cart) response->column[response->rest + 1][row] = rest[0];
+    }
     if (!response->asked.output[API_RESPONSE_TRANSMISSIBILITY]) return;
     // there is no cart if the pivot is driven
     double *passed = response->column[c] + (size_t)row * n;
     for (size_t k = 0; k < n; k++)
-        passed[order[k]] = defined ? response_passed(response, drive, from + k) : -1;
+        passed[order[k]] = defined ? response_passed(response, drive, from + k) : NAN;
 }
 
 /* computes the next frequencies: a group side by side, or one with drives of its own */
@@ -401,6 +412,7 @@ static void response_json(void *state) {
     struct response *response = state;
     api_writer_free(&response->writer);
     response->format = &api_format_json;
+    response->table.count = response->rest;
     response->written = 0;
 }
 

@@ -109,7 +109,7 @@ static enum pend_status orbits_read(void *state, const struct api_reading *readi
         orbits->table.rows_later = 1;
         orbits->table.digits = orbits->asked.digits;
         orbits_columns(orbits);
-        api_reading_check_kept(reading, &orbits->table, API_MEMBER(reading->root, "points"),
+        api_reading_check_kept(reading, &orbits->table, API_MEMBER(reading->root, "count"),
                                orbits->asked.tree.n, "orbits", "fewer points");
         if (reading->problem->status) status = PEND_INVALID;
     }
@@ -291,6 +291,12 @@ static void orbits_json(void *state) {
     orbits->written = 0;
 }
 
+/* the bifurcations of a branch are beside its orbits */
+static int orbits_json_only(const void *state) {
+    const struct orbits *orbits = state;
+    return orbits->asked.problem.branch && !orbits->asked.rows;
+}
+
 static long orbits_steps(const void *state) {
     const struct orbits *orbits = state;
     long maps;
@@ -406,4 +412,5 @@ const struct api_op api_op_orbits = {.name = "orbits",
                                      .carry = orbits_carry,
                                      .stats = offsetof(struct orbits, stats),
                                      .json = orbits_json,
+                                     .json_only = orbits_json_only,
                                      .clear = orbits_clear};

@@ -8,9 +8,9 @@
 #include "api/op/varied.h"
 #include "core/orbits/orbit_form.h"
 
-static const char *const fields[] = {"pendulum", "mode",    "amplitude", "unit",   "energy",
-                                     "initial",  "periods", "settle",    "step",   "points",
-                                     "branch",   "switch",  "rows",      "digits", NULL};
+static const char *const fields[] = {
+    "pendulum", "mode",  "amplitude", "unit",   "energy", "initial", "periods", "settle",
+    "step",     "count", "points",    "branch", "switch", "rows",    "digits",  NULL};
 static const char *const branch_fields[] = {"vary", "arm", "harmonic", "to", NULL};
 
 enum { POINTS_USUAL = 300, SETTLE_MOST = 100000 };
@@ -267,7 +267,7 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value pendulum = api_value_member(root, "pendulum");
-    struct api_value points = api_value_member(root, "points");
+    struct api_value points = api_field_renamed(root, "count", "points", problem);
     long most = POINTS_USUAL, rounded = 0;
     *asked = (struct api_orbits){.omega = 0};
     (void)api_value_only(root, fields, problem);

@@ -44,9 +44,8 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
                  others[kind]);
     else
         snprintf(text, API_WARNING_TEXT,
-                 "the branch turns back and returns to the parameter value where it "
-                 "started: it does not reach the "
-                 "requested end");
+                 "the branch turns back and returns to the parameter value where it started: it "
+                 "does not reach the requested end");
 }
 
 /* writes the effect of equal branches on the orbits found */

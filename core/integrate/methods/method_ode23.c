@@ -291,8 +291,7 @@ static void ode23_carry(void *stepper, struct pend_checkpoint *checkpoint) {
 const struct pend_method pend_method_ode23 = {
     .name = "ode23",
     .summary = "Bogacki-Shampine 3(2) with MATLAB's step control and default tolerances, as used "
-               "in the paper; quick and "
-               "coarse.",
+               "in the paper; quick and coarse.",
     .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_TERMS,
     .rtol_default = 1e-3,
     .rtol_min = 1e-13,

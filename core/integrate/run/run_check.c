@@ -20,8 +20,7 @@ static enum pend_status run_check_order(const struct pend_times *times, struct p
         if (rises ? now > before : now < before) continue;
         return pend_fail(error, PEND_INVALID, -1, now,
                          "the instants must be strictly increasing or strictly decreasing: instant "
-                         "%ld (%.17g s) does "
-                         "not follow instant %ld (%.17g s)",
+                         "%ld (%.17g s) does not follow instant %ld (%.17g s)",
                          i + 1, now, i, before);
     }
     return PEND_OK;

@@ -26,6 +26,44 @@ static double clock_now(void *context) {
     return clock->time += clock->tick;
 }
 
+#define FIT(more, unknown, series)                                                                 \
+    "{\"pendulum\":{\"length\":1,\"mass\":1,\"parent\":0},\"initial\":{\"theta\":0.1}" more        \
+    ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1" unknown                                        \
+    "}],\"data\":{\"t\":[0,0.1,0.2],\"series\":[{" series ",\"values\":[-0.1,-0.09,-0.08]}]}}"
+
+TEST(a_deprecated_name_means_what_the_new_one_means) {
+    static const struct {
+        enum api_op_id op;
+        const char *body, *name[2]; /* @ is the field, by its name or its deprecated one */
+    } row[] = {
+        {API_OP_FORCES, "{" TREE ",\"@\":{\"theta\":[1,2]}}", {"initial", "state"}},
+        {API_OP_SECTIONS,
+         "{" TREE ",\"section\":{\"arm\":1,\"theta\":0},\"duration\":5,\"@\":3}",
+         {"time", "start"}},
+        {API_OP_LYAPUNOV, "{" TREE ",\"duration\":5,\"@\":3}", {"time", "start"}},
+        {API_OP_ENSEMBLES, "{" TREE ",\"states\":[{}],\"duration\":1,\"@\":3}", {"time", "start"}},
+        {API_OP_ORBITS,
+         "{" TREE ",\"mode\":1,\"amplitude\":0.4,\"branch\":true,\"@\":4}",
+         {"count", "points"}},
+        {API_OP_FITS, FIT(",\"@\":-1", "", "\"of\":\"theta\",\"arm\":1"), {"time", "start"}},
+        {API_OP_FITS, FIT("", ",\"@\":0.9", "\"theta\":1"), {"guess", "start"}},
+        {API_OP_FITS, FIT("", "", "\"@\":1"), {"of\":\"theta\",\"arm", "theta"}}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        struct test_reply reply[2];
+        const char *at = strchr(row[i].body, '@');
+        for (int old = 0; old < 2; old++) {
+            char body[600];
+            snprintf(body, sizeof body, "%.*s%s%s", (int)(at - row[i].body), row[i].body,
+                     row[i].name[old], at + 1);
+            reply[old] = test_post(row[i].op, body);
+            CHECK_SAYING(reply[old].status == 200, "%s: %.300s", body, reply[old].out.data);
+            CHECK(strstr(reply[old].out.data, "\"version\":\"") != NULL);
+        }
+        CHECK_TEXT(reply[0].out.data, reply[1].out.data);
+        for (int old = 0; old < 2; old++) test_reply_free(&reply[old]);
+    }
+}
+
 /* the status and detail for the envelope of a request, with a valid body unless it has one */
 static void check_envelope(struct api_request request, int status, const char *piece) {
     if (!request.body) {

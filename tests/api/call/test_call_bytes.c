@@ -198,8 +198,8 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
             for (int differ = 0; differ < 2; differ++) {
                 snprintf(
                     rest, sizeof rest,
-                    ",\"duration\":0.01,\"initial\":{\"theta\":[%s]},\"grid\":[{\"vary\":"
-                    "\"theta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":%d}]%s",
+                    ",\"duration\":0.01,\"initial\":{\"theta\":[%s]},\"grid\":[{\"vary\":\"theta\","
+                    "\"arm\":1,\"start\":0,\"stop\":1,\"count\":%d}]%s",
                     angles, n < 70 ? 3000 : 9,
                     differ
                         ? ",\"derivatives\":[{\"vary\":\"gravity\"},{\"vary\":\"mass\",\"arm\":1}]"
@@ -210,8 +210,7 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
     bytes_pendulum(pendulum, 1, 0);
     bytes_check(API_OP_SECTIONS, npz, pendulum,
                 ",\"initial\":{\"theta\":[0],\"thetad\":[50]},\"duration\":4000,\"count\":50000,"
-                "\"section\":{\"arm\":1,"
-                "\"theta\":0}");
+                "\"section\":{\"arm\":1,\"theta\":0}");
 }
 
 /* adds a list of n equal entries to a pendulum that bytes_pendulum has written */

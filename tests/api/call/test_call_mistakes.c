@@ -63,7 +63,8 @@ TEST(what_is_not_json_is_told_what_json_has) {
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, row[i].body);
         const char *type = test_reply_text(&reply, "/type");
-        CHECK_SAYING(reply.status == 400 && type && !strcmp(type, "/docs#problem-not-json") &&
+        CHECK_SAYING(reply.status == 400 && type &&
+                         !strcmp(type, "urn:pendulumd:problem-not-json") &&
                          strstr(test_reply_text(&reply, "/detail"), row[i].meant),
                      "%s: %s", row[i].body, reply.out.data);
         test_reply_free(&reply);

@@ -29,11 +29,9 @@ static const struct {
 } cases[] = {
     {API_OP_ENSEMBLES,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":2,\"random\":{"
-     "\"count\":60,"
-     "\"seed\":5,"
-     "\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":\"uniform\",\"low\":-3,\"high\":3},"
-     "{\"vary\":\"theta\",\"arm\":2,\"distribution\":\"uniform\",\"low\":-3,\"high\":3}]},"
-     "\"observables\":[\"final\",\"first_flip\",\"flips\",\"energy_drift\"]}",
+     "\"count\":60,\"seed\":5,\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":\"uniform\","
+     "\"low\":-3,\"high\":3},{\"vary\":\"theta\",\"arm\":2,\"distribution\":\"uniform\",\"low\":-3,"
+     "\"high\":3}]},\"observables\":[\"final\",\"first_flip\",\"flips\",\"energy_drift\"]}",
      7, 0},
     {API_OP_TRAJECTORIES,
      "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]},"
@@ -52,8 +50,7 @@ static const struct {
      TRAJECTORY("\"derivatives\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"gravity\"}]"), 7, 0},
     {API_OP_FORCES,
      "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"phi\":[1,2]"
-     "},{\"phi\":[0.5,0."
-     "25]}]}",
+     "},{\"phi\":[0.5,0.25]}]}",
      1, 0},
     {API_OP_FORCES,
      "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{\"phi\":[1,2]}"
@@ -61,15 +58,13 @@ static const struct {
      1, 0},
     {API_OP_MODES,
      "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"include\":[\"A\","
-     "\"M\"],"
-     "\"initial\":{\"phi\":[0,1,2]}}",
+     "\"M\"],\"initial\":{\"phi\":[0,1,2]}}",
      1, 1},
     {API_OP_MODES, "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]}}", 1,
      0},
     {API_OP_MODES,
      "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"about\":[\"down\","
-     "\"up\",\"down\"],"
-     "\"initial\":{\"phi\":[0,3,1]},\"digits\":9}",
+     "\"up\",\"down\"],\"initial\":{\"phi\":[0,3,1]},\"digits\":9}",
      1, 0},
     {API_OP_LYAPUNOV,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":5,\"samples\":"
@@ -77,8 +72,7 @@ static const struct {
      1, 0},
     {API_OP_SECTIONS,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"section\":{\"arm\":1,"
-     "\"theta\":0},"
-     "\"duration\":20}",
+     "\"theta\":0},\"duration\":20}",
      1, 0},
     {API_OP_RESPONSE,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"drive\":{\"pivot\":{"
@@ -89,8 +83,8 @@ static const struct {
      "\"amplitude\":0.5,\"branch\":true,\"points\":21}",
      7, 0},
     {API_OP_ORBITS,
-     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"mode\":2,"
-     "\"amplitude\":2,\"branch\":true,\"points\":60,\"switch\":[1],\"rows\":\"bifurcations\"}",
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"mode\":2,\"amplitude\":2,"
+     "\"branch\":true,\"points\":60,\"switch\":[1],\"rows\":\"bifurcations\"}",
      7, 0},
     {API_OP_ORBITS,
      "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"
@@ -99,9 +93,9 @@ static const struct {
      "\"switch\":[1,1]}",
      7, 0},
     {API_OP_FITS,
-     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"t\":[0,0.1,"
-     "0.2,0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},"
-     "\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]}",
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"t\":[0,0.1,0.2,"
+     "0.3,0.4,0.5],\"series\":[{\"theta\":1,\"values\":[1,0.95,0.8,0.58,0.3,0]}]},\"unknowns\":[{"
+     "\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]}",
      1, 1},
 };
 enum { CASES = sizeof cases / sizeof *cases };

@@ -89,8 +89,8 @@ TEST(what_stands_in_a_room_is_kept_in_one_form) {
          "\"scene\":" SCENE "}]}",
          NULL);
     good(API_CLASS_HANDIN,
-         "{\"answers\":[{\"step\":\"a\",\"value\":2},{\"step\":\"b\",\"value\":"
-         "\"because\",\"scene\":" SCENE "}],\"done\":true}",
+         "{\"answers\":[{\"step\":\"a\",\"value\":2},{\"step\":\"b\",\"value\":\"because\","
+         "\"scene\":" SCENE "}],\"done\":true}",
          NULL);
 }
 
@@ -114,8 +114,7 @@ TEST(what_may_not_stand_in_a_room_is_refused_with_its_place) {
         "at_once");
     bad(API_CLASS_HANDIN, 422,
         "{\"answers\":[{\"step\":\"a\",\"value\":1,\"tries\":[1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,"
-        "1,"
-        "1,1]}]}",
+        "1,1,1]}]}",
         "/answers/0/tries", "at most 20");
     bad(API_CLASS_HANDIN, 422, "{\"answers\":[{\"step\":\"a\",\"value\":1,\"tries\":[null]}]}",
         "/answers/0/tries/0", "a number or a text");
@@ -151,9 +150,8 @@ TEST(what_is_too_large_for_a_room_is_refused) {
     memcpy(text, "{\"nickname\":\"Ada\"}", 18);
     bad(API_CLASS_PUPIL, 413, text, NULL, "at most 1024 bytes");
     int bytes = snprintf(text, sizeof text,
-                         "{\"scene\":{\"request\":{\"pendulum\":{\"length\":[1],"
-                         "\"mass\":[1],\"parent\":[0]},\"times\":[0,1]},"
-                         "\"view\":{\"v\":\"");
+                         "{\"scene\":{\"request\":{\"pendulum\":{\"length\":[1],\"mass\":[1],"
+                         "\"parent\":[0]},\"times\":[0,1]},\"view\":{\"v\":\"");
     memset(text + bytes, 'v', 9000);
     snprintf(text + bytes + 9000, 8, "\"}}}");
     bad(API_CLASS_OWN_STAGE, 413, text, NULL, "at most 8192 bytes without blanks");

@@ -71,8 +71,8 @@ static const struct {
     {"phyphox gyroscope", "\"Time (s)\",\"Gyroscope z (rad/s)\"\n0.01,0.5\n0.02,0.4\n", 1, 2,
      "t, thetad 1"},
     {"phyphox, all axes",
-     "\"Time (s)\",\"Gyroscope x (rad/s)\",\"Gyroscope y (rad/s)\",\"Gyroscope z "
-     "(rad/s)\",\"Absolute (rad/s)\"\n0.01,0.1,0.5,0.0,0.5\n0.02,0.1,-2.5,0.1,2.5\n",
+     "\"Time (s)\",\"Gyroscope x (rad/s)\",\"Gyroscope y (rad/s)\",\"Gyroscope z (rad/s)\","
+     "\"Absolute (rad/s)\"\n0.01,0.1,0.5,0.0,0.5\n0.02,0.1,-2.5,0.1,2.5\n",
      2, 2, "t, -, thetad 1?, -, -"},
     {"an angle between arms", "t,theta_1 (deg),joint_2 (deg)\n0,1,2\n1,2,3\n", 2, 2,
      "t, theta 1 deg, joint 2 deg"},
@@ -131,9 +131,8 @@ static const struct {
      "t, theta 1 deg"},
     {"notes below", "t,theta_1 (deg)\n0,10\n1,9\nend of run\n", 1, 2, "t, theta 1 deg"},
     {"a log of a clock",
-     "date,amplitude (deg),period (s)\n2026-11-27 12:00,5,1.9\n2026-11-27 12:01,"
-     "4,1.9\n",
-     1, 2, "t, amplitude 1 deg, period 1"},
+     "date,amplitude (deg),period (s)\n2026-11-27 12:00,5,1.9\n2026-11-27 12:01,4,1.9\n", 1, 2,
+     "t, amplitude 1 deg, period 1"},
     {"an amplitude beside its angle", "t,theta_1 (deg),amplitude (deg)\n0,5,5\n1,2,5\n", 1, 2,
      "t, theta 1 deg, -"},
     {"accelerations along and across",

@@ -171,7 +171,6 @@ TEST(npz_in_turns_has_the_bytes_that_it_has_from_memory) {
     const double most[] = {0, 8 * ROWS, 8 * ROWS * (ARMS + 2), 8 * ROWS * (3 * ARMS + 3) - 1};
     const int turns[] = {5, 4, 2, 1};
     for (int nan = 0; nan < 2; nan++) {
-        table.table.nan = nan;
         table.table.float32 = 0;
         table.table.column[TEST_PHI].sparse = nan;
         for (size_t i = 0; i < sizeof most / sizeof *most; i++) {

@@ -199,8 +199,7 @@ TEST(parquet_has_nan_for_a_member_that_failed) {
         API_OP_ENSEMBLES,
         "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"theta\":["
         "3,3],\"thetad\":[1,0]},{\"theta\":[0.1,0],\"thetad\":[1,0]}],\"energy\":-20,\"duration\":"
-        "1,"
-        "\"observables\":[\"lyapunov\",\"final\"],\"columns\":[\"status\",\"lyapunov\",\"final_"
+        "1,\"observables\":[\"lyapunov\",\"final\"],\"columns\":[\"status\",\"lyapunov\",\"final_"
         "phi\"]}",
         "application/vnd.apache.parquet", NULL);
     CHECK_INT(reply.status, 200);

@@ -22,9 +22,7 @@ TEST(links_to_the_page_become_frames_of_its_embed_view) {
         {"maxheight=90&dnt=1&url=http://school.example:8080/?embed=0%26lang=de%26embed#s=x",
          "http://school.example:8080/?embed=1&lang=de#s=x", 720, 90},
         {"url=HTTPS://SCHOOL.example:8080?sheet=period",
-         "HTTPS://SCHOOL.example:8080/?embed=1"
-         "&sheet=period",
-         720, 480},
+         "HTTPS://SCHOOL.example:8080/?embed=1&sheet=period", 720, 480},
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct api_oembed wanted = {.link = ""};
@@ -121,8 +119,7 @@ TEST(the_answer_holds_a_frame_whose_attributes_nothing_ends) {
         "\"pendulumd\",\"provider_url\":\"http://h/\",\"width\":300,\"height\":200,\"html\":"
         "\"<iframe src=\\\"http://h/?embed=1&amp;length=1,1&amp;theta=9#d=a\\\\b\\\" "
         "width=\\\"300\\\" height=\\\"200\\\" title=\\\"Pendulum of 2 arms\\\" "
-        "style=\\\"border:0\\\""
-        " loading=\\\"lazy\\\" allow=\\\"fullscreen\\\"></iframe>\"}");
+        "style=\\\"border:0\\\" loading=\\\"lazy\\\" allow=\\\"fullscreen\\\"></iframe>\"}");
     api_buffer_clear(&out);
     api_buffer_init(&out, 100);
     CHECK_INT(api_oembed_write(&wanted, &out), PEND_LIMIT);

@@ -61,10 +61,9 @@ TEST(scene_is_told_back_whole_in_one_form) {
     CHECK_INT((long long)strspn(scene.id, "0123456789abcdefghjkmnpqrstvwxyz"), API_SCENE_ID - 1);
     snprintf(wanted, sizeof wanted,
              "{\"id\":\"%s\",\"created\":\"" CREATED
-             "\",\"title\":\"A\",\"request\":{\"pendulum\":{\"length\":[1,1],"
-             "\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"step\":0.1,\"stop\":1}},\"view\":{"
-             "\"speed\":1.5},\"links\":"
-             "{\"self\":\"/v1/scenes/%s\",\"page\":\"/#s=%s\"}}",
+             "\",\"title\":\"A\",\"request\":{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],"
+             "\"parent\":[0,1]},\"times\":{\"step\":0.1,\"stop\":1}},\"view\":{\"speed\":1.5},"
+             "\"links\":{\"self\":\"/v1/scenes/%s\",\"page\":\"/#s=%s\"}}",
              scene.id, scene.id, scene.id);
     CHECK_TEXT(scene.text.data, wanted);
     scene_end(&scene);
@@ -75,20 +74,16 @@ TEST(scene_has_the_same_id_however_it_is_spelt_and_another_if_anything_differs) 
         "{\"request\":" REQUEST "}",
         " { \"view\" : {}, \"title\":\"\", \"request\":" REQUEST "}",
         ("{\"request\":{\"times\":{\"step\":1e-1,\"stop\":1.0},\"pendulum\":{\"parent\":[0,1],"
-         "\"mass\":[1,1],"
-         "\"length\":"
-         "[1,1.0]}}}"),
+         "\"mass\":[1,1],\"length\":[1,1.0]}}}"),
     };
     static const char *const other[] = {
         "{\"request\":" REQUEST ",\"title\":\"a\"}",
         "{\"request\":" REQUEST ",\"view\":{\"a\":1}}",
         "{\"request\":" REQUEST ",\"view\":{\"a\":-1}}",
         "{\"request\":{\"pendulum\":{\"length\":[1,1.0000000000000002],\"mass\":[1,1],\"parent\":["
-        "0,1]},\"times\":{"
-        "\"stop\":1,\"step\":0.1}}}",
+        "0,1]},\"times\":{\"stop\":1,\"step\":0.1}}}",
         "{\"request\":{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{"
-        "\"stop\":1,\"step\":"
-        "0.1},\"method\":\"ode23\"}}",
+        "\"stop\":1,\"step\":0.1},\"method\":\"ode23\"}}",
     };
     enum { SAME = sizeof same / sizeof *same, OTHER = sizeof other / sizeof *other };
     char id[1 + OTHER][API_SCENE_ID];
@@ -117,8 +112,7 @@ TEST(scene_tells_every_fault_below_request) {
     check_refused("{\"request\":" REQUEST ",\"title\":7}", 422, "\"/title\"");
     check_refused("{\"request\":" REQUEST ",\"view\":[]}", 422, "\"/view\"");
     const char *three = "{\"request\":{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":["
-                        "0,1]},\"times\":[1,1],\"rtol\":9},"
-                        "\"title\":null}";
+                        "0,1]},\"times\":[1,1],\"rtol\":9},\"title\":null}";
     check_refused(three, 422, "\"/request/pendulum/length/1\"");
     check_refused(three, 422, "\"/request/times/1\"");
     check_refused(three, 422, "\"/request/rtol\"");

@@ -30,8 +30,7 @@ TEST(a_single_arm_obeys_its_formula) {
     double phi = -0.4, rate = 3, m = 1.5, l = 0.8, g = 1.62;
     struct test_reply reply =
         test_post(API_OP_FORCES, "{\"pendulum\":{\"L\":[0.8],\"m\":[1.5],\"S\":[[1]],\"gravity\":1."
-                                 "62},\"state\":{\"phi\":[-0.4],"
-                                 "\"phid\":[3]}}");
+                                 "62},\"state\":{\"phi\":[-0.4],\"phid\":[3]}}");
     double gap =
         fabs(test_reply_number(&reply, "/lambda/0") - (-m * l * rate * rate + g * m * sin(phi)));
     gap = fmax(gap, fabs(test_reply_number(&reply, "/phidd/0") + g / l * cos(phi)));
@@ -87,8 +86,8 @@ TEST(states_give_one_row_each_in_their_order) {
 TEST(states_in_modes_stand_beside_states_by_angles) {
     struct test_reply reply =
         test_post(API_OP_FORCES, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
-                                 "\"states\":[{\"theta\":[0.01,0.0141421356]},"
-                                 "{\"mode\":1,\"amplitude\":0.0141421356},{}]}");
+                                 "\"states\":[{\"theta\":[0.01,0.0141421356]},{\"mode\":1,"
+                                 "\"amplitude\":0.0141421356},{}]}");
     CHECK_INT(reply.status, 200);
     CHECK(fabs(test_reply_number(&reply, "/phidd/0/0") - test_reply_number(&reply, "/phidd/1/0")) <
           1e-8);
@@ -163,8 +162,7 @@ TEST(forces_of_a_mode_that_is_beyond_all_numbers_are_a_problem) {
         for (int k = 1; k <= 3; k++) {
             snprintf(body, sizeof body,
                      "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
-                     "\"state\":{\"mode\":%d,"
-                     "\"amplitude\":1}}",
+                     "\"state\":{\"mode\":%d,\"amplitude\":1}}",
                      length[i], k);
             struct test_reply reply = test_post(API_OP_FORCES, body);
             CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status,
@@ -197,8 +195,7 @@ TEST(forces_of_huge_angles_are_those_of_their_rests) {
             char body[200];
             snprintf(body, sizeof body,
                      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{"
-                     "\"phi\":[%s],"
-                     "\"phid\":[1,2]}}",
+                     "\"phi\":[%s],\"phid\":[1,2]}}",
                      states[j]);
             reply[j] = test_post(API_OP_FORCES, body);
             CHECK_INT(reply[j].status, 200);

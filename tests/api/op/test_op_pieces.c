@@ -56,8 +56,7 @@ TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
     const double a = 0.3 / inertia, e = 0.6;
     double begin = 0, v = 0, q = -0.25, worst = 0;
     struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR
-                                  ",\"torque\":0.3,\"stop\":{\"max\":0.25,\"restitution\":"
-                                  "0.6}}]",
+                                  ",\"torque\":0.3,\"stop\":{\"max\":0.25,\"restitution\":0.6}}]",
                                   "-0.25", "\"times\":{\"start\":0,\"stop\":2,\"count\":401}");
     for (int i = 0; i <= 400; i++) {
         double t = 2 * i / 400.0, flight;
@@ -107,8 +106,7 @@ TEST(a_joint_that_holds_is_as_a_rigid_body) {
     struct test_reply held =
         ask("\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4},{\"name\":\"b\","
             "\"parent\":\"a\",\"length\":0.4,\"mass\":0.3,\"friction\":{\"torque\":99}},{\"name\":"
-            "\"c\","
-            "\"parent\":\"b\",\"length\":0.3,\"mass\":0,\"rod\":0.2}]",
+            "\"c\",\"parent\":\"b\",\"length\":0.3,\"mass\":0,\"rod\":0.2}]",
             "0.3,0.3,-0.4", "\"times\":[0,0.5,1]");
     struct test_reply whole = ask(
         "\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4,\"body\":{\"mass\":0.3,"
@@ -170,8 +168,8 @@ TEST(work_heat_and_energy_balance_through_ten_thousand_bounces_and_a_thousand_st
     CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-13, "bounces");
     test_reply_free(&reply);
     reply = ask("\"gravity\":0,\"arms\":[{\"name\":\"a\"," BAR
-                ",\"friction\":{\"torque\":0.5},\"torque\":{"
-                "\"harmonics\":[{\"amplitude\":0.8,\"omega\":6.283185307179586}]}},{\"parent\":"
+                ",\"friction\":{\"torque\":0.5},\"torque\":{\"harmonics\":[{\"amplitude\":0.8,"
+                "\"omega\":6.283185307179586}]}},{\"parent\":"
                 "\"a\"," BAR ",\"friction\":{\"torque\":0.05}}]",
                 "0,0.3", "\"times\":[0,500]");
     CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-13, "sticks");
@@ -211,12 +209,12 @@ TEST(members_of_an_ensemble_follow_a_table_as_a_motion_alone_does) {
 /* a bar without gravity, driven from rest: theta - theta_0 is inversely proportional to its mass */
 TEST(derivatives_and_fits_pass_through_tables) {
     static const char pendulum[] =
-        "\"gravity\":0,\"arms\":[{" BAR ",\"torque\":{\"table\":{\"t\":[0,0.3,0.7,1.2],"
-        "\"value\":[0.2,-0.5,0.1,0.4],\"hold\":\"linear\"}}}]";
+        "\"gravity\":0,\"arms\":[{" BAR ",\"torque\":{\"table\":{\"t\":[0,0.3,0.7,1.2],\"value\":["
+        "0.2,-0.5,0.1,0.4],\"hold\":\"linear\"}}}]";
     static char body[2000];
     snprintf(body, sizeof body,
-             "{\"pendulum\":{%s},\"initial\":{\"theta\":[0.1]},\"times\":[0,0.5,1.2],\"output\":"
-             "[\"theta\"],\"derivatives\":[{\"vary\":\"rod\",\"arm\":1}]}",
+             "{\"pendulum\":{%s},\"initial\":{\"theta\":[0.1]},\"times\":[0,0.5,1.2],\"output\":["
+             "\"theta\"],\"derivatives\":[{\"vary\":\"rod\",\"arm\":1}]}",
              pendulum);
     struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
     for (int i = 1; i < 3; i++) {
@@ -228,8 +226,8 @@ TEST(derivatives_and_fits_pass_through_tables) {
     test_reply_free(&reply);
     snprintf(body, sizeof body,
              "{\"pendulum\":{%s},\"initial\":{\"theta\":[0.1]},\"data\":{\"t\":[0,0.3,0.6,0.9,1.2],"
-             "\"series\":[{\"theta\":1,\"values\":[0.1,0.172,-0.248,-0.828,-1.16]}]},\"unknowns\":"
-             "[{\"vary\":\"rod\",\"arm\":1}]}",
+             "\"series\":[{\"theta\":1,\"values\":[0.1,0.172,-0.248,-0.828,-1.16]}]},\"unknowns\":["
+             "{\"vary\":\"rod\",\"arm\":1}]}",
              pendulum);
     reply = test_post(API_OP_FITS, body);
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
@@ -269,9 +267,8 @@ TEST(a_pivot_follows_the_natural_spline_through_its_places) {
  * against differences of motions and positions of the table */
 TEST(derivatives_members_and_conditions_follow_a_pivot) {
     static const char form[] =
-        "{\"pendulum\":{\"arms\":[{\"length\":%.17g,\"mass\":1}],\"pivot\":{"
-        "\"x\":{\"table\":{\"t\":[0,0.25,0.75,2],\"value\":[0,0.25,-0.125,0]}"
-        "}}},%s,\"rtol\":1e-15}";
+        "{\"pendulum\":{\"arms\":[{\"length\":%.17g,\"mass\":1}],\"pivot\":{\"x\":{\"table\":{"
+        "\"t\":[0,0.25,0.75,2],\"value\":[0,0.25,-0.125,0]}}}},%s,\"rtol\":1e-15}";
     static const char tell[] =
         "\"initial\":{\"theta\":[0.4]},\"times\":[0,0.75,1],\"output\":[\"theta\",\"z\"]";
     char body[1000], rest[400];
@@ -353,8 +350,7 @@ TEST(answers_say_why_they_have_no_horizon) {
          "through controllers"},
         {API_OP_TRAJECTORIES,
          ARM ",\"stop\":{\"min\":-0.2}}]}" SEEN
-             ",\"rows\":\"events\",\"events\":[{\"of\":\"theta\","
-             "\"arm\":1,\"value\":0}]",
+             ",\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,\"value\":0}]",
          "stick or hit a stop"},
         {API_OP_SECTIONS,
          ARM ",\"stop\":{\"min\":-0.2}}]},\"initial\":{\"theta\":[1]},\"duration\":2,\"section\":{"

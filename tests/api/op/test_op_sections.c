@@ -106,8 +106,8 @@ TEST(sections_of_too_many_steps_are_refused) {
 TEST(sections_say_how_many_of_their_passages_hold) {
     struct test_reply reply = test_post(
         API_OP_SECTIONS, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
-                         "\"initial\":{\"theta\":[2,2.5]},\"duration\":100,"
-                         "\"section\":{\"arm\":1,\"theta\":0}}");
+                         "\"initial\":{\"theta\":[2,2.5]},\"duration\":100,\"section\":{\"arm\":1,"
+                         "\"theta\":0}}");
     double held = test_reply_number(&reply, "/stats/horizon"),
            holding = test_reply_number(&reply, "/stats/holding");
     CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the true value is 8.8 s
@@ -141,10 +141,9 @@ static int compared(const char *motion, const char *start, const char *section, 
              motion, start, section);
     struct test_reply found = test_post(API_OP_SECTIONS, body);
     int rows = test_reply_count(&found, "/t"), arms = test_reply_count(&found, "/phi/0");
-    int used = snprintf(body, sizeof body,
-                        "{%s,\"rtol\":1e-15,\"output\":[\"phi\",\"phid\"],"
-                        "\"times\":[%s",
-                        motion, start);
+    int used =
+        snprintf(body, sizeof body,
+                 "{%s,\"rtol\":1e-15,\"output\":[\"phi\",\"phid\"],\"times\":[%s", motion, start);
     for (int i = 0; i < rows && i < 40; i++) {
         snprintf(at, sizeof at, "/t/%d", i);
         used += snprintf(body + used, sizeof body - (size_t)used, ",%.17g",

@@ -174,8 +174,8 @@ TEST(numbers_that_overflow_end_as_a_problem) {
 TEST(all_faults_of_a_request_are_told_at_once) {
     struct test_reply reply =
         test_post(API_OP_TRAJECTORIES, "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":"
-                                       "[0,1]},\"initial\":{\"phi\":[1,2,3]},"
-                                       "\"times\":{\"start\":0,\"step\":0},\"method\":\"runge\","
+                                       "[0,1]},\"initial\":{\"phi\":[1,2,3]},\"times\":{"
+                                       "\"start\":0,\"step\":0},\"method\":\"runge\","
                                        "\"rtol\":\"small\",\"output\":[\"psi\"],\"digits\":99,"
                                        "\"precision\":\"octuple\",\"meta\":{}}");
     static const char *const pointers[] = {
@@ -245,8 +245,7 @@ TEST(trust_judges_32_digits_too) {
             body, sizeof body,
             "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":"
             "[0.42920367320510344,0.92920367320510344]},\"times\":{\"stop\":60,\"step\":0.25},"
-            "\"output\":[\"phi\"],"
-            "\"precision\":\"extended\",\"trust\":true%s}",
+            "\"output\":[\"phi\"],\"precision\":\"extended\",\"trust\":true%s}",
             runs[i].rtol);
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
@@ -304,8 +303,7 @@ static struct test_reply tumble(const char *accept, const char *more) {
     char body[512];
     snprintf(body, sizeof body,
              "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{"
-             "\"theta\":[2,2.5]},"
-             "\"times\":{\"stop\":20,\"step\":0.1},\"output\":[\"phi\"]%s}",
+             "\"theta\":[2,2.5]},\"times\":{\"stop\":20,\"step\":0.1},\"output\":[\"phi\"]%s}",
              more);
     return test_post_as(API_OP_TRAJECTORIES, body, accept, NULL);
 }
@@ -357,8 +355,8 @@ TEST(small_angles_from_hanging_keep_their_digits) {
             char body[400];
             snprintf(body, sizeof body,
                      "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
-                     "\"theta\":[%s]},"
-                     "\"times\":[0,0.25,1,3],\"output\":[\"theta\",\"thetad\",\"phidd\"],%s}",
+                     "\"theta\":[%s]},\"times\":[0,0.25,1,3],\"output\":[\"theta\",\"thetad\","
+                     "\"phidd\"],%s}",
                      turned ? "-3.25e-12" : "1e-12", ways[w].body);
             struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
             CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
@@ -428,8 +426,8 @@ TEST(small_angles_of_members_keep_their_digits) {
         test_reply_free(&reply);
     }
     struct test_reply reply =
-        test_post(API_OP_ENSEMBLES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]}],"
-                                    "\"duration\":1,\"observables\":[\"final\"]}");
+        test_post(API_OP_ENSEMBLES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]}],\"duration\":1,"
+                                    "\"observables\":[\"final\"]}");
     double rate = test_reply_number(&reply, "/final/phid/0/0"),
            exact = -1e-12 * frequency * sin(frequency);
     CHECK_SAYING(fabs(rate - exact) <= 1e-11 * fabs(exact), "%.17g beside %.17g", rate, exact);
@@ -452,8 +450,8 @@ TEST(small_swings_pass_a_section_in_time) {
     }
     test_reply_free(&reply);
     reply = test_post(API_OP_SECTIONS,
-                      "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":1,"
-                      "\"section\":{\"arm\":1,\"theta\":5e-13,\"direction\":\"both\"}}");
+                      "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":1,\"section\":{"
+                      "\"arm\":1,\"theta\":5e-13,\"direction\":\"both\"}}");
     double t = test_reply_number(&reply, "/t/0");
     CHECK_SAYING(fabs(t - half / 3) < 1e-11, "half its height at %.17g", t);
     test_reply_free(&reply);
@@ -462,8 +460,8 @@ TEST(small_swings_pass_a_section_in_time) {
 /* forces of a list of states have the same digits as those of each alone */
 TEST(small_angles_of_many_states_keep_their_digits) {
     struct test_reply reply =
-        test_post(API_OP_FORCES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]},{\"theta\":[1]},"
-                                 "{\"theta\":[-3e-12]},{\"theta\":[1e17],\"unit\":\"rad\"}]}");
+        test_post(API_OP_FORCES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]},{\"theta\":[1]},{"
+                                 "\"theta\":[-3e-12]},{\"theta\":[1e17],\"unit\":\"rad\"}]}");
     double first = test_reply_number(&reply, "/phidd/0/0"),
            third = test_reply_number(&reply, "/phidd/2/0");
     CHECK_SAYING(fabs(first + 9.81e-12) < 1e-25, "%.17g", first);
@@ -518,8 +516,8 @@ TEST(a_damped_arm_dies_away_as_its_closed_form) {
     struct test_reply reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[0.8],\"mass\":[1.5],\"parent\":[0],\"damping\":[0.3]},"
-        "\"initial\":{\"theta\":[1e-5]},\"times\":{\"stop\":5,\"step\":1},"
-        "\"output\":[\"theta\",\"energy\",\"exchange\"]}");
+        "\"initial\":{\"theta\":[1e-5]},\"times\":{\"stop\":5,\"step\":1},\"output\":[\"theta\","
+        "\"energy\",\"exchange\"]}");
     double decay = 0.3 / (2 * 1.5 * 0.64), omega = sqrt(9.81 / 0.8 - decay * decay), worst = 0;
     CHECK_INT(reply.status, 200);
     for (int i = 0; i <= 5; i++) {
@@ -540,9 +538,9 @@ TEST(a_damped_arm_dies_away_as_its_closed_form) {
 TEST(symplectic_takes_of_real_pendulums_those_that_keep_their_energy) {
     struct test_reply reply = test_post(
         API_OP_TRAJECTORIES,
-        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1],\"rod\":[null,1],"
-        "\"at\":[null,[0.5,0.2]],\"stiffness\":[3,1],\"damping\":[0,0]},"
-        "\"times\":{\"stop\":9,\"step\":1},\"method\":\"symplectic\"}");
+        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1],\"rod\":[null,1],\"at\":["
+        "null,[0.5,0.2]],\"stiffness\":[3,1],\"damping\":[0,0]},\"times\":{\"stop\":9,\"step\":1},"
+        "\"method\":\"symplectic\"}");
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-13);
     test_reply_free(&reply);

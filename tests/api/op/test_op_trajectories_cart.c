@@ -148,8 +148,7 @@ TEST(members_on_a_cart_vary_in_its_numbers) {
             body, sizeof body,
             "{" CART
             ",\"duration\":1,\"observables\":[\"final\",\"cart\",\"lyapunov\"],\"initial\":" START
-            ",\"grid\":[{\"vary\":\"%s\",\"arm\":\"cart\",\"start\":1,\"stop\":2,\"count\":"
-            "2}]}",
+            ",\"grid\":[{\"vary\":\"%s\",\"arm\":\"cart\",\"start\":1,\"stop\":2,\"count\":2}]}",
             names[i]);
         struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
         CHECK_SAYING(reply.status == 200, "%s: %.300s", names[i], reply.out.data);
@@ -213,8 +212,8 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
         snprintf(at, sizeof at, "/decay/%d", j);
         double shrunk = exp(-test_reply_number(&modes, at) * 2 * M_PI / omega);
         snprintf(body, sizeof body,
-                 "{%s,\"initial\":{\"mode\":%d,\"amplitude\":1e-6},\"times\":[0,%.17g],"
-                 "\"output\":[\"theta\",\"cart\"]}",
+                 "{%s,\"initial\":{\"mode\":%d,\"amplitude\":1e-6},\"times\":[0,%.17g],\"output\":["
+                 "\"theta\",\"cart\"]}",
                  pendulum, mode, 2 * M_PI / omega);
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
@@ -256,9 +255,8 @@ TEST(a_cart_without_losses_moves_by_the_symplectic_method_as_by_taylor) {
         char body[400];
         snprintf(body, sizeof body,
                  "{\"pendulum\":{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[0,1],\"pivot\":{"
-                 "\"cart\":{"
-                 "\"mass\":2,\"angle\":0.2,\"stiffness\":20}}},\"times\":[0,1,2],\"method\":\"%s\","
-                 "\"output\":[\"phi\",\"cart\"]}",
+                 "\"cart\":{\"mass\":2,\"angle\":0.2,\"stiffness\":20}}},\"times\":[0,1,2],"
+                 "\"method\":\"%s\",\"output\":[\"phi\",\"cart\"]}",
                  method[i]);
         reply[i] = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply[i].status, 200);

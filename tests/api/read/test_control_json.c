@@ -60,8 +60,8 @@ static double free_gap(const char *law, int delay, double quantum, int pid) {
 TEST(sampled_feedback_on_a_free_joint_is_its_difference_equation) {
     static const char feedback[] = "{\"feedback\":{\"gains\":[1.1,0.3],\"reference\":[0.2,0]}}";
     static const char table[] =
-        "{\"feedback\":{\"gains\":{\"t\":[0,5],\"value\":[[1.1,0.3],[1.1,0.3]]},\"reference\":"
-        "{\"t\":[-1,0,1],\"value\":[[7,7],[0.2,0],[0.2,0]]}}}";
+        "{\"feedback\":{\"gains\":{\"t\":[0,5],\"value\":[[1.1,0.3],[1.1,0.3]]},\"reference\":{"
+        "\"t\":[-1,0,1],\"value\":[[7,7],[0.2,0],[0.2,0]]}}}";
     static const char pid[] = "{\"pid\":{\"p\":1.1,\"i\":0.5,\"d\":0.3,\"reference\":0.2}}";
     double worst = 0;
     for (int delay = 0; delay < 4; delay++) {
@@ -99,8 +99,8 @@ static double tilt(const struct test_reply *reply, int arms, int from, int to) {
 
 TEST(three_arms_on_a_cart_stay_upright_at_100_samples_a_second) {
     static const char tree[] =
-        "{\"length\":[0.4,0.4,0.4],\"mass\":[0.3,0.3,0.3],\"parent\":[0,1,2],"
-        "\"pivot\":{\"cart\":{\"mass\":1}}";
+        "{\"length\":[0.4,0.4,0.4],\"mass\":[0.3,0.3,0.3],\"parent\":[0,1,2],\"pivot\":{\"cart\":{"
+        "\"mass\":1}}";
     for (int delay = 0; delay < 2; delay++) {
         char control[2000], body[3000];
         snprintf(body, sizeof body,
@@ -123,8 +123,7 @@ TEST(three_arms_on_a_cart_stay_upright_at_100_samples_a_second) {
 
 TEST(an_arm_on_a_cart_swings_up_from_hanging_and_is_caught_within_a_limit_of_force) {
     static const char tree[] =
-        "{\"length\":[0.5],\"mass\":[0.2],\"parent\":[0],\"pivot\":{\"cart\":"
-        "{\"mass\":0.5}}";
+        "{\"length\":[0.5],\"mass\":[0.2],\"parent\":[0],\"pivot\":{\"cart\":{\"mass\":0.5}}";
     char control[1000], feedback[1000], body[3000];
     design(tree,
            "\"equilibrium\":{\"theta\":[180],\"unit\":\"deg\"},\"actuators\":{\"cart\":true},"
@@ -136,8 +135,8 @@ TEST(an_arm_on_a_cart_swings_up_from_hanging_and_is_caught_within_a_limit_of_for
     snprintf(body, sizeof body,
              "{\"pendulum\":%s,\"control\":[{\"cart\":true,\"law\":{\"swing_up\":{\"gain\":100,"
              "\"p\":1,\"d\":1,\"within\":{\"theta\":0.4,\"thetad\":3},\"then\":%s}},"
-             "\"period\":0.02,\"limit\":[-5,5]}]},\"initial\":{\"theta\":[0.01]},"
-             "\"times\":{\"stop\":20,\"count\":2001},\"output\":[\"theta\",\"control\",\"cart\"]}",
+             "\"period\":0.02,\"limit\":[-5,5]}]},\"initial\":{\"theta\":[0.01]},\"times\":{"
+             "\"stop\":20,\"count\":2001},\"output\":[\"theta\",\"control\",\"cart\"]}",
              tree, feedback);
     struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_INT(reply.status, 200);

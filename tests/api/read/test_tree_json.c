@@ -11,14 +11,13 @@
 #define ARMS(list) TREE("\"arms\":[" list "]")
 
 static const char arms_body[] =
-    ARMS("{\"name\":\"d\",\"parent\":\"b\",\"length\":1.25,\"mass\":0.1},"
-         "{\"name\":\"a\",\"length\":2,\"mass\":1},"
-         "{\"name\":\"b\",\"parent\":\"a\",\"length\":1.5,\"mass\":1},"
-         "{\"name\":\"c\",\"parent\":\"b\",\"length\":0.75,\"mass\":1}");
+    ARMS("{\"name\":\"d\",\"parent\":\"b\",\"length\":1.25,\"mass\":0.1},{\"name\":\"a\","
+         "\"length\":2,\"mass\":1},{\"name\":\"b\",\"parent\":\"a\",\"length\":1.5,\"mass\":1},{"
+         "\"name\":\"c\",\"parent\":\"b\",\"length\":0.75,\"mass\":1}");
 static const char lists_body[] =
     TREE("\"length\":[1.25,2,1.5,0.75],\"mass\":[0.1,1,1,1],\"parent\":[3,0,2,3]");
-static const char paper_body[] = TREE("\"L\":[1.25,2,1.5,0.75],\"m\":[0.1,1,1,1],"
-                                      "\"S\":[[1,1,1,0],[0,1,0,0],[0,1,1,0],[0,1,1,1]]");
+static const char paper_body[] = TREE("\"L\":[1.25,2,1.5,0.75],\"m\":[0.1,1,1,1],\"S\":[[1,1,1,0],["
+                                      "0,1,0,0],[0,1,1,0],[0,1,1,1]]");
 
 /* the answer from its lists on, which do not depend on the names of the arms */
 static const char *from_lists(const struct test_reply *reply) {
@@ -55,9 +54,9 @@ TEST(an_answers_arms_are_a_request) {
 
 TEST(arms_without_a_name_are_called_by_their_number) {
     struct test_reply reply =
-        test_post(API_OP_TREES, ARMS("{\"length\":1,\"mass\":1},"
-                                     "{\"length\":1,\"mass\":2,\"parent\":\"1\"},"
-                                     "{\"length\":1,\"mass\":3,\"parent\":\"2\",\"name\":\"x\"}"));
+        test_post(API_OP_TREES, ARMS("{\"length\":1,\"mass\":1},{\"length\":1,\"mass\":2,"
+                                     "\"parent\":\"1\"},{\"length\":1,\"mass\":3,\"parent\":\"2\","
+                                     "\"name\":\"x\"}"));
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/arms/1/name"), "2");
     CHECK_TEXT(test_reply_text(&reply, "/arms/2/name"), "x");
@@ -92,8 +91,7 @@ TEST(each_empty_list_is_a_fault_of_its_own) {
 TEST(all_faults_of_a_tree_are_told_at_once) {
     struct test_reply reply =
         test_post(API_OP_TREES, "{\"extra\":1,\"pendulum\":{\"length\":[0,\"x\",1,1],\"mass\":[1,1,"
-                                "-1,1],\"parent\":[0,9,0,4],"
-                                "\"gravity\":null}}");
+                                "-1,1],\"parent\":[0,9,0,4],\"gravity\":null}}");
     CHECK_INT(reply.status, 422);
     CHECK(test_reply_has_fault(&reply, "/extra", "not a known field"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/gravity", "got null"));

@@ -204,16 +204,14 @@ static char *mujoco_text(const struct pend_tree *t, size_t *bytes) {
     at += sprintf(
         at,
         "<mujoco><compiler angle=\"radian\"/><option gravity=\"0 %.17g 0\"><flag "
-        "constraint=\"disable\" "
-        "contact=\"disable\" equality=\"disable\" frictionloss=\"disable\" limit=\"disable\" "
-        "passive=\"disable\" actuation=\"disable\"/></option><worldbody>\n",
+        "constraint=\"disable\" contact=\"disable\" equality=\"disable\" frictionloss=\"disable\" "
+        "limit=\"disable\" passive=\"disable\" actuation=\"disable\"/></option><worldbody>\n",
         -GRAVITY);
     for (int k = 0; k < t->n; k++) {
         while (depth && open[depth - 1] != t->parent[k]) at += sprintf(at, "</body>"), depth--;
         at += sprintf(at,
                       "<body pos=\"%.17g 0 0\"><joint type=\"hinge\" axis=\"0 0 1\"/><inertial "
-                      "pos=\"%.17g 0 0\" "
-                      "mass=\"%.17g\" diaginertia=\"1e-13 1e-13 1e-13\"/>\n",
+                      "pos=\"%.17g 0 0\" mass=\"%.17g\" diaginertia=\"1e-13 1e-13 1e-13\"/>\n",
                       k ? t->len[t->parent[k]] : 0.0, t->len[k], t->mass[k]);
         open[depth++] = k;
     }

@@ -83,8 +83,7 @@ static void tally_print(const char *name) {
     int n = tally.parted;
     qsort(tally.ratio, (size_t)n, sizeof *tally.ratio, tally_order);
     printf("%-14s %4d parted, %4d held; told over true: least %.2f, 10 %% %.2f, median %.2f, 90 %% "
-           "%.2f, most %.2f; "
-           "late by over a tenth: %d; cost %+.0f %%\n",
+           "%.2f, most %.2f; late by over a tenth: %d; cost %+.0f %%\n",
            name, n, tally.held, tally.ratio[0], tally.ratio[n / 10], tally.ratio[n / 2],
            tally.ratio[n * 9 / 10], tally.ratio[n - 1], tally.late,
            100 * (tally.told / tally.plain - 1));

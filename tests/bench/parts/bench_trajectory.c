@@ -42,10 +42,9 @@ BENCH(example_ode23_defaults, "run") { integrate(bench, "ode23", 0); }
 
 static void answer(struct bench *bench, const char *accept, const char *more) {
     char body[512];
-    strcpy(body, "{\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],"
-                 "\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]},"
-                 "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},\"output\":[\"phi\",\"phid\"],"
-                 "\"rtol\":1e-9");
+    strcpy(body, "{\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,"
+                 "0],[1,1,1,0],[1,1,0,1]]},\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},"
+                 "\"output\":[\"phi\",\"phid\"],\"rtol\":1e-9");
     strcat(body, more);
     struct api_request request = {
         .op = API_OP_TRAJECTORIES, .content_type = "application/json", .accept = accept};

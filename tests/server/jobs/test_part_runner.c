@@ -156,8 +156,7 @@ TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {
         atomic_store(&runner_again, 1);
         runner_post(daemon, "/v1/trajectories",
                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{"
-                    "\"start\":0,"
-                    "\"stop\":1,\"count\":5}}",
+                    "\"start\":0,\"stop\":1,\"count\":5}}",
                     id);
         for (double until = test_clock() + TEST_PATIENCE;
              job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
@@ -228,8 +227,7 @@ TEST(a_request_is_read_once_when_its_job_is_taken_and_once_a_part) {
     if (daemon && store) {
         runner_count(daemon, store, "/v1/trajectories",
                      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":"
-                     "{\"phi\":[1,2]},"
-                     "\"times\":{\"start\":0,\"stop\":200,\"count\":4000}}",
+                     "{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":200,\"count\":4000}}",
                      3);
         runner_count(daemon, store, "/v1/modes", LIVE_SHORT, 1);
     }

@@ -46,37 +46,19 @@ TEST(limits_that_are_written_are_read_as_they_were) {
 }
 
 TEST(a_limit_that_is_none_is_refused_and_changes_nothing) {
-    static const char *const bad[] = {"",
-                                      "requests",
-                                      "requests=",
-                                      "requests=-1",
-                                      "requests=1e3",
-                                      "requests=5x",
-                                      "requests=inf",
-                                      "requests=nan",
-                                      "requests=99999",
-                                      "jobs=1.5",
-                                      "jobs=1K",
-                                      "memory=1K",
-                                      "memory=64MB",
-                                      "memory=64 M",
-                                      "priority=4",
-                                      "priority=none",
-                                      "priority=0.5",
-                                      "rooms=0.5",
-                                      "compute=99999999",
-                                      "job=1",
-                                      "jobs =1",
-                                      "requests=.5",
-                                      "requests=0x10",
-                                      "bytes=99999999999999999999"};
+    char texts[] =
+        ";requests;requests=;requests=-1;requests=1e3;requests=5x;requests=inf;requests=nan;"
+        "requests=99999;jobs=1.5;jobs=1K;memory=1K;memory=64MB;memory=64 M;priority=4;"
+        "priority=none;priority=0.5;rooms=0.5;compute=99999999;job=1;jobs =1;requests=.5;"
+        "requests=0x10;bytes=99999999999999999999";
+    char *rest = texts;
     struct srv_limits limits;
     struct pend_error error;
     srv_limits_unset(&limits);
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    for (char *bad; (bad = strsep(&rest, ";"));) {
         error.text[0] = 0;
-        CHECK_SAYING(srv_limits_read(&limits, bad[i], &error) == PEND_INVALID, "%s", bad[i]);
-        CHECK_SAYING(strlen(error.text) > 20, "%s: %s", bad[i], error.text);
+        CHECK_SAYING(srv_limits_read(&limits, bad, &error) == PEND_INVALID, "%s", bad);
+        CHECK_SAYING(strlen(error.text) > 20, "%s: %s", bad, error.text);
     }
     for (int i = 0; i < SRV_LIMIT_COUNT; i++) CHECK(limits.value[i] == SRV_LIMIT_UNSET);
 }

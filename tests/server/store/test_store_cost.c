@@ -32,29 +32,21 @@ static int cost_watch(sqlite3 *db, const char **error, const struct sqlite3_api_
 static void cost_fill(const struct ground *ground, int count) {
     static const char *const text[][2] = {
         {"INSERT INTO jobs (id, client, operation, request, digest, state, parts, begun, done, "
-         "chained, ready, rank, "
-         "created, started, finished, expires, bytes, part_us, held, seal, title, version) SELECT "
-         "'k' || n.i, client, "
-         "operation, request, "
-         "digest, "
-         "2, 1, 1, 1, 0, 0, rank + n.i, created + n.i, started, finished, expires + n.i, 1, "
-         "part_us, "
-         "held, seal, title, version FROM jobs, ",
+         "chained, ready, rank, created, started, finished, expires, bytes, part_us, held, seal, "
+         "title, version) SELECT 'k' || n.i, client, operation, request, digest, 2, 1, 1, 1, 0, 0, "
+         "rank + n.i, created + n.i, started, finished, expires + n.i, 1, part_us, held, seal, "
+         "title, version FROM jobs, ",
          "WHERE id = 'one'"},
         {"INSERT INTO parts (job, number, state, attempt, kills, worker, lease, start, bytes) "
-         "SELECT 'k' || n.i, number, state, attempt, kills, worker, lease, "
-         "start, bytes FROM "
-         "parts, ",
+         "SELECT 'k' || n.i, number, state, attempt, kills, worker, lease, start, bytes FROM parts,"
+         " ",
          "WHERE job = 'one'"},
-        {"INSERT INTO results (job, part, chunk, data, seal) SELECT 'k' || n.i, part, chunk, "
-         "data, seal FROM "
-         "results, ",
+        {"INSERT INTO results (job, part, chunk, data, seal) SELECT 'k' || n.i, part, chunk, data, "
+         "seal FROM results, ",
          "WHERE job = 'one'"},
-        {"INSERT INTO jobs (id, client, operation, request, digest, parts, chained, rank, "
-         "created, part_us, held, seal, title, version) SELECT "
-         "'w' || n.i, client, operation, request, digest, 1, 0, rank + n.i, created + n.i, "
-         "part_us, "
-         "held, seal, title, version FROM jobs, ",
+        {"INSERT INTO jobs (id, client, operation, request, digest, parts, chained, rank, created, "
+         "part_us, held, seal, title, version) SELECT 'w' || n.i, client, operation, request, "
+         "digest, 1, 0, rank + n.i, created + n.i, part_us, held, seal, title, version FROM jobs, ",
          "WHERE id = 'two'"},
     };
     char numbers[200], command[1000];
@@ -76,8 +68,7 @@ static void cost_fill(const struct ground *ground, int count) {
     ground_run(ground, command);
     snprintf(command, sizeof command,
              "UPDATE totals SET successful = successful + %d, accepted = accepted + %d, waiting = "
-             "waiting + %d, bytes = "
-             "bytes + %lld WHERE place = (SELECT MIN(place) FROM totals)",
+             "waiting + %d, bytes = bytes + %lld WHERE place = (SELECT MIN(place) FROM totals)",
              count, count, count, count * (2LL * (SRV_ROW_BYTES + 7) + 1));
     ground_run(ground, command);
 }

@@ -241,8 +241,7 @@ STORE_TEST(ten_equal_jobs_keep_no_short_one_waiting) {
     for (int part = 1; part <= 4; part++) {
         CHECK_TEXT(claimed(store), "day");
         int64_t of =
-            ground_ask(ground, "SELECT rank - created + 1000000000000 FROM jobs WHERE id = "
-                               "'day'");
+            ground_ask(ground, "SELECT rank - created + 1000000000000 FROM jobs WHERE id = 'day'");
         CHECK_INT(of, srv_store_rank(0, (4 - part) * 21600LL * SECOND));
     }
 }
@@ -469,8 +468,7 @@ STORE_TEST(a_job_that_has_ended_keeps_the_parts_that_are_done) {
     CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
     ground_run(ground, "INSERT INTO parts (job, number, state, attempt, kills, worker, lease, "
-                       "bytes) VALUES ('job', 1, "
-                       "1, 1, 0, 'gone', 1, 0)");
+                       "bytes) VALUES ('job', 1, 1, 1, 0, 'gone', 1, 0)");
     CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts WHERE state = 1"), 0);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts WHERE state = 2"), 1);

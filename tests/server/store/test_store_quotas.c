@@ -193,14 +193,12 @@ static void *quotas_count_anew(void *context) {
 STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     static const char *const submit[] = {
-        "INSERT INTO jobs (id, client, operation, request, key, "
-        "digest, parts, chained, part_us, rank, created, held, seal, title, version) "
-        "SELECT 'j2', client, operation, request, key, digest, "
-        "parts, chained, part_us, rank, created, held, seal, title, version FROM jobs "
+        "INSERT INTO jobs (id, client, operation, request, key, digest, parts, chained, part_us, "
+        "rank, created, held, seal, title, version) SELECT 'j2', client, operation, request, key, "
+        "digest, parts, chained, part_us, rank, created, held, seal, title, version FROM jobs "
         "WHERE id = 'j1'",
-        "UPDATE clients SET jobs = jobs + 1, ready = ready + 1, "
-        "bytes = bytes + (SELECT held FROM jobs WHERE id = 'j1')"
-        " WHERE name = 'anna'"};
+        "UPDATE clients SET jobs = jobs + 1, ready = ready + 1, bytes = bytes + (SELECT held FROM "
+        "jobs WHERE id = 'j1') WHERE name = 'anna'"};
     struct srv_store *other = ground_open(ground);
     struct srv_job job;
     struct srv_sql *sql;

@@ -25,8 +25,7 @@ static int share_post(const struct srv_daemon *daemon, struct test_client *clien
     char text[4096];
     snprintf(text, sizeof text,
              "%s /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: "
-             "application/json\r\n%sContent-Length: "
-             "%zu\r\n\r\n%s",
+             "application/json\r\n%sContent-Length: %zu\r\n\r\n%s",
              strstr(headers, "If-None-Match") ? "QUERY" : "POST", headers, strlen(body), body);
     return live_say(daemon, client, text);
 }
@@ -52,8 +51,8 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}";
     /* the same request in another spelling */
     static const char other[] = "{\"times\":{\"step\":1e-2,\"stop\":5.0,\"start\":0},\"output\":["
-                                "\"phi\"],\"pendulum\":{\"parent\":[0,1],"
-                                "\"mass\":[1,1.0],\"length\":[1,1]}}";
+                                "\"phi\"],\"pendulum\":{\"parent\":[0,1],\"mass\":[1,1.0],"
+                                "\"length\":[1,1]}}";
     static const char *const gzip = "Accept-Encoding: gzip\r\n", *const zstd =
                                                                      "Accept-Encoding: zstd\r\n";
     char match[256];
@@ -301,8 +300,7 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
         REQUIRE(daemon != NULL);
         snprintf(text, sizeof text,
                  "POST /v1/trajectories HTTP/1.%d\r\nHost: x\r\nContent-Type: "
-                 "application/json\r\nAccept: "
-                 "text/csv\r\nContent-Length: %zu\r\n\r\n%s",
+                 "application/json\r\nAccept: text/csv\r\nContent-Length: %zu\r\n\r\n%s",
                  !old, strlen(ENDLESS), ENDLESS);
         REQUIRE(live_say(daemon, &client, text));
         live_await(daemon, "pendulumd_computations ", 1);

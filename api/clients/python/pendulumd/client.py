@@ -84,11 +84,6 @@ def accept_of(path: Path) -> str:
     return SUFFIXES[suffix]
 
 
-def asked(route: str, request: Body) -> Body:
-    """The request as it is sent: a time that never comes is NaN in binary answers, as it is null in JSON."""
-    return {"none": "nan", **request} if route in ("trajectories", "ensembles") else request
-
-
 def _seconds(text: Optional[str]) -> float:
     """The seconds of a Retry-After, which may be a date; 0 if it cannot be read."""
     try:
@@ -220,20 +215,20 @@ class Client:
         """The answer of `POST /v1/ROUTE`: a Result, or bytes if `accept` names a media type."""
         want = accept or (f"{NPZ}, {JSON};q=0.5" if route in ROWS else JSON)
         try:
-            headers, data = self._ask("POST", f"/v1/{route}", body_of(asked(route, request)), Accept=want)
+            headers, data = self._ask("POST", f"/v1/{route}", body_of(request), Accept=want)
         except Problem as problem:  # more than the server keeps in memory: plain doubles have no limit
             if accept or "max-answer-bytes" not in str(problem):
                 raise
-            headers, data = self._ask("POST", f"/v1/{route}", body_of(asked(route, request)), Accept=OCTETS)
+            headers, data = self._ask("POST", f"/v1/{route}", body_of(request), Accept=OCTETS)
         return data if accept else result_of(headers, data, bytes_of(request)).of(request)
 
     def stream(self, route: str, request: Body, rows: int = 4096) -> Iterator[Result]:
         """Yields Results of at most `rows` rows each, while they are computed."""
-        return self._blocks("POST", f"/v1/{route}", body_of(asked(route, request)), rows, bytes_of(request))
+        return self._blocks("POST", f"/v1/{route}", body_of(request), rows, bytes_of(request))
 
     def save(self, route: str, request: Body, path: Path) -> Path:
         """Writes the answer of `POST /v1/ROUTE` to a file while it is computed, in the format of the file's suffix."""
-        connection, response = self._open("POST", f"/v1/{route}", body_of(asked(route, request)), {"Accept": accept_of(path)})
+        connection, response = self._open("POST", f"/v1/{route}", body_of(request), {"Accept": accept_of(path)})
         try:
             with _replacing(path) as sink:
                 while piece := response.read(1 << 18):
@@ -266,7 +261,7 @@ class Client:
     def submit(self, route: str, request: Body, key: Optional[str] = None, title: Optional[str] = None) -> Job:
         """Submits a request as a job. With the same `key` (a word without blanks) it is the same job again; `title` names it in lists."""
         named = {"Job-Title": urllib.parse.quote(title)} if title else {}
-        headers, data = self._ask("POST", f"/v1/{route}", body_of(asked(route, request)),
+        headers, data = self._ask("POST", f"/v1/{route}", body_of(request),
                                   **{"Prefer": "respond-async", "Idempotency-Key": key or uuid.uuid4().hex, **named})
         if "Location" not in headers:
             raise Problem(501, {"detail": "this server stores no jobs"})

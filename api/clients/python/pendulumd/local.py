@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Optional
 
 from .arrays import JSON, NPZ, OCTETS, Result, bytes_of, from_octets, result_of, width_of
-from .client import ROWS, Body, Path, Problem, _replacing, accept_of, asked, body_of
+from .client import ROWS, Body, Path, Problem, _replacing, accept_of, body_of
 
 _MORE, _BROKEN = 0, 2
 STREAMED = ("text/csv", "application/x-ndjson", OCTETS)  # other forms are held until their end
@@ -99,7 +99,7 @@ class Local:
     def call(self, route: str, request: Body, accept: Optional[str] = None) -> Any:
         """The answer of an operation: a Result, or bytes if `accept` names a media type."""
         want = accept or (f"{NPZ}, {JSON};q=0.5" if route in ROWS else JSON)
-        (head, data), = self._answer(route, "", body_of(asked(route, request)), want, False)
+        (head, data), = self._answer(route, "", body_of(request), want, False)
         return data if accept else result_of(head, data, bytes_of(request)).of(request)
 
     def stream(self, route: str, request: Body, rows: int = 4096) -> Iterator[Result]:
@@ -108,7 +108,7 @@ class Local:
         head: Any = {}
         # a thread of its own: between two blocks the caller may send other requests
         with ThreadPoolExecutor(1) as pool:
-            pieces: Any = self._answer(route, "", body_of(asked(route, request)), OCTETS, True)
+            pieces: Any = self._answer(route, "", body_of(request), OCTETS, True)
             try:
                 while found := pool.submit(lambda: next(pieces, None)).result():
                     head, piece = found
@@ -129,7 +129,7 @@ class Local:
         head: Any = {}
         accept = accept_of(path)
         with _replacing(path) as sink:
-            for head, piece in self._answer(route, "", body_of(asked(route, request)), accept, accept in STREAMED):
+            for head, piece in self._answer(route, "", body_of(request), accept, accept in STREAMED):
                 sink.write(piece)
         _warn(head)
         return path

@@ -38,7 +38,6 @@ class Operations:
         precision: Optional[Literal["double", "extended"]] = None,
         output: Optional[Sequence[Literal["phi", "phid", "phidd", "theta", "thetad", "z", "zd", "lambda", "energy", "joint_force", "tip_force", "exchange", "cart", "control"]]] = None,
         number: Optional[Literal["float64", "float32"]] = None,
-        none: Optional[Literal["negative", "nan"]] = None,
         digits: Optional[int] = None,
         trust: Optional[Any] = None,
         accuracy: Optional[float] = None,
@@ -68,8 +67,6 @@ class Operations:
         precision: Arithmetic of the integration.
         output: The output besides `t`.
         number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
-        none: The value of a time that is never reached in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed
-            are NaN in both cases.
         digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         trust: Whether to determine how long the answer is accurate.
         accuracy: The error bound of `horizon` in the stats.
@@ -92,7 +89,9 @@ class Operations:
         phi: Optional[ArrayLike] = None,
         phid: Optional[ArrayLike] = None,
         unit: Optional[Literal["rad", "deg"]] = None,
-        state: Optional[Any] = None,
+        mode: Optional[int] = None,
+        amplitude: Optional[float] = None,
+        initial: Optional[Any] = None,
         states: Optional[Sequence[Any]] = None,
         time: Optional[float] = None,
         digits: Optional[int] = None,
@@ -109,7 +108,9 @@ class Operations:
         phi: Angles from the positive real axis, instead of theta.
         phid: Angular velocities, instead of thetad.
         unit: Unit of the start's angles.
-        state: One state.
+        mode: Start in this mode, with `amplitude`, instead of angles.
+        amplitude: Amplitude of the mode of the start.
+        initial: One state.
         states: Many states, at most `max-samples`.
         time: The time at which drives are taken, s.
         digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
@@ -201,7 +202,7 @@ class Operations:
         initial: Optional[Any] = None,
         energy: Optional[float] = None,
         duration: Optional[float] = None,
-        start: Optional[float] = None,
+        time: Optional[float] = None,
         times: Optional[Any] = None,
         observables: Optional[Sequence[Literal["start", "parameters", "final", "first_flip", "flip_time", "flips", "lambda_max", "lambda_min", "sign_change", "energy_drift", "lyapunov", "horizon", "cart", "settled", "trajectory"]]] = None,
         output: Optional[Sequence[Literal["phi", "phid", "theta", "thetad", "lambda", "cart", "phidd", "z", "zd", "energy"]]] = None,
@@ -216,7 +217,6 @@ class Operations:
         picture: Optional[Mapping[str, Any]] = None,
         columns: Optional[Sequence[str]] = None,
         number: Optional[Literal["float64", "float32"]] = None,
-        none: Optional[Literal["negative", "nan"]] = None,
         digits: Optional[int] = None,
         job: Union[bool, str] = False,
         title: Optional[str] = None,
@@ -239,7 +239,7 @@ class Operations:
         initial: With `members`, `grid` and `random`, the start values of quantities that do not vary.
         energy: Energy at which all members start, J: kinetic plus potential energy as in trajectories, measured from the pivot.
         duration: Duration of the members, s.
-        start: When members begin, s, in the time of the pendulum's drives.
+        time: When members begin, s, in the time of the pendulum's drives.
         times: The instants of the trajectories.
         observables: The observables.
         output: The output of trajectories, as `output` of `POST /v1/trajectories`, of each member's own pendulum; `cart` is the position `x` and the speed
@@ -260,8 +260,6 @@ class Operations:
         columns: The requested columns of the answer, by their names (`t`, `final`) or with their part (`final_phi`), as in CSV and `X-Columns`; by default
             all.
         number: The type of the numbers of `application/octet-stream`, NPZ and Parquet: doubles, or doubles rounded to floats of 4 bytes.
-        none: The value of a time that is never reached in `application/octet-stream`, NPZ, MAT, HDF5 and Parquet: -1, or NaN. Numbers of members that failed
-            are NaN in both cases.
         digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
@@ -281,7 +279,7 @@ class Operations:
         mode: Optional[int] = None,
         amplitude: Optional[float] = None,
         initial: Optional[Any] = None,
-        start: Optional[float] = None,
+        time: Optional[float] = None,
         duration: Optional[float] = None,
         transient: Optional[float] = None,
         samples: Optional[int] = None,
@@ -302,7 +300,7 @@ class Operations:
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
         initial: The motion's start.
-        start: When the motion begins, s, in the time of the pendulum's drives; `initial` is the state then.
+        time: The instant of `initial`, s, in the time of the pendulum's drives.
         duration: Duration of the motion after the transient, s.
         transient: Duration of the transient, s, in which the directions turn into those of growth; it is not counted.
         samples: Rows of the answer, at equal intervals; at most `max-samples`.
@@ -327,7 +325,7 @@ class Operations:
         amplitude: Optional[float] = None,
         initial: Optional[Any] = None,
         section: Optional[Any] = None,
-        start: Optional[float] = None,
+        time: Optional[float] = None,
         duration: Optional[float] = None,
         count: Optional[int] = None,
         rtol: Optional[float] = None,
@@ -349,7 +347,7 @@ class Operations:
         amplitude: Amplitude of the mode of the start.
         initial: The motion's start.
         section: Where the section is taken.
-        start: When the motion begins, s, in the time of the pendulum's drives; `initial` is the state then.
+        time: The instant of `initial`, s, in the time of the pendulum's drives.
         duration: Duration of the motion, s.
         count: Number of passages after which the search ends; at most `max-samples`.
         rtol: Relative tolerance, as in `POST /v1/trajectories`; the method is taylor.
@@ -455,7 +453,7 @@ class Operations:
         periods: Optional[int] = None,
         settle: Optional[int] = None,
         step: Optional[float] = None,
-        points: Optional[int] = None,
+        count: Optional[int] = None,
         branch: Optional[Any] = None,
         switch: Optional[ArrayLike] = None,
         rows: Optional[Literal["orbits", "bifurcations"]] = None,
@@ -480,7 +478,7 @@ class Operations:
         periods: For driven pendulums, the period of an orbit in periods of the drive.
         settle: For driven pendulums, the number of periods for which the motion settles before the search.
         step: The longest step along the branch, rad; by default 0.1, or 0.3 for a single orbit.
-        points: Most steps along the branch.
+        count: Most steps along the branch.
         branch: Whether all orbits along the branch are returned; for driven pendulums, what varies.
         switch: The bifurcations, from 1, at which the search switches to the branch that begins there, one after the other; a minus sign selects the other
             side.
@@ -505,7 +503,7 @@ class Operations:
         mode: Optional[int] = None,
         amplitude: Optional[float] = None,
         initial: Optional[Any] = None,
-        start: Optional[float] = None,
+        time: Optional[float] = None,
         data: Optional[Mapping[str, Any]] = None,
         camera: Optional[Mapping[str, Any]] = None,
         unknowns: Optional[Sequence[Mapping[str, Any]]] = None,
@@ -529,11 +527,11 @@ class Operations:
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
         initial: The start, by angles; if omitted, it is estimated from the data, and its numbers are unknowns unless they are `fixed`.
-        start: Time of the start, s; by default the first instant.
+        time: The instant of `initial`, s; by default the first instant of the data.
         data: Either `t` and `series`, or `csv`, or `runs`, or none of them; with `modes`, or `modes` alone.
         camera: A tip at x + i y, m, is seen at d = origin + scale e^(i rotation) w / (1 + tilt . w), where w = x + i (1 + stretch) y.
         unknowns: The unknowns other than the camera's; at least one in total, and at most 256 in all runs.
-        fixed: Angles and rates of an estimated start that keep their estimates, or the values in their `start`.
+        fixed: Angles and rates of an estimated start that keep their estimates, or the values in their `guess`.
         rtol: Relative tolerance of the motions, by method `taylor`.
         iterations: Most iterations.
         loss: The loss to minimize, by SciPy's names: the sum of squares of the residuals, or a function that grows more slowly beyond 1.345 standard

@@ -116,8 +116,6 @@ class Pendulum(Operations):
         """POST /v1/ROUTE with this pendulum: a Result; with job=True (or a key of your own) a Job; with save="a.npz" that path."""
         # mode and amplitude of an orbit are fields of the request, not its start
         body = {"pendulum": self.fields} | fields if route == "orbits" else self.request(**fields)
-        if route == "forces" and "initial" in body:
-            body["state"] = body.pop("initial")
         if save is not None:
             return self.client.save(route, body, save)
         if job:

@@ -12,11 +12,10 @@
 TEST(members_with_numbers_of_their_own_move_as_pendulums_that_have_them) {
     struct test_reply many = test_post(
         API_OP_ENSEMBLES,
-        "{" TURNED ",\"initial\":{\"theta\":[1,2,-1]},\"members\":["
-        "{},{\"initial\":{\"phi\":[0,1,2],\"phid\":[1,0,0]},\"length\":[1,2,3],\"gravity\":4},"
-        "{\"mass\":[1,1,5],\"set\":[{\"vary\":\"damping\",\"arm\":3,\"value\":0.2},"
-        "{\"vary\":\"theta\",\"arm\":1,\"value\":90,\"unit\":\"deg\"}]}],"
-        "\"duration\":1,\"observables\":[\"parameters\",\"final\"]}");
+        "{" TURNED ",\"initial\":{\"theta\":[1,2,-1]},\"members\":[{},{\"initial\":{\"phi\":[0,1,"
+        "2],\"phid\":[1,0,0]},\"length\":[1,2,3],\"gravity\":4},{\"mass\":[1,1,5],\"set\":[{"
+        "\"vary\":\"damping\",\"arm\":3,\"value\":0.2},{\"vary\":\"theta\",\"arm\":1,\"value\":90,"
+        "\"unit\":\"deg\"}]}],\"duration\":1,\"observables\":[\"parameters\",\"final\"]}");
     static const char *const alone[] = {
         "{" TURNED ",\"initial\":{\"theta\":[1,2,-1]},\"times\":[0,1]}",
         "{\"pendulum\":{\"length\":[1,2,3],\"mass\":[2,1,3],\"parent\":[2,0,2],\"damping\":[0.1,0,"

@@ -20,22 +20,18 @@ TEST(equations_of_two_arms_are_those_of_the_textbook) {
                "B=S^{-\\mathsf{T}}=\\begin{pmatrix}1&-1\\\\0&1\\end{pmatrix}");
     CHECK_TEXT(test_reply_text(&reply, "/latex/M"),
                "M(\\phi)=\\begin{pmatrix}(m_{1}+m_{2})\\ell_{1}^{2}&m_{2}\\ell_{1}\\ell_{2}e^{"
-               "\\mathrm{i}(\\phi_{2}-\\phi_"
-               "{1})}\\\\m_{2}\\ell_{1}\\ell_{2}e^{\\mathrm{i}(\\phi_{1}-\\phi_{2})}&m_{2}\\ell_{2}"
-               "^{2}\\end{pmatrix}");
+               "\\mathrm{i}(\\phi_{2}-\\phi_{1})}\\\\m_{2}\\ell_{1}\\ell_{2}e^{\\mathrm{i}(\\phi_{"
+               "1}-\\phi_{2})}&m_{2}\\ell_{2}^{2}\\end{pmatrix}");
     CHECK_TEXT(test_reply_text(&reply, "/latex/aaa"),
                "\\begin{aligned}&(m_{1}+m_{2})\\ell_{1}^{2}\\ddot{\\phi}_{1}+m_{2}\\ell_{1}\\ell_{"
-               "2}\\cos(\\phi_{2}-\\phi_{"
-               "1})\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{2}-\\phi_{1})\\dot{\\phi}_"
-               "{2}^{2}-g(m_{1}+m_{2})\\"
-               "ell_{1}\\cos\\phi_{1}\\\\[1ex]&m_{2}\\ell_{1}\\ell_{2}\\cos(\\phi_{1}-\\phi_{2})"
-               "\\ddot{\\phi}_{1}+m_{2}\\"
+               "2}\\cos(\\phi_{2}-\\phi_{1})\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{"
+               "2}-\\phi_{1})\\dot{\\phi}_{2}^{2}-g(m_{1}+m_{2})\\ell_{1}\\cos\\phi_{1}\\\\["
+               "1ex]&m_{2}\\ell_{1}\\ell_{2}\\cos(\\phi_{1}-\\phi_{2})\\ddot{\\phi}_{1}+m_{2}\\"
                "ell_{2}^{2}\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{1}-\\phi_{2})"
-               "\\dot{\\phi}_{1}^{2}-gm_{2}\\"
-               "ell_{2}\\cos\\phi_{2}\\end{aligned}");
+               "\\dot{\\phi}_{1}^{2}-gm_{2}\\ell_{2}\\cos\\phi_{2}\\end{aligned}");
     CHECK_TEXT(test_reply_text(&reply, "/latex/parameters"),
-               "\\ell=(1,\\,2)\\,\\mathrm{m},\\qquad m=(3,\\,0.5)\\,\\mathrm{kg},\\qquad "
-               "g=9.81\\,\\mathrm{m/s^{2}}");
+               "\\ell=(1,\\,2)\\,\\mathrm{m},\\qquad m=(3,\\,0.5)\\,\\mathrm{kg},\\qquad g=9.81\\,"
+               "\\mathrm{m/s^{2}}");
     test_reply_free(&reply);
 }
 
@@ -134,8 +130,8 @@ TEST(equations_of_a_damped_driven_pendulum_have_its_terms_and_no_others) {
     CHECK_TEXT(test_reply_text(&reply, "/form"), "compact");
     CHECK_TEXT(
         formula(&reply, "aaa"),
-        "\\operatorname{Re}M(\\phi)\\;\\ddot{\\phi}=\\operatorname{Im}M(\\phi)\\;\\dot{\\phi}"
-        "^{2}-\\operatorname{Im}\\bigl[e^{-\\mathrm{i}\\phi}h\\,(\\mathrm{i}g)\\bigr]+B\\tau");
+        "\\operatorname{Re}M(\\phi)\\;\\ddot{\\phi}=\\operatorname{Im}M(\\phi)\\;\\dot{\\phi}^{"
+        "2}-\\operatorname{Im}\\bigl[e^{-\\mathrm{i}\\phi}h\\,(\\mathrm{i}g)\\bigr]+B\\tau");
     CHECK_TEXT(
         formula(&reply, "loads"),
         "\\begin{aligned}\\tau&=T-c\\,\\dot{q},\\qquad q=B^{\\mathsf{T}}\\phi+\\tfrac{\\pi}{2}r,"
@@ -170,17 +166,17 @@ TEST(equations_of_a_pendulum_with_everything_are_whole) {
 TEST(equations_on_a_cart_have_its_own_and_no_others) {
     struct test_reply reply = test_post(
         API_OP_EQUATIONS,
-        "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"pivot\":{\"cart\":{"
-        "\"mass\":3,\"angle\":0.25,\"damping\":0.5,\"force\":{\"constant\":-4,\"harmonics\":[{"
+        "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"pivot\":{\"cart\":{\"mass\":3,"
+        "\"angle\":0.25,\"damping\":0.5,\"force\":{\"constant\":-4,\"harmonics\":[{"
         "\"amplitude\":1.5,\"omega\":3}]}}}},\"initial\":{\"phi\":[1],\"cart\":{\"x\":7}}}");
     CHECK_INT(reply.status, 200);
     CHECK(strstr(formula(&reply, "aaa"), "h\\,(\\ddot{z}_{0}+\\mathrm{i}g)") != NULL);
     CHECK(!strstr(formula(&reply, "aaa"), "\\tau") && !strstr(formula(&reply, "parameters"), "c="));
     CHECK_TEXT(
         formula(&reply, "loads"),
-        "\\begin{aligned}z_{0}&=\\rho\\,x,\\qquad\\rho=e^{0.25\\,\\mathrm{i}}\\\\3\\,\\bigl("
-        "\\ddot{x}+g\\operatorname{Im}\\rho\\bigr)&=-\\operatorname{Re}\\Bigl[\\bar{\\rho}\\Bigl("
-        "\\sum_{r}m_{r}\\bigl(\\ddot{z}_{r}+\\mathrm{i}g\\bigr)\\Bigr)\\Bigr]-0.5\\,\\dot{x}-4"
+        "\\begin{aligned}z_{0}&=\\rho\\,x,\\qquad\\rho=e^{0.25\\,\\mathrm{i}}\\\\3\\,\\bigl(\\ddot{"
+        "x}+g\\operatorname{Im}\\rho\\bigr)&=-\\operatorname{Re}\\Bigl[\\bar{\\rho}\\Bigl(\\sum_{"
+        "r}m_{r}\\bigl(\\ddot{z}_{r}+\\mathrm{i}g\\bigr)\\Bigr)\\Bigr]-0.5\\,\\dot{x}-4"
         "+1.5\\cos(3\\,t)\\end{aligned}");
     CHECK(strstr(test_reply_text(&reply, "/code/python"), "\nx0 = 7  #") != NULL);
     CHECK(!strstr(test_reply_text(&reply, "/code/python"), "torques("));
@@ -192,14 +188,13 @@ TEST(equations_on_a_cart_have_its_own_and_no_others) {
 TEST(equations_have_their_rules_in_words) {
     struct test_reply reply =
         test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,"
-                                    "\"friction\":{\"torque\":0.1,\"static\":0.2},"
-                                    "\"torque\":{\"table\":{\"t\":[0,2],\"value\":[1,3],\"hold\":"
-                                    "\"linear\"}}},{\"parent\":\"1\","
-                                    "\"length\":1,\"mass\":1,\"stop\":{\"min\":-2,\"restitution\":"
-                                    "0.5}}],\"pivot\":{\"y\":{\"table\":{"
-                                    "\"t\":[0,1],\"value\":[0,1]}}},\"control\":[{\"joint\":2,"
-                                    "\"period\":0.02,\"delay\":1,\"limit\":["
-                                    "-5,5],\"law\":{\"feedback\":{\"gains\":[1,2,3,4]}}}]}}");
+                                    "\"friction\":{\"torque\":0.1,\"static\":0.2},\"torque\":{"
+                                    "\"table\":{\"t\":[0,2],\"value\":[1,3],\"hold\":\"linear\"}}},"
+                                    "{\"parent\":\"1\",\"length\":1,\"mass\":1,\"stop\":{"
+                                    "\"min\":-2,\"restitution\":0.5}}],\"pivot\":{\"y\":{"
+                                    "\"table\":{\"t\":[0,1],\"value\":[0,1]}}},\"control\":[{"
+                                    "\"joint\":2,\"period\":0.02,\"delay\":1,\"limit\":[-5,5],"
+                                    "\"law\":{\"feedback\":{\"gains\":[1,2,3,4]}}}]}}");
     static const char *const words[] = {
         "arm 1: a table of 2 inputs from t = 0 to 2 s, linear between two instants",
         "the pivot: a table of 2 inputs from t = 0 to 1 s, on the natural cubic spline",

@@ -64,8 +64,8 @@ TEST(fits_of_several_runs_have_a_start_each) {
                               "{\"pendulum\":{\"arms\":[" ARMS "]},\"unknowns\":[{\"vary\":"
                               "\"length\",\"arm\":1},{\"vary\":\"damping\",\"arm\":1},{"
                               "\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2,"
-                              "\"run\":1}],\"data\":{\"runs\":[{\"initial\":{\"theta\":["
-                              "0.95,0.55]},\"t\":[",
+                              "\"run\":1}],\"data\":{\"runs\":[{\"initial\":{\"theta\":[0.95,"
+                              "0.55]},\"t\":[",
                               "0.4", "");
     for (int i = 0; i < ROWS; i++)
         at += sprintf(at, "%s%.12g", i ? "," : "", number(&one, "t", i, -1));
@@ -161,11 +161,10 @@ TEST(fits_look_for_terms_from_nothing) {
     struct test_reply reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"drag_per_mass\":0.1,"
-        "\"torque\":"
-        "[{\"constant\":0.2,\"harmonics\":[{\"amplitude\":0.5,\"omega\":2}]}]},\"data\":{\"t\":[0,"
-        "0.5,1,1.5],\"series\":[{\"theta\":1,\"values\":[1,0,-0.8,-0.1]}]},\"unknowns\":[{\"vary\":"
-        "\"damping\",\"arm\":1},{\"vary\":\"torque_omega\",\"arm\":1,\"low\":1.9,\"high\":2.1}],"
-        "\"iterations\":3}");
+        "\"torque\":[{\"constant\":0.2,\"harmonics\":[{\"amplitude\":0.5,\"omega\":2}]}]},"
+        "\"data\":{\"t\":[0,0.5,1,1.5],\"series\":[{\"theta\":1,\"values\":[1,0,-0.8,-0.1]}]},"
+        "\"unknowns\":[{\"vary\":\"damping\",\"arm\":1},{\"vary\":\"torque_omega\",\"arm\":1,"
+        "\"low\":1.9,\"high\":2.1}],\"iterations\":3}");
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     CHECK(test_reply_number(&reply, "/request/pendulum/drag_per_mass") == 0.1);
     CHECK(test_reply_number(&reply, "/request/pendulum/arms/0/torque/constant") == 0.2);

@@ -279,14 +279,13 @@ TEST(fits_that_explain_half_do_not_follow) {
     struct test_reply from = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":0.1,\"mass\":0.01,\"rod\":1},{"
-        "\"parent\":"
-        "\"a\",\"length\":0.07,\"mass\":0.01,\"rod\":0.6}]},\"initial\":{\"theta\":[-3,-2.9]},"
-        "\"times\":{\"stop\":1.2,\"count\":121},\"output\":[\"z\"]}");
+        "\"parent\":\"a\",\"length\":0.07,\"mass\":0.01,\"rod\":0.6}]},\"initial\":{\"theta\":[-3,"
+        "-2.9]},\"times\":{\"stop\":1.2,\"count\":121},\"output\":[\"z\"]}");
     char *at =
         body + sprintf(body,
-                       "{\"pendulum\":{\"length\":[0.1,0.07],\"mass\":[1,1],\"parent\":[0,1]}"
-                       ",\"initial\":{\"theta\":[-3,-2.9]},\"camera\":{\"scale\":3000,"
-                       "\"unknown\":[\"scale\",\"origin\"]},\"iterations\":60,\"data\":{\"t\":[0");
+                       "{\"pendulum\":{\"length\":[0.1,0.07],\"mass\":[1,1],\"parent\":[0,1]},"
+                       "\"initial\":{\"theta\":[-3,-2.9]},\"camera\":{\"scale\":3000,\"unknown\":["
+                       "\"scale\",\"origin\"]},\"iterations\":60,\"data\":{\"t\":[0");
     for (int i = 1; i < ROWS; i++) at += sprintf(at, ",%g", 0.01 * i);
     at += sprintf(at, "],\"series\":[");
     for (int s = 0; s < 4; s++) {
@@ -302,8 +301,8 @@ TEST(fits_that_explain_half_do_not_follow) {
         at += sprintf(at, "]}");
     }
     sprintf(at, "]},\"unknowns\":[" START
-                ",{\"vary\":\"theta\",\"arm\":2},{\"vary\":\"thetad\",\"arm\":2},"
-                "{\"vary\":\"mass\",\"arm\":2}]}");
+                ",{\"vary\":\"theta\",\"arm\":2},{\"vary\":\"thetad\",\"arm\":2},{"
+                "\"vary\":\"mass\",\"arm\":2}]}");
     struct test_reply reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/explained") < 0.9);

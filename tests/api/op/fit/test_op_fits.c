@@ -24,9 +24,8 @@ enum { ROWS = 120, BODY = 40000 };
 static struct test_reply motion(void) {
     return test_post(
         API_OP_TRAJECTORIES,
-        "{" PENDULUM("0.35",
-                     "0.002") ",\"initial\":{\"theta\":[1,0.5]},"
-                              "\"times\":{\"stop\":3,\"count\":120},\"output\":[\"theta\",\"z\"]}");
+        "{" PENDULUM("0.35", "0.002") ",\"initial\":{\"theta\":[1,0.5]},\"times\":{\"stop\":3,"
+                                      "\"count\":120},\"output\":[\"theta\",\"z\"]}");
 }
 
 static double motion_at(const struct test_reply *reply, const char *name, int i, int k) {
@@ -148,8 +147,8 @@ TEST(fits_take_rows_in_any_order_and_two_of_one_instant) {
     static const char *const data[] = {
         "\"t\":[0.25,0.5,0.75,0.75,1],\"series\":[{\"theta\":1,\"values\":[0.355,0.0134,-0.336,"
         "-0.35,-0.4]}]",
-        "\"t\":[0.75,1,0.25,0.75,0.5],\"series\":[{\"theta\":1,\"values\":[-0.336,-0.4,0.355,"
-        "-0.35,0.0134]}]",
+        "\"t\":[0.75,1,0.25,0.75,0.5],\"series\":[{\"theta\":1,\"values\":[-0.336,-0.4,0.355,-0.35,"
+        "0.0134]}]",
         "\"csv\":\"t,theta_1\\n0.75,-0.336\\n1,-0.4\\n0.25,0.355\\n0.75,-0.35\\n0.5,0.0134\\n\""};
     static const int row[] = {2, 4, 0, 3, 1};
     struct test_reply reply[3];
@@ -186,8 +185,8 @@ TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
         static char body[BODY];
         unsigned long long seed = 21;
         char *at = body + sprintf(body,
-                                  "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]"
-                                  "},\"loss\":\"%s\",\"data\":{\"t\":[0",
+                                  "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},"
+                                  "\"loss\":\"%s\",\"data\":{\"t\":[0",
                                   losses[i % 4]);
         for (int k = 1; k < 60; k++) at += sprintf(at, ",%g", 0.05 * k);
         at += sprintf(at, "],\"series\":[{\"theta\":1%s,\"values\":[",
@@ -222,10 +221,10 @@ TEST(fits_weigh_every_measurement_by_its_own_sigma) {
     for (int i = 0; i < 3; i++) {
         char body[400];
         snprintf(body, sizeof body,
-                 "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},"
-                 "\"initial\":{\"theta\":[0.5]},\"start\":0,\"data\":{\"t\":[0.25,0.5,0.75,1],"
-                 "\"series\":[{\"theta\":1,\"sigma\":%s,\"values\":[0.355,0.0134,-0.336,-0.4]}]},"
-                 "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}",
+                 "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},\"initial\":{"
+                 "\"theta\":[0.5]},\"start\":0,\"data\":{\"t\":[0.25,0.5,0.75,1],\"series\":[{"
+                 "\"theta\":1,\"sigma\":%s,\"values\":[0.355,0.0134,-0.336,-0.4]}]},\"unknowns\":[{"
+                 "\"vary\":\"length\",\"arm\":1}]}",
                  sigmas[i]);
         struct test_reply reply = test_post(API_OP_FITS, body);
         CHECK_INT(reply.status, 200);
@@ -260,10 +259,10 @@ TEST(fits_begin_at_a_bound) {
 TEST(fits_find_the_shift_of_a_camera) {
     struct test_reply reply =
         test_post(API_OP_FITS,
-                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
-                  "\"initial\":{\"theta\":[0.5]},\"start\":0,\"data\":{\"t\":[0.15,0.4,0.65],"
-                  "\"series\":[{\"theta\":1,\"sigma\":0.001,\"values\":[0.3596,0.0147,-0.3387]}]},"
-                  "\"camera\":{\"shift\":0.03,\"unknown\":[\"shift\"]}}");
+                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
+                  "\"theta\":[0.5]},\"start\":0,\"data\":{\"t\":[0.15,0.4,0.65],\"series\":[{"
+                  "\"theta\":1,\"sigma\":0.001,\"values\":[0.3596,0.0147,-0.3387]}]},\"camera\":{"
+                  "\"shift\":0.03,\"unknown\":[\"shift\"]}}");
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/0/name"), "shift of the camera");
@@ -277,11 +276,10 @@ TEST(fits_find_the_shift_of_a_camera) {
 /* a start on the motion's clock, long before the instants of the data */
 TEST(fits_follow_a_motion_whose_clock_is_ahead) {
     struct test_reply reply = test_post(
-        API_OP_FITS, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
-                     "\"initial\":{\"theta\":[0.5]},\"start\":100,\"camera\":{\"shift\":100},"
-                     "\"data\":{\"t\":[0,0.25,0.5],\"series\":[{\"theta\":1,\"sigma\":0.01,"
-                     "\"values\":[0.5,0.3596,0.0147]}]},"
-                     "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
+        API_OP_FITS, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
+                     "\"theta\":[0.5]},\"start\":100,\"camera\":{\"shift\":100},\"data\":{\"t\":[0,"
+                     "0.25,0.5],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0.5,0.3596,"
+                     "0.0147]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     test_reply_free(&reply);
@@ -292,8 +290,8 @@ TEST(fits_take_counted_and_wanted_modes) {
     struct test_reply reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[0.3,0.3],\"mass\":[1,0.5],\"parent\":[0,1]},\"data\":{"
-        "\"modes\":[{\"mode\":1,\"frequency\":0.6},{\"mode\":2,\"period\":0.7}]},"
-        "\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
+        "\"modes\":[{\"mode\":1,\"frequency\":0.6},{\"mode\":2,\"period\":0.7}]},\"unknowns\":[{"
+        "\"vary\":\"length\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     char body[300];
@@ -308,11 +306,11 @@ TEST(fits_take_counted_and_wanted_modes) {
     test_reply_free(&modes);
     test_reply_free(&reply);
     reply = test_post(API_OP_FITS,
-                      "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},"
-                      "\"initial\":{\"theta\":[0.5]},\"data\":{\"t\":[0,0.25,0.5],\"series\":["
-                      "{\"theta\":1,\"sigma\":1,\"values\":[0.5,0.4,0]}],\"modes\":["
-                      "{\"mode\":1,\"period\":2.006,\"sigma\":0.001}]},"
-                      "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
+                      "{\"pendulum\":{\"length\":[0.9],\"mass\":[1],\"parent\":[0]},\"initial\":{"
+                      "\"theta\":[0.5]},\"data\":{\"t\":[0,0.25,0.5],\"series\":[{\"theta\":1,"
+                      "\"sigma\":1,\"values\":[0.5,0.4,0]}],\"modes\":[{\"mode\":1,"
+                      "\"period\":2.006,\"sigma\":0.001}]},\"unknowns\":[{\"vary\":\"length\","
+                      "\"arm\":1}]}");
     CHECK_INT(reply.status, 200);
     // l = g (T / 2 pi)^2, whose error is 2 l / T times that of T
     CHECK(fabs(test_reply_number(&reply, "/unknowns/0/value") - 0.99994) < 1e-3);
@@ -327,9 +325,8 @@ TEST(fits_of_modes_take_narrow_bounds) {
     struct test_reply reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[0.3,0.3],\"mass\":[1,0.5],\"parent\":[0,1]},\"data\":{"
-        "\"modes\":[{\"mode\":1,\"frequency\":1.0},{\"mode\":2,\"frequency\":1.6}]},"
-        "\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"gravity\",\"low\":9.8099,"
-        "\"high\":9.8101}]}");
+        "\"modes\":[{\"mode\":1,\"frequency\":1.0},{\"mode\":2,\"frequency\":1.6}]},\"unknowns\":[{"
+        "\"vary\":\"length\",\"arm\":1},{\"vary\":\"gravity\",\"low\":9.8099,\"high\":9.8101}]}");
     CHECK_INT(reply.status, 200);
     CHECK(fabs(test_reply_number(&reply, "/unknowns/1/value") - 9.81) <= 1e-4);
     CHECK(test_reply_number(&reply, "/unknowns/0/value") > 0.1);
@@ -365,11 +362,11 @@ TEST(fits_tell_what_is_alike_beside_a_bound) {
         struct test_reply from =
             test_post(API_OP_TRAJECTORIES,
                       "{\"pendulum\":{\"length\":0.3,\"mass\":0.2,\"parent\":0,\"damping\":0.003},"
-                      "\"initial\":{\"theta\":0.3,\"thetad\":20},\"output\":[\"theta\"],"
-                      "\"times\":{\"stop\":8,\"count\":200}}");
+                      "\"initial\":{\"theta\":0.3,\"thetad\":20},\"output\":[\"theta\"],\"times\":{"
+                      "\"stop\":8,\"count\":200}}");
         char *at = body + sprintf(body, "{\"pendulum\":{\"length\":0.3,\"mass\":0.2,\"parent\":0,"
-                                        "\"damping\":0.002,\"drag_per_mass\":0.01},"
-                                        "\"data\":{\"t\":[0");
+                                        "\"damping\":0.002,\"drag_per_mass\":0.01},\"data\":{"
+                                        "\"t\":[0");
         for (int i = 1; i < 200; i++) at += sprintf(at, ",%.12g", motion_time(&from, i));
         at += sprintf(at, "],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0.3");
         for (int i = 1; i < 200; i++)
@@ -438,8 +435,8 @@ TEST(fits_survive_more_faults_than_one) {
     enum { MANY = 40 };
     static char body[4096];
     struct test_reply reply =
-        test_post(API_OP_FITS, ONE SERIES ",\"unknowns\":[{\"vary\":\"torque_phase\",\"arm\":1},"
-                                          "{\"vary\":\"torque_phase\",\"arm\":1}]}");
+        test_post(API_OP_FITS, ONE SERIES ",\"unknowns\":[{\"vary\":\"torque_phase\",\"arm\":1},{"
+                                          "\"vary\":\"torque_phase\",\"arm\":1}]}");
     CHECK(test_reply_has_fault(&reply, "/unknowns/0/vary", "is absent"));
     test_reply_free(&reply);
     char *at = body + sprintf(body, ONE SERIES ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1}");

@@ -225,8 +225,8 @@ TEST(a_start_about_standing_arms_rises_falls_and_swings) {
     static const double theta[] = {0.1, -0.2, 0.3, 0.05}, rate[] = {1, 0.5, -1, 0.2};
     struct test_reply reply =
         test_post(API_OP_MODES,
-                  "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"initial\":{\"theta\":"
-                  "[3.241592653589793,-0.2,-2.841592653589793,0.05],\"thetad\":[1,0.5,-1,0.2]}}");
+                  "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"initial\":{\"theta\":["
+                  "3.241592653589793,-0.2,-2.841592653589793,0.05],\"thetad\":[1,0.5,-1,0.2]}}");
     double gap = 0;
     CHECK_INT(reply.status, 200);
     for (int i = 0; i < 4; i++) {
@@ -412,8 +412,8 @@ TEST(too_much_names_the_way_out) {
     reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
     CHECK(test_reply_has_fault(
         &reply, "/pendulum",
-        "at most 100 arms (the limit max-mode-arms) for all modes, and at most "
-        "50 modes of 200 arms; got 200 modes"));
+        "at most 100 arms (the limit max-mode-arms) for all modes, and at most 50 modes of 200 "
+        "arms; got 200 modes"));
     test_reply_free(&reply);
     api_buffer_clear(&body);
 }
@@ -492,8 +492,7 @@ TEST(modes_say_whether_they_grow_and_where_they_are_another_motions) {
         {"\"arms\":[{\"length\":1,\"mass\":1,\"friction\":{\"torque\":0.01,\"speed\":2}}]}", NULL,
          1, -0.0025},
         {"\"arms\":[{\"length\":1,\"mass\":1}],\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0."
-         "01,"
-         "\"omega\":300}]}}}",
+         "01,\"omega\":300}]}}}",
          "shaken at up to 3 m/s", 1, 0},
         {"\"arms\":[{\"length\":1,\"mass\":1}],\"pivot\":{\"acceleration\":[3,0]}}", NULL, 1, 0},
     };

@@ -115,7 +115,7 @@ TEST(response_comes_in_every_representation) {
             CHECK(!strncmp(reply.out.data,
                            "omega,frequency,phi_amplitude_1,phi_amplitude_2,phi_phase_1,", 60));
         if (i == 1) CHECK(strstr(reply.out.data, "{\"omega\":0,\"frequency\":0,\"phi\":{") != NULL);
-        if (i == 2) CHECK_INT((long long)reply.out.bytes, 20 * 6 * 8);
+        if (i == 2) CHECK_INT((long long)reply.out.bytes, 20 * 8 * 8);
         test_reply_free(&reply);
     }
 }
@@ -140,7 +140,7 @@ TEST(response_that_is_not_finite_is_none_and_told) {
     CHECK_INT(reply.status, 200);
     double none = 0;
     memcpy(&none, reply.out.data + 2 * 8, sizeof none);
-    CHECK(none == -1);
+    CHECK(isnan(none));
     test_reply_free(&reply);
 }
 

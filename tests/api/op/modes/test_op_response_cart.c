@@ -73,6 +73,8 @@ TEST(response_on_a_cart_has_its_columns_and_refuses_a_shaken_pivot) {
     struct test_reply reply = test_post_as(
         API_OP_RESPONSE, "{" TEST_CART_TREE ",\"output\":[\"cart\",\"phi\"]}", "text/csv", NULL);
     CHECK(!strncmp(reply.out.data, "omega,frequency,phi_amplitude_1,", 32));
-    CHECK(strstr(reply.out.data, ",phi_phase_3,cart_amplitude,cart_phase\n3,") != NULL);
+    CHECK(strstr(reply.out.data,
+                 ",phi_phase_3,cart_amplitude,cart_phase,equilibrium_1,equilibrium_2,equilibrium_3,"
+                 "cart_equilibrium\n3,") != NULL);
     test_reply_free(&reply);
 }

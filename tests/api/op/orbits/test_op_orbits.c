@@ -153,9 +153,8 @@ TEST(orbits_say_in_words_how_they_ended) {
         {"{" DRIVEN ",\"periods\":2}", "meets"},
         {"{" TWO ",\"mode\":2,\"amplitude\":2,\"branch\":true,\"switch\":[2]}", "missing"},
         {"{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0."
-         "05],"
-         "\"torque\":[{\"harmonics\":[{\"amplitude\":0.06,\"omega\":0.5}]}]},\"branch\":{\"vary\":"
-         "\"omega\",\"to\":1.2},\"switch\":[1]}",
+         "05],\"torque\":[{\"harmonics\":[{\"amplitude\":0.06,\"omega\":0.5}]}]},\"branch\":{"
+         "\"vary\":\"omega\",\"to\":1.2},\"switch\":[1]}",
          "apart"},
     };
     for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
@@ -174,8 +173,8 @@ TEST(orbits_say_which_others_they_meet_where_their_branch_turns_back) {
         API_OP_ORBITS,
         "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"
         "\"torque\":[{\"harmonics\":[{\"amplitude\":1.02,\"omega\":0.6666666666666666}]}]},"
-        "\"initial\":{\"theta\":[0.3]},\"settle\":100,"
-        "\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,\"to\":0.95}}");
+        "\"initial\":{\"theta\":[0.3]},\"settle\":100,\"branch\":{\"vary\":\"torque_amplitude\","
+        "\"arm\":1,\"to\":0.95}}");
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/end"), "back");
     CHECK_TEXT(test_reply_text(&reply, "/bifurcations/0/kind"), "symmetry");
