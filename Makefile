@@ -466,7 +466,7 @@ $(B)/tests/engine/native: $(call objects,tests/engine) $(B)/api/clients/browser/
 # the engine in a caller's process (api/clients/browser/door.h), which sees the door alone
 $(B)/libpendulum.so: $(B)/api/clients/browser/door.o $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
-	$(Q)echo '{ global: door_*; local: *; };' > $@.map
+	$(Q)echo '{ global: door_*; api_held_*; local: *; };' > $@.map
 	$(Q)$(LINK:-pie=-shared) -Wl,-Bsymbolic,-z,text,-z,defs,--gc-sections,--version-script,$@.map,-soname,libpendulum.so.0 -o $@ $(filter-out %/parts,$^) $(CLI_LIBS)
 
 # the command line: what computes beside what asks

@@ -39,7 +39,9 @@ def _load() -> Any:
             raise ImportError(f"the engine cannot be loaded ({error}): install the package python3-pendulumd, or name libpendulum.so in PENDULUM_LIBRARY") from error
         for function, kind, arguments in (("door_room", ctypes.c_void_p, [ctypes.c_size_t]), ("door_open", ctypes.c_int, []), ("door_run", ctypes.c_int, []),
                                           ("door_data", ctypes.c_void_p, []), ("door_bytes", ctypes.c_size_t, []), ("door_taken", None, []), ("door_promise", None, []),
-                                          ("door_status", ctypes.c_int, []), ("door_head", ctypes.c_char_p, []), ("door_close", None, [])):
+                                          ("door_status", ctypes.c_int, []), ("door_head", ctypes.c_char_p, []), ("door_close", None, []),
+                                          ("api_held_new", ctypes.c_void_p, [ctypes.c_char_p, ctypes.c_size_t]), ("api_held_free", None, [ctypes.c_void_p]),
+                                          ("api_held_step", ctypes.c_long, [ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p])):
             getattr(library, function).restype = kind
             getattr(library, function).argtypes = arguments
         _library = library
@@ -146,3 +148,52 @@ class Local:
 def _warn(head: Any) -> None:
     for text in head.get_all("X-Warning") or []:
         warnings.warn(text, stacklevel=3)
+
+
+class Steps:
+    """Steps of many pendulums with held torques and forces, without a request for each: what environments (envs.py) are made of.
+
+    size     coordinates: the arms of the pendulum, and a cart
+    request  of an ensemble; `duration` is the time of a step. A constant `torque` or `force` other than 0 has to be there; the inputs
+             replace all of them.
+    threads  that compute side by side
+    """
+
+    def __init__(self, size: int, request: Body, threads: int = 1) -> None:
+        self.size = size
+        engine, body = _load(), body_of(request)
+        self._step, self._free = engine.api_held_step, engine.api_held_free
+        self._held = [engine.api_held_new(body, len(body)) for _ in range(threads)]
+        if not all(self._held):
+            Local().call("ensembles", request)  # raises the reasons
+            raise ValueError("no arm of the pendulum has a constant `torque` other than 0, and no cart a `force`")
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+
+    def __call__(self, state: Any, inputs: Any) -> int:
+        """Steps the rows of `state` in place and returns how many failed (they are NaN).
+
+        state   (count, 2 n + 1), C-contiguous float64: all theta, all rates, place and speed of a cart, and the time of the drives
+        inputs  (count, n): a torque for every arm, N m, then the force on a cart, N
+        """
+        count = len(state)
+        if state.shape != (count, 2 * self.size + 1) or inputs.shape != (count, self.size):
+            raise ValueError(f"states of shape {state.shape} and inputs of shape {inputs.shape} for {self.size} coordinates")
+        ends = [count * i // len(self._held) for i in range(len(self._held) + 1)]
+
+        def part(i: int) -> int:
+            rows = slice(ends[i], ends[i + 1])
+            return int(self._step(self._held[i], ends[i + 1] - ends[i], state[rows].ctypes.data, inputs[rows].ctypes.data))
+        failed = list(self._pool.map(part, range(len(ends) - 1))) if self._pool else [part(0)]
+        if min(failed) < 0:
+            raise MemoryError("no memory for a step")
+        return sum(failed)
+
+    def close(self) -> None:
+        """Frees the memory."""
+        held, self._held = self._held, []
+        for one in held:
+            self._free(one)
+
+    def __del__(self) -> None:
+        if hasattr(self, "_held"):
+            self.close()

@@ -120,6 +120,28 @@ def _label(name: str) -> str:
     return f"{name} ({unit})" if unit else name
 
 
+def frame(pendulum: Any, phi: Any, cart: float = 0.0, size: int = 300) -> Any:
+    """The pendulum at angles phi on a cart at `cart`, m, as (size, size, 3) bytes."""
+    ax = _axes(None)
+    import matplotlib.pyplot as pyplot
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # type: ignore[import]
+    begin, end = _arms(pendulum, phi)
+    reach = 1.1 * pendulum._lists()[0].sum()
+    for a, b in zip(begin, end):
+        ax.plot([a.real + cart, b.real + cart], [a.imag, b.imag], "-", color="#445566", linewidth=2)
+    ax.plot(end.real + cart, end.imag, "o", color="#cc6600")
+    ax.plot([cart], [0], "s", color="#222222")
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    figure = ax.figure
+    figure.set_size_inches(size / 100, size / 100)
+    figure.set_dpi(100)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    pyplot.close(figure)
+    return pixels
+
+
 def animate(result: Result, speed: float = 1, ax: Any = None) -> Any:
     """The motion of a result of `run` with phi or theta, 25 pictures a second."""
     from .pendulum import Pendulum
