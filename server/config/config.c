@@ -25,8 +25,8 @@ static const struct srv_option config_table[] = {
      "all; api = answers requests but computes no jobs; worker = only computes jobs",
      SRV_OPTION_ROLE, FIELD(role), 0, 0},
     {"until-idle-seconds", "S", "0",
-     "a process that computes jobs exits after this time without work, for batch schedulers; 0 = "
-     "never",
+     "a process that computes jobs exits after this time without work, for batch schedulers, and "
+     "with status 75 if a signal ends it while there is work; 0 = never",
      SRV_OPTION_SECONDS, FIELD(until_idle_seconds), 0, 86400},
     {"store", "URL", "sqlite",
      "database of the jobs: sqlite:PATH, sqlite = a file in the user's state directory, "
