@@ -77,6 +77,15 @@ export function smoothOf(tree) {
   });
 }
 
+/**
+ * Whether the motion is in pieces: by controllers, stops, friction that sticks or a torque's table.
+ * @param {Tree} tree
+ */
+export const inPieces = ({ control, stop, friction, torque }) =>
+  Boolean(control || stop) ||
+  Boolean(friction?.some((one) => one && !one.speed)) ||
+  Boolean(torque?.some((one) => typeof one === "object" && one?.table));
+
 /** Whether drives or friction change the energy of a pendulum. @param {Tree} tree */
 export function exchanges(tree) {
   const { damping, friction, torque, drag, drag_per_mass: air, pivot, stop, control } = tree;

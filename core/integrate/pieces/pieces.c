@@ -38,7 +38,7 @@ static enum pend_status pieces_change(struct pieces *p, struct pend_error *error
         p->next = fmin(p->next, pend_control_next(piece->rules, n, piece->start, p->control));
     }
     if (p->joints) PEND_TRY(pend_joints_sort(p->joints, error));
-    p->ended = 0;
+    p->ended = p->taken = 0;
     p->fresh = 1;
     return PEND_OK;
 }
@@ -261,6 +261,11 @@ static enum pend_status pieces_step(void *stepper, double limit, double *reached
     if (p->piece.way * (end - p->reached) <= 0) end = nextafter(p->reached, p->next);
     int within = p->piece.way * (limit - end) <= 0;
     double most = p->reached + p->way_most;
+    if (p->control && p->taken++ == PIECES_STEPS)
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, p->reached,
+                         "the controllers whirl the pendulum ever faster, with more than %d steps "
+                         "between two samples: give them a \"limit\"",
+                         PIECES_STEPS);
     PEND_TRY(p->inner->step(p->stepper, within ? limit : end, &p->reached, error));
     if (p->stuck && p->reached > most) {
         p->inner->cut(p->stepper, most);

@@ -11,6 +11,8 @@
 enum { PIECES_ROWS = 16 };
 /* most consecutive pieces of zero length */
 enum { PIECES_STALLED = 1000 };
+/* most steps between two samples of controllers */
+enum { PIECES_STEPS = 10000 };
 /* how a piece ended: at an instant known in advance, or at an event */
 enum { PIECES_KNOWN = 1, PIECES_EVENT };
 
@@ -26,6 +28,7 @@ struct pieces {
     int ended;       /* how the last step ended the piece; 0 = it did not */
     int fresh;       /* whether no step of the piece was taken yet */
     int stalled;     /* number of consecutive pieces of zero length, up to now */
+    int taken;       /* number of steps of the piece */
     double way_most; /* s, longest step while joints hold: their drives are not in the series */
     double *control; /* the state of the controllers; NULL = there are none */
     struct pend_joints *joints;      /* NULL = no joint has dry friction or stops */

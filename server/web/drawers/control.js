@@ -39,7 +39,10 @@ function use({ app, answer, wish }, on) {
   const acted = Boolean(store.get().pendulum.control);
   const { phi } = clock.time > 0 ? motion.at(clock.time) : store.get().initial;
   const control = on ? controlOf(answer, wish, phi) : undefined;
-  live.change("control", (tree) => withControl(tree, control));
+  // a pendulum that waits at its start has the controller from there on
+  if (clock.time === 0 && !clock.playing)
+    store.set({ pendulum: withControl(store.get().pendulum, control) }, { label: "control" });
+  else live.change("control", (tree) => withControl(tree, control));
   store.settle();
   if (on && !acted) clock.play();
 }
@@ -211,8 +214,8 @@ function showFields(view) {
     period.element,
     h("label", { class: "choice" }, h("span", {}, text("control.limit", { unit })), limit),
     ...WEIGHTS.map((name) => sliderOf(view, name)),
-    // energy alone says what one arm needs
-    ...(pendulum.length.length === 1 ? [swing.element] : []),
+    // energy alone brings one arm up, and two arms near
+    ...(pendulum.length.length <= 2 ? [swing.element] : []),
   );
 }
 
@@ -230,6 +233,7 @@ function take(view, { pendulum, initial, wish }) {
   Object.assign(view.wish, wish, { up: pendulum.length.map(() => true) });
   const span = { stop: 20, step: 0.01 };
   const patch = { pendulum, initial, span, ghosts: [], method: "taylor", precision: "double" };
+  view.app.clock.pause();
   view.app.store.set(patch, { label: "control" });
   view.app.clock.seek(0);
   view.wanted = true;

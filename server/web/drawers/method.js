@@ -10,6 +10,7 @@ import { createBag, h } from "../dom.js";
 import { ghostColour } from "../palette.js";
 import { isStatic } from "../root.js";
 import { request, sameMotion } from "../state.js";
+import { inPieces } from "../terms.js";
 import { createGroup } from "./kit/chart.js";
 import { distances, logarithmic } from "./kit/distances.js";
 import { aborted, fetchTable, figure, later, settled, swatch, tick } from "./kit/kit.js";
@@ -51,8 +52,13 @@ const paperOf = (doc) => ({ ...doc, method: "ode23", rtol: null, atol: null, pre
 function referenceOf(doc) {
   const { method, precision, rtol, pendulum, span } = doc;
   const taylor = method === "taylor";
-  // a server alone has 32 digits
-  if (!isStatic && pendulum.length.length <= FINE_ARMS && span.stop <= FINE_SECONDS) {
+  // a server alone has 32 digits, of motions in one piece
+  if (
+    !isStatic &&
+    !inPieces(pendulum) &&
+    pendulum.length.length <= FINE_ARMS &&
+    span.stop <= FINE_SECONDS
+  ) {
     return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
   }
   const fine = taylor && (precision === "extended" || (rtol ?? 1e-12) <= 1e-12);
@@ -86,19 +92,19 @@ function setOverlay(store, on) {
   store.set({ ghosts: on ? [...others, paper] : others }, { label: "ghosts" });
 }
 
-/** @param {Text} text @param {Stats} stats @param {Doc["span"]} span */
-function trust(text, { trust_until: exact, horizon }, { start = 0, stop }) {
+/** @param {Text} text @param {Stats} stats @param {Doc["span"]} span @param {Tree} pendulum */
+function trust(text, { trust_until: exact, horizon }, { start = 0, stop }, pendulum) {
   const time = exact ?? horizon;
-  if (time === undefined) return UNKNOWN;
+  if (time === undefined) return inPieces(pendulum) ? text("method.trustPieces") : UNKNOWN;
   if (time >= start + stop) return text("method.trustAll");
   return text("seconds", { time: text.number(time, 2) });
 }
 
 /**
  * The facts of a run in words, in the order of FACTS.
- * @param {Text} text @param {Run} run @param {Doc["span"]} span
+ * @param {Text} text @param {Run} run @param {Doc} doc
  */
-function factsInWords(text, { stats, distance }, span) {
+function factsInWords(text, { stats, distance }, { span, pendulum }) {
   if (!stats) return FACTS.map(() => UNKNOWN);
   const whole = (/** @type {number} */ count = 0) => text.short(count, 9);
   const time = figure(text, (stats.compute_seconds ?? 0) * 1000, 2);
@@ -107,7 +113,7 @@ function factsInWords(text, { stats, distance }, span) {
     whole(stats.rejected),
     whole(stats.evaluations),
     figure(text, stats.energy_drift ?? NaN, 2),
-    trust(text, stats, span),
+    trust(text, stats, span, pendulum),
     distance?.length ? figure(text, distance[distance.length - 1], 2) : UNKNOWN,
     text("method.computeValue", { time }),
   ];
@@ -116,7 +122,7 @@ function factsInWords(text, { stats, distance }, span) {
 /** @param {View} view @param {Run[]} runs */
 function showFacts({ app, facts }, runs) {
   const { motion, text } = app;
-  const columns = runs.map((run) => factsInWords(text, run, motion.doc.span));
+  const columns = runs.map((run) => factsInWords(text, run, motion.doc));
   const heads = runs.map(({ name }) => h("th", { scope: "col" }, name));
   const rows = FACTS.map((name, i) => {
     const title = h("th", { scope: "row" }, text(`method.${name}`));
@@ -236,7 +242,10 @@ function show(view) {
 async function fetchFacts(view, doc, signal) {
   if (factsOf(view, doc)) return;
   const few =
-    !isStatic && doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS;
+    !isStatic &&
+    !inPieces(doc.pendulum) &&
+    doc.pendulum.length.length <= EXACT_ARMS &&
+    doc.span.stop <= EXACT_SECONDS;
   const { start = 0, stop } = doc.span;
   const times = { start, stop: start + stop, count: 201 };
   const exact = few && doc.precision === "double" ? { trust: true } : {};

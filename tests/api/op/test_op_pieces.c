@@ -368,3 +368,40 @@ TEST(answers_say_why_they_have_no_horizon) {
         test_reply_free(&reply);
     }
 }
+
+/* pendubot and acrobot: energy by the motor in one joint, then a feedback; without a limit a lost
+ * pendulum is whirled ever faster */
+TEST(a_motor_in_one_joint_swings_two_arms_up_and_one_without_a_limit_ends) {
+    static const char *const rows[] = {
+        "{\"joint\":1,\"limit\":[-3,3],\"period\":0.01,\"law\":{\"swing_up\":{\"gain\":2,"
+        "\"within\":{\"theta\":"
+        "0.4,\"thetad\":3},\"then\":{\"feedback\":{\"gains\":[-1.88,-18.57,-2.63,-3.87],"
+        "\"reference\":["
+        "3.141592653589793,3.141592653589793,0,0]}}}}}]},\"initial\":{\"theta\":[10,90]",
+        "{\"joint\":2,\"limit\":[-3,3],\"period\":0.01,\"law\":{\"swing_up\":{\"gain\":2,"
+        "\"within\":{\"theta\":"
+        "0.4,\"thetad\":3},\"then\":{\"feedback\":{\"gains\":[-68.12,-36.88,-18.6,-11.88],"
+        "\"reference\":["
+        "3.141592653589793,3.141592653589793,0,0]}}}}}]},\"initial\":{\"theta\":[57,0]",
+        "{\"joint\":2,\"period\":0.01,\"law\":{\"feedback\":{\"gains\":[-68.12,-36.88,-18.6,-11.88]"
+        ","
+        "\"reference\":[3.141592653589793,3.141592653589793,0,0]}}}]},\"initial\":{\"theta\":[0,"
+        "0]"};
+    for (int i = 0; i < 3; i++) {
+        char body[1000];
+        snprintf(
+            body, sizeof body,
+            "{\"pendulum\":{\"length\":[0.5,0.5],\"mass\":[0.2,0.2],\"parent\":[0,1],\"damping\":["
+            "0.002,0.002],\"control\":[%s,\"unit\":\"deg\"},\"times\":[0,10],\"output\":[\"theta\"]"
+            "}",
+            rows[i]);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        CHECK_SAYING(reply.status == (i == 2 ? 422 : 200), "%s", reply.out.data);
+        for (int k = 0; k < 2 && i < 2; k++) {
+            double off = remainder(number(&reply, "theta", 1, k) - M_PI, 2 * M_PI);
+            CHECK_SAYING(fabs(off) < 1e-3, "arm %d of %d is %g rad off", k, i, off);
+        }
+        CHECK((i == 2) == (strstr(reply.out.data, "give them a \\\"limit\\\"") != NULL));
+        test_reply_free(&reply);
+    }
+}

@@ -73,7 +73,7 @@ export function controlOf({ control: [made] }, { limit, swing, up, motor }, phi)
   const catches = { feedback: { gains, reference: turned } };
   // energy at a rate that suits pendulums of a table; a cart stays near its place
   const law =
-    swing && up.length === 1
+    swing && up.length <= 2
       ? {
           swing_up: {
             gain: motor ? 2 : 100,
@@ -86,22 +86,39 @@ export function controlOf({ control: [made] }, { limit, swing, up, motor }, phi)
   return [{ ...made, law, ...(limit && { limit: [-limit, limit] }) }];
 }
 
-/** @param {number[]} length @param {number[]} theta degrees @param {Partial<Wish>} wish */
-const onCart = (length, theta, wish) => ({
+const WISH = { motor: 0, deviation: 0, effort: 0, limit: 20, swing: false, period: 0.01 };
+
+/**
+ * @param {number[]} length @param {number[]} theta degrees @param {Partial<Wish>} wish
+ * @param {object} terms
+ */
+const armsOf = (length, theta, wish, terms) => ({
   pendulum: {
     length,
     mass: length.map(() => 0.2),
     parent: length.map((_, k) => k),
     gravity: 9.81,
-    pivot: { cart: { mass: 0.5 } },
+    ...terms,
   },
   initial: {
     phi: theta.map((angle) => ((angle - 90) * Math.PI) / 180),
     phid: theta.map(() => 0),
-    cart: { x: 0, v: 0 },
   },
-  wish: { motor: 0, deviation: 0, effort: 0, limit: 20, swing: false, period: 0.01, ...wish },
+  wish: { ...WISH, ...wish },
 });
+
+/** @param {number[]} length @param {number[]} theta degrees @param {Partial<Wish>} wish */
+function onCart(length, theta, wish) {
+  const made = armsOf(length, theta, wish, { pivot: { cart: { mass: 0.5 } } });
+  return { ...made, initial: { ...made.initial, cart: { x: 0, v: 0 } } };
+}
+
+/**
+ * Two arms with a motor in one joint, which swings them up.
+ * @param {number} motor @param {number[]} theta degrees
+ */
+const byMotor = (motor, theta) =>
+  armsOf([0.5, 0.5], theta, { motor, limit: 3, swing: true }, { damping: [0.002, 0.002] });
 
 /** Pendulums that are held. */
 export const EXAMPLES = [
@@ -109,4 +126,6 @@ export const EXAMPLES = [
   { name: "two", ...onCart([0.5, 0.4], [177, 183], {}) },
   { name: "three", ...onCart([0.5, 0.4, 0.3], [179, 181, 180], { period: 0.005 }) },
   { name: "swing", ...onCart([0.5], [1], { swing: true, limit: 5, period: 0.02 }) },
+  { name: "pendubot", ...byMotor(1, [10, 90]) },
+  { name: "acrobot", ...byMotor(2, [57, 0]) },
 ];
