@@ -113,11 +113,10 @@ static test_quad length_of(const struct truth *from, int k, test_quad span) {
         x = high - at_high * (high - low) / (at_high - at_low);
         move(&t, from, x);
         last = margin(&t, k);
-        if (last > 0) {
+        if (last > 0)
             low = x, at_low = last, at_high /= 2;
-        } else {
+        else
             high = x, at_high = last, at_low /= 2;
-        }
     }
     return x;
 }
@@ -137,10 +136,8 @@ static void advance(struct truth *t, test_quad span) {
     for (int k = 0; k < ARMS; k++) rests[k] = k == at || !t->mode[k];
     int forced = !t->mode[at];
     (void)margin(t, at);
-    if (forced)
-        t->mode[at] = t->torque[at] > 0 ? -1 : 1;
-    else
-        t->rate[at] = t->tree->parent[at] < 0 ? 0 : t->rate[t->tree->parent[at]];
+    if (forced) t->mode[at] = t->torque[at] > 0 ? -1 : 1;
+    if (!forced) t->rate[at] = t->tree->parent[at] < 0 ? 0 : t->rate[t->tree->parent[at]];
     t->events++;
     sort(t, rests, forced ? at : -1);
 }
@@ -150,7 +147,6 @@ static void compare(const int parent[], const double bound[], int *events) {
                         phi[] = {0.3, -0.8, -1.4}, rate[ARMS];
     const unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_INPUT] = 1, [PEND_TERM_SLIDE] = 1},
                         ones[PEND_TERM_ONES] = {[PEND_TERM_PIECE] = 1};
-    const int all[ARMS] = {1, 1, 1};
     struct truth t = {0};
     struct pend_tree *tree;
     struct pend_terms *terms;
@@ -172,7 +168,7 @@ static void compare(const int parent[], const double bound[], int *events) {
     REQUIRE(record.status == PEND_OK);
     t.tree = tree, t.terms = terms;
     for (int k = 0; k < ARMS; k++) t.phi[k] = phi[k], t.bound[k] = bound[k];
-    sort(&t, all, -1);
+    sort(&t, (int[]){1, 1, 1}, -1);
     for (int i = 1; i <= GRID; i++) {
         while (t.time < (test_quad)i / GRID) advance(&t, (test_quad)i / GRID - t.time);
         for (int k = 0; k < ARMS && i % (GRID / (ROWS - 1)) == 0; k++) {
