@@ -62,7 +62,7 @@ async function fit() {
 
 /** The swinging page, as an animated WebP. */
 async function film() {
-  const page = await open();
+  const page = await open("/?example=paper-four-arms");
   await openDrawer(page, "plots");
   await settledMotion(page);
   const files = [];

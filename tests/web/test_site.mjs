@@ -40,7 +40,7 @@ export async function a_folder_on_any_web_host_is_a_demonstration(rig) {
     await drawn(page);
     const from = await page.evaluate(() => {
       const place = document.querySelector(".canvas").getBoundingClientRect();
-      const spot = pendulumd.stage.tip(4);
+      const spot = pendulumd.stage.tip(1);
       return { x: place.left + spot.x, y: place.top + spot.y };
     });
     await page.mouse.move(from.x, from.y);
