@@ -229,6 +229,31 @@ TEST(derivatives_and_fits_pass_through_tables) {
              "\"series\":[{\"theta\":1,\"values\":[0.1,0.172,-0.248,-0.828,-1.16]}]},\"unknowns\":["
              "{\"vary\":\"rod\",\"arm\":1}]}",
              pendulum);
+    reply = test_post(API_OP_FITS, body);
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    test_reply_free(&reply);
+}
+
+/* a bar whose pivot follows a spline: the digits of a Taylor solver in 30 digits */
+TEST(a_pivot_follows_the_natural_spline_through_its_places) {
+    static const char pendulum[] = "\"arms\":[{" BAR "}],\"pivot\":{\"x\":{\"table\":{\"t\":[0,"
+                                   "0.25,0.75,1.25,2],\"value\":[0,0.25,-0.125,0.1875,0]}}}";
+    static const double theta[] = {0.3449045917013090740826, 0.1574876200803062838502,
+                                   -1.527024737902296395533, 2.068819005823300209106};
+    struct test_reply reply = ask(pendulum, "0.4", "\"times\":[0,0.25,0.75,1.25,2]");
+    double worst = 0;
+    for (int i = 0; i < 4; i++)
+        worst = fmax(worst, fabs(number(&reply, "theta", i + 1, 0) - theta[i]));
+    CHECK_RESIDUAL(worst, 1e-14, "along the spline");
+    CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-14, "the pivot's work");
+    CHECK(test_reply_number(&reply, "/stats/horizon") == 2);
+    double theta0 = number(&reply, "theta", 4, 0), rate = number(&reply, "thetad", 4, 0);
+    test_reply_free(&reply);
+    char start[80];
+    snprintf(start, sizeof start, "%.17g],\"thetad\":[%.17g", theta0, rate);
+    reply = ask(pendulum, start, "\"times\":{\"start\":2,\"stop\":0,\"count\":2}");
+    CHECK_RESIDUAL(fabs(number(&reply, "theta", 1, 0) - 0.4), 1e-13, "and back");
+    test_reply_free(&reply);
 }
 
 /* derivatives with respect to numbers of the pendulum, members and positions along the spline,
