@@ -1,6 +1,6 @@
-/* Requests that several wire tests send, and the reading of their answers.
- * Leaves to others: the wire (harness/server), what is right (each test).
- * Invariant: a text that does not parse fails the test that asked. */
+/* Requests that several wire tests send, and reading their answers.
+ * Leaves to others: the wire (harness/server), expected answers (each test).
+ * Invariant: a text that does not parse fails the test that requested it. */
 #pragma once
 
 #include <cjson/cJSON.h>
@@ -37,7 +37,7 @@ const char *ask_long(double span);
 /** A POST of JSON; returns the status. */
 int ask(struct test_server *server, struct test_reply *reply, const char *path, const char *body);
 
-/** The body as JSON, or NULL with a failed check; ends with cJSON_Delete. */
+/** The body as JSON, or NULL with a failed check; released by cJSON_Delete. */
 cJSON *ask_json(const struct test_reply *reply);
 
 /**
@@ -47,15 +47,15 @@ cJSON *ask_json(const struct test_reply *reply);
  */
 void ask_problem(const struct test_reply *reply, int status, const char *pointer);
 
-/** Item `column` of row `row` of an array of arrays; NaN where there is none. */
+/** Item `column` of row `row` of an array of arrays; NaN if there is none. */
 double ask_at(const cJSON *rows, int row, int column);
 
-/** The number behind a name in /metrics; -1 where there is none. */
+/** The number after a name in /metrics; -1 if there is none. */
 double ask_metric(const struct test_server *server, const char *name);
 
-/** Waits until that number is from `least` to `most`; returns 0, with a failed check, where that
- * does not come. */
+/** Waits until that number is from `least` to `most`; returns 0, with a failed check, if that does
+ * not happen. */
 int ask_await(const struct test_server *server, const char *name, double least, double most);
 
-/** A line of /proc/PID/status, as a number to some base; -1 where it is not there. */
+/** A line of /proc/PID/status, as a number to some base; -1 if it does not exist. */
 long long ask_process(int pid, const char *name, int base);

@@ -55,9 +55,9 @@ void stop_after_deaths(struct test_server **server) {
     test_server_drop(server);
 }
 
-/* The stores that drills are run on. Sanitizers look at the code and not at what a client sees,
- * and the stores' own code is run on both under either of them by the tests of server: here one
- * of them has PostgreSQL and the other has SQLite. */
+/* The stores on which drills run. Sanitizers check the code and not what a client sees, and the
+ * tests of server run the stores' own code on both under either of them: here one of them uses
+ * PostgreSQL and the other SQLite. */
 #if defined __SANITIZE_ADDRESS__
 enum { PLACE_FIRST = 1, PLACE_LAST = 1 };
 #elif defined __SANITIZE_THREAD__

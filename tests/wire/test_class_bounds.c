@@ -1,5 +1,5 @@
-/* What bounds those who abuse class rooms, on both stores: guessers, crowds, those who take all
- * rooms, names of others, and keys that are good no longer. */
+/* Limits against the abuse of class rooms, on both stores: guessed codes, crowds, clients that take
+ * all rooms, names of others, and invalid keys. */
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,7 +23,8 @@ static struct test_server *serve(const struct place *place, const char *option, 
     return test_server_start(options);
 }
 
-/* asks for /v1/classes and a rest from an address with further fields; the status */
+/* requests /v1/classes and the rest of a path from an address with further fields; returns the
+ * status */
 static int from(const struct test_server *server, const char *address, const char *method,
                 const char *rest, const char *fields, const char *body, struct test_reply *reply) {
     char path[PATH + 512], headers[512];
@@ -41,7 +42,7 @@ static int does(const struct test_server *server, const char *address, const cha
     return status;
 }
 
-/* makes a room; the status */
+/* creates a room; returns the status */
 static int make(const struct test_server *server, const char *address, const char *fields,
                 struct room *room) {
     struct test_reply reply;
@@ -68,7 +69,7 @@ static int join(const struct test_server *server, const char *address, const cha
     return does(server, address, "POST", rest, "", body);
 }
 
-/* as a room's teacher; `rest` follows its path */
+/* a request of a room's teacher; `rest` follows its path */
 static int teaches(const struct test_server *server, const char *address, const struct room *room,
                    const char *method, const char *rest, const char *body,
                    struct test_reply *reply) {
@@ -94,7 +95,7 @@ static int teacher(const struct test_server *server, const struct room *room, co
 
 /* --- guesses --- */
 
-/* wrong codes from an address, one after the other; how many were answered 404 */
+/* wrong codes from an address, one after the other; returns how many were answered 404 */
 static int guess(const struct test_server *server, const char *address, int count, int first) {
     char code[8];
     int missed = 0;
@@ -108,7 +109,7 @@ static int guess(const struct test_server *server, const char *address, int coun
     return missed;
 }
 
-/* a room that is taught from an address */
+/* a room whose teacher has an address */
 static int make_from(const struct test_server *server, const char *address, struct room *room) {
     return CHECK_INT(make(server, address, "", room), 201);
 }
@@ -121,7 +122,7 @@ static void guesses(struct place *place) {
         !make_from(server, "203.0.113.1", &taught) || !make_from(server, "203.0.113.1", &joined) ||
         !make_from(server, "192.0.2.9", &made))
         return;
-    /* of a school's address: a few are told that there is none, the others to wait, too */
+    /* from a school's address: some are told that there is no such room, the others to wait, too */
     double begun = test_clock();
     int missed = guess(server, "198.51.100.7", 200, 0);
     CHECK_SAYING(missed >= 30 && missed <= 31 + 0.5 * (test_clock() - begun), "%d", missed);
@@ -135,8 +136,8 @@ static void guesses(struct place *place) {
     missed = guess(server, "2001:db8:1:1::1", 20, 0) + guess(server, "2001:db8:2:1::1", 20, 0);
     CHECK_INT(missed, 40);
     CHECK_INT(join(server, "198.51.100.150", room.code, "Bob"), 201);
-    /* who guesses at a rate that nobody's mistakes have gets into rooms that know the address: it
-     * made one, a pupil came from it to another, the teacher of the third wrote from it */
+    /* a client that guesses faster than mistakes explain gets into rooms that know the address: one
+     * was created there, a pupil joined another from it, the teacher of the third wrote from it */
     CHECK_INT(join(server, "192.0.2.9", joined.code, "Cleo"), 201);
     CHECK_INT(
         teaches_from(server, "192.0.2.9", &taught, "PUT", "/stages/class", "{\"frozen\":true}"),
@@ -154,7 +155,7 @@ TEST(a_right_code_gets_in_after_wrong_ones_which_alone_are_slowed) { place_on_bo
 
 /* --- names and crowds --- */
 
-/* how often a text stands in what the teacher reads */
+/* how often a text occurs in what the teacher reads */
 static int reads(const struct test_server *server, const struct room *room, const char *rest,
                  const char *text) {
     struct test_reply reply;
@@ -209,13 +210,13 @@ static void crowds(struct place *place) {
     for (int i = 0; i < 40; i++) CHECK_INT(join(server, "198.51.100.1", room.code, "Anna"), 201);
     CHECK_INT(join(server, "198.51.100.1", room.code, "Anna"), 429);
     CHECK_INT(join(server, "198.51.100.2", room.code, "Bo"), 201);
-    /* the teacher lets more in, which stays when the class's stage is written without it */
+    /* the teacher lets more in, which remains when the class's stage is written without it */
     CHECK_INT(teacher(server, &room, "PUT", "/stages/class", "{\"address_share\":0}"), 422);
     CHECK_INT(teacher(server, &room, "PUT", "/stages/class", "{\"address_share\":41}"), 200);
     CHECK_INT(teacher(server, &room, "PUT", "/stages/class", "{\"frozen\":true}"), 200);
     CHECK_INT(join(server, "198.51.100.1", room.code, "Cleo"), 201);
     CHECK_INT(join(server, "198.51.100.1", room.code, "Dan"), 429);
-    /* many go with one request, all others stay */
+    /* many are removed by one request, all others stay */
     static const char *const bad[] = {"/pupils/",    "/pupils/0",    "/pupils/3-", "/pupils/-3",
                                       "/pupils/5-3", "/pupils/1,,2", "/pupils/01", "/pupils/x"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
@@ -231,7 +232,7 @@ TEST(an_address_has_a_share_of_a_room_and_many_pupils_go_at_once) { place_on_bot
 
 /* --- rooms, keys --- */
 
-/* a directory for a file of keys, whichever store there is */
+/* a directory for a file of keys, for either store */
 static int keys_begin(char file[128]) {
     static char directory[] = "/tmp/pendulumd-bounds-XXXXXX";
     strcpy(strrchr(directory, '-'), "-XXXXXX");
@@ -246,7 +247,7 @@ static void keys_end(char file[128]) {
     rmdir(file);
 }
 
-/* makes a key; its header field */
+/* creates a key; returns its header field */
 static void key(const char *file, const char *name, const char *role, const char *quota,
                 char field[KEY]) {
     char text[512];
@@ -267,14 +268,14 @@ static void bounds(struct place *place) {
     key(file, "lab", "teacher", "rooms=2", lab);
     struct test_server *server = serve(place, "--keys", file);
     if (!server) return;
-    /* of an address, of a key, and of who has none */
+    /* by address, by key, and for a client without one */
     for (int i = 0; i < 20; i++) CHECK_INT(make(server, "198.51.100.1", "", &room[i]), 201);
     CHECK_INT(make(server, "198.51.100.1", "", &room[20]), 429);
     CHECK_INT(make(server, "198.51.100.2", "", &room[20]), 201);
     CHECK_INT(make(server, "198.51.100.1", lab, &room[21]), 201);
     CHECK_INT(make(server, "198.51.100.1", lab, &room[22]), 201);
     CHECK_INT(make(server, "198.51.100.3", lab, &room[23]), 429);
-    /* a teacher's list has its rooms, an operator's all, who is nobody has none */
+    /* a teacher's list has its rooms, an operator's all, a client without a token has none */
     CHECK_INT(from(server, "198.51.100.1", "GET", "", lab, NULL, &reply), 200);
     CHECK(strstr(reply.body, room[21].code) && strstr(reply.body, room[22].code) &&
           !strstr(reply.body, room[0].code) && !strstr(reply.body, "address_mark") &&
@@ -287,12 +288,12 @@ static void bounds(struct place *place) {
     test_reply_clear(&reply);
     CHECK_INT(does(server, "198.51.100.1", "GET", "", "", NULL), 401);
     CHECK_INT(does(server, "198.51.100.1", "GET", "?after=1", root, NULL), 422);
-    /* an operator ends any room, and a teacher no other's */
+    /* an operator ends any room, and a teacher none of another */
     snprintf(rest, sizeof rest, "/%s", room[0].code);
     CHECK_INT(does(server, "198.51.100.1", "DELETE", rest, lab, NULL), 404);
     CHECK_INT(does(server, "198.51.100.1", "DELETE", rest, root, NULL), 204);
     CHECK_INT(join(server, "198.51.100.9", room[0].code, "Ada"), 404);
-    /* who is erased has no rooms */
+    /* an erased client has no rooms */
     CHECK_INT(test_request(server, &reply, "DELETE", "/v1/clients/key:lab", root, NULL), 204);
     test_reply_clear(&reply);
     CHECK_INT(join(server, "198.51.100.9", room[21].code, "Ada"), 404);
@@ -310,7 +311,7 @@ static void bounds(struct place *place) {
 
 TEST(rooms_are_bounded_and_an_operator_lists_and_ends_them) { place_on_both(bounds); }
 
-/* whether a stream ends by itself; what came of it is in `text` */
+/* whether a stream ends by itself; `text` receives its contents */
 static int ends(struct test_client *client, char text[], size_t cap) {
     size_t bytes = 0;
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end && bytes + 1 < cap;) {
@@ -324,7 +325,7 @@ static int ends(struct test_client *client, char text[], size_t cap) {
     return 0;
 }
 
-/* waits until so many streams and waits are open; an operator's key sees the metrics */
+/* waits until this many streams and waits are open; an operator's key reads the metrics */
 static int streams(const struct test_server *server, const char *root, int count) {
     char line[64];
     int there = 0;
@@ -339,7 +340,7 @@ static int streams(const struct test_server *server, const char *root, int count
     return CHECK_SAYING(there, "%s", line);
 }
 
-/* streams and waits of one key while it is good no longer; those of another go on */
+/* streams and waits of one key when it becomes invalid; those of another continue */
 static void revoked(struct place *place, const char *action, const char *const when[2]) {
     struct room room, other;
     char file[128], root[KEY], lab[KEY], id[ID + 1], text[4096] = "", says[1024];
@@ -371,7 +372,7 @@ static void revoked(struct place *place, const char *action, const char *const w
     text[0] = 0;
     CHECK(ends(&heard, text, sizeof text));
     CHECK(streams(server, root, 1));
-    /* nothing that happens from now on was heard */
+    /* no later change was sent */
     CHECK_INT(join(server, "198.51.100.1", room.code, "Secret"), 201);
     CHECK(strstr(text, "200 OK") && !strstr(text, "Secret"));
     text[0] = 0;

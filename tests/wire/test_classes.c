@@ -1,5 +1,5 @@
 /* A class at work, on both stores: a lesson with a teacher's mistakes, several processes, restarts,
- * and pupils who mean no good. */
+ * and malicious pupils. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -15,7 +15,7 @@
 
 enum { CODE = 6, TOKEN = 40, HEARD = 1 << 18 };
 
-/* Somebody in a room. */
+/* A member of a room. */
 struct member {
     char path[32]; /* /v1/classes/CODE */
     char token[TOKEN];
@@ -27,7 +27,7 @@ static struct test_server *serve(const struct place *place) {
     return test_server_start(options);
 }
 
-/* asks as a member for what follows the room's path */
+/* a member's request for the rest of the room's path */
 static int as(const struct test_server *server, const struct member *who, const char *method,
               const char *rest, const char *body, struct test_reply *reply) {
     char path[160], header[TOKEN + 40] = "";
@@ -36,7 +36,7 @@ static int as(const struct test_server *server, const struct member *who, const 
     return test_request(server, reply, method, path, header, body);
 }
 
-/* the same, of which only the status is of interest */
+/* the same, of which only the status is used */
 static int does(const struct test_server *server, const struct member *who, const char *method,
                 const char *rest, const char *body) {
     struct test_reply reply;
@@ -80,7 +80,7 @@ static int join(const struct test_server *server, const struct member *teacher,
     return status;
 }
 
-/* how often a text stands in what a member reads */
+/* how often a text occurs in what a member reads */
 static int reads(const struct test_server *server, const struct member *who, const char *rest,
                  const char *text) {
     struct test_reply reply;
@@ -93,7 +93,7 @@ static int reads(const struct test_server *server, const struct member *who, con
 
 /* --- events --- */
 
-/* A member who listens. */
+/* A member that listens. */
 struct ear {
     struct test_client client;
     size_t bytes;
@@ -112,7 +112,7 @@ static int ear_open(struct ear *ear, const struct test_server *server, const str
     return test_client_say(&ear->client, text);
 }
 
-/* hears on until a text has come */
+/* reads until a text has arrived */
 static int ear_hear(struct ear *ear, const char *text) {
     double end = test_clock() + TEST_PATIENCE;
     while (test_clock() < end && ear->bytes < HEARD - 1) {
@@ -146,7 +146,7 @@ static void lesson_asks(const struct test_server *server, const struct member *t
     CHECK_INT(does(server, &pupil[0], "GET", "/histograms/swing", NULL), 403);
     CHECK_INT(does(server, &pupil[0], "GET", "/table", NULL), 403);
     CHECK_INT(reads(server, &pupil[0], "", "2.006"), 0);
-    /* the wrong question is taken away, and comes back with its answers */
+    /* the wrong question is removed, and returns with its answers */
     CHECK_INT(does(server, teacher, "DELETE", "/questions/swing", NULL), 204);
     CHECK_INT(does(server, &pupil[2], "PUT", "/answers/swing", "{\"value\":1}"), 409);
     CHECK_INT(does(server, teacher, "PUT", "/questions/swing",
@@ -186,7 +186,7 @@ static void a_lesson(struct place *place) {
         CHECK_INT(join(server, &teacher, names[i], &pupil[i]), 201);
         CHECK_INT(pupil[i].pupil, i + 1);
     }
-    /* the teacher's two tabs, and a pupil, hear of what comes */
+    /* the teacher's two tabs, and a pupil, receive the changes */
     CHECK(ear_open(&ear[0], server, &teacher, NULL) && ear_open(&ear[1], server, &teacher, "3") &&
           ear_open(&ear[2], server, &pupil[0], NULL));
     CHECK_INT(does(server, &teacher, "PUT", "/stages/class",
@@ -205,7 +205,7 @@ static void a_lesson(struct place *place) {
     CHECK_INT(join(server, &teacher, "late", &(struct member){.pupil = 0}), 403);
     CHECK_INT(does(server, &teacher, "DELETE", "/stages/class", NULL), 204);
     CHECK_INT(does(server, &pupil[0], "DELETE", "/stages/class", NULL), 403);
-    /* one pupil is sent away, one leaves, the room is erased: what each hears of it */
+    /* one pupil is removed, one leaves, the room is erased: what each receives */
     CHECK_INT(does(server, &teacher, "DELETE", "/pupils/2", NULL), 204);
     CHECK_INT(does(server, &pupil[1], "GET", "", NULL), 404);
     CHECK_INT(reads(server, &teacher, "/table", "script"), 0);
@@ -237,7 +237,7 @@ static void two_processes(struct place *place) {
     CHECK_INT(does(other, &pupil, "PUT", "/stages/own", "{\"state\":\"done\"}"), 200);
     CHECK(ear_hear(&ear[0], "\"name\":\"stages/1\",\"version\":2,"));
     test_client_close(&ear[0].client);
-    /* killed at once; who comes again, to the other process, has missed nothing */
+    /* killed at once; a client that reconnects to the other process has missed nothing */
     for (int life = 0; life < 3; life++) {
         const char *state = life % 2 ? "{\"state\":\"done\"}" : "{\"state\":\"stuck\"}";
         CHECK_INT(does(server, &pupil, "PUT", "/stages/own", state), 200);
@@ -290,7 +290,7 @@ static void twice(struct place *place) {
         test_reply_clear(&reply);
     }
     CHECK_INT(does(server, &teacher, "POST", "/pupils", "{\"nickname\":\"T\"}"), 403);
-    /* where Authorization is for something else, a room's token has a field of its own */
+    /* if Authorization is used for something else, a room's token has a field of its own */
     struct test_reply reply;
     char path[80];
     snprintf(path, sizeof path, "%s/pupils", teacher.path);
@@ -311,7 +311,7 @@ TEST(what_a_class_sends_twice_is_done_once) { place_on_both(twice); }
 
 /* --- pupils who mean no good --- */
 
-/* codes are guessed until the address is told to wait; those who are in the room are not */
+/* codes are guessed until the address is told to wait; members of the room are not */
 static void guesses(struct test_server *server, const struct member *pupil) {
     struct member guess = {.pupil = 0};
     struct test_reply reply;
@@ -353,13 +353,13 @@ TEST(a_pupil_who_means_no_good_is_bounded) {
     memset(large, ' ', sizeof large - 1);
     memcpy(large, "{\"value\":1}", 11);
     CHECK_INT(does(server, &pupil, "PUT", "/answers/q", large), 413);
-    /* places are few, and the teacher makes room */
+    /* the number of pupils is limited, and the teacher frees a slot */
     CHECK_INT(join(server, &teacher, "a\\nb", &eve), 422);
     for (int i = 0; i < 4; i++) CHECK_INT(join(server, &teacher, "Eve", &eve), 201);
     CHECK_INT(join(server, &teacher, "Eve", &(struct member){.pupil = 0}), 429);
     CHECK_INT(does(server, &teacher, "DELETE", "/pupils/5", NULL), 204);
     CHECK_INT(join(server, &teacher, "Bob", &eve), 201);
-    /* who writes without a pause is told to make one, and nobody else is */
+    /* a client that writes without a pause is told to wait, and nobody else is */
     int status = 200, writes = 0;
     for (; writes < 200 && status == 200; writes++)
         status = does(server, &eve, "PUT", "/stages/own",
@@ -372,7 +372,7 @@ out:
     place_end(&place);
 }
 
-/* the whole of a stream, for who compares replies with the API's description */
+/* a complete stream, for comparing replies with the API's description */
 TEST(a_stream_of_a_room_is_whole_when_the_room_is_gone) {
     struct member teacher;
     struct test_reply reply;

@@ -7,7 +7,7 @@
 
 #include "tests/wire/ask.h"
 
-/* the whole message of a POST of JSON on a connection that stays open */
+/* a complete message of a POST of JSON on a connection that stays open */
 static char *message(const char *path, const char *body) {
     size_t bytes = strlen(body) + 256;
     char *text = malloc(bytes);
@@ -51,7 +51,7 @@ TEST(pipelined_requests_are_answered_in_their_order) {
     enum { COUNT = 20 };
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
-    /* slow and quick ones mixed: the quick must not overtake */
+    /* slow and fast ones mixed: the fast ones must not overtake */
     for (int i = 0; i < COUNT; i++) {
         char *text =
             i % 5 ? message("/v1/trees", ASK_LITTLE) : message("/v1/trajectories", ASK_EXAMPLE);
@@ -147,7 +147,7 @@ TEST(a_client_that_vanishes_leaves_no_computation_behind) {
         "--workers", "1", "--max-compute-seconds", "86400", "--max-steps", "1000000000000", NULL};
     struct test_server *server = test_server_start(options);
     REQUIRE(server != NULL);
-    /* six that would take an hour and more each */
+    /* six that would take more than an hour each */
     for (int i = 0; i < 6; i++) {
         struct test_client client;
         char *text = message("/v1/trajectories", ask_long(1e6 + i));
@@ -220,7 +220,7 @@ TEST(many_clients_at_once_all_get_their_answers) {
     test_server_stop(&crowd.server);
 }
 
-/* one turn of a server's loop can see them all at once: as many as libmicrohttpd takes from the
+/* one turn of a server's loop can find them all at once: as many as libmicrohttpd takes from the
  * system at a time, one fewer, one more, and twice as many */
 TEST(requests_that_come_at_the_same_moment_are_all_answered) {
     static const int counts[] = {127, 128, 129, 256};

@@ -1,5 +1,5 @@
-/* Results of jobs that are downloaded while their store is silent, gone or changed: what becomes
- * of the downloads, and of who computes meanwhile. */
+/* Downloads of results while their store does not respond, is unreachable or changes: the effect on
+ * the downloads, and on other computations. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -10,7 +10,7 @@
 
 #include "tests/wire/place.h"
 
-/* 32 bytes an instant: more than sockets and the server hold of two downloads */
+/* 32 bytes per instant: more than sockets and the server hold for two downloads */
 enum { INSTANTS = 700000, BODY_BYTES = 32 * INSTANTS, DOWNLOADS = 2 };
 
 #define OCTETS "Accept: application/octet-stream\r\n"
@@ -22,7 +22,7 @@ struct download {
     size_t bytes, cap;
 };
 
-/* asks for the results and waits for the first byte, which is not taken yet */
+/* requests the results and waits for the first byte, which is not taken yet */
 static int download_begin(struct download *download, const struct test_server *server,
                           const char *id) {
     char text[256];
@@ -40,8 +40,7 @@ static int download_begin(struct download *download, const struct test_server *s
                  poll(&ready, 1, 1000 * TEST_PATIENCE) == 1);
 }
 
-/* reads on until nothing comes for so many seconds; returns 1 at its end, 0 where it stands
- * still */
+/* reads until nothing arrives for this many seconds; returns 1 at its end, 0 if it pauses */
 static int download_read(struct download *download, double seconds) {
     struct pollfd ready = {download->client.fd, POLLIN, 0};
     while (poll(&ready, 1, (int)(1000 * seconds)) == 1) {
@@ -53,8 +52,8 @@ static int download_read(struct download *download, double seconds) {
     return 0;
 }
 
-/* The bytes of its body, out of their chunks, which are taken off where they lie: once. 0 where
- * there is no head. */
+/* The bytes of its body without the chunk framing, which is removed in place, once. 0 if there is
+ * no head. */
 static size_t download_body(struct download *download, const char **body) {
     char *end = memmem(download->data, download->bytes, "\r\n\r\n", 4);
     *body = end ? end + 4 : NULL;
@@ -80,7 +79,7 @@ static void download_end(struct download *download) {
     download->data = NULL;
 }
 
-/* a daemon with one worker, and a job of many pieces that has ended */
+/* a daemon with one worker, and a finished job of many pieces */
 static struct test_server *downloads_serve(const struct place *place, char id[ID + 1]) {
     char body[256], word[WORDS];
     struct test_server *server = place_serve(place, "all", "1", "--workers", "1");
@@ -105,7 +104,7 @@ static void downloads_compute(struct test_server *server) {
     }
 }
 
-/* all of it is there, and as it was read at a time when nothing was amiss */
+/* the download is complete, and equal to an undisturbed one */
 static void check_whole(struct download *download, const struct test_reply *whole) {
     const char *body;
     size_t bytes = download_body(download, &body);
@@ -113,8 +112,8 @@ static void check_whole(struct download *download, const struct test_reply *whol
                  "%zu bytes of %zu", bytes, whole->body_bytes);
 }
 
-/* the database falls silent in mid-download: nobody who computes waits for it, and once it speaks
- * the downloads go on to all that they are */
+/* the database stops responding in the middle of a download: no computation waits for it, and once
+ * it responds the downloads complete */
 static void silence(struct place *place, struct test_server *server, const char *id,
                     const struct test_reply *whole) {
     struct download download[DOWNLOADS];
@@ -122,7 +121,7 @@ static void silence(struct place *place, struct test_server *server, const char 
     test_postgres_freeze(place->postgres, 1);
     for (int i = 0; i < DOWNLOADS; i++) CHECK(!download_read(&download[i], 0.3));
     downloads_compute(server);
-    /* all that was while neither download went on or ended: nobody waited for the database's
+    /* all this happened while no download continued or ended: nobody waited for the database's
      * limit */
     for (int i = 0; i < DOWNLOADS; i++)
         CHECK(!download_read(&download[i], 0.3) && download[i].bytes < BODY_BYTES);
@@ -134,8 +133,8 @@ static void silence(struct place *place, struct test_server *server, const char 
     }
 }
 
-/* who waited for a silent database goes: nothing is kept for them once it speaks, and the job is
- * what it was */
+/* clients that waited for a silent database leave: nothing is kept for them once it responds, and
+ * the job is unchanged */
 static void leaving(struct place *place, struct test_server *server, const char *id) {
     struct download download[DOWNLOADS];
     for (int i = 0; i < DOWNLOADS; i++) REQUIRE(download_begin(&download[i], server, id));
@@ -151,7 +150,7 @@ static void leaving(struct place *place, struct test_server *server, const char 
     CHECK(ask_await(server, "pendulumd_held_kind_bytes{kind=\"computations\"}", 0, 0));
 }
 
-/* the process that is to hurry ends with a download under way from a silent database */
+/* the process that must end soon ends with a download in progress from a silent database */
 static void hurry(struct place *place, struct test_server *server, const char *id) {
     struct download last;
     REQUIRE(download_begin(&last, server, id));
@@ -166,8 +165,7 @@ static void hurry(struct place *place, struct test_server *server, const char *i
     download_end(&last);
 }
 
-/* the database goes, and comes again: the download is cut short of its length, and can be had
- * afterwards */
+/* the database ends, and restarts: the download is truncated, and can be repeated afterwards */
 static void absence(struct place *place, struct test_server *server, const char *id,
                     const struct test_reply *whole) {
     const char *body;
@@ -187,7 +185,7 @@ static void absence(struct place *place, struct test_server *server, const char 
     test_reply_clear(&again);
 }
 
-/* on PostgreSQL, which alone can be silent: one job of many pieces goes through all of it */
+/* on PostgreSQL, which alone can stop responding: one job of many pieces is used for all of it */
 TEST(downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits) {
     struct place place;
     struct test_server *server = NULL;
@@ -211,7 +209,7 @@ TEST(downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits) 
     place_end(&place);
 }
 
-/* the job is deleted in mid-download: it is cut short, and is not there for the next */
+/* the job is deleted in the middle of the download: it is truncated, and missing for the next */
 static void deletion(struct place *place) {
     char id[ID + 1], path[64];
     const char *body;
@@ -225,7 +223,7 @@ static void deletion(struct place *place) {
     snprintf(path, sizeof path, "/v1/jobs/%s", id);
     CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
     test_reply_clear(&reply);
-    /* what was kept of it is removed by and by */
+    /* what was stored for it is removed gradually */
     CHECK(ask_await(server, "pendulumd_store_bytes", 0, 1e6));
     CHECK(download_read(&download, TEST_PATIENCE));
     CHECK(download_body(&download, &body) < BODY_BYTES);

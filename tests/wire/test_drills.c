@@ -1,5 +1,5 @@
-/* Drills with a whole process: told to end under load, killed, asked twenty thousand times, and
- * left with streams that nobody reads. */
+/* Drills with a whole process: ended under load, killed, asked twenty thousand times, and left with
+ * streams that nobody reads. */
 #include <netinet/in.h>
 #include <poll.h>
 #include <pthread.h>
@@ -13,12 +13,12 @@
 #include "tests/wire/ask.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-enum { SANITIZED = 1 }; /* memory and time are not the program's own */
+enum { SANITIZED = 1 }; /* memory and time are those of the tool */
 #else
 enum { SANITIZED = 0 };
 #endif
 
-/* bytes of the process that are in memory */
+/* bytes of resident memory of the process */
 static double resident(const struct test_server *server) {
     char path[64], line[256];
     double kilobytes = 0;
@@ -47,18 +47,18 @@ struct drill {
     const char *path[KINDS], *accept[KINDS], *body[KINDS];
     /* counted by all clients */
     int number, answered, refused, cut, untold;
-    int number_untold[UNTOLD]; /* requests on which the connection ended before the first byte of an
-                                  answer */
+    int number_untold[UNTOLD]; /* requests for which the connection ended before the first byte of
+                                * an answer */
 };
 
-/* a connection of the client's own, or 0 when nobody listens any more */
+/* a separate connection of the client, or 0 if nobody listens any more */
 static int drill_open(struct test_client *client, int port) {
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     struct timeval patience = {.tv_sec = 5};
     *client = (struct test_client){.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-    /* a server that is about to go drops those who come: they are not kept waiting for the
-     * system's minutes */
+    /* a server that is about to end drops new connections: they do not wait for the system's
+     * minutes */
     setsockopt(client->fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
     if (!connect(client->fd, (struct sockaddr *)&address, sizeof address)) return 1;
     test_client_close(client);
@@ -79,7 +79,8 @@ static int drill_say(struct drill *drill, struct test_client *client, int kind, 
     return test_client_say(client, text);
 }
 
-/* one after the other, until nobody listens; a connection that said it ends is not used again */
+/* one after the other, until nobody listens; a connection that announced its end is not used
+ * again */
 static void *drill_client(void *context) {
     struct drill *drill = context;
     struct test_client client;
@@ -127,8 +128,8 @@ TEST(told_to_end_under_load_it_answers_everything_that_it_took) {
     CHECK_SAYING(before >= CLIENTS, "only %d requests were answered before the end", before);
     CHECK_SAYING(!drill.cut, "%d answers were cut (%d answered, %d refused)", drill.cut,
                  drill.answered, drill.refused);
-    /* a connection that has been idle may end under a request that is just being sent; what was
-     * read is in the log */
+    /* an idle connection may end while a request is being sent; requests that were read are in the
+     * log */
     const char *log = test_server_log(server);
     CHECK(drill.untold < UNTOLD);
     for (int i = 0; i < drill.untold && i < UNTOLD; i++) {
@@ -166,8 +167,8 @@ TEST(killed_under_load_it_starts_again_on_its_port) {
 
 /* --- asked often --- */
 
-/* requests of every kind, good and bad, on connections that change now and then, or are left in
- * mid-answer */
+/* requests of every kind, valid and invalid, on connections that change now and then, or are left
+ * in the middle of an answer */
 static int ask_often(struct test_server *server, char text[][2048], const int status[], int kinds,
                      int count) {
     struct test_client client = {.fd = -1};
@@ -248,7 +249,7 @@ TEST(streams_that_nobody_reads_hold_little_and_end_with_their_clients) {
         REQUIRE(test_client_open(&lazy[i], test_server_port(server)));
         test_client_say(&lazy[i], text);
     }
-    /* a loaded machine begins them late */
+    /* a loaded machine starts them late */
     for (int i = 0; i < COUNT; i++) {
         struct pollfd begun = {.fd = lazy[i].fd, .events = POLLIN};
         CHECK_INT(poll(&begun, 1, (int)(1000 * TEST_PATIENCE)), 1);

@@ -1,5 +1,5 @@
-/* The progress of jobs as server-sent events, on both stores: what is told, to how many, and how
- * it ends. */
+/* The progress of jobs as server-sent events, on both stores: what is sent, to how many, and how it
+ * ends. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -15,7 +15,7 @@
 #else
 #define WAY "10000"
 #endif
-/* one trajectory of a dozen parts or more, a tenth of a second or so each */
+/* one trajectory of a dozen parts or more, about a tenth of a second each */
 #define JOB                                                                                        \
     "{\"pendulum\":" ASK_DOUBLE                                                                    \
     ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                            \
@@ -27,7 +27,7 @@ enum { HEARD = 1 << 17 };
 struct ear {
     struct test_client client;
     size_t bytes;
-    char text[HEARD]; /* all that came, head and chunks as they are */
+    char text[HEARD]; /* everything received, head and chunks included */
 };
 
 static int ear_open(struct ear *ear, const struct test_server *server, const char *id,
@@ -41,8 +41,8 @@ static int ear_open(struct ear *ear, const struct test_server *server, const cha
     return test_client_say(&ear->client, text);
 }
 
-/* hears on until some text has come, or the stream has ended where that is NULL; returns 1 when
- * it has */
+/* reads until some text has arrived, or, if that is NULL, the stream has ended; returns 1 if it
+ * has */
 static int ear_hear(struct ear *ear, const char *text) {
     double end = test_clock() + TEST_PATIENCE;
     while (test_clock() < end && ear->bytes < HEARD - 1) {
@@ -56,7 +56,7 @@ static int ear_hear(struct ear *ear, const char *text) {
     return 0;
 }
 
-/* how often a text has come */
+/* how often a text has arrived */
 static int ear_count(const struct ear *ear, const char *text) {
     int count = 0;
     for (const char *at = ear->text; (at = strstr(at, text)); at++) count++;
@@ -65,7 +65,7 @@ static int ear_count(const struct ear *ear, const char *text) {
 
 static struct ear ear[2];
 
-/* heard from a process that computes nothing; another one works, once somebody listens */
+/* sent by a process that computes nothing; another one works, once a client listens */
 static int course_events(struct place *place) {
     char id[ID + 1], last[96];
     int events = 0;
@@ -84,7 +84,7 @@ static int course_events(struct place *place) {
         CHECK_INT(ear_count(&ear[0], "\ndata: {\"id\":\""), events);
         CHECK_INT(ear_count(&ear[0], "\"status\":\"successful\""), 1);
         CHECK(ear_count(&ear[0], "\"status\":\"running\"") >= events - 2);
-        /* each is told once, and the last one last */
+        /* each is sent once, and the last one last */
         const char *end = strstr(ear[0].text, "\nid: successful-");
         if (CHECK(end != NULL)) {
             CHECK(!strstr(end, "event: "));
@@ -107,7 +107,7 @@ static int course_events(struct place *place) {
     return events;
 }
 
-/* who looks after a job too seldom, on a busy machine, tells little of what happened between */
+/* a stream that queries a job too rarely, on a busy machine, misses changes in between */
 static void a_course(struct place *place) {
     int events = 0;
     for (int i = 0; i < 6 && events < 3; i++) events = course_events(place);
@@ -116,7 +116,7 @@ static void a_course(struct place *place) {
 
 TEST(a_listener_hears_every_step_of_a_job_and_its_end) { place_on_both(a_course); }
 
-/* nobody works: nothing gets on, so that comments alone show that somebody is there */
+/* nobody works: nothing progresses, so comments alone show that the server is alive */
 static void a_silence(struct place *place) {
     char id[ID + 1];
     struct test_reply reply;
@@ -127,10 +127,10 @@ static void a_silence(struct place *place) {
           ear_open(&ear[1], api, id, "Last-Event-ID: accepted-0\r\n"));
     CHECK(ear_hear(&ear[0], "\"status\":\"accepted\""));
     CHECK(ear_hear(&ear[0], "\n:\n\n") && ear_hear(&ear[1], "\n:\n\n"));
-    /* who has heard of this is not told again */
+    /* a client that has received this does not get it again */
     CHECK_INT(ear_count(&ear[0], "event:"), 1);
     CHECK_INT(ear_count(&ear[1], "event:"), 0);
-    /* what another client does is heard at once */
+    /* what another client does is sent at once */
     char path[64];
     snprintf(path, sizeof path, "/v1/jobs/%s", id);
     CHECK_INT(test_request(api, &reply, "DELETE", path, "", NULL), 200);
@@ -183,7 +183,7 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
         CHECK(test_reply_header(&reply, "Retry-After") != NULL);
         test_reply_clear(&reply);
         CHECK(ask_metric(server, "pendulumd_event_streams") == MOST);
-        /* half of them go away, by an end and by a reset; others may come */
+        /* half of them leave, by an end and by a reset; others may come */
         for (int i = 0; i < MOST; i += 2) {
             struct linger reset = {1, 0};
             if (i % 4) setsockopt(crowd[i].client.fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
@@ -192,7 +192,8 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
         CHECK(here_of(server, MOST / 2) == MOST / 2);
         CHECK(ear_open(&crowd[0], server, id, "X-Forwarded-For: 10.0.0.9\r\n") &&
               ear_hear(&crowd[0], "accepted"));
-        /* told to end, it ends the streams as whole answers, at once, though the job goes on */
+        /* told to end, it ends the streams as complete answers, at once, although the job
+         * continues */
         test_server_signal(server, SIGTERM);
         for (int i = 1; i < MOST; i += 2) {
             CHECK(ear_hear(&crowd[i], NULL));
@@ -206,7 +207,7 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
     place_end(&place);
 }
 
-/* many who do not read what they asked for: the job and others do not wait for them */
+/* many who do not read what they requested: the job and others do not wait for them */
 TEST(listeners_that_do_not_read_cost_nothing) {
     struct place place;
     char id[ID + 1], word[WORDS];

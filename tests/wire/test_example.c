@@ -71,7 +71,7 @@ TEST(paper_example_comes_bit_for_bit_the_same_twice) {
     REQUIRE(server != NULL);
     ask(server, &first, "/v1/trajectories", ASK_EXAMPLE);
     ask(server, &second, "/v1/trajectories", ASK_EXAMPLE);
-    /* all but the seconds that it took */
+    /* everything except the computing time */
     char *end_first = strstr(first.body, "\"stats\""),
          *end_second = strstr(second.body, "\"stats\"");
     CHECK(end_first && end_second && end_first - first.body == end_second - second.body);

@@ -1,4 +1,5 @@
-/* The command `pendulumd healthy` beside a daemon: who is asked, and what each fault is told as. */
+/* The command `pendulumd healthy` with a daemon: which address is queried, and the message for each
+ * failure. */
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <stdio.h>
@@ -9,8 +10,8 @@
 
 #include "tests/wire/ask.h"
 
-/* runs `pendulumd healthy` with up to four words; its exit status must be this, and what it says
- * must have a word in it, or be nothing where that is NULL */
+/* runs `pendulumd healthy` with up to four words; checks its exit status, and that its output
+ * contains a word, or is empty if that is NULL */
 static void tells(int status, const char *word, const char *const words[]) {
     const char *all[6] = {"healthy"};
     char text[1024];
@@ -25,7 +26,7 @@ TEST(a_daemon_is_asked_how_it_is_where_its_options_say) {
     char directory[] = "/tmp/pendulumd-test-XXXXXX", path[80], listen[40], every[40], zero[40];
     REQUIRE(mkdtemp(directory) != NULL);
     snprintf(path, sizeof path, "unix:%s/socket", directory);
-    /* one that answers to a name of its own only */
+    /* one that accepts only a name of its own */
     const char *const options[] = {"--hosts", "example.org", NULL};
     const char *const by_path[] = {"--listen", path, NULL};
     struct test_server *server = test_server_start(options);
@@ -36,7 +37,7 @@ TEST(a_daemon_is_asked_how_it_is_where_its_options_say) {
     TELLS(0, NULL, "--listen", listen);
     TELLS(0, NULL, "--listen", every);
     TELLS(0, NULL, "--listen", zero);
-    /* probes have an address of their own, which goes first */
+    /* probes have an address of their own, which takes precedence */
     TELLS(0, NULL, "--listen", "127.0.0.1:1", "--probe-listen", listen);
     TELLS(1, "no answer from 127.0.0.1:1", "--listen", listen, "--probe-listen", "127.0.0.1:1");
     test_server_stop(&server);
@@ -57,7 +58,7 @@ TEST(what_is_asked_badly_or_answers_badly_is_not_healthy) {
     char place[40];
     TELLS(2, "no-such-option", "--no-such-option", "1");
     TELLS(2, "HOST:PORT", "--listen", "nonsense");
-    /* somebody who takes the connection and says nothing is given up */
+    /* a server that accepts the connection and sends nothing is given up */
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     REQUIRE(fd >= 0 && !bind(fd, (struct sockaddr *)&address, bytes) && !listen(fd, 4) &&

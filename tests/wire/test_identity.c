@@ -1,5 +1,5 @@
-/* Whose a job or a scene is: tokens, accounts of a proxy, addresses; hosts and web pages of
- * others; on both stores. */
+/* The owner of a job or a scene: tokens, accounts of a proxy, addresses; other hosts and web pages;
+ * on both stores. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +12,7 @@
 #define BOB "Authorization: bearer bob.Q29ycmVjdEhvcnNlQmF0dGVyeQ==\r\n"
 #define KEYED "Idempotency-Key: same\r\n"
 
-/* submits a request of so many seconds of the pendulum's time; the id of its job */
+/* submits a request of this many seconds of the pendulum's time; returns the id of its job */
 static int post(const struct test_server *server, const char *headers, int span, char id[ID + 1]) {
     char body[256], lines[512];
     snprintf(lines, sizeof lines, ASYNC "%s", headers);
@@ -33,7 +33,7 @@ static int drop(const struct test_server *server, const char *kind, const char *
     return status;
 }
 
-/* the status of a list; its text says so many of these ids */
+/* the status of a list; checks that it contains so many of these ids */
 static int listed(const struct test_server *server, const char *headers, const char *id) {
     struct test_reply reply;
     int status = test_request(server, &reply, "GET", "/v1/jobs", headers, NULL);
@@ -54,7 +54,7 @@ static void two_tokens(struct place *place) {
     CHECK_INT(post(server, ALICE KEYED, 1, again), 202);
     CHECK_TEXT(again, alices);
     CHECK_INT(post(server, ALICE KEYED, 3, again), 422);
-    /* each lists its own, and who has no token is told how to get a list */
+    /* each lists its own, and a client without a token is told how to get a list */
     CHECK_INT(listed(server, ALICE, alices), 1);
     CHECK_INT(listed(server, ALICE, bobs), 0);
     CHECK_INT(listed(server, BOB, bobs), 1);
@@ -65,7 +65,7 @@ static void two_tokens(struct place *place) {
     CHECK_SAYING(asks && !strncmp(asks, "Bearer", 6), "%s", asks ? asks : "no WWW-Authenticate");
     CHECK_SAYING(strstr(reply.body, "Authorization: Bearer") != NULL, "%s", reply.body);
     test_reply_clear(&reply);
-    /* whoever knows an id may read, and nothing more */
+    /* anyone who knows an id may read, and nothing more */
     CHECK_INT(job_get(server, &reply, alices, "", BOB), 200);
     CHECK_SAYING(strstr(reply.body, "\"owner\":\"token\"") != NULL, "%s", reply.body);
     test_reply_clear(&reply);
@@ -80,7 +80,7 @@ static void two_tokens(struct place *place) {
     CHECK_INT(drop(server, "jobs", alices, ALICE), 200);
     job_wait(server, alices, word);
     CHECK_TEXT(word, "dismissed");
-    /* the key of what was dismissed is free: a new job, which is computed */
+    /* the key of a dismissed job is free: a new job, which is computed */
     CHECK_INT(post(server, ALICE KEYED, 1, again), 202);
     CHECK(strcmp(again, alices) != 0);
     job_wait(server, again, word);
@@ -120,7 +120,7 @@ static void scenes_of_two(struct place *place) {
     if (!server) return;
     CHECK_INT(scene(server, ALICE, "one", one), 201);
     CHECK_INT(scene(server, "", "open", open), 201);
-    /* a link is handed out: whoever has it reads, its maker alone takes it away */
+    /* a link is shared: anyone who has it reads, only its creator deletes it */
     CHECK_INT(drop(server, "scenes", one, BOB), 403);
     CHECK_INT(drop(server, "scenes", one, ""), 401);
     CHECK_INT(drop(server, "scenes", open, ""), 401);
@@ -128,7 +128,7 @@ static void scenes_of_two(struct place *place) {
     CHECK_INT(drop(server, "scenes", "0123456789abcdefghjkmnpqrs", ALICE), 404);
     CHECK_INT(drop(server, "scenes", "nothing", ALICE), 404);
     CHECK_INT(scene_there(server, one), 200);
-    /* the same scene of two makers is there until both have let it go */
+    /* the same scene of two creators exists until both have deleted it */
     CHECK_INT(scene(server, BOB, "one", two), 201);
     CHECK_TEXT(two, one);
     CHECK_INT(drop(server, "scenes", one, ALICE), 204);
@@ -177,7 +177,7 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
             const char *asks = test_reply_header(&reply, "WWW-Authenticate");
             CHECK_SAYING(asks && strstr(asks, "invalid_token"), "%s",
                          asks ? asks : "no WWW-Authenticate");
-            /* the rule is told, the token is not */
+            /* the rule is returned, the token is not */
             CHECK(strstr(reply.body, "22") && strstr(reply.body, "128 bits"));
             CHECK_SAYING(!strstr(reply.body, bad[i][6] && bad[i][7] ? bad[i] + 7 : "Bearer  "),
                          "%s", reply.body);
@@ -199,7 +199,7 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
     "KKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKK" \
     "KKKK"
 
-/* a daemon behind a proxy that says who asks, which is the test itself */
+/* a daemon behind a proxy that reports the client, which is the test itself */
 static struct test_server *behind(const struct place *place, const char *header, const char *option,
                                   const char *value) {
     const char *const options[] = {
@@ -220,7 +220,8 @@ static void accounts(struct place *place) {
     CHECK_INT(listed(server, "X-Account: " KKK "alice\r\n", alices), 1);
     CHECK_INT(listed(server, "", alices), -401);
     CHECK_INT(drop(server, "jobs", alices, "X-Account: " KKK "bob\r\n"), 403);
-    /* an account with a token is the token's; what it posted without one it may still end */
+    /* an account with a token is identified by the token; what it posted without one it may still
+     * end */
     CHECK_INT(listed(server, "X-Account: " KKK "alice\r\n" BOB, alices), 0);
     CHECK_INT(drop(server, "jobs", alices, "X-Account: " KKK "alice\r\n" BOB), 200);
     CHECK_INT(drop(server, "jobs", bobs, "X-Account: " KKK "bob\r\n"), 200);
@@ -243,7 +244,7 @@ static void addresses(struct place *place) {
     CHECK_INT(post(server, "X-Forwarded-For: 2001:db8:1:2::1\r\n", 1, second), 202);
     CHECK_INT(post(server, "X-Forwarded-For: 192.0.2.1\r\n" ALICE, 1, third), 202);
     CHECK_INT(listed(server, "X-Forwarded-For: 192.0.2.1\r\n", first), -401);
-    /* without a token: who comes from the same address, of IPv6 the same network, and knows the
+    /* without a token: clients from the same address, for IPv6 the same network, that know the
      * id */
     CHECK_INT(drop(server, "jobs", first, "X-Forwarded-For: 192.0.2.2\r\n"), 403);
     CHECK_INT(drop(server, "jobs", first, "X-Forwarded-For: 192.0.2.2\r\n" ALICE), 403);
@@ -251,7 +252,7 @@ static void addresses(struct place *place) {
     CHECK_INT(drop(server, "jobs", first, "X-Forwarded-For: 192.0.2.1\r\n"), 200);
     CHECK_INT(drop(server, "jobs", second, "X-Forwarded-For: 2001:db8:1:3::1\r\n"), 403);
     CHECK_INT(drop(server, "jobs", second, "X-Forwarded-For: 2001:db8:1:2:ffff::9\r\n" ALICE), 200);
-    /* a token is the same client wherever it comes from */
+    /* a token is the same client from any address */
     CHECK_INT(listed(server, "X-Forwarded-For: 198.51.100.7\r\n" ALICE, third), 1);
     CHECK_INT(drop(server, "jobs", third, "X-Forwarded-For: 198.51.100.7\r\n" ALICE), 200);
     test_server_stop(&server);
@@ -261,7 +262,7 @@ TEST(a_job_without_a_token_is_its_addresss_and_a_token_is_nobodys_address) {
     place_on_both(addresses);
 }
 
-/* opens a stream of a job's events as a client of an address; its status */
+/* opens a stream of a job's events as a client of an address; returns its status */
 static int listens(const struct test_server *server, struct test_client *client, const char *id,
                    const char *headers) {
     char text[512], data[4096] = "";
@@ -296,7 +297,7 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
             snprintf(headers, sizeof headers, "X-Forwarded-For: 2001:db8:1:2::%d\r\n", i + 1);
             CHECK_INT(listens(server, &client[i], id, headers), i < 2 ? 200 : 429);
         }
-        /* each token counts for itself, but one network has three quarters at most: 6 */
+        /* each token counts for itself, but one network has at most three quarters: 6 */
         for (int i = 3; i < 8; i++) {
             snprintf(headers, sizeof headers,
                      "X-Forwarded-For: 2001:db8:1:2::1\r\nAuthorization: Bearer "
@@ -304,7 +305,7 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
                      i);
             CHECK_INT(listens(server, &client[i], id, headers), i < 7 ? 200 : 429);
         }
-        /* somebody else has room still */
+        /* others still have room */
         CHECK_INT(listens(server, &client[8], id, "X-Forwarded-For: 2001:db8:1:3::1\r\n"), 200);
         for (int i = 0; i < 9; i++) test_client_close(&client[i]);
     }
@@ -312,7 +313,7 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
     place_end(&place);
 }
 
-/* 1 when a file, or the log of writes beside it, holds a text somewhere */
+/* 1 if a file, or its write-ahead log, contains a text */
 static int file_has(const char *path, const char *text) {
     static const char *const ends[] = {"", "-wal"};
     int has = 0;
@@ -369,8 +370,8 @@ TEST(tokens_accounts_and_addresses_are_nowhere_in_clear_but_addresses_in_the_log
     place_end(&place);
 }
 
-/* a list and an end cost the store something: they count as what computes does; reading by id
- * does not */
+/* a list and a deletion cost the store something: they count like computations; reading by id does
+ * not */
 TEST(lists_and_ends_count_for_the_quota_of_requests) {
     struct place place;
     struct test_reply reply;

@@ -1,5 +1,5 @@
 /* Jobs as a client sees them, on both stores: the same bits as an undisturbed answer, whatever
- * dies meanwhile. */
+ * crashes meanwhile. */
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
@@ -40,7 +40,7 @@ enum { KILLS = 6, MOST_LIFE = 1 };
 #define PASSAGES(duration)                                                                         \
     "{\"pendulum\":" ASK_DOUBLE ",\"section\":{\"arm\":1,\"theta\":0},\"duration\":" duration "}"
 
-/* the one thing that may differ between two answers */
+/* the only difference between two answers */
 static void blank_seconds(struct test_reply *reply) {
     char *at = strstr(reply->body, "\"compute_seconds\":");
     if (!at) return;
@@ -58,8 +58,7 @@ static void check_same(struct test_reply *one, struct test_reply *two, const cha
                  one->body_bytes, two->body_bytes);
 }
 
-/* one request whose reply, maybe of bytes that are no text, is not recorded; a body makes it a
- * POST */
+/* one request whose reply, possibly not text, is not recorded; with a body it is a POST */
 static int fetch(const struct test_server *server, struct test_reply *reply, const char *path,
                  const char *accept, const char *body) {
     struct test_client client;
@@ -146,7 +145,7 @@ static void answers_are_the_same(struct place *place) {
             const char *tag = test_reply_header(&now, "ETag");
             CHECK_TEXT(test_reply_header(&kept, "Content-Type"),
                        test_reply_header(&now, "Content-Type"));
-            /* the same to the byte, so that ranges can be asked for: its tag is a strong one */
+            /* the same bytes, so that ranges can be requested: its tag is strong */
             CHECK(tag && !strncmp(tag, "W/", 2) &&
                   !strcmp(tag + 2, test_reply_header(&kept, "ETag")));
             CHECK_TEXT(test_reply_header(&kept, "Accept-Ranges"), "bytes");
@@ -158,7 +157,7 @@ static void answers_are_the_same(struct place *place) {
     test_server_stop(&server);
 }
 
-/* what the wire adds to a range: fields, conditions, and that a coding gives way to it */
+/* the HTTP side of a range: fields, conditions, and that a coding is omitted */
 static void ranges(struct place *place) {
     char id[ID + 1], word[WORDS], headers[256], text[64];
     struct test_reply whole, reply;
@@ -208,7 +207,7 @@ static void ranges(struct place *place) {
             CHECK_TEXT(range, text);
         test_reply_clear(&reply);
     }
-    /* a range does not matter to HEAD, nor to who has the answer already */
+    /* a range has no effect on HEAD, nor for a client that has the answer */
     snprintf(headers, sizeof headers,
              "Accept: text/csv\r\nRange: bytes=0-9\r\nIf-None-Match: %s\r\n", tag);
     CHECK_INT(job_get(server, &reply, id, "/results", headers), 304);
@@ -220,7 +219,7 @@ static void ranges(struct place *place) {
     const char *length = test_reply_header(&reply, "Content-Length");
     CHECK(length && atol(length) > 100000 && !test_reply_header(&reply, "Content-Range"));
     test_reply_clear(&reply);
-    /* doubles have no place for what is told of them: it comes behind them, but for a range */
+    /* doubles cannot contain the statistics: they follow in trailers, except for a range */
     CHECK_INT(job_get(server, &reply, id, "/results", "Accept: application/octet-stream\r\n"), 200);
     CHECK(reply.trailer ? strstr(reply.trailer, "X-Horizon: ") != NULL
                         : test_reply_header(&reply, "X-Horizon") != NULL);
@@ -238,7 +237,7 @@ TEST(results_come_in_ranges_as_well) { place_on_both(ranges); }
 
 TEST(results_of_a_job_are_those_of_a_request_bit_for_bit) { place_on_both(answers_are_the_same); }
 
-/* a problem of that status from some method and path */
+/* a problem of that status for a method and a path */
 static void refused(const struct test_server *server, const char *method, const char *path,
                     const char *headers, const char *body, int status) {
     struct test_reply reply;
@@ -268,7 +267,7 @@ static void refusals(struct place *place) {
     refused(server, "POST", "/v1/ensembles", ASYNC, "{\"pendulum\":" ASK_DOUBLE "}", 422);
     refused(server, "POST", "/v1/lyapunov", ASYNC, ASK_LITTLE, 422);
     refused(server, "POST", "/v1/sections", ASYNC, ASK_LITTLE, 422);
-    /* what is there at once is answered at once */
+    /* a direct answer is sent at once */
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", ASYNC, ASK_LITTLE), 200);
     test_reply_clear(&reply);
     refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
@@ -297,7 +296,7 @@ static void failures(struct place *place) {
     struct test_reply reply;
     struct test_server *server = place_serve(place, "all", "1", "--max-client-jobs", "1");
     if (!server) return;
-    /* found out while it is computed */
+    /* found during the computation */
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
                      "{\"pendulum\":" ASK_DOUBLE
                      ",\"initial\":{\"phi\":[0,0],\"phid\":[1e200,0]},\"times\":[0,1]}",
@@ -339,8 +338,7 @@ TEST(what_is_wrong_about_a_job_is_said) { place_on_both(refusals); }
 
 enum { DISMISSALS = 4 };
 
-/* a worker hears of it long before it looks after its lease, which it does when a third of the
- * hour is over */
+/* a worker is notified long before it renews its lease, after a third of the hour */
 static void a_dismissal(struct place *place) {
     char id[ID + 1], path[64];
     struct test_reply reply;
@@ -362,7 +360,7 @@ static void a_dismissal(struct place *place) {
 
 TEST(a_dismissed_job_stops_here_and_elsewhere) { place_on_both(a_dismissal); }
 
-/* a job in the midst of whose only part four workers die is not tried for ever, and says why */
+/* a job during whose only part four workers die is not tried for ever, and says why */
 static void poison(struct place *place) {
     char id[ID + 1], word[WORDS], path[64];
     struct test_reply reply;
@@ -409,7 +407,7 @@ static void forgotten(struct place *place) {
 
 TEST(a_job_is_forgotten_when_it_was_kept_for_its_time) { place_on_both(forgotten); }
 
-/* what is kept of a request is what it says: blanks are not, and after DELETE nothing is */
+/* the stored request contains its meaning without blanks, and is deleted by DELETE */
 static void padding(struct place *place) {
     static char body[12000];
     char id[ID + 1], path[64];
@@ -432,8 +430,8 @@ static void padding(struct place *place) {
 
 TEST(a_request_is_kept_without_its_blanks_and_not_after_its_job) { place_on_both(padding); }
 
-/* processes that sleep longer than their leases, more often than a poisonous job would be tried,
- * go on with their parts; one on each store, asleep at the same time */
+/* processes that are suspended for longer than their leases, more often than a poisonous job would
+ * be tried, continue with their parts; one on each store, suspended at the same time */
 TEST(a_process_that_slept_takes_nothing_from_itself) {
     struct place place[2];
     struct test_server *server[2];
@@ -458,13 +456,13 @@ TEST(a_process_that_slept_takes_nothing_from_itself) {
         CHECK_INT(test_request(server[k], &reply, "DELETE", path, "", NULL), 200);
         CHECK_SAYING(strstr(reply.body, "\"dismissed\"") != NULL, "%s", reply.body);
         test_reply_clear(&reply);
-        /* it said nothing of parts taken back, nor of a store not reachable */
+        /* it did not report returned parts or an unreachable store */
         test_server_stop(&server[k]);
         place_end(&place[k]);
     }
 }
 
-/* what nobody should ask of an ensemble is refused as a job, too, with its place */
+/* invalid ensembles are refused as jobs, too, with their pointers */
 TEST(ensembles_that_make_no_sense_make_no_job) {
     static const struct {
         const char *rest, *pointer;
@@ -492,7 +490,7 @@ TEST(ensembles_that_make_no_sense_make_no_job) {
     place_end(&place);
 }
 
-/* what FLIPS answers undisturbed */
+/* the undisturbed answer of FLIPS */
 static void flips_now(const struct test_server *server, struct test_reply *reply) {
     CHECK_INT(test_request(server, reply, "POST", "/v1/ensembles", "Accept: text/csv\r\n", FLIPS),
               200);
@@ -522,9 +520,9 @@ static int is_open(const struct test_server *server, const char *id) {
     return open;
 }
 
-/* waits until this life of a server has kept so many parts, or no job is left: three lives in a
- * row in which nothing of a job gets done end it as poison, and on a busy machine a life may be
- * too short for anything */
+/* waits until this life of a server has stored so many parts, or no job is left: three lives in a
+ * row without progress of a job end it as poison, and on a busy machine a life may be too short for
+ * anything */
 static void until_kept(const struct test_server *server, int parts, char id[][ID + 1], int jobs) {
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.01)) {
         if (ask_metric(server, "pendulumd_job_parts_total{end=\"kept\"}") >= parts) return;
@@ -545,7 +543,7 @@ static void kills(struct place *place) {
     flips_now(server, &right);
     for (int i = 0; i < KILLS && server; i++) {
         CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
-        /* all jobs have their turns */
+        /* all jobs get their turns */
         until_kept(server, 2 * KILLS, id, i + 1);
         test_sleep(0.5 * MOST_LIFE * test_random(&random));
         test_server_drop(&server);
@@ -561,8 +559,8 @@ static void kills(struct place *place) {
 
 TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { place_on_both(kills); }
 
-/* kills a server again and again while it computes; how often the job was still running before a
- * kill */
+/* kills a server again and again while it computes; returns how often the job was still running
+ * before a kill */
 static int kill_running(struct place *place, const char *path, const char *body,
                         const struct test_reply *right) {
     unsigned long long random = (unsigned long long)(test_clock() * 1e6);
@@ -590,8 +588,8 @@ static int kill_running(struct place *place, const char *path, const char *body,
     return killed_running;
 }
 
-/* the parts of a chain begin where the one before ended, in whatever process; those in between were
- * killed. Where a job was over before it could be killed, another one is tried */
+/* the parts of a chain begin where the one before ended, in any process; those in between were
+ * killed. If a job was over before it could be killed, another one is tried */
 static void chained_kills(struct place *place, const char *path, const char *body) {
     struct test_reply right;
     int killed_running = 0;
@@ -632,7 +630,7 @@ static void drains(struct place *place) {
         test_server_stop(&server);
         server = place_serve(place, "all", PART, "--job-lease-seconds", "600");
     }
-    /* what was given back is taken at once: nobody waits for a lease of ten minutes */
+    /* returned parts are taken at once: nobody waits for a lease of ten minutes */
     if (server) {
         check_flips(server, id, &right);
         test_server_stop(&server);
@@ -642,8 +640,8 @@ static void drains(struct place *place) {
 
 TEST(a_daemon_that_drains_gives_its_parts_back) { place_on_both(drains); }
 
-/* one job is submitted while a process is stopped; where there is no answer within a second the
- * process goes on, as it was stopped in the middle of a write. Returns whether there was one */
+/* one job is submitted while a process is stopped; without an answer within a second the process
+ * continues, because it was stopped in the middle of a write. Returns whether there was one */
 static int written_meanwhile(const struct test_server *sleeper, const struct test_server *api) {
     char text[1024];
     struct test_client client;
@@ -663,8 +661,8 @@ static int written_meanwhile(const struct test_server *sleeper, const struct tes
     return answered && status == 202;
 }
 
-/* stops a process, but not in the middle of a write: then it would hold an SQLite file until it
- * goes on */
+/* stops a process, but not in the middle of a write: then it would lock an SQLite file until it
+ * continues */
 static void stop_between_writes(const struct test_server *sleeper, const struct test_server *api) {
     int written = 0;
     for (int i = 0; i < 100 && !written; i++) {
@@ -692,7 +690,7 @@ static void roles(struct place *place) {
         for (int i = 0; i < 2; i++)
             CHECK_INT(submit(api, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
         test_sleep(0.1);
-        /* one falls silent for longer than its lease, and wakes; another dies */
+        /* one is suspended for longer than its lease, and continues; another is killed */
         stop_between_writes(sleeper, api);
         test_sleep(0.3);
         test_server_drop(&worker);
@@ -738,7 +736,7 @@ TEST(a_daemon_starts_before_its_database_and_finds_it) {
         while (!strstr(test_server_log(server), "not reachable") && test_clock() < end)
             test_sleep(0.05);
         CHECK(strstr(test_server_log(server), "not reachable") != NULL);
-        /* what needs no store is answered; what needs it is told to come again */
+        /* requests that need no store are answered; others are told to retry */
         CHECK_INT(ask(server, &reply, "/v1/forces", ASK_LITTLE), 200);
         test_reply_clear(&reply);
         refused(server, "POST", "/v1/forces", ASYNC, ASK_LITTLE, 503);
@@ -748,7 +746,7 @@ TEST(a_daemon_starts_before_its_database_and_finds_it) {
         job_wait(server, id, word);
         CHECK_TEXT(word, "successful");
     }
-    /* its log tells of the absence */
+    /* its log reports the absence */
     stop_after_deaths(&server);
     place_end(&place);
 }
@@ -777,14 +775,15 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
             test_sleep(0.3);
         }
         for (int i = 0; i < 3; i++) check_flips(server, id[i], &right);
-        /* and now for good: what needs no store is answered, the rest is told when to come again */
+        /* and now permanently: requests that need no store are answered, the others are told when
+         * to retry */
         test_postgres_stop(&place.postgres);
         test_request(server, &reply, "POST", "/v1/forces", ASYNC, ASK_LITTLE);
         CHECK(test_reply_header(&reply, "Retry-After") != NULL);
         ask_problem(&reply, 503, NULL);
         test_reply_clear(&reply);
         refused(server, "GET", "/readyz?need=jobs", "", NULL, 503);
-        /* this process is as good as ever for that, and no load balancer is to leave it out */
+        /* for those this process works as usual, and no load balancer should exclude it */
         CHECK_INT(test_request(server, &reply, "GET", "/readyz", "", NULL), 200);
         CHECK_TEXT(reply.body, "{\"status\":\"degraded\",\"jobs\":\"the store is not reachable\"}");
         test_reply_clear(&reply);
@@ -884,7 +883,7 @@ TEST(a_server_without_a_store_answers_at_once_and_says_so_of_jobs) {
     test_server_stop(&server);
 }
 
-/* a form's numbers may be longer as canonical JSON, in which a job keeps it, than as they came */
+/* a form's numbers may be longer as canonical JSON, in which a job stores it, than as sent */
 TEST(a_form_whose_numbers_grow_is_a_job) {
     enum { ARMS = 60, BYTES = 4096 };
     char form[BYTES], mass[BYTES / 4] = "", length[BYTES / 4] = "", parent[BYTES / 4] = "";

@@ -1,4 +1,4 @@
-/* Keys and roles through a daemon's socket: `pendulumd keys` makes them, each bad key has its
+/* Keys and roles through a daemon's socket: `pendulumd keys` creates them, each invalid key has its
  * status and sentence, each role its limits. */
 #include <signal.h>
 #include <stdio.h>
@@ -18,7 +18,8 @@ struct keyed {
     struct test_server *server;
 };
 
-/* runs `pendulumd keys ACTION --keys FILE` with up to six further words; what it says */
+/* runs `pendulumd keys ACTION --keys FILE` with up to six further words; `text` receives its
+ * output */
 static int command(const struct keyed *keyed, const char *action, const char *const words[],
                    char text[], size_t cap) {
     const char *all[12] = {"keys", action, "--keys", keyed->file};
@@ -29,7 +30,7 @@ static int command(const struct keyed *keyed, const char *action, const char *co
 #define COMMAND(keyed, action, text, ...)                                                          \
     command(keyed, action, (const char *const[]){__VA_ARGS__, NULL}, text, sizeof text)
 
-/* makes a key and the header field that shows it */
+/* creates a key and its header field */
 static int make(const struct keyed *keyed, const char *name, const char *role, const char *quota,
                 char field[FIELD]) {
     char text[1024];
@@ -70,14 +71,14 @@ static void keyed_end(struct keyed *keyed) {
     place_end(&keyed->place);
 }
 
-/* waits until the server's log says a word */
+/* waits until the server's log contains a word */
 static int says(struct keyed *keyed, const char *word) {
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.02))
         if (strstr(test_server_log(keyed->server), word)) return 1;
     return CHECK_SAYING(0, "it does not say %s but: %s", word, test_server_log(keyed->server));
 }
 
-/* asks with a key; the answer's status, sentence and WWW-Authenticate must be these */
+/* sends a request with a key; checks status, sentence and WWW-Authenticate of the answer */
 static void refused(struct keyed *keyed, const char *path, const char *field, int status,
                     const char *sentence, const char *asks) {
     struct test_reply reply;
@@ -106,16 +107,16 @@ TEST(each_bad_key_has_its_status_and_its_sentence) {
     char good[FIELD], field[FIELD], text[1024];
     REQUIRE(keyed_begin(&keyed));
     REQUIRE(make(&keyed, "lab", "batch", "requests=50", good));
-    /* it is in force without a signal */
+    /* it is active without a signal */
     REQUIRE(says(&keyed, "keys: 2 keys are valid"));
     CHECK_INT(status_of(&keyed, "/v1/trees", good, ASK_LITTLE), 200);
-    /* cut by a letter, and with another letter */
+    /* truncated by a letter, and with another letter */
     snprintf(field, sizeof field, "%.*s\r\n", (int)strlen(good) - 3, good);
     refused(&keyed, "/v1/trees", field, 401, "malformed", "invalid_token");
     snprintf(field, sizeof field, "%s", good);
     field[40] = field[40] == 'q' ? 'r' : 'q';
     refused(&keyed, "/v1/trees", field, 401, "malformed", "invalid_token");
-    /* expired, then good again, then revoked, then gone */
+    /* expired, then valid again, then revoked, then removed */
     CHECK_INT(COMMAND(&keyed, "expire", text, "--name", "lab", "--expires", "2020-02-29"), 0);
     test_server_signal(keyed.server, SIGHUP);
     REQUIRE(says(&keyed, "reload: 0 options"));
@@ -133,7 +134,7 @@ TEST(each_bad_key_has_its_status_and_its_sentence) {
     CHECK_INT(COMMAND(&keyed, "remove", text, "--name", "lab"), 0);
     REQUIRE(says(&keyed, "keys: 1 key is valid"));
     refused(&keyed, "/v1/trees", good, 401, "this key is unknown to this server", "invalid_token");
-    /* a secret of the client's own is still one, and anonymous */
+    /* a secret of the client's own is still valid, and anonymous */
     CHECK_INT(status_of(&keyed, "/v1/trees", "Authorization: Bearer abcdefghijklmnopqrstuv\r\n",
                         ASK_LITTLE),
               200);
@@ -153,7 +154,7 @@ TEST(each_role_may_what_it_may) {
     refused(&keyed, "/metrics", pupil, 403, "your role is pupil", "insufficient_scope");
     refused(&keyed, "/metrics", batch, 403, "your role is batch", "scope=\"operator\"");
     CHECK_INT(status_of(&keyed, "/metrics", operator, NULL), 200);
-    /* jobs are for teachers and others who have any */
+    /* jobs are for teachers and other clients with a key */
     snprintf(headers, sizeof headers, ASYNC "%s", pupil);
     refused(&keyed, "/v1/lyapunov", headers, 403, "may not post jobs", "scope=\"teacher\"");
     refused(&keyed, "/v1/lyapunov", ASYNC, 401, "may not post jobs", "Bearer realm");
@@ -169,7 +170,7 @@ TEST(each_role_may_what_it_may) {
     CHECK_SAYING(strstr(reply.body, "\"owner\":\"key\"") != NULL, "%s", reply.body);
     test_reply_clear(&reply);
     CHECK_INT(submit(keyed.server, "/v1/trajectories", headers, longer, id), 429);
-    /* a list and an end by another key of the same name, and by nobody else */
+    /* a list and a deletion by another key of the same name, and by no key */
     REQUIRE(make(&keyed, "night", "batch", NULL, headers));
     REQUIRE(says(&keyed, "keys: 5 keys are valid"));
     snprintf(text, sizeof text, "/v1/jobs/%s", first);
@@ -182,7 +183,7 @@ TEST(each_role_may_what_it_may) {
     test_reply_clear(&reply);
     CHECK_INT(test_request(keyed.server, &reply, "DELETE", text, headers, NULL), 200);
     test_reply_clear(&reply);
-    /* what a role may is changed while the server runs; 0 requests are none */
+    /* the limits of a role change while the server runs; 0 requests are none */
     CHECK_INT(COMMAND(&keyed, "role", text, "--role", "anonymous", "--quota", "requests=0"), 0);
     for (int i = 0; i < 400 && status_of(&keyed, "/v1/trees", "", ASK_LITTLE) == 200; i++)
         test_sleep(0.05);
@@ -236,7 +237,7 @@ TEST(limits_of_a_role_are_kept_to) {
     CHECK_INT(test_request(keyed.server, &reply, "POST", "/v1/trajectories", headers, large), 422);
     CHECK_SAYING(strstr(reply.body, "1048576") != NULL, "%s", reply.body);
     test_reply_clear(&reply);
-    /* who has computed for longer than a millisecond waits */
+    /* a client that has computed for longer than a millisecond waits */
     CHECK_INT(test_request(keyed.server, &reply, "POST", "/v1/trajectories", tired, ask_long(10)),
               200);
     test_reply_clear(&reply);
@@ -282,7 +283,7 @@ TEST(the_command_says_what_is_wrong) {
     fclose(file);
     field[strcspn(field, "\r")] = 0;
     CHECK(bytes > 64 && !strstr(kept, field + 22) && strstr(kept, "digest="));
-    /* a server does not start with keys that others can read, or that are none */
+    /* a server does not start with keys that others can read, or that are malformed */
     const char *const options[] = {"--keys",  keyed.file, "--listen", "127.0.0.1:0",
                                    "--store", "none",     NULL};
     CHECK(!chmod(keyed.file, 0644));
@@ -293,7 +294,7 @@ TEST(the_command_says_what_is_wrong) {
     place_end(&keyed.place);
 }
 
-/* what a file says, cut to fit */
+/* the contents of a file, truncated to fit */
 static void file_text(const char *path, char text[], size_t cap) {
     FILE *file = fopen(path, "r");
     text[0] = 0;
@@ -303,7 +304,7 @@ static void file_text(const char *path, char text[], size_t cap) {
     fclose(file);
 }
 
-/* waits until a file says a word, and reads it */
+/* waits until a file contains a word, and reads it */
 static int file_says(const char *path, const char *word, char text[], size_t cap) {
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.02)) {
         file_text(path, text, cap);
@@ -349,7 +350,7 @@ TEST(deeds_are_accounted_for_without_bodies_and_addresses_as_far_as_wanted) {
                        "/metrics\",\"status\":401,\"outcome\":\"refused\"") != NULL);
     CHECK(strstr(text, "GET /metrics\",\"status\":403,\"outcome\":\"refused\"") != NULL);
     CHECK(strstr(text, "DELETE /v1/jobs/{id}") && strstr(text, id));
-    /* who has only computed has done nothing that must be accounted for */
+    /* mere computations need no audit entry */
     CHECK_SAYING(!strstr(text, "/v1/trees") && !strstr(text, "duration"), "%s", text);
     int lines = 0;
     for (const char *at = text; (at = strchr(at, '\n')); at++) lines++;
@@ -365,7 +366,7 @@ TEST(deeds_are_accounted_for_without_bodies_and_addresses_as_far_as_wanted) {
     keyed_end(&keyed);
 }
 
-/* the port in the log behind a word */
+/* the port in the log after a word */
 static int port_behind(struct test_server *server, const char *word) {
     const char *line = strstr(test_server_log(server), word);
     return CHECK(line != NULL) ? atoi(line + strlen(word)) : 0;
@@ -394,7 +395,7 @@ TEST(probes_and_metrics_have_an_address_of_their_own) {
     keyed.server = test_server_start(options);
     REQUIRE(keyed.server != NULL);
     int port = port_behind(keyed.server, "probes and metrics on http://127.0.0.1:");
-    /* one connection is all that others may have; probes need none of it, and no key and no name */
+    /* others may have only one connection; probes need none of them, no key and no host name */
     REQUIRE(test_client_open(&held, test_server_port(keyed.server)));
     CHECK_INT(probe(port, "GET /metrics HTTP/1.1\r\nHost: any\r\n\r\n", &reply), 200);
     CHECK(strstr(reply.body, "pendulumd_requests_total") != NULL);
@@ -432,7 +433,7 @@ TEST(where_the_store_is_may_stand_in_a_file_of_its_own) {
     CHECK(!chmod(path, 0644));
     CHECK_INT(test_server_run(options, text, sizeof text), 2);
     CHECK_SAYING(strstr(text, "0600") != NULL, "%s", text);
-    /* what is no store is not repeated: it may be a password */
+    /* a value that is not a store is not quoted: it may be a password */
     file = fopen(path, "w");
     REQUIRE(file != NULL);
     fputs("mysql://user:secret@host", file);
@@ -483,7 +484,7 @@ static void erasure(struct place *place) {
     test_reply_clear(&reply);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/scenes", TOKEN_B, scene), 201);
     test_reply_clear(&reply);
-    /* who may not, and whom nobody can mean */
+    /* clients that may not, and names that cannot exist */
     CHECK_INT(erases(server, "me", ""), 401);
     CHECK_INT(erases(server, "key:anna", TOKEN_A), 403);
     CHECK_INT(erases(server, "me", TOKEN_A), 204);
@@ -491,7 +492,7 @@ static void erasure(struct place *place) {
     test_reply_clear(&reply);
     CHECK_INT(job_get(server, &reply, running, "", TOKEN_A), 404);
     test_reply_clear(&reply);
-    /* what was being computed is not any more, and the sums are those of the other alone */
+    /* the running job is cancelled, and the sums are those of the other client alone */
     CHECK(ask_await(server, "pendulumd_workers_busy", 0, 0));
     CHECK(ask_await(server, "pendulumd_jobs{state=\"successful\"}", 1, 1));
     CHECK(ask_await(server, "pendulumd_jobs{state=\"running\"}", 0, 0));

@@ -76,7 +76,7 @@ TEST(a_full_queue_is_answered_503) {
     ask_problem(&reply, 503, NULL);
     check_retry_after(&reply);
     test_reply_clear(&reply);
-    /* what needs no worker is answered all the same */
+    /* requests that need no worker are answered nevertheless */
     CHECK_INT(test_request(server, &reply, "GET", "/healthz", "", NULL), 200);
     test_reply_clear(&reply);
     test_client_close(&busy);
@@ -111,8 +111,7 @@ TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
     REQUIRE(begin_long(&busy, server, 1e6));
     ask_await(server, "pendulumd_computations", 1, 1);
     test_server_signal(server, SIGTERM);
-    /* the connection that was open is answered 503, or is closed, as soon as the signal was
-     * heard */
+    /* the open connection is answered 503, or is closed, as soon as the signal was received */
     int status = 200;
     for (double end = test_clock() + TEST_PATIENCE; status == 200 && test_clock() < end;) {
         test_sleep(0.05);
@@ -121,7 +120,7 @@ TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
         test_reply_clear(&reply);
     }
     CHECK_SAYING(status == 503 || status == 0, "status %d", status);
-    /* the client leaves, and so nothing holds the server up any more */
+    /* the client leaves, and so nothing delays the server's end */
     test_client_close(&busy);
     test_client_close(&open);
     CHECK_INT(test_server_wait(server), 0);
@@ -158,7 +157,7 @@ TEST(an_interface_that_ages_says_so_with_every_answer_below_v1) {
         }
         test_reply_clear(&reply);
     }
-    /* an answer in the middle of a body, which goes past libmicrohttpd */
+    /* an answer in the middle of a body, which bypasses libmicrohttpd */
     struct test_client client;
     REQUIRE(test_client_open(&client, test_server_port(server)));
     snprintf(text, sizeof text,

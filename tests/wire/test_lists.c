@@ -1,4 +1,4 @@
-/* Lists of jobs, their filters and pages, and what a job tells of itself, on both stores. */
+/* Lists of jobs, their filters and pages, and the JSON of a job, on both stores. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,8 +8,7 @@
 #define ANNA "Authorization: Bearer anna-0123456789abcdef0123456789\r\n"
 #define BERTA "Authorization: Bearer berta-0123456789abcdef012345678\r\n"
 
-/* a list as `who` gets it; the ids of its jobs, newest first, and the next page's path, "" = none
- */
+/* a client's list; the ids of its jobs, newest first, and the next page's path, "" = none */
 static int list(const struct test_server *server, const char *who, const char *path,
                 char id[][ID + 1], char next[1200]) {
     struct test_reply reply;
@@ -77,7 +76,7 @@ static void filters(struct place *place) {
         6);
     CHECK_INT(list(server, ANNA, "/v1/jobs?status=successful", got, next), 0);
     CHECK_INT(list(server, ANNA, "/v1/jobs?since=2999-12-31T23:59:59Z", got, next), 0);
-    /* the pages of a filter have all that suits, once */
+    /* the pages of a filter contain every match once */
     int count = 0;
     snprintf(next, sizeof next,
              "/v1/jobs?operation=forces&limit=1&title=f%%C3%%BCnf&since="
@@ -137,7 +136,7 @@ static void telling(struct place *place) {
     CHECK_INT((int)number(parts, "all"), 1);
     CHECK(number(job, "bytes") > 10 && number(job, "bytes") < 10000);
     cJSON_Delete(job);
-    /* what was asked, and asked again it is the same job's results */
+    /* the request, which posted again gives the same job's results */
     CHECK_INT(job_get(server, &reply, id, "/request", ""), 200);
     CHECK_SAYING(strstr(reply.body, "\"parent\":[0,1]") != NULL, "%s", reply.body);
     CHECK_INT(submit(server, "/v1/forces", ASYNC ANNA, reply.body, other), 202);

@@ -1,6 +1,6 @@
-/* Malformed messages on the wire: every stream of harness/streams.h, and requests that are
- * framed well but say what they may not. Each is answered as expected and the connection closed,
- * the server is healthy afterwards, and a request that hides behind the fault is never run. */
+/* Malformed messages on the wire: every stream of harness/streams.h, and well-framed requests with
+ * invalid contents. Each is answered as expected and the connection closed, the server works
+ * afterwards, and a request hidden after the error is never run. */
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <signal.h>
@@ -12,10 +12,10 @@
 #include "tests/harness/streams.h"
 #include "tests/wire/ask.h"
 
-/* what a smuggler would have run: its target would stand in the log */
+/* what a smuggler would have run: its target would be in the log */
 #define HIDDEN "GET /hidden HTTP/1.1\r\nHost: x\r\n\r\n"
 
-/* Framed well, so that the front lets it pass; refused by the reading of its head. */
+/* Well framed, so that the strict reader accepts it; refused when its head is read. */
 static const struct {
     const char *what, *text;
     int status;
@@ -49,7 +49,7 @@ static const struct {
 
 enum { UNSAID = sizeof unsaid / sizeof *unsaid };
 
-/* sends a stream with its POSTs to a route that reads them to their end, whatever they hold */
+/* sends a stream with its POSTs to a route that reads them to their end, whatever they contain */
 static void say_stream(struct test_client *client, const char *text, size_t bytes) {
     static const char nowhere[] = "POST / ", somewhere[] = "POST /v1/trees ";
     const char *end = text + bytes;
@@ -61,8 +61,8 @@ static void say_stream(struct test_client *client, const char *text, size_t byte
     test_client_send(client, text, (size_t)(end - text));
 }
 
-/* one stream, behind it a hidden request, all of it at once or in pieces; returns how many
- * answers came, the last one's status in `status` */
+/* one stream followed by a hidden request, all at once or in pieces; returns the number of answers,
+ * the last one's status in `status` */
 static int say_all(struct test_server *server, const char *what, const char *text, size_t bytes,
                    int at_once, int good, int *status) {
     struct test_client client;
@@ -128,8 +128,7 @@ TEST(malformed_messages_are_refused_and_the_connection_closed) {
     CHECK_SAYING(malformed >= 2 * 100, "only %d messages were tried", malformed / 2);
     test_server_signal(server, SIGTERM);
     CHECK_INT(test_server_wait(server), 0);
-    /* every answer has its line in the log, and there is no line of a request that nobody may
-     * have run */
+    /* every answer has its line in the log, and no line is of a request that must not run */
     const char *log = test_server_log(server);
     CHECK_INT(count(log, "hidden"), 0);
     CHECK_INT(count(log, "{\"time\":"), lines);

@@ -1,5 +1,5 @@
-/* What a daemon of little memory does with those who do not read, do not send, or go away: its
- * resident memory, what it says that it holds, and whether somebody else is served meanwhile. */
+/* A daemon with little memory and clients that do not read, do not send, or leave: its resident
+ * memory, its accounts, and whether other clients are served meanwhile. */
 #include <arpa/inet.h>
 #include <poll.h>
 #include <stdio.h>
@@ -14,11 +14,11 @@
 
 #define HELD "64M"
 
-/* bytes that the process may have resident under HELD, and address space that it gets */
+/* bytes of resident memory that the process may have under HELD, and its address space */
 static const double resident_most = 1.2 * (64 << 20) + (64 << 20);
 enum { SPACE = 1 << 30, CROWD = 20, BODY = 1 << 17 };
 
-/* true where tools have memory of their own beside the process' */
+/* true if tools have memory of their own in the process */
 #if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
 #define memory_tools 1
 #else
@@ -28,7 +28,7 @@ enum { SPACE = 1 << 30, CROWD = 20, BODY = 1 << 17 };
 #define ONE_ARM "{\"length\":[1],\"mass\":[1],\"parent\":[0]}"
 #define NPZ "Accept: application/x-npz\r\n"
 
-/* a trajectory that takes 32 bytes an instant; each number of instants is an answer of its own */
+/* a trajectory that takes 32 bytes per instant; each number of instants is a different answer */
 static const char *memory_long(int instants) {
     static char body[256];
     snprintf(body, sizeof body,
@@ -39,10 +39,10 @@ static const char *memory_long(int instants) {
     return body;
 }
 
-/* the bound that the system keeps on the memory of the one daemon of a test */
+/* the system's limit on the memory of a test's daemon */
 static struct test_fence memory_fence;
 
-/* as test_server_start, with so much address space */
+/* as test_server_start, with this much address space */
 static struct test_server *memory_serve_limited(const char *const options[]) {
     struct rlimit before, space;
     getrlimit(RLIMIT_AS, &before);
@@ -54,9 +54,9 @@ static struct test_server *memory_serve_limited(const char *const options[]) {
     return server;
 }
 
-/* As test_server_start, in a group of cgroup v2 that gets as much memory as may be resident;
- * where the machine lets none be made, with little address space. Sanitizers and other tools
- * would not live with either. */
+/* As test_server_start, in a group of cgroup v2 with as much memory as may be resident; if the
+ * machine permits none, with little address space. Sanitizers and other tools could not run with
+ * either. */
 static struct test_server *memory_serve(const char *const options[]) {
     char reason[200];
     memory_fence.path[0] = 0;
@@ -72,7 +72,7 @@ static struct test_server *memory_serve(const char *const options[]) {
     return server;
 }
 
-/* as test_server_stop, of a daemon of memory_serve's */
+/* as test_server_stop, for a daemon of memory_serve */
 static void memory_stop(struct test_server **server) {
     if (memory_fence.path[0] && test_fence_peak(&memory_fence) > 0)
         printf("  its group has had %.0f MB at most\n", test_fence_peak(&memory_fence) / (1 << 20));
@@ -80,7 +80,7 @@ static void memory_stop(struct test_server **server) {
     test_fence_close(&memory_fence);
 }
 
-/* the process' resident bytes; 0 where tools keep their own beside them */
+/* the resident bytes of the process; 0 if tools have their own in it */
 static double memory_resident(const struct test_server *server) {
     char path[64];
     unsigned long long pages = 0, resident = 0;
@@ -106,7 +106,7 @@ static int memory_open(struct test_client *client, const struct test_server *ser
                  !connect(client->fd, (struct sockaddr *)&there, sizeof there));
 }
 
-/* sends a request whole, and reads nothing */
+/* sends a complete request, and reads nothing */
 static int memory_send(struct test_client *client, const struct test_server *server, int from,
                        const char *method, const char *path, const char *headers,
                        const char *body) {
@@ -121,8 +121,8 @@ static int memory_send(struct test_client *client, const struct test_server *ser
 
 enum { HEAD = 1024 };
 
-/* the status of an answer that is left where it is, 0 while there is none, -1 once the
- * connection has ended; `text` becomes what of it can be seen */
+/* the status of an unread answer, 0 while there is none, -1 once the connection has ended; `text`
+ * receives its visible part */
 static int memory_peek(const struct test_client *client, char text[HEAD]) {
     struct pollfd look = {.fd = client->fd, .events = POLLIN};
     text[0] = 0;
@@ -138,9 +138,9 @@ static int memory_status(const struct test_client *client) {
     return memory_peek(client, head);
 }
 
-/* Somebody else asks for something small. What a crowd's request is promised before it is refused
- * may stand in the way for a moment, so that a refusal is asked again, some times; so is an answer
- * that was begun, on a slow machine, and broke off for want of memory. */
+/* Another client requests something small. The memory promised to a crowd's request before it is
+ * refused may be missing for a moment, so a refusal is retried some times; so is an answer that was
+ * started, on a slow machine, and broke off for lack of memory. */
 static void memory_other_is_served(const struct test_server *server) {
     struct test_reply reply;
     for (int tries = 0;; tries++) {
@@ -158,7 +158,7 @@ static void memory_other_is_served(const struct test_server *server) {
     test_reply_clear(&reply);
 }
 
-/* waits until everybody has a head, looking at memory and at somebody else; how many got 200 */
+/* waits until all have a head, checking memory and another client; returns how many got 200 */
 static int memory_crowd(const struct test_server *server, const struct test_client client[],
                         int count) {
     double most = 0, until = test_clock() + TEST_PATIENCE;
@@ -194,7 +194,7 @@ static void memory_close(struct test_client client[], int count) {
     for (int i = 0; i < count; i++) test_client_close(&client[i]);
 }
 
-/* nothing is held but by the connection that asks */
+/* only the querying connection holds memory */
 static void memory_await_base(const struct test_server *server) {
     ask_await(server, "pendulumd_held_bytes", 0, 40000);
     CHECK_INT((int)ask_metric(server, "pendulumd_computations"), 0);
@@ -212,11 +212,11 @@ TEST(answers_that_nobody_reads_leave_the_process_its_memory) {
                             memory_long(500000 + i)));
     int good = memory_crowd(server, client, CROWD);
     CHECK_SAYING(good >= 2 && good <= 4, "%d answers of 16 MB have room in 64", good);
-    /* of each, the sockets' buffers may have 10 MB */
+    /* the sockets' buffers may have 10 MB of each */
     ask_await(server, "pendulumd_held_kind_bytes{kind=\"computations\"}", good * 6e6, 1e9);
     memory_close(client, CROWD);
     memory_await_base(server);
-    /* one client alone: its share is half, where that is little */
+    /* one client alone: its share is half, if that is little */
     for (int i = 0; i < CROWD; i++)
         REQUIRE(memory_send(&client[i], server, 2, "POST", "/v1/trajectories", NPZ,
                             memory_long(250000 + i)));
@@ -242,7 +242,7 @@ TEST(an_answer_that_never_has_room_is_told_the_limit) {
     CHECK(strstr(reply.body, "max-client-held-bytes") != NULL);
     test_reply_clear(&reply);
     test_client_close(&client);
-    /* what flows has room whatever its length */
+    /* a stream has room whatever its length */
     REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories",
                         "Accept: application/octet-stream\r\n", memory_long(2000000)));
     while (!memory_status(&client)) test_sleep(0.01);
@@ -252,7 +252,7 @@ TEST(an_answer_that_never_has_room_is_told_the_limit) {
     memory_stop(&server);
 }
 
-/* a chain, no two arms of which are alike */
+/* a chain without two equal arms */
 static const char *memory_chain(int n, double first) {
     static char body[BODY];
     char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[%g", first);
@@ -304,7 +304,7 @@ TEST(results_that_nobody_reads_leave_the_process_its_memory) {
     place_end(&place);
 }
 
-/* a request as a job is refused, with the name of the limit; then one that has room is computed */
+/* a request as a job is refused, with the name of the limit; then one that fits is computed */
 static void memory_refuse_job(const char *const options[], const char *limit, const char *path,
                               const char *large, const char *small) {
     struct test_reply reply;
@@ -385,7 +385,7 @@ TEST(idle_connections_of_one_client_leave_room_for_others) {
     REQUIRE(server != NULL);
     for (int i = 0; i < IDLE; i++) REQUIRE(memory_open(&client[i], server, 2));
     for (int i = 0; i < 20; i++) memory_other_is_served(server);
-    /* a quarter is its share, and the next is told so */
+    /* a quarter is its share, and the next one is refused */
     struct test_reply reply;
     test_client_say(&client[15], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
     test_client_receive(&client[15], &reply, 0, TEST_PATIENCE);
@@ -415,7 +415,7 @@ TEST(idle_connections_of_one_client_leave_room_for_others) {
     test_server_stop(&server);
 }
 
-/* four addresses have their share each, which fill the table, and a few more that are told so */
+/* four addresses have their share each, which fill the table, and a few more that are refused */
 TEST(silent_connections_leave_room_for_who_asks_and_keep_that_of_who_has) {
     enum { ADDRESSES = 4, EACH = 20, ALL = ADDRESSES * EACH };
     static const char *const options[] = {"--max-connections", "64", NULL};
@@ -440,7 +440,7 @@ TEST(silent_connections_leave_room_for_who_asks_and_keep_that_of_who_has) {
     test_server_stop(&server);
 }
 
-/* a stream of a job's events, asked for by a proxy for an address of its client's network */
+/* a stream of a job's events, requested by a proxy for an address of its client's network */
 static int memory_listen(struct test_client *client, const struct test_server *server,
                          const char *id, int last) {
     char path[80], headers[120];
@@ -495,7 +495,7 @@ TEST(nothing_is_held_for_who_went_away_whenever_that_was) {
              strlen(body));
     snprintf(whole, sizeof whole, "%s%s", head, body);
     size_t bytes = strlen(whole);
-    /* in the head, in the body, at the end of it, while it is computed, while it is read */
+    /* in the head, in the body, at its end, during the computation, during the answer */
     for (size_t cut = 20; cut <= bytes;
          cut += cut + 40 < bytes || cut == bytes ? 40 : bytes - cut) {
         REQUIRE(memory_open(&client, server, 2));

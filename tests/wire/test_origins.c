@@ -1,4 +1,4 @@
-/* Which names the server answers to, and what web pages of other origins may do. */
+/* The host names that the server accepts, and what web pages of other origins may do. */
 #include <stdio.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
     "Job-Title, Last-Event-ID, Prefer, Range, "                                                    \
     "Traceparent, X-Request-Id"
 
-/* sends a request as it is; its status */
+/* sends a request unchanged; returns its status */
 static int said(const struct test_server *server, struct test_reply *reply, const char *text) {
     struct test_client client;
     *reply = (struct test_reply){0};
@@ -60,12 +60,12 @@ TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
                      told(server, "/v1/presets", good[i]));
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         int status = told(server, "/v1/presets", bad[i]);
-        /* what is no host at all is a malformed message */
+        /* a value that is no host is a malformed message */
         CHECK_SAYING(status == 421 || (i >= 9 && status == 400), "%s: %d", bad[i], status);
         CHECK_SAYING(told(server, "/", bad[i]) == status, "%s", bad[i]);
     }
-    /* the target's own host counts, where it has one; without any it is HTTP/1.0, which no
-     * browser speaks */
+    /* the target's own host counts, if it has one; without any it is HTTP/1.0, which no browser
+     * uses */
     CHECK_INT(said(server, &reply,
                    "GET http://evil.example/v1/presets HTTP/1.1\r\nHost: localhost\r\n\r\n"),
               421);
@@ -76,7 +76,7 @@ TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
     test_reply_clear(&reply);
     CHECK_INT(said(server, &reply, "GET /v1/presets HTTP/1.0\r\n\r\n"), 200);
     test_reply_clear(&reply);
-    /* whoever looks after the process asks it by an address */
+    /* supervisors use an address */
     CHECK_INT(told(server, "/healthz", "10.1.2.3:8080"), 200);
     CHECK_INT(told(server, "/readyz", "10.1.2.3:8080"), 200);
     CHECK_INT(told(server, "/metrics", "10.1.2.3:8080"), 200);
@@ -108,7 +108,7 @@ TEST(hosts_are_those_that_are_listed) {
     CHECK_INT(told(server, "/v1/presets", "school.example"), 421);
     CHECK_INT(told(server, "/v1/presets", "localhost"), 421);
     test_server_stop(&server);
-    /* behind a proxy, which passes on what it was asked by, any host is good unless they are
+    /* behind a proxy, which passes on the requested name, any host is accepted unless they are
      * listed */
     if (!(server = test_server_start(proxied))) return;
     CHECK_INT(told(server, "/v1/presets", "school.example"), 200);
@@ -120,7 +120,7 @@ TEST(hosts_are_those_that_are_listed) {
     }
 }
 
-/* what a browser asks before a page's request, and what it hears of the origin and the methods */
+/* a browser's query before a page's request, and the answer's origin and methods */
 static const char *preflight(const struct test_server *server, struct test_reply *reply,
                              const char *path, const char *method, const char *origin,
                              const char **methods) {
@@ -167,7 +167,7 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
         CHECK_INT(sent(server, &reply, "GET", path, EVIL, NULL), 200);
         CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "*");
         test_reply_clear(&reply);
-        /* lists, ends, jobs and scenes are not, whatever the page sends along */
+        /* lists, deletions, jobs and scenes are not, whatever the page sends */
         CHECK(!preflight(server, &reply, path, "DELETE", EVIL, &methods));
         CHECK_SAYING(methods && !strstr(methods, "DELETE"), "%s", methods ? methods : "no methods");
         test_reply_clear(&reply);
@@ -203,11 +203,11 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
             CHECK(!test_reply_header(&reply, "Access-Control-Allow-Origin"));
             test_reply_clear(&reply);
         }
-        /* a job is told why it is none, in words that the page can read */
+        /* a refused job is explained in words that the page can read */
         CHECK_INT(sent(server, &reply, "POST", "/v1/trajectories", EVIL ASYNC, MOTION), 403);
         CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "*");
         test_reply_clear(&reply);
-        /* the server's own page may, however its browser says so */
+        /* the server's own page is allowed, however its browser identifies it */
         char own[160];
         snprintf(own, sizeof own, "Origin: http://127.0.0.1:%d\r\nHost: 127.0.0.1:%d\r\n",
                  test_server_port(server), test_server_port(server));

@@ -5,8 +5,8 @@
 
 #include "tests/wire/ask.h"
 
-/* the path under which a document says that the page's files are, as it says it: seen from where
- * the document is; "" with a failed check where it does not */
+/* the path of the page's files as a document contains it: relative to the document; "" with a
+ * failed check if there is none */
 static void page_of(struct test_server *server, const char *path, char page[64]) {
     struct test_reply reply;
     page[0] = 0;
@@ -34,7 +34,7 @@ TEST(documents_of_the_page_may_load_from_this_server_only) {
         CHECK(policy &&
               !strncmp(policy, "default-src 'none'; script-src 'self' 'wasm-unsafe-eval' 'sha256-",
                        65));
-        // the engine, and nothing else that a page could make of text
+        // the engine, and nothing else that a page could make from text
         CHECK(policy && !strstr(policy, "unsafe-inline") && !strstr(policy, "'unsafe-eval"));
         CHECK(policy && strstr(policy, "frame-ancestors 'none'"));
         CHECK(reply.body && !strstr(reply.body, "=\"http") && !strstr(reply.body, "=\"//"));
@@ -115,7 +115,7 @@ TEST(the_service_worker_is_asked_for_anew_and_names_the_files_of_the_page) {
     test_server_stop(&server);
 }
 
-/* one request whose reply, of bytes that are no text, is not recorded */
+/* one request whose reply, not text, is not recorded */
 static int fetch(struct test_server *server, struct test_reply *reply, const char *path,
                  const char *headers) {
     struct test_client client;
@@ -130,7 +130,7 @@ static int fetch(struct test_server *server, struct test_reply *reply, const cha
     return status;
 }
 
-/* of lib/, so that what the page itself is made of does not matter here */
+/* of lib/, so that the page's own files do not matter here */
 static const struct {
     const char *file, *type;
     int packed;
@@ -220,7 +220,7 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
         ask_problem(&reply, 404, NULL);
         test_reply_clear(&reply);
     }
-    /* the files of another build are not this one's */
+    /* the files of another build are refused */
     page[8] = page[8] == '0' ? '1' : '0';
     snprintf(path, sizeof path, "%s/lib/katex.js", page);
     test_request(server, &reply, "GET", path, "", NULL);
@@ -229,8 +229,8 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
     test_server_stop(&server);
 }
 
-/* the value behind `name` in a document, up to the next quotation mark, its &amp; read; "" without
- * it */
+/* the value after `name` in a document, up to the next quotation mark, with its &amp; decoded; ""
+ * without it */
 static void value_of(const char *document, const char *name, char value[], size_t cap) {
     const char *at = document ? strstr(document, name) : NULL;
     size_t length = 0;

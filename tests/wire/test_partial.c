@@ -1,4 +1,4 @@
-/* What a client gets of a job that has not ended: the rows of its first parts. */
+/* The partial results of an unfinished job: the rows of its first parts. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +13,7 @@
     "{\"pendulum\":{\"length\":[1,1,1,1],\"mass\":[1,1,1,1],\"parent\":[0,1,2,3]},\"mode\":1,"     \
     "\"amplitude\":0.8,\"branch\":true,\"step\":0.0005,\"points\":2500}"
 
-/* as many members as nobody computes while a test lasts, or the first `%s` of them */
+/* too many members to compute during a test, or the first `%s` of them */
 #define MEMBERS                                                                                    \
     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"observables\":[\"final\"],\"random\":{"         \
     "\"count\":%ld,\"seed\":5,\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":"           \
@@ -21,8 +21,8 @@
 
 enum { ALL = 90000000, ROW = 8 * 6 /* member, status, final phi and phid of two arms */ };
 
-/* computes until the first part of a job is done, and ends; returns 1 where one is, and the job is
- * not over */
+/* computes until the first part of a job is done, and ends; returns 1 if one is, and the job is not
+ * over */
 static int partial_begin(const struct place *place, const char *path, const char *body,
                          const char *accept, char id[ID + 1]) {
     int over = 0, some = 0;
@@ -47,7 +47,7 @@ static void partial_read(struct place *place) {
     char id[ID + 1], body[512];
     snprintf(body, sizeof body, MEMBERS, (long)ALL);
     if (!CHECK(partial_begin(place, "/v1/ensembles", body, OCTETS, id))) return;
-    /* who only answers computes no further part */
+    /* an api process computes no further part */
     struct test_server *server = place_serve(place, "api", "0.05", NULL, NULL);
     if (!CHECK(server != NULL)) return;
     CHECK_INT(job_get(server, &reply, id, "/results", OCTETS), 409);
@@ -78,7 +78,7 @@ static void partial_read(struct place *place) {
 
 TEST(what_is_done_of_a_job_is_read_before_its_end) { place_on_both(partial_read); }
 
-/* what says more than rows says it at the end */
+/* a representation that contains more than rows is available at the end */
 static void partial_apart(struct place *place) {
     struct test_reply reply;
     char id[ID + 1];

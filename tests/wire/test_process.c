@@ -24,7 +24,7 @@ TEST(help_and_version_are_told_on_standard_output) {
     CHECK(strstr(text, "(engine ") != NULL);
 }
 
-/* both texts as an answer's stats tell them */
+/* both texts as in an answer's stats */
 static void stats_name(struct test_server *server, const char *path, const char *body,
                        const char *version, const char *engine) {
     struct test_reply reply;
@@ -92,13 +92,13 @@ static pid_t child_of(int pid) {
     return child;
 }
 
-/* on a terminal people read: requests are logged there only when that is asked for */
+/* on a terminal people read: requests are logged there only on request */
 TEST(a_terminal_shows_messages_and_no_requests_unless_asked) {
     static const char *const asked[] = {"--access-log", "on", NULL};
     if (getenv("TEST_UNDER")) return test_skip("the daemon runs under another program");
     for (int wanted = 0; wanted < 2; wanted++) {
-        /* a program that gives another one a terminal and passes on what it says there; words
-         * end with blanks */
+        /* a program that gives another one a terminal and passes on its output; words end with
+         * blanks */
         setenv("TEST_UNDER", "/usr/bin/python3 -c import\tpty,sys;pty.spawn(sys.argv[1:])", 1);
         struct test_server *server = test_server_start(wanted ? asked : NULL);
         unsetenv("TEST_UNDER");
@@ -112,7 +112,7 @@ TEST(a_terminal_shows_messages_and_no_requests_unless_asked) {
         CHECK_INT(reply.status, 200);
         test_reply_clear(&reply);
         test_client_close(&client);
-        /* its end writes all lines that wait */
+        /* its end writes all waiting lines */
         kill(child, SIGTERM);
         test_server_wait(server);
         const char *log = test_server_log(server);
@@ -285,7 +285,7 @@ TEST(a_worker_may_end_when_nothing_is_left_to_compute) {
     test_reply_clear(&reply);
     test_server_stop(&asked);
     CHECK(!system(command));
-    /* it is for those who compute jobs */
+    /* only for processes that compute jobs */
     static const char *const idle[] = {"--store", "none", "--until-idle-seconds", "1", NULL};
     CHECK_INT(test_server_run(idle, text, sizeof text), 1);
     CHECK_SAYING(strstr(text, "until-idle-seconds"), "the message is: %s", text);

@@ -1,5 +1,4 @@
-/* What a job says of its progress while it runs: the parts that are done, and the time that is
- * left. */
+/* The progress that a job reports while it runs: the finished parts, and the remaining time. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +19,7 @@
 
 enum { MOST_LOOKS = 4000 };
 
-/* what a job said at an instant; left is NAN where it did not say */
+/* a job's report at an instant; left is NAN if it was missing */
 struct look {
     double at, progress, left;
     char word[WORDS];
@@ -52,9 +51,9 @@ static int by_size(const void *one, const void *two) {
     return (a > b) - (a < b);
 }
 
-/* at what was said: the time that it really took, as a multiple of it; the median over the
- * middle of a job, and whether it falls. A busy machine changes its pace, so there is much room,
- * but on both sides */
+/* checks the reports: the remaining time as a multiple of the true one; the median over the middle
+ * of a job, and whether it decreases. A busy machine changes its pace, so the bounds are wide, but
+ * on both sides */
 static int looks_good(const struct look look[], int count) {
     static double ratio[MOST_LOOKS];
     const struct look *first = NULL, *last = NULL;
@@ -77,7 +76,7 @@ static int looks_good(const struct look look[], int count) {
     return ratio[ratios / 2] > 0.2 && ratio[ratios / 2] < 5 && last->left < 0.7 * first->left;
 }
 
-/* one job, looked at while it runs; whether it kept what it said */
+/* one job, read while it runs; returns whether its reports were right */
 static int progress_of(const struct test_server *server) {
     static struct look look[MOST_LOOKS];
     char id[ID + 1];
@@ -88,13 +87,13 @@ static int progress_of(const struct test_server *server) {
         test_sleep(0.015);
     }
     CHECK_TEXT(look[count].word, "successful");
-    /* nothing is left in the end, and nothing is said of it */
+    /* nothing remains in the end, and nothing is reported */
     CHECK(look[count].progress == 100 && isnan(look[count].left));
     return looks_good(look, count + 1);
 }
 
-/* a machine whose pace changes in the middle of a job makes it say what is wrong: then another
- * one is looked at */
+/* a machine whose pace changes in the middle of a job makes its reports wrong: then another one is
+ * tried */
 static void progress(struct place *place) {
     int good = 0;
     struct test_server *server = place_serve(place, "all", "0.05", "--workers", "2");

@@ -1,4 +1,4 @@
-/* SIGHUP reads the options again and SIGUSR1 opens the log anew; neither ends the process. */
+/* SIGHUP reloads the options and SIGUSR1 reopens the log; neither ends the process. */
 #include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
@@ -10,13 +10,13 @@
 
 #include "tests/wire/ask.h"
 
-/* A daemon with a file of options and a file of request lines, in a directory of its own. */
+/* A daemon with a file of options and a file of request lines, in a separate directory. */
 struct house {
     char directory[32], file[64], log[64], old[64];
     struct test_server *server;
 };
 
-/* the file of options: its own log, unless the text names another */
+/* writes the file of options: its own log, unless the text names another */
 static int house_write(const struct house *house, const char *text) {
     FILE *file = fopen(house->file, "w");
     if (!CHECK(file != NULL)) return 0;
@@ -44,7 +44,7 @@ static void house_end(struct house *house) {
     CHECK(!system(command));
 }
 
-/* sends SIGHUP and waits until the log has so many lines that say a word */
+/* sends SIGHUP and waits until the log has this many lines with a word */
 static int house_reload(struct house *house, const char *word, int count) {
     test_server_signal(house->server, SIGHUP);
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.01)) {
@@ -82,7 +82,7 @@ TEST(a_reload_puts_new_options_in_force_and_names_those_that_want_a_restart) {
     CHECK(strstr(log, "reload: max-arms has a new value") &&
           strstr(log, "reload: cors-origins has a new value"));
     CHECK(strstr(log, "reload: workers has another value now, which needs a restart"));
-    /* and back, to what the file leaves away */
+    /* and back to the defaults */
     house_write(&house, "cache-bytes = 0\nmax-arms = 1\n");
     REQUIRE(house_reload(&house, "reload: 3 options have changed", 2));
     CHECK_INT(house_ask(&house, "Origin: https://a.example\r\n", origin), 422);
@@ -115,7 +115,7 @@ static long size_of(const char *path) {
     return stat(path, &file) ? -1 : (long)file.st_size;
 }
 
-/* asks until a file has more than so many bytes */
+/* sends requests until a file has more than this many bytes */
 static int grows(const struct house *house, const char *path, long bytes) {
     char origin[64];
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.02)) {
@@ -160,7 +160,7 @@ TEST(options_change_under_load_and_no_request_notices) {
     house_end(&house);
 }
 
-/* Signals are heard before there is a socket, and so the end is asked for only then. */
+/* Signals are received before there is a socket, so the end is requested only then. */
 TEST(closed_standard_streams_are_nobodys_socket) {
     char directory[] = "/tmp/pendulumd-test-XXXXXX", command[1024];
     REQUIRE(mkdtemp(directory));

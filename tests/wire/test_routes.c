@@ -9,7 +9,7 @@
     "{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0.1],"                               \
     "\"torque\":[{\"harmonics\":[{\"amplitude\":1,\"omega\":3}]}]}"
 
-/* every route with a request that it must answer, and a word that must stand in the answer */
+/* every route with a request that it must answer, and a word that the answer must contain */
 static const struct {
     const char *method, *path, *body, *type, *word;
 } route[] = {
@@ -137,7 +137,7 @@ TEST(head_answers_what_get_does_without_a_body) {
     test_server_stop(&server);
 }
 
-/* true when a comma-separated list names a word */
+/* true if a comma-separated list contains a word */
 static int listed(const char *list, const char *word) {
     size_t bytes = strlen(word);
     for (; list && *list; list += strcspn(list, ","), list += *list == ',') {
@@ -171,7 +171,7 @@ TEST(options_and_wrong_methods_say_what_is_allowed) {
     test_server_stop(&server);
 }
 
-/* requests that are refused: what is sent, the status, and where the fault is */
+/* requests that are refused: what is sent, the status, and the pointer of the error */
 static const struct {
     const char *method, *path, *headers, *body;
     int status;
@@ -291,7 +291,7 @@ TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     struct test_client client;
     struct test_server *server = test_server_start(options);
     REQUIRE(server != NULL);
-    /* announced too large: the answer comes though no byte of the body is sent */
+    /* announced too large: the answer comes although no byte of the body is sent */
     REQUIRE(test_client_open(&client, test_server_port(server)));
     test_client_say(&client,
                     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
@@ -301,7 +301,7 @@ TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     test_reply_record(&reply, "POST", "/v1/trees");
     test_reply_clear(&reply);
     test_client_close(&client);
-    /* not announced: chunks that go on and on */
+    /* not announced: chunks without end */
     REQUIRE(test_client_open(&client, test_server_port(server)));
     test_client_say(&client,
                     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"

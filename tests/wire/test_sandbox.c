@@ -1,6 +1,6 @@
-/* The sandbox of a live daemon: which privileges it has, and how the kernel answers forbidden
- * calls. The test attaches to the daemon as a debugger does and makes one of its threads execute a
- * call, as an attacker's code would. */
+/* The sandbox of a live daemon: its privileges, and the kernel's answer to forbidden calls. The
+ * test attaches to the daemon as a debugger does and makes one of its threads execute a call, as an
+ * attacker's code would. */
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -65,12 +65,13 @@ TEST(root_is_refused_unless_it_is_allowed) {
 
 #if defined __x86_64__
 
-/* has the stopped process make a call as soon as it goes on; returns 0 where that cannot be */
+/* makes the stopped process execute a call as soon as it continues; returns 0 if that is not
+ * possible */
 static int prepared(int pid, long number, const long long argument[6],
                     struct user_regs_struct *before) {
     if (!CHECK(!ptrace(PTRACE_GETREGS, pid, NULL, before))) return 0;
     struct user_regs_struct now = *before;
-    /* it waits in a system call: the instruction that made it stands before the next one */
+    /* it waits in a system call: the instruction of that call is before the next one */
     now.rip -= 2, now.rax = (unsigned long long)number, now.orig_rax = (unsigned long long)-1;
     now.rdi = (unsigned long long)argument[0], now.rsi = (unsigned long long)argument[1];
     now.rdx = (unsigned long long)argument[2], now.r10 = (unsigned long long)argument[3];
@@ -81,8 +82,8 @@ static int prepared(int pid, long number, const long long argument[6],
            CHECK(!ptrace(PTRACE_SETREGS, pid, NULL, &now));
 }
 
-/* has the stopped process make one call, with the handler of signals that may follow; returns what
- * the call returns */
+/* makes the stopped process execute one call, with the handler of signals that may follow; returns
+ * the call's result */
 static long long injected(int pid, long number, const long long argument[6]) {
     struct user_regs_struct before, now;
     int status, sent = 0;
@@ -93,7 +94,7 @@ static long long injected(int pid, long number, const long long argument[6]) {
         /* the signal of a call that is not listed: its handler sets what the call returns */
         sent = WSTOPSIG(status) == SIGSYS ? SIGSYS : 0;
         if (!CHECK(!ptrace(PTRACE_GETREGS, pid, NULL, &now))) return -1;
-        /* the handler's own calls may pass the same instruction, with a stack of their own */
+        /* the handler's own calls may pass the same instruction, with another stack */
     } while (sent || now.rip != before.rip || now.rsp != before.rsp);
     CHECK(!ptrace(PTRACE_SETREGS, pid, NULL, &before));
     return (long long)now.rax;
@@ -106,7 +107,7 @@ static int attached(int pid) {
            CHECK(waitpid(pid, &status, __WALL) == pid && WIFSTOPPED(status));
 }
 
-/* opens a file as the daemon; returns what the kernel says */
+/* opens a file as the daemon; returns the kernel's result */
 static long long opened(int pid, const char *path, long flags) {
     struct user_regs_struct now;
     if (ptrace(PTRACE_GETREGS, pid, NULL, &now)) return -1;
@@ -126,7 +127,7 @@ TEST(a_call_that_is_not_listed_fails_and_is_told) {
         const long long none[6] = {0};
         CHECK_INT(injected(pid, SYS_sethostname, none), -ENOSYS);
         CHECK_INT(injected(pid, SYS_getpid, none), pid);
-        /* memory to be written and run, a program's own, and a socket that reads every packet */
+        /* memory to be written and executed, a program, and a socket that reads every packet */
         const long long page[6] = {
             0, 4096, PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0};
         CHECK_INT(injected(pid, SYS_mmap, page), -ENOSYS);

@@ -1,5 +1,5 @@
-/* Scenes as a class has them: one id for all, the same bytes for ever, whatever dies meanwhile;
- * on both stores. */
+/* Scenes in a class: one id for all, the same bytes for ever, whatever crashes meanwhile; on both
+ * stores. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ static struct test_server *serve(const struct place *place, const char *option, 
     return test_server_start(options);
 }
 
-/* keeps a scene; its path, "" where there is none */
+/* stores a scene; returns its path, "" if there is none */
 static int put(const struct test_server *server, const char *body, char path[64], char **text) {
     struct test_reply reply;
     path[0] = 0;
@@ -33,7 +33,7 @@ static int put(const struct test_server *server, const char *body, char path[64]
     return status;
 }
 
-/* the scene at a path is, byte for byte, that text */
+/* checks that the scene at a path is that text, byte for byte */
 static void check_there(const struct test_server *server, const char *path, const char *text) {
     struct test_reply reply;
     CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
@@ -54,7 +54,7 @@ static void lasts(struct place *place) {
     CHECK_TEXT(second, text);
     CHECK(text && strstr(text, "\"title\":\"Zw\xc3\xb6lf <b>\"") && strstr(text, path + 11));
     check_there(server, path, text);
-    /* an end in peace, then one without */
+    /* an orderly end, then a crash */
     test_server_stop(&server);
     for (int life = 0; life < 3 && (server = serve(place, NULL, NULL)); life++) {
         char body[400], other[64];
@@ -127,14 +127,14 @@ static void refusals(struct place *place) {
         ask_problem(&reply, 404, NULL);
         test_reply_clear(&reply);
     }
-    /* the first is kept, the same again is the same; another is one too many */
+    /* the first is stored, the same again is the same; another is one too many */
     CHECK_INT(put(server, SCENE, path, NULL), 201);
     CHECK_INT(put(server, SCENE_AGAIN, path, NULL), 201);
     ask(server, &reply, "/v1/scenes", "{\"title\":\"more\",\"request\":" ASK_EXAMPLE "}");
     ask_problem(&reply, 429, NULL);
     CHECK(test_reply_header(&reply, "Retry-After") != NULL);
     test_reply_clear(&reply);
-    /* who has it gets nothing */
+    /* a client that has it gets no body */
     snprintf(headers, sizeof headers, "If-None-Match: \"%s\"\r\n", path + 11);
     CHECK_INT(test_request(server, &reply, "GET", path, headers, NULL), 304);
     CHECK_INT((long long)reply.body_bytes, 0);

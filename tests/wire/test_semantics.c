@@ -1,4 +1,4 @@
-/* Methods, preconditions and codings mean what RFC 9110 says, and QUERY what its draft says. */
+/* Methods, preconditions and codings have the meaning of RFC 9110, and QUERY that of its draft. */
 #include <stdio.h>
 #include <string.h>
 
@@ -57,7 +57,8 @@ TEST(if_none_match_is_304_for_safe_methods_and_412_for_others) {
              test_reply_header(&reply, "ETag"));
     test_reply_clear(&reply);
     for (int i = 0; i < 2; i++) {
-        /* from the exact bytes, from what they mean, and of one that nobody has asked before */
+        /* from the exact bytes, from their meaning, and for a request that nobody has sent
+         * before */
         static const char *const body[] = {
             ASK_LITTLE, " " ASK_LITTLE,
             "{\"pendulum\":{\"length\":[2],\"mass\":[1],\"parent\":[0]}}"};
@@ -129,7 +130,7 @@ TEST(a_form_of_files_is_the_request_that_it_says) {
     CHECK_TEXT(test_reply_header(&reply, "ETag"), test_reply_header(&again, "ETag"));
     test_reply_clear(&reply);
     test_reply_clear(&again);
-    // cut off, to a route that takes none, and from a page that no option lists
+    // truncated, to a route that accepts none, and from a page that is not listed
     char cut[sizeof form];
     snprintf(cut, sizeof cut, "%.*s", (int)sizeof form - 12, form);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/fits", type, cut), 400);

@@ -18,7 +18,7 @@
 
 enum { PATH = 96 };
 
-/* a daemon with a store of its own, in parts of some milliseconds */
+/* a daemon with a separate store, in parts of some milliseconds */
 struct sweep {
     struct test_server *server;
     char directory[40];
@@ -61,8 +61,8 @@ static double reply_number(const struct test_reply *reply, const char *name) {
     return value;
 }
 
-/* submits, and watches it to its end; the path of its results, and how many different values of
- * progress were seen */
+/* submits, and watches the job to its end; the path of its results, and how many different values
+ * of progress were seen */
 static int sweep_run(const struct sweep *sweep, const char *body, char path[PATH]) {
     struct test_reply reply;
     double last = -1, progress = 0;
@@ -87,7 +87,7 @@ static int sweep_run(const struct sweep *sweep, const char *body, char path[PATH
     return steps;
 }
 
-/* the results in a form that may be no text; it is not recorded */
+/* the results in a representation that may not be text; it is not recorded */
 static int sweep_fetch(const struct sweep *sweep, struct test_reply *reply, const char *path,
                        const char *accept) {
     struct test_client client;
@@ -117,7 +117,7 @@ TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
     struct test_reply reply;
     char path[PATH];
     REQUIRE(sweep_begin(&sweep, "1000000000"));
-    /* who looks too seldom, on a busy machine, sees little of it */
+    /* a slow reader, on a busy machine, sees little of it */
     int steps = 0;
     for (int i = 0; i < 6 && steps < 3; i++) steps = sweep_run(&sweep, body, path);
     CHECK_SAYING(steps >= 3, "its progress was told %d times", steps);
@@ -133,7 +133,7 @@ TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
     sweep_end(&sweep);
 }
 
-/* calls for every line of a CSV but its first, with its numbers; their number */
+/* calls `row` for every line of a CSV except the first, with its numbers; returns their count */
 static int csv_rows(const char *text, int columns, void (*row)(const double value[], void *context),
                     void *context) {
     int rows = 0;
@@ -182,7 +182,7 @@ TEST(ten_thousand_trees_of_varied_masses_are_a_job) {
     sweep_end(&sweep);
 }
 
-/* four rows at most */
+/* at most four rows */
 static void member_row(const double value[], void *context) {
     double(**at)[6] = context;
     memcpy(*at, value, sizeof **at);
@@ -190,8 +190,7 @@ static void member_row(const double value[], void *context) {
 }
 
 TEST(members_that_fail_are_told_and_others_stand) {
-    /* a start that no double can follow, one that needs more steps than are allowed, and two
-     * good ones */
+    /* a start beyond doubles, one that needs more steps than are allowed, and two good ones */
     static const char body[] =
         "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"states\":[{\"theta\":[2,2.5]},{\"theta\":[0,"
         "0],\"thetad\":[1e200,0]},{\"theta\":[0,0],\"thetad\":[1000000,0]},{\"theta\":[3,1]}],"
@@ -212,7 +211,7 @@ TEST(members_that_fail_are_told_and_others_stand) {
     double(*at)[6] = all, (*other)[6] = alone;
     CHECK_INT(csv_rows(reply.body, 6, member_row, &at), 4);
     CHECK_INT(csv_rows(right.body, 6, member_row, &other), 2);
-    /* 2: the step would have to be too small, 3: too many steps */
+    /* 2: the step would be too small, 3: too many steps */
     CHECK(all[0][1] == 0 && all[1][1] == 2 && all[2][1] == 3 && all[3][1] == 0);
     CHECK(fabs(all[0][2]) > 0.1 && !memcmp(&all[0][1], &alone[0][1], 5 * sizeof(double)));
     CHECK(fabs(all[3][2]) > 0.1 && !memcmp(&all[3][1], &alone[1][1], 5 * sizeof(double)));

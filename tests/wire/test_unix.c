@@ -1,4 +1,5 @@
-/* A daemon at a socket's path: who may connect, a proxy's word, what was left by one that died. */
+/* A daemon at a socket's path: who may connect, what a proxy reports, the socket of a crashed
+ * daemon. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,14 +42,14 @@ TEST(a_path_is_listened_on_for_its_group_and_again_after_a_death) {
     struct test_server *server = test_server_start(options);
     REQUIRE(server != NULL);
     CHECK(!stat(path, &file) && S_ISSOCK(file.st_mode) && (file.st_mode & 0777) == 0660);
-    /* each client that the proxy names has a quota of its own */
+    /* each client that the proxy reports has a quota of its own */
     for (int i = 0; i < 3; i++) {
         CHECK_INT(asks(path, "X-Forwarded-For: 192.0.2.1\r\n", &reply), i < 2 ? 200 : 429);
         test_reply_clear(&reply);
     }
     CHECK_INT(asks(path, "X-Forwarded-For: 192.0.2.2\r\n", &reply), 200);
     test_reply_clear(&reply);
-    /* a second daemon does not push the first one away, but takes the place of one that died */
+    /* a second daemon does not replace the first one, but replaces one that crashed */
     CHECK_INT(test_server_run(options, text, sizeof text), 1);
     CHECK_SAYING(strstr(text, "in use") != NULL, "%s", text);
     test_server_signal(server, SIGKILL);
@@ -59,7 +60,7 @@ TEST(a_path_is_listened_on_for_its_group_and_again_after_a_death) {
     CHECK_INT(asks(path, "", &reply), 200);
     test_reply_clear(&reply);
     test_server_stop(&server);
-    /* what is no socket is left alone */
+    /* a file that is no socket is left unchanged */
     unlink(path);
     FILE *other = fopen(path, "w");
     REQUIRE(other && !fclose(other));

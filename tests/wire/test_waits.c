@@ -1,6 +1,6 @@
-/* Answers that wait for a job's end, on both stores: how long they wait, what they say, and that
- * nobody waits for who is gone.
- * Leaves to others: streams of events, which share the machinery (test_events). */
+/* Answers that wait for a job's end, on both stores: how long they wait, what they contain, and
+ * that nothing waits for a client that has left.
+ * Leaves to others: streams of events, which share the code (test_events). */
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -19,7 +19,7 @@ static int says(struct test_client *client, const struct test_server *server, co
     return test_client_open(client, test_server_port(server)) && test_client_say(client, text);
 }
 
-/* posts and waits in one: the reply leads to the results */
+/* posts and waits in one request: the reply leads to the results */
 static void waits_for_results(const struct test_server *server) {
     struct test_reply reply, results;
     char path[128];
@@ -79,7 +79,7 @@ static void a_job_at_rest(struct place *place) {
         CHECK_SAYING(strstr(reply.body, wait[i].word), "%s: %s", wait[i].query, reply.body);
         test_reply_clear(&reply);
     }
-    /* who goes away meanwhile leaves nothing behind */
+    /* a client that leaves meanwhile leaves nothing behind */
     snprintf(waits, sizeof waits, "%s?wait=60", path);
     for (int i = 0; i < 8; i++) {
         CHECK(says(&gone, api, "GET", waits));
@@ -99,7 +99,7 @@ static void a_job_at_rest(struct place *place) {
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK(strstr(reply.body, "\"status\":\"dismissed\"") && test_clock() - begin < 15);
     test_reply_clear(&reply);
-    /* the same connection asks again, and is answered at once: the job is over */
+    /* the same connection sends again, and is answered at once: the job is over */
     snprintf(waits, sizeof waits, "GET %s?wait=60 HTTP/1.1\r\nHost: x\r\n\r\n", path);
     CHECK(test_client_say(&client, waits));
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
@@ -110,7 +110,7 @@ static void a_job_at_rest(struct place *place) {
 
 TEST(a_wait_ends_with_its_time_or_the_job) { place_on_both(a_job_at_rest); }
 
-/* a process that is to end answers who waits, and does not wait itself */
+/* a process that is to end answers waiting clients, and does not wait itself */
 static void a_drain(struct place *place) {
     char id[ID + 1], path[128];
     struct test_reply reply;
