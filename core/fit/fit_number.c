@@ -86,8 +86,8 @@ static double number_lens(const struct pend_fit_problem *p, int first, const dou
     return first ? creal(d) : cimag(d);
 }
 
-/* (z'' + i g) e^{-i phi} + out (i phi'' - phi'^2), out beyond the tip: along the arm or across it;
- * of: phi, phi', phi'', z'', the arm's length, g */
+/* The acceleration along the arm or across it, (z'' + i g) e^{-i phi} + out (i phi'' - phi'^2), at
+ * the distance out beyond the tip; of: phi, phi', phi'', Re z'', Im z'', the arm's length, g */
 static double number_acceleration(const struct pend_fit_column *column, const double of[]) {
     double out = column->at < 0 ? 0 : column->at - of[5];
     double complex z = (of[3] + I * (of[4] + (column->still ? 0 : of[6]))) * cexp(-I * of[0]) +

@@ -29,8 +29,8 @@ struct span_end {
 /* An interval that contains hi.below - lo.below > 0 of the requested eigenvalues. */
 struct span {
     struct span_end lo, hi;
-    double rest; /* estimate, from the errors of hints, of what the other eigenvalues contribute to
-                  * sum 1 / (shift - lambda_i)^2, relative; 0 at first */
+    double rest; /* relative contribution of the other eigenvalues to sum 1 / (shift - lambda_i)^2,
+                  * estimated from the errors of hints; 0 at first */
     int tries;
 };
 

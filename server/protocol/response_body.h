@@ -43,7 +43,7 @@ struct srv_response_body {
  * memory  account of the body's bytes until the response body is freed.
  * pool    receives the body's memory when the response body is freed.
  *
- * Returns NULL when memory is short.
+ * Returns NULL if memory is short.
  */
 struct srv_response_body *srv_response_body_new(int status, const char *media_type,
                                                 struct api_buffer *body, size_t text,
