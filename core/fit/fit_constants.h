@@ -65,7 +65,8 @@ static const double fit_rounding = 1e-13;
 /* Directions are identifiable if their singular value, relative to the largest, is above this.
  * Unit: relative. [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_least = 1e-9;
-/* Largest standard error of an identifiable direction below fit_least. Unit: sizes. */
+/* A direction below fit_least is identifiable too if its standard error is at most this. Unit:
+ * sizes. */
 static const double fit_unsure = 1e3;
 /* Largest slope whose square can still be summed. */
 static const double fit_largest = 1e140;

@@ -26,8 +26,8 @@ static int assets_is_asked_anew(const struct srv_asset *asset) {
 }
 
 /* Returns the Content-Security-Policy of a document (srv_assets_policy) with the origins that may
- * frame it: a list with commas, or NULL for none. Without memory, returns a policy that allows
- * nothing. */
+ * frame it: a list separated by commas, or NULL for none. If memory is short, returns a policy that
+ * allows nothing. */
 static const char *assets_policy(struct srv_exchange *exchange, const char *list) {
     const char *frames = list && strcmp(list, "none") ? list : "'none'";
     size_t bytes = strlen(srv_assets_policy) + strlen(frames) + 1;

@@ -165,7 +165,7 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 
 /* --- bodies --- */
 
-/* Adds the trailers with values computed while the body was sent. Without memory a field is
+/* Adds the trailers with values computed while the body was sent. If memory is short, fields are
  * omitted; the body is complete all the same. */
 static void response_trail(struct srv_response_stream *stream) {
     struct api_stats_headers stat_fields;

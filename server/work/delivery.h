@@ -43,7 +43,7 @@ int srv_delivery_ripe(struct srv_work *work);
 
 /**
  * Starts a stream: the exchange that has waited longest becomes its reader, and work->promised is
- * set. Without memory nothing changes, and the next piece may try again.
+ * set. If memory is short, nothing changes, and the next piece may try again.
  *
  * others  out: the other waiting exchanges, as from srv_inflight_take: each needs its own
  *         computation.

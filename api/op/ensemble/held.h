@@ -13,7 +13,7 @@ struct api_held;
 /**
  * Reads a request of POST /v1/ensembles, whose `duration` is the time of a step, s; its members do
  * not matter. Returns NULL if it is refused (the route says why), if all constant torques of the
- * arms and the constant force on the cart are 0, or without memory; released by api_held_free.
+ * arms and the constant force on the cart are 0, or if memory is short; released by api_held_free.
  */
 API_HELD_EXPORT struct api_held *api_held_new(const char *body, size_t bytes);
 
@@ -28,8 +28,8 @@ API_HELD_EXPORT void api_held_free(struct api_held *held);
  * input  count rows of n: a torque for every arm, N m, then a force on the cart, N, which replace
  *        the constants of the pendulum.
  *
- * Returns the number of members that failed, whose angles are NaN; -1 without memory. Cost: about
- * one step of the method for each member, several members side by side.
+ * Returns the number of members that failed, whose angles are NaN; -1 if memory is short. Cost:
+ * about one step of the method for each member, several members side by side.
  */
 API_HELD_EXPORT long api_held_step(struct api_held *held, long count, double state[],
                                    const double input[]);

@@ -125,7 +125,7 @@ static int hint_axes(struct api_hints *h) {
     return (seen & KIND(X)) && (seen & KIND(Y));
 }
 
-/* data that count the other way: y, all angles, or one of the first three series of rates or
+/* data with the opposite sign: y, all angles, or one of the first three series of rates or
  * accelerations */
 static int hint_round(struct api_hints *h, int which) {
     struct api_fit *fit = &h->tried;

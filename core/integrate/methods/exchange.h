@@ -11,8 +11,8 @@
 
 enum { PEND_EXCHANGE_ORDERS = 80 };
 
-/* The sum up to the start of the last step, J, as a sum of two doubles, and a series for that step,
- * times unit^2: first of the power, later of its integral over x. */
+/* The work or heat up to the start of the last step, J, as a sum of two doubles, and a power series
+ * for that step, times unit^2: first the power, later its integral over x. */
 struct pend_given {
     double sum, low;
     int count;  /* number of coefficients up to the last nonzero one */

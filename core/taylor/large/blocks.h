@@ -92,7 +92,7 @@ size_t pend_blocks_bytes(const struct pend_tree *tree);
  */
 void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void *memory);
 
-/** Returns the place of arm k. */
+/** Returns the index of arm k's first number; -1 is the pivot. */
 static inline int pend_blocks_place(int k) {
     return k < 0 ? -BLOCK_NUMBERS + BLOCK_ARMS - 1
                  : k / BLOCK_ARMS * BLOCK_NUMBERS + k % BLOCK_ARMS;
