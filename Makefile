@@ -169,7 +169,7 @@ install: build $(B)/pendulum $(B)/pendulumd.8 ## into DESTDIR PREFIX (/usr/local
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
-PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics modes/modes_store modes/modes base/checkpoint integrate/methods/method integrate/run/samples integrate/run/run derivatives/parameter derivatives/derived_rows derivatives/derivatives fit/fit_problem fit/fit_result fit/fit orbits/orbit_problem orbits/orbits integrate/events/section integrate/events/event base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov
+PUBLIC := base/status tree/tree tree/terms tree/loads dynamics/dynamics dynamics/kinematics modes/modes_store modes/modes base/checkpoint integrate/methods/method integrate/run/samples integrate/run/run derivatives/parameter derivatives/derived_rows derivatives/derivatives fit/fit_problem fit/fit orbits/orbit_problem orbits/orbits integrate/events/section integrate/events/event base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulum" "$(DESTDIR)$(PREFIX)/share/man/man1/pendulum.1" "$(DESTDIR)$(PREFIX)/share/bash-completion/completions/pendulum"
