@@ -19,13 +19,15 @@ def test_c(server, home):
     text = (TOP / "api/clients/c/README.md").read_text(encoding="utf-8")
     command = re.search(r"```\ncc (.*)\n```", text)[1]
     environment = os.environ | {"PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}
-    found = re.findall(r"```c\n(.*?)```(?:\n\n```\n(.*?)```)?", text, re.S)
-    check("c: two programs, the first of ten lines", len(found) == 2 and len(found[0][0].splitlines()) <= 12)
+    found = re.findall(r"```(c|cpp)\n(.*?)```(?:\n\n```\n(.*?)```)?", text, re.S)
+    check("c: three programs, the first of ten lines", len(found) == 3 and len(found[0][1].splitlines()) <= 12)
     printed = b""
-    for number, (program, shown) in enumerate(found, 1):
+    for number, (language, program, shown) in enumerate(found, 1):
         (home / "program.c").write_text(program)
-        built = subprocess.run(f"gcc -Wall -Wextra -Werror {command}", shell=True, cwd=home, capture_output=True, text=True, env=environment)
+        compiler = "gcc" if language == "c" else "g++ -x c++"
+        built = subprocess.run(f"{compiler} -Wall -Wextra -Werror {command if language == 'c' else command.replace('gnu17', 'c++17').replace('program.c', 'program.c -x none')}", shell=True, cwd=home, capture_output=True, text=True, env=environment)
         check(f"c: program {number} compiles", built.returncode == 0, built.stderr)
-        printed = subprocess.run([home / "program"], capture_output=True, check=False).stdout
-        check(f"c: program {number} says what the README shows", bool(printed) and (not shown or printed.decode() == shown), printed[:300])
+        came = subprocess.run([home / "program"], capture_output=True, check=False).stdout
+        check(f"c: program {number} says what the README shows", bool(came) and (not shown or came.decode() == shown), came[:300])
+        printed = came if language == "c" else printed
     return printed

@@ -310,6 +310,10 @@ class Job:
     def __repr__(self) -> str:
         return f"<Job {self.id} {self.status} {self.progress} %>"
 
+    def _repr_html_(self) -> str:
+        from .pictures import job_html
+        return job_html(self.state)
+
     def refresh(self) -> Job:
         """Asks the server for the job's state."""
         self.state = self.client.get(f"/v1/jobs/{self.id}")

@@ -81,6 +81,13 @@ def result_html(result: Result) -> str:
     return f"<table><tr><th></th><th>unit</th><th>shape</th><th>range</th><th></th></tr>{''.join(rows)}</table><div>{html.escape(stats)}</div>{warnings}"
 
 
+def job_html(state: dict[str, Any]) -> str:
+    """A job's progress as a bar, and what it is."""
+    said = [state["operation"], state["title"] or "", state["status"], f"{state['progress']} %", state["message"]]
+    return (f'<progress value="{state["progress"]}" max="100"></progress> {html.escape(", ".join(filter(None, said)))}'
+            f'<div><code>client.job("{html.escape(state["id"])}")</code></div>')
+
+
 def _axes(ax: Any) -> Any:
     try:
         import matplotlib.pyplot as pyplot  # type: ignore[import]
