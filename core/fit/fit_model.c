@@ -238,23 +238,24 @@ static double model_slope(const struct fit_model *model, const struct pend_fit_c
     const struct pend_fit_unknown *u = &p->unknown[j];
     size_t q = (size_t)model->parameters, place = (size_t)model->place[j];
     int shift = u->camera == PEND_FIT_SHIFT, own = model->place[j] >= 0;
-    int length = own && u->by.kind == PEND_PARAMETER_LENGTH && p->order[u->by.at] == column->arm;
-    int gravity = own && u->by.kind == PEND_PARAMETER_GRAVITY;
     double moved = 0, rest = 0;
     if (u->camera >= PEND_FIT_CAMERA) return u->camera - PEND_FIT_CAMERA == column->zero - 1;
-    for (int k = 0; k < number->terms; k++) {
+    for (int k = 0; k < number->seen && (own || shift); k++) {
         int what = number->what[k];
-        double by = number->by[k];
-        if (what == FIT_OMEGA)
-            rest += by * model->lean[number->at[k] * (size_t)p->unknowns + (size_t)j];
-        else if (what >= FIT_SEEN)
-            rest += by * (what == FIT_LENGTH    ? length
-                          : what == FIT_GRAVITY ? gravity
-                                                : !own && u->camera == what - FIT_CAMERA);
-        else if (own)
-            moved += by * model->slope[what][number->at[k] * q + place];
-        else if (shift)
-            moved += by * model->seen.value[pend_fit_number_pace(what)][number->at[k]];
+        double by = own ? model->slope[what][number->at[k] * q + place]
+                        : model->seen.value[pend_fit_number_pace(what)][number->at[k]];
+        moved += number->by[k] * by;
+    }
+    for (int k = number->seen; k < number->terms; k++) {
+        int what = number->what[k];
+        // of the pendulum's unknowns none is the camera's
+        if (own && what >= FIT_CAMERA) break;
+        double by = what == FIT_GRAVITY  ? u->by.kind == PEND_PARAMETER_GRAVITY
+                    : what >= FIT_CAMERA ? u->camera == what - FIT_CAMERA
+                    : what == FIT_LENGTH
+                        ? u->by.kind == PEND_PARAMETER_LENGTH && p->order[u->by.at] == column->arm
+                        : model->lean[number->at[k] * (size_t)p->unknowns + (size_t)j];
+        rest += number->by[k] * (own || what >= FIT_OMEGA ? by : 0);
     }
     return number->lead * moved + rest;
 }

@@ -29,6 +29,7 @@ int pend_fit_number_pace(int what) {
 }
 
 static void number_by(struct fit_number *number, int what, size_t at, double by) {
+    number->seen += what < FIT_SEEN;
     number->what[number->terms] = what, number->at[number->terms] = at;
     number->by[number->terms++] = by;
 }
@@ -75,9 +76,10 @@ static void number_place(const struct fit_seen *seen, int first, size_t at,
 
 /* ---- by differences */
 
-/* the same with tilt and lens; of: the camera's numbers, x, y */
-static double number_lens(const struct pend_fit_problem *p, int first, const double of[]) {
-    double x = of[PEND_FIT_CAMERA], y = (1 + of[PEND_FIT_STRETCH]) * of[PEND_FIT_CAMERA + 1];
+/* the same with tilt and lens; of: x, y, the camera's numbers */
+static double number_lens(const struct pend_fit_problem *p, int first, const double from[]) {
+    const double *of = from + 2;
+    double x = from[0], y = (1 + of[PEND_FIT_STRETCH]) * from[1];
     double complex w = (x + I * y) / (1 + of[PEND_FIT_TILT_X] * x + of[PEND_FIT_TILT_Y] * y);
     double complex center = p->center[0] + I * p->center[1];
     double complex d = of[PEND_FIT_ORIGIN_X] + I * of[PEND_FIT_ORIGIN_Y] - center +
@@ -118,9 +120,9 @@ static void number_differences(const struct fit_seen *seen, const struct pend_fi
     static const double step = 1e-5;
     int place = is_place(column->kind), force = is_force(column->kind);
     unsigned needs = pend_fit_number_needs(column->kind);
-    for (int i = 0; i < PEND_FIT_CAMERA && place; i++) number_by(number, FIT_CAMERA + i, at, 0);
     for (int i = 0; i < FIT_SEEN; i++)
         if (needs >> i & 1) number_by(number, i, at, 0);
+    for (int i = 0; i < PEND_FIT_CAMERA && place; i++) number_by(number, FIT_CAMERA + i, at, 0);
     if (force) number_by(number, FIT_LENGTH, at, 0), number_by(number, FIT_GRAVITY, at, 0);
     if (!force && !place) number_by(number, FIT_OMEGA, 0, 0);
     double of[FIT_TERMS] = {0};
@@ -144,7 +146,7 @@ static void number_differences(const struct fit_seen *seen, const struct pend_fi
 void pend_fit_number(const struct fit_seen *seen, const struct pend_fit_column *column, double data,
                      size_t row, struct fit_number *number) {
     size_t at = row * (size_t)pend_fit_arms(seen->problem) + (size_t)column->arm;
-    number->lead = 1, number->terms = 0;
+    number->lead = 1, number->terms = number->seen = 0;
     if (column->kind == PEND_FIT_MODE)
         number_by(number, FIT_OMEGA, (size_t)column->arm, 1),
             number->value = seen->omega[column->arm];

@@ -34,8 +34,8 @@ struct fit_seen {
 /* A measurement; its derivatives with respect to quantities are multiplied by `lead`. */
 struct fit_number {
     double value, lead;
-    int terms, what[FIT_TERMS];
-    size_t at[FIT_TERMS]; /* index of a quantity in the block; number of a mode */
+    int terms, seen, what[FIT_TERMS]; /* `seen`: of quantities, which come first */
+    size_t at[FIT_TERMS];             /* index of a quantity in the block; number of a mode */
     double by[FIT_TERMS];
 };
 
