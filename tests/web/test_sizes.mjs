@@ -142,7 +142,7 @@ async function everyState(rig, options, sizes, scrolled = []) {
   }
   none(bad);
   await close(page);
-  return `${Object.keys(STATES).length} states in ${sizes.length} sizes`;
+  return `${Object.keys(STATES).length} states in ${sizes.length + scrolled.length} sizes`;
 }
 export const every_state_of_the_page_is_whole_on_phones_and_tablets = (rig) => everyState(rig, TOUCH, PHONES);
 export const every_state_of_the_page_is_whole_on_a_laptop_a_projector_and_enlarged = (rig) => everyState(rig, { still: true }, SCREENS, ENLARGED);
