@@ -18,8 +18,7 @@ def played(kind, threads):
     env, rng, ends = kind(50, threads=threads, max_episode_steps=30), np.random.default_rng(1), 0
     seen = [env.reset(seed=3)[0]]
     for _ in range(70):
-        space = env.single_action_space
-        seen += env.step(rng.integers(space.n, size=50) if hasattr(space, "n") else rng.uniform(-1, 1, env.action_space.shape))[:4]
+        seen += env.step(rng.integers(space.n, size=50) if hasattr(space := env.single_action_space, "n") else rng.uniform(-1, 1, env.action_space.shape))[:4]
         ends += (seen[-1] | seen[-2]).sum()
     env.close()
     return seen, ends >= 100 and seen[0].shape == env.observation_space.shape and seen[0].dtype == env.observation_space.dtype and seen[2].shape == (50,)

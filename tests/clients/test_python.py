@@ -94,6 +94,7 @@ def test_grids(double):
     """Members of a grid: integers, NaN for never, axes as dimensions, members one after another."""
     axes = [{"vary": "theta", "arm": 1, "start": -3, "stop": 3, "count": 4}, {"vary": "theta", "arm": 2, "start": -2, "stop": 2, "count": 3}]
     grid = double.ensemble(grid=axes, duration=3, observables=["start", "first_flip"])
+    check("instants as a text in an ensemble", double.ensemble(states=[{}], times="0:1/3", observables=["trajectory"]).t.tolist() == [0, 0.5, 1])
     check("numbers that count are integers", all(grid[name].dtype == np.int64 for name in ("member", "status", "first_flip_arm")))
     check("never is NaN", np.array_equal(np.isnan(grid.first_flip_time), grid.first_flip_arm == 0) and np.isnan(grid.first_flip_time).any())
     check("the axes of a grid", [list(values) for values in grid.axes().values()] == [[-3, -1, 1, 3], [-2, 0, 2]])

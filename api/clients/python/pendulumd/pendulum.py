@@ -124,9 +124,7 @@ class Pendulum(Operations):
 
     def _method(self, name: str, given: dict[str, Any]) -> Any:
         given = {key: value for key, value in given.items() if value is not None and key not in ("self", "fields")} | given["fields"]
-        if name == "run":
-            given["times"] = times_of(given["times"])
-        if name == "orbits" and "times" in given:
+        if "times" in given:
             given["times"] = times_of(given["times"])
         tables = given.pop("csv", None)
         return self.ask(ROUTES[name], **_measured(tables, given))
