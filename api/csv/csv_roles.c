@@ -133,7 +133,7 @@ static enum api_csv_role role_of(const struct api_csv_words *words) {
 }
 
 static int same_cell(const struct api_csv_cell *a, const struct api_csv_cell *b) {
-    return a->bytes == b->bytes && !memcmp(a->at, b->at, (size_t)a->bytes);
+    return a->bytes == b->bytes && (!a->bytes || !memcmp(a->at, b->at, (size_t)a->bytes));
 }
 
 /* 1-based position of this column's group among the groups of measured columns */
