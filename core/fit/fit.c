@@ -312,7 +312,7 @@ static enum pend_status fit_iterate(struct pend_fit *fit, int *over, struct pend
     double squares, variance;
     int put = 0, whole = fit->window == fit->problem.rows, why = 0;
     // GSL compares the square of the slope with this tolerance, because residuals may be exactly 0
-    double tolerance = !whole ? fit_rough : fit->anew ? fit_finest : fit_fine;
+    double tolerance = !whole ? fit_rough : fit->anew ? fit_exact : fit_fine;
     int stuck = gsl_multifit_nlinear_iterate(fit->search->work);
     fit->here++;
     if (fit->starved) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
@@ -462,6 +462,6 @@ struct pend_fit_result pend_fit_result(const struct pend_fit *fit) {
 
 double pend_fit_progress(const struct pend_fit *fit) {
     double motions = fit->model.motions;
-    double most = FIT_MOTIONS + FIT_UNKNOWN_MOTIONS * fit->problem.unknowns;
+    double most = FIT_MOTIONS * (6 + fit->problem.unknowns);
     return fit->ready ? 1 : motions < 1 ? 0 : motions / fmax(most, motions + 1);
 }

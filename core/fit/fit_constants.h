@@ -1,130 +1,123 @@
 /* The tuning constants of fits. Each comment gives the meaning, the unit, and in brackets the test
- * that fails if the constant is three times larger or smaller, if there is one.
+ * that fails if the constant is three times larger or smaller. One that only bounds work or memory,
+ * or keeps numbers finite, says so after "Safety".
  * Leaves to others: limits of requests (api/base/limits). Invariant: no other file of this
  * directory defines such a constant. */
 #pragma once
 
-/* Relative step at which the search in a window ends before more rows are added. Unit: relative.
+/* Relative step at which the search in a window ends before more rows are added, and distance from
+ * a bound at which an unknown without effect there starts. Unit: relative.
  * [wrong_requests_of_fits_are_told_what_helps] */
 static const double fit_rough = 1e-3;
 /* Step at which the search of all rows has converged. Unit: relative.
  * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_fine = 1e-6;
-/* Step at which a search that restarts in a curved valley has converged. Unit: relative. */
-static const double fit_finest = 1e-12;
-/* Most iterations in a window before more rows are added.
- * [wrong_requests_of_fits_are_told_what_helps] */
+/* Most iterations before more rows are added. [wrong_requests_of_fits_are_told_what_helps] */
 enum { FIT_WINDOW_ITERATIONS = 12 };
-/* Iterations on all rows after which bounds are examined. */
+/* Iterations after which bounds are examined.
+ * [fits_of_chaotic_motions_converge_by_multiple_shooting] */
 enum { FIT_BOUND_ITERATIONS = 16 };
 /* Rows are added while the standard deviation of their prediction is below this. Unit: rad, or the
  * reach. [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_foretold = 0.4;
-/* Where a swing of unknown amplitude begins: its amplitude, or its rate over that of a swing. Unit:
- * rad. */
+/* Amplitude, rad, at which a swing of unknown amplitude begins. [starts_come_from_five_rows] */
 static const double fit_swing_rate = 0.3;
-/* Most steps of a motion, and additional steps per arm and swing. Unit: steps. */
+/* Most steps of a motion, and additional ones per arm and swing. Safety: work at extreme values. */
 enum { FIT_STEPS = 200 };
-/* Most steps that friction may add, one for each decay by 1/e. Unit: steps. */
+/* Most steps that friction may add, one for each decay by 1/e. Safety: work at extreme values. */
 enum { FIT_STIFF_STEPS = 200000 };
-/* Motions of all rows that a fit takes, and additional ones per unknown. Unit: motions. */
-enum { FIT_MOTIONS = 12, FIT_UNKNOWN_MOTIONS = 2 };
-/* Cost of a motion without derivatives. Unit: of one with derivatives. */
-static const double fit_plain = 0.25;
-/* Residual reported to the solver if the motion cannot be computed. Unit: residual. */
-static const double fit_nowhere = 1e6;
+/* Motions of all rows that a fit takes per unknown, with six unknowns more than it has.
+ * [fits_of_synthetic_data_are_within_three_standard_errors] */
+enum { FIT_MOTIONS = 2 };
 /* A motion that explains less than this fraction does not follow the data. Unit: of the squares.
  * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_explained = 0.9;
 /* A motion that explains more than this fraction follows the data without further tests. Unit: of
  * the squares. [fits_of_synthetic_data_are_within_three_standard_errors] */
 static const double fit_clear = 0.99;
-/* A remaining sum of squares below this is rounding: the fit is exact. Unit: of the squares. */
+/* A remaining sum of squares below this is rounding: the fit is exact. A search that restarts in a
+ * curved valley goes on to this. Unit: of the squares. [small_steps_are_negligible] */
 static const double fit_exact = 1e-12;
-/* A mean residual above this is not noise. Unit: sigma. */
+/* A mean residual above this is not noise. Unit: sigma.
+ * [fits_of_synthetic_data_are_within_three_standard_errors] */
 static const double fit_strange = 3;
-/* Residuals with an autocorrelation above this are not noise. Unit: of the squares. */
+/* Residuals with a larger autocorrelation are not noise. [models_are_judged_by_what_rows_allow] */
 static const double fit_common = 0.5;
-/* Pairs of adjacent residuals needed to test the autocorrelation. Unit: pairs. */
+/* Pairs of residuals needed to test that. [models_are_judged_by_what_rows_allow] */
 enum { FIT_PAIRS = 16 };
-/* An unknown that moved by more than this is reported as not identifiable. Unit: of its start. */
-static const double fit_away = 1e6;
-/* A smaller decrease of the sum of squares after a restart is rounding. Unit: of the variance. */
+/* A smaller decrease of the sum of squares after a restart is rounding. Unit: of the variance.
+ * [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_fall = 0.01;
-/* Most unknowns whose second derivatives are computed. Unit: unknowns. */
+/* Most unknowns with second derivatives. Safety: one step computes two motions for each. */
 enum { FIT_BENDS = 16 };
+/* An unknown that moved farther has diverged. Unit: its start. [unknowns_far_away_are_reported] */
+static const double fit_away = 1e6;
 /* Predicted decrease by one more step that is negligible at a minimum; fit_step is the second
- * limit. Unit: of the squares. [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
+ * limit. A curvature below this makes no minimum. Unit: of the squares.
+ * [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_minimum = 1e-6;
-/* The second limit of that decrease, in squared standard errors. Unit: of the variance. */
+/* Second limit of that decrease, squared standard errors. [small_steps_are_negligible] */
 static const double fit_step = 1e-4;
-/* Allowed misfit of data without noise. Unit: rtol. */
+/* Misfit of data without noise, error of slopes. Unit: rtol. [small_steps_are_negligible] */
 static const double fit_loose = 300;
-/* Rounding error of a motion; smaller effects of an unknown count as none. Unit: relative. */
+/* Rounding error of a motion; smaller effects of an unknown count as none. Unit: relative.
+ * [directions_beside_a_steep_one_are_found] */
 static const double fit_rounding = 1e-13;
 /* Directions are identifiable if their singular value, relative to the largest, is above this.
  * Unit: relative. [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_least = 1e-9;
-/* A direction below fit_least is identifiable too if its standard error is at most this. Unit:
- * sizes. */
+/* Largest standard error below fit_least. Unit: sizes. [directions_beside_a_steep_one_are_found] */
 static const double fit_unsure = 1e3;
-/* Largest slope whose square can still be summed. */
+/* Largest slope. Safety: sums of the squares of larger ones overflow. */
 static const double fit_largest = 1e140;
+/* Residual without a motion. Safety: the solver rejects a step to more than motions have. */
+static const double fit_nowhere = 1e6;
 /* Squared component in null directions above which an unknown is reported alone. Unit: of a square.
  * [fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell] */
 static const double fit_alone = (1 - 1e-6);
-/* A null direction is skipped if a smaller fraction of it is independent of the directions before
- * it. Unit: of a length. */
+/* Least independent part of a null direction. Safety: rounding grows by the reciprocal. */
 static const double fit_left = 0.1;
-/* A curvature of the sum of squares below this does not make a minimum. Unit: of the slopes'. */
-static const double fit_flat = 1e-6;
-/* Step of finite differences of slopes. Unit: relative. */
+/* Relative step of differences of slopes and frequencies. [slopes_of_frequencies_are_exact] */
 static const double fit_curve_step = 1e-4;
-/* Error of a motion in those differences. Unit: rtol. */
-static const double fit_curve_margin = 10;
-/* Effects of an unknown at its bound that are below this count as none. Unit: of the data. */
-static const double fit_unmoved = 1e-6;
-/* Distance from the bound at which such an unknown restarts. Unit: of the interval. */
-static const double fit_little = 1e-3;
-/* Significance of the tests of the model. Unit: p-value. */
+/* Significance of the tests of the model. Unit: p-value. [p_values_reject_models] */
 static const double fit_level = 1e-3;
-/* Least noise assumed for measurements without a sigma. Unit: of a column. */
+/* Least noise without a sigma. Unit: of a column. [models_are_judged_by_what_rows_allow] */
 static const double fit_known_best = 1e-6;
-/* Errors are withheld if less of the data remains to estimate the noise. Unit: of the data. */
+/* Errors are withheld if less of the data is left. Safety: this divides the noise, and may be 0. */
 static const double fit_freedom = 0.25;
 /* One outlier is allowed in this many measurements. Unit: measurements.
  * [fits_list_outliers_and_robust_losses_pass_them_by] */
 enum { FIT_OUTLIERS = 10 };
-/* Degrees of freedom needed to accept a model that no test has checked. */
+/* Degrees of freedom that a model without a test needs. [models_are_judged_by_what_rows_allow] */
 enum { FIT_FREEDOM = 3 };
-/* Positions on a shorter arc of a circle give no scale. Unit: of the spread. */
+/* Positions on a shorter arc give no scale. Unit: of the spread. Safety: their circle is singular.
+ */
 static const double fit_circle_flat = 1e-9;
-/* Residuals above this belong to another motion. Unit: noise. */
+/* Residuals above this belong to another motion. Gaps between pieces begin with this standard
+ * deviation; each round divides it by ten. Unit: noise. [starts_come_from_five_rows] */
 static const double fit_noisy = 10;
-/* If the first rows deviate more from a constant rate, it comes from a parabola. Unit: rad. */
+/* If the first rows deviate more from a constant rate, it comes from a parabola. Unit: rad.
+ * [starts_come_from_five_rows] */
 static const double fit_bent = 0.1;
 /* The first row is an outlier if the step after it exceeds the longest following step by this
- * factor. On a parabola the ratio is at most 5 / 3. */
+ * factor; on a parabola by at most 5 / 3. [starts_come_from_five_rows] */
 static const double fit_outlier = 5;
-/* Rows on each side through which a parabola is fitted. Unit: rows. */
-enum { FIT_BESIDE = 2 };
-/* Number of first rows that give the rate; of positions that a circle needs. Unit: rows. */
-enum { FIT_FIRST = 5 };
-/* Most arms for which an arm without a measured tip is assumed in line with others. Unit: arms. */
+/* Rows on each side through which a parabola is fitted. As many first rows as such a parabola has
+ * give the rate, or a circle; a piece has the rows of both sides. [starts_come_from_five_rows] */
+enum { FIT_BESIDE = 2, FIT_FIRST = 2 * FIT_BESIDE + 1 };
+/* Most arms with which unmeasured ones are assumed in line. Safety: work grows with their cube. */
 enum { FIT_LINE_ARMS = 30 };
-/* Number of first rows in which such an arm is searched for. Unit: rows. */
+/* First rows in which such an arm is searched for. Safety: the same work in each of them. */
 enum { FIT_LINE_ROWS = 64 };
-/* Fewest rows of a piece. Unit: rows. */
-enum { FIT_PIECE_ROWS = 4 };
-/* Most pieces. Unit: pieces. */
+/* Most pieces. Safety: the memory of slopes grows with them. */
 enum { FIT_PIECES = 24 };
-/* Rounds of multiple shooting; the weight of continuity grows with each. Unit: rounds. */
+/* Rounds of multiple shooting, each with a larger weight of continuity.
+ * [fits_of_chaotic_motions_converge_by_multiple_shooting] */
 enum { FIT_ROUNDS = 4 };
-/* Iterations per round. */
+/* Most iterations of a round. [fits_of_chaotic_motions_converge_by_multiple_shooting] */
 enum { FIT_ROUND_ITERATIONS = 15 };
-/* Most measurements that are divided into pieces. Unit: numbers. */
+/* Most measurements that are divided into pieces. Safety: the memory of slopes, too. */
 enum { FIT_PIECE_NUMBERS = 16384 };
-/* Initial standard deviation of a gap between pieces; each round divides it by ten. Unit: sigma. */
-static const double fit_gape = 10;
-/* Length of a piece; passing over the top takes as long for half a turn. Unit: swing. */
+/* Length of a piece; passing over the top takes as long for half a turn. Unit: swing.
+ * [fits_name_no_farthest_row_of_what_cannot_be_compared] */
 static const double fit_piece = 0.25;

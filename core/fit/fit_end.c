@@ -119,7 +119,7 @@ static enum pend_status curve_gain(struct pend_fit *fit, double *gain, double co
     long count;
     int there = 1;
     double *bend = calloc(q * q, sizeof *bend);
-    double error = fit_curve_margin * fit->problem.rtol / fit_curve_step;
+    double error = fit_loose * fit->problem.rtol / fit_curve_step;
     double rest = sqrt(pend_fit_state_squares(fit, fit->problem.rows, &count));
     *gain = INFINITY;
     enum pend_status status = pend_fit_state_tell(fit, &told);

@@ -209,7 +209,6 @@ static double model_step(const struct pend_fit_unknown *u, double value, double 
  * to the unknowns. The rounding error of a derivative is 1e-12 of the frequency divided by the
  * step. */
 static enum pend_status model_modes(struct fit_model *model, const double value[], int slopes) {
-    static const double step = 1e-4;
     const struct pend_fit_problem *p = model->problem;
     size_t n = (size_t)p->n, q = (size_t)p->unknowns;
     PEND_TRY(model_omega(model, value, model->omega));
@@ -219,7 +218,7 @@ static enum pend_status model_modes(struct fit_model *model, const double value[
         for (size_t k = 0; k < n; k++) model->lean[k * q + j] = 0;
         if (p->unknown[j].camera >= 0 || p->unknown[j].by.kind <= PEND_PARAMETER_RATE) continue;
         for (int side = 1; side >= -1; side -= 2) {
-            model->beside[j] = model_step(&p->unknown[j], value[j], side * step * size);
+            model->beside[j] = model_step(&p->unknown[j], value[j], side * fit_curve_step * size);
             gap += side * model->beside[j];
             PEND_TRY(model_omega(model, model->beside, model->near));
             for (size_t k = 0; k < n; k++) model->lean[k * q + j] += side * model->near[k];
@@ -384,6 +383,6 @@ enum pend_status pend_fit_model_at(struct fit_model *model, const double value[]
         return pend_fail(error, status, -1, 0, "these values are not possible for a pendulum");
     for (int run = 0; run < pend_fit_runs(p) && status == PEND_OK; run++)
         status = model_run(model, value, run, rows, residual, slope, error);
-    model->motions += (slope ? 1 : fit_plain) * (double)rows / (double)p->rows;
+    if (slope) model->motions += (double)rows / (double)p->rows;
     return status;
 }

@@ -16,7 +16,7 @@ struct fit_model {
     double *t;               /* instants of the start and of the run's rows, or of the rows
                               * alone, in the motion's time */
     long rows;               /* number of rows in the window */
-    double motions;          /* so far: motions of all rows with derivatives, in their cost */
+    double motions;          /* so far: motions of all rows with derivatives */
     double decay;            /* 1/s, due to friction, at the start values */
     int before;              /* 1 if the start is before the first row */
     int modes;               /* frequencies of modes are needed */

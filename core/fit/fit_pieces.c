@@ -56,7 +56,7 @@ static int pieces_count(const struct pend_fit_problem *p, double swing) {
     long rows = pieces_rows(p, swing);
     double span = p->t[rows - 1] - p->t[0];
     double most = fmin(span / (fit_piece * swing), (double)FIT_PIECES);
-    return (int)fmin(most, (double)rows / FIT_PIECE_ROWS);
+    return (int)fmin(most, (double)rows / (2 * FIT_BESIDE));
 }
 
 /* the first row of a piece */
@@ -188,7 +188,7 @@ void pend_fit_pieces_free(struct fit_pieces **pieces) {
 /* copies the unknowns, the states at the joins and the weight of gaps into the pieces */
 static void pieces_set(struct fit_pieces *all, const gsl_vector *x) {
     const struct pend_fit_problem *p = all->problem;
-    double gape = fit_gape * pow(0.1, all->round) * all->sigma;
+    double gape = fit_noisy * pow(0.1, all->round) * all->sigma;
     for (int s = 0; s < all->count; s++) {
         struct piece *piece = &all->piece[s];
         long rows = piece->problem.rows;

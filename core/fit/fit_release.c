@@ -233,10 +233,10 @@ static double release_apart(const struct pend_fit *fit, size_t j) {
 static double release_unknown(const struct pend_fit *fit, size_t j, size_t m, double squares,
                               long count) {
     size_t q = (size_t)fit->problem.unknowns;
-    double told = 0, least = fit_unmoved * fit_unmoved * pend_fit_state_size(fit);
+    double told = 0, least = fit_rounding * fit_rounding * pend_fit_state_size(fit);
     for (size_t i = 0; i < m; i++) told += fit->slope[i * q + j] * fit->slope[i * q + j];
     double step = count && told > least ? sqrt(squares / ((double)count * told)) : 0;
-    return step > 0 ? step : fit_little;
+    return step > 0 ? step : fit_rough;
 }
 
 enum pend_status pend_fit_release_begin(struct pend_fit *fit, long rows) {

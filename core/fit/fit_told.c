@@ -132,8 +132,8 @@ enum pend_status pend_fit_told_newton(const struct fit_told *told, const double 
         double along = 0;
         for (size_t a = 0; a < q; a++)
             if (pend_fit_told_is(told, (int)a)) along += direction[a * q + d] * told->gain[a];
-        failed |= !(value[d] > fit_flat);
-        sum += along * along / fmax(value[d], fit_flat);
+        failed |= !(value[d] > fit_minimum);
+        sum += along * along / fmax(value[d], fit_minimum);
         for (size_t j = 0; j < q; j++) {
             turned[j * q + d] = 0;
             for (size_t a = 0; a < q; a++)

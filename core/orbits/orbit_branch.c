@@ -132,7 +132,7 @@ static int orbits_closes(struct pend_orbits *o) {
     double part = before / (before - after);
     for (size_t j = 0; j < q; j++)
         missed = fmax(missed, fabs(a[j] + part * (b[j] - a[j]) - home[j]));
-    return missed <= branch_missed * chord;
+    return missed <= branch_near * chord;
 }
 
 /* starts the next step from the orbit found, or ends */
@@ -188,11 +188,11 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
         orbits_failed(o, PEND_ORBITS_LOST);
         return PEND_OK;
     }
-    if (closure <= branch_closed * o->floquet.growth && closure <= branch_wild && o->part == 1)
+    if (closure <= orbits_exact * o->floquet.growth && closure <= branch_wild && o->part == 1)
         return orbits_accept(o, found, error);
-    orbits_failed(o, closure > branch_closed * o->floquet.growth ? PEND_ORBITS_LOST
-                     : closure > branch_wild                     ? PEND_ORBITS_WILD
-                                                                 : PEND_ORBITS_MEETS);
+    orbits_failed(o, closure > orbits_exact * o->floquet.growth ? PEND_ORBITS_LOST
+                     : closure > branch_wild                    ? PEND_ORBITS_WILD
+                                                                : PEND_ORBITS_MEETS);
     return PEND_OK;
 }
 

@@ -204,7 +204,7 @@ static void change_tie(struct pend_orbits *o, struct orbits_mark *mark) {
     double test = fabs(mark->test[ORBIT_PLUS]);
     double most = fmax(fabs(o->last.mark.test[ORBIT_PLUS]), fabs(o->next.mark.test[ORBIT_PLUS]));
     if (!change_passes(low, top, ORBIT_TURN) || !change_passes(same, mark, ORBIT_PLUS)) return;
-    if (test > change_tied * most) return;
+    if (test > change_turn * most) return;
     mark->side[ORBIT_PLUS] = same->side[ORBIT_PLUS];
     mark->side[ORBIT_AROUND] += same->side[ORBIT_AROUND] < mark->side[ORBIT_AROUND] ? -1 : 1;
 }
@@ -301,7 +301,8 @@ enum pend_status pend_orbit_change_halved(struct pend_orbits *o, enum pend_orbit
     double chord = 0;
     for (int j = 0; j < form->equations; j++)
         chord = fmax(chord, fabs(o->next.u[j] - o->last.u[j]));
-    double alike = turns ? change_alike_turn * chord : change_alike;
+    // orbits at a bifurcation are less exact
+    double alike = turns ? branch_near * chord : 10 * orbits_alike;
     if (turns && form->times % 2 == 0 && pend_orbit_form_apart(form, map, 1) < alike)
         o->now.kind = PEND_ORBITS_DOUBLING;
     if (o->now.kind == PEND_ORBITS_BRANCH && pend_orbit_form_apart(form, map, -1) < alike) {
@@ -338,10 +339,10 @@ enum { BEYOND = 1, BEFORE, AT };
  * the case. */
 static void change_touch(struct pend_orbits *o) {
     if (!o->beside++) o->touch = o->at;
-    if (o->beside == BEFORE && o->touch - o->low.at <= change_near_turn) o->beside = AT;
+    if (o->beside == BEFORE && o->touch - o->low.at <= change_turn) o->beside = AT;
     o->at = o->touch;
-    if (o->beside == BEYOND) o->at = fmin(o->touch + change_near_turn, (o->touch + 1) / 2);
-    if (o->beside == BEFORE) o->at = o->touch - change_near_turn;
+    if (o->beside == BEYOND) o->at = fmin(o->touch + change_turn, (o->touch + 1) / 2);
+    if (o->beside == BEFORE) o->at = o->touch - change_turn;
     while (o->beside == BEYOND && o->waiting > 1 && change_top(o)->at <= o->at) o->waiting--;
     change_locate_at(o);
 }
@@ -375,7 +376,7 @@ static int change_exact(struct pend_orbits *o, const struct orbits_mark *mark, i
     if (change_top(o)->at - o->low.at <= change_short || o->tries >= CHANGE_MOST) return 1;
     if (!single || (border != o->border && !o->beside) || border == ORBIT_AROUND) return 0;
     if (border == ORBIT_TURN)
-        return o->beside || change_slope(o, mark) <= (folds ? change_zero_slope : change_level);
+        return o->beside || change_slope(o, mark) <= (folds ? change_zero : change_turn);
     return fabs(mark->test[border]) <= change_zero;
 }
 

@@ -75,7 +75,7 @@ static void check_finish(struct orbit_check *check, const struct orbit_form *for
     for (int part = 2; part <= PARTS; part++) {
         if (driven && form->times % part) continue;
         int row = all ? ALL / part : PARTS + 1 - part;
-        if (check_away(check, form, row) <= check_alike) check->divisor = part;
+        if (check_away(check, form, row) <= orbits_alike) check->divisor = part;
     }
     for (int k = 0; all && k < n; k++) {
         double low = INFINITY, high = -INFINITY;

@@ -35,7 +35,7 @@ void pend_orbit_floquet_clear(struct orbit_floquet *floquet) {
 /* counts multipliers beyond the boundaries, and computes the tests for crossings */
 static void floquet_tell(struct orbit_floquet *f, int count, int driven) {
     assert(count >= 0);
-    double border = driven ? floquet_driven : floquet_border;
+    double border = driven ? floquet_driven : orbits_exact;
     f->outside = 0;
     for (int i = 0; i < ORBIT_REAL; i++) f->beyond[i] = f->surely[i] = 0, f->test[i] = 1;
     for (int i = 0; i < count; i++) {

@@ -118,7 +118,6 @@ static enum orbit_newton_end newton_far(struct orbit_newton *newton, double corr
     double size = newton_size(newton->F, q);
     if (size > newton->size && newton->iteration > 1) {
         newton->part /= 2;
-        if (newton->part < newton_least) return ORBIT_LOST;
         newton_try(newton);
         return ORBIT_GOING;
     }
@@ -170,7 +169,7 @@ static int newton_complete(const struct orbit_newton *newton) {
     int n = newton->form.n;
     if (!newton->whole || newton->form.equations == 2 * n) return 1;
     return (2 * n + TOGETHER - 1) / TOGETHER == (n + TOGETHER - 1) / TOGETHER ||
-           newton->last <= newton_nearly;
+           newton->last * newton->last <= newton_stalled;
 }
 
 enum pend_status pend_orbit_newton_next(struct orbit_newton *newton, double work,

@@ -34,7 +34,7 @@ enum pend_status pend_orbit_switch_direction(struct orbit_newton *newton, const 
     enum pend_status status =
         pend_orbit_least(newton->algebra, newton->unknowns, newton->J, size, out);
     if (status != PEND_OK) return status == PEND_NO_MEMORY ? status : PEND_OK;
-    if (!(size[1] <= switch_least * fmin(1, size[2]))) return PEND_OK;
+    if (!(size[1] <= change_turn * fmin(1, size[2]))) return PEND_OK;
     for (size_t i = 0; i < 2; i++)
         for (size_t j = 0; j < q; j++) part[i] += out[i * q + j] * branch[j];
     if (!(hypot(part[0], part[1]) > 0)) return PEND_OK;

@@ -27,10 +27,10 @@ void found_search(struct found *f) {
     struct pend_error error = {.code = PEND_OK};
     enum pend_orbits_found what = PEND_ORBITS_NOTHING;
     f->problem.tree = f->tree;
-    f->rows = f->bifurcations = 0;
+    f->rows = f->bifurcations = 0, f->calls = 0;
     f->status = pend_orbits_new(&search, &f->problem, &error);
     while (f->status == PEND_OK && what != PEND_ORBITS_END) {
-        f->status = pend_orbits_next(search, &what, &error);
+        f->status = pend_orbits_next(search, &what, &error), f->calls++;
         if (f->status != PEND_OK) break;
         struct pend_orbit orbit = pend_orbits_orbit(search);
         if (what == PEND_ORBITS_ORBIT) found_keep(f, &orbit);
@@ -45,6 +45,7 @@ void found_search(struct found *f) {
         f->at[f->bifurcations++] = f->problem.driven ? orbit.value : orbit.energy;
     }
     if (f->status == PEND_OK) f->end = pend_orbits_end(search);
+    if (f->status == PEND_OK) (void)pend_orbits_steps(search, &f->maps);
     pend_orbits_free(&search);
 }
 

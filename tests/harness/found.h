@@ -17,6 +17,7 @@ struct found {
     enum pend_status status;
     enum pend_orbits_end end;
     int rows, bifurcations;
+    long calls, maps; /* of pend_orbits_next; motions with derivatives */
     double phi[FOUND_ROWS][FOUND_ARMS], low[FOUND_ROWS][FOUND_ARMS], rate[FOUND_ROWS][FOUND_ARMS],
         amplitude[FOUND_ROWS][FOUND_ARMS];
     double re[FOUND_ROWS][2 * FOUND_ARMS], im[FOUND_ROWS][2 * FOUND_ARMS];

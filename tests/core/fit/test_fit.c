@@ -125,6 +125,8 @@ static void study_unknowns(struct study *s, unsigned long long *seed) {
     }
 }
 
+static double told_late; /* what the last fit showed of its work before its end */
+
 static struct pend_fit *fit_of(const struct study *s) {
     struct pend_fit *fit;
     struct pend_error error = {0};
@@ -134,6 +136,7 @@ static struct pend_fit *fit_of(const struct study *s) {
     while (fit && !done) {
         if (!CHECK_SAYING(pend_fit_step(fit, &done, &error) == PEND_OK, "%s", error.text)) break;
         CHECK(pend_fit_progress(fit) >= before);
+        if (!done) told_late = pend_fit_progress(fit);
         before = pend_fit_progress(fit);
     }
     CHECK(before == 1);
@@ -175,6 +178,7 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     int sets = asked ? atoi(asked) : SETS, converged = 0, odd = 0, timed = 0;
     double *took = calloc((size_t)sets + 1, sizeof *took);
     struct tally tally = {0};
+    double shown = 0;
     REQUIRE(took);
     for (int i = 0; i < sets; i++) {
         static struct study s;
@@ -187,6 +191,7 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
         study_unknowns(&s, &seed);
         clock_t begun = clock();
         struct pend_fit *fit = fit_of(&s);
+        shown += told_late / sets;
         if (n == 2) took[timed++] = (double)(clock() - begun) / CLOCKS_PER_SEC;
         struct pend_fit_result result = pend_fit_result(fit);
         converged += result.end == PEND_FIT_CONVERGED;
@@ -204,6 +209,7 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     CHECK_SAYING((double)tally.beyond <= 0.01 * (double)tally.count, "%ld of %ld beyond 3 errors",
                  tally.beyond, tally.count);
     double size = sqrt(tally.squares / (double)tally.count);
+    CHECK_SAYING(shown > 0.5 && shown < 0.9, "%g of the work is shown before the end", shown);
     double most = asked ? 0.1 : SETS < 20 ? 0.35 : 0.2;
     CHECK_SAYING(fabs(size - 1) < most, "errors are %g of what is told", size);
     printf("  %d of %d converged, %ld of %ld errors beyond 3 standard errors, their size %.3f\n",
@@ -406,6 +412,7 @@ TEST(fits_of_chaotic_motions_converge_by_multiple_shooting) {
         struct pend_fit_result result = pend_fit_result(fit);
         CHECK_INT(result.end, PEND_FIT_CONVERGED);
         CHECK(result.iterations <= s.problem.iterations);
+        CHECK_INT(result.iterations / 50, i ? 4 : 2); // FIT_ROUNDS
         tally_add(&tally, &s, &result);
         CHECK_SAYING(tally.beyond == 0, "set %d", chosen[i]);
         double spread = result.chi_squared / (double)result.freedom;

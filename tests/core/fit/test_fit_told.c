@@ -20,7 +20,7 @@ static void told_of(struct fit_told *told, double first, double second) {
     CHECK(fabs(told->value[0] / first - 1) < 1e-12 && fabs(told->value[1] / second - 1) < 1e-3);
 }
 
-TEST(directions_beside_a_steep_one_are_told_where_their_errors_are_small_and_are_no_rounding) {
+TEST(directions_beside_a_steep_one_are_found) {
     static const struct {
         double first, second, variance;
         int at_first, sure;
@@ -29,6 +29,8 @@ TEST(directions_beside_a_steep_one_are_told_where_their_errors_are_small_and_are
         {1e10, 2, 1, 0, 1},                              // a chaotic motion
         {1e10, 2, 1e8, 0, 0},                            // with errors of 10^4 times the value
         {1e10, 1e-3 / 2, 1, 0, 0}, {1e15, 10, 1, 0, 0},  // near rounding
+        {1e13, 2, 1, 0, 1},        {1e13, 0.5, 1, 0, 0}, // fit_rounding
+        {1e8, 2e-3, 1, 0, 1},      {1e8, 5e-4, 1, 0, 0}, // fit_unsure
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct fit_told told;

@@ -8,6 +8,9 @@
 #include <stdio.h>
 
 #include "core/fit/fit.h"
+#include "core/fit/fit_bounds.h"
+#include "core/fit/fit_end.h"
+#include "core/fit/fit_start.h"
 #include "core/integrate/run/run.h"
 #include "tests/harness/test.h"
 
@@ -180,4 +183,138 @@ TEST(independent_noise_rejects_no_model_but_for_its_size) {
     CHECK(tally.rejected >= DRAWS - 2);
     CHECK(fabs(tally.widened - 1.5) < 0.02);
     CHECK(tally.one > 0.64 && tally.one < 0.72 && tally.two > 0.93);
+}
+
+/* one data set, whose sigma shrinks until chi-squared rejects the model */
+TEST(p_values_reject_models) {
+    struct study s;
+    unsigned long long seed = 7;
+    int seen[2] = {0};
+    study_new(&s, 0.01);
+    study_noise(&s, 0.01, 0, &seed);
+    for (s.column.sigma = 0.0105; s.column.sigma > 0.007; s.column.sigma *= 0.995) {
+        struct pend_fit *fit = fit_of(&s);
+        struct pend_fit_result r = pend_fit_result(fit);
+        int in = r.p_value > 1.1e-3 && r.p_value < 2.5e-3;
+        int out = r.p_value > 4e-4 && r.p_value < 9e-4;
+        if (in || out) CHECK_INT(r.model, in ? PEND_FIT_ACCEPTED : PEND_FIT_REJECTED);
+        seen[0] += in, seen[1] += out;
+        pend_fit_free(&fit);
+    }
+    CHECK(seen[0] > 0 && seen[1] > 0);
+}
+
+/* rows at equal distances of a motion with noise of unknown size */
+TEST(models_are_judged_by_what_rows_allow) {
+    static const struct {
+        int rows;
+        double size, alike;
+        int tested, model, end;
+    } row[] = {{17, 0.001, 0, 1, PEND_FIT_ACCEPTED, PEND_FIT_CONVERGED}, // FIT_PAIRS
+               {16, 0.001, 0, 0, PEND_FIT_ACCEPTED, PEND_FIT_CONVERGED},
+               {6, 0.001, 0, 0, PEND_FIT_ACCEPTED, PEND_FIT_CONVERGED}, // FIT_FREEDOM
+               {5, 0.001, 0, 0, PEND_FIT_UNDECIDED, PEND_FIT_CONVERGED},
+               {ROWS, 0.2, 0.35, 1, PEND_FIT_REJECTED, PEND_FIT_CONVERGED}, // fit_common
+               {ROWS, 0.2, 0.75, 1, PEND_FIT_REJECTED, PEND_FIT_STRANGE},
+               {ROWS, 0, 0, 1, PEND_FIT_ACCEPTED, PEND_FIT_CONVERGED}}; // fit_known_best
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        struct study s;
+        unsigned long long seed = 11;
+        study_new(&s, 0);
+        study_noise(&s, row[i].size, row[i].alike, &seed);
+        for (int k = 0, by = ROWS / row[i].rows; k < row[i].rows; k++)
+            s.t[k] = s.t[k * by], s.data[k] = s.data[k * by];
+        s.problem.rows = row[i].rows;
+        struct pend_fit *fit = fit_of(&s);
+        struct pend_fit_result r = pend_fit_result(fit);
+        CHECK_SAYING((isfinite(r.alike) != 0) == row[i].tested && (int)r.model == row[i].model &&
+                         (int)r.end == row[i].end,
+                     "row %zu: %g, model %d, end %d", i, r.alike, (int)r.model, (int)r.end);
+        // the largest angle is that of the start, -1.6 to -1.3 rad
+        if (row[i].size == 0) CHECK(r.spread[0] > 1e-6 && r.spread[0] < 4e-6);
+        pend_fit_free(&fit);
+    }
+}
+
+/* ---- fits at the edges of the constants of their state and of their start */
+
+static struct pend_fit *fit_begun(struct study *s, double sigma, enum pend_parameter_kind sought) {
+    struct pend_fit *fit = NULL;
+    study_new(s, sigma);
+    for (int i = 0; i < ROWS; i++) s->data[i] = s->angle[i];
+    s->unknown[0].by.kind = sought, s->problem.unknowns = 1;
+    CHECK(pend_fit_new(&fit, &s->problem, NULL) == PEND_OK);
+    return fit;
+}
+
+TEST(small_steps_are_negligible) {
+    static const struct {
+        double sigma, rtol, variance, gain;
+        int flat;
+    } row[] = {{1, 1e-10, 1, 2e-4, 0},  {1, 1e-10, 1, 5e-5, 1},  // fit_step
+               {0, 1e-10, 0, 2e-15, 0}, {0, 1e-10, 0, 5e-16, 1}, // fit_loose, squared
+               {0, 1e-3, 0, 2e-12, 0},  {0, 1e-3, 0, 5e-13, 1}}; // fit_exact
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        struct study s;
+        struct pend_fit *fit = fit_begun(&s, row[i].sigma, PEND_PARAMETER_LENGTH);
+        fit->variance = row[i].variance, fit->problem.rtol = row[i].rtol;
+        double size = row[i].sigma > 0 ? 1 : pend_fit_state_size(fit);
+        CHECK_SAYING(pend_fit_state_flat(fit, row[i].gain * size, 0) == row[i].flat, "row %zu", i);
+        pend_fit_free(&fit);
+    }
+}
+
+/* a mass, on which no angle depends */
+TEST(unknowns_far_away_are_reported) {
+    for (int near = 0; near < 2; near++) {
+        struct study s;
+        struct pend_fit *fit = fit_begun(&s, 0.01, PEND_PARAMETER_MASS);
+        fit->window = ROWS;
+        fit->inner[0] = fit_bounds_inner(s.unknown, (near ? 5e5 : 2e6) * s.unknown[0].start);
+        CHECK(pend_fit_end(fit, NULL) == PEND_OK);
+        CHECK_INT(pend_fit_result(fit).away, -near);
+        pend_fit_free(&fit);
+    }
+}
+
+/* omega = sqrt(g / l), whose central differences are off by 5 / 8 of the squared relative step */
+TEST(slopes_of_frequencies_are_exact) {
+    struct study s;
+    struct pend_fit *fit;
+    study_new(&s, 1);
+    s.column.kind = PEND_FIT_MODE, s.data[0] = 1, s.problem.rows = s.problem.unknowns = 1;
+    REQUIRE(pend_fit_new(&fit, &s.problem, NULL) == PEND_OK);
+    CHECK(pend_fit_state_look(fit, 1, NULL) == PEND_OK);
+    double off = fabs(fit->slope[0] / (-sqrt(9.81) / 2) - 1);
+    CHECK_SAYING(off > 3e-9 && off < 1.3e-8, "%g", off);
+    pend_fit_free(&fit);
+}
+
+/* angles every second, the last one again for all others, and the rate at the first */
+TEST(starts_come_from_five_rows) {
+    static const struct {
+        double angle[6], rate;
+    } row[] = {{{0, 0.1, 0.2, 0.3, 0.4, 9}, 0.1},        // not from the sixth
+               {{0, 0.1, 0.2, 0.3, 0.44, 0}, 0.11},      // from the fifth
+               {{0, 0.05, 0.1, 0.15, 0.14, 0}, 0.035},   // nearly straight: fit_bent
+               {{0, 0.2, 0.3, 0.3, 0.2, 0}, 0.25},       // a parabola
+               {{0, 0.8, 0.8, 1, 1, 1}, 1.2},            // fit_outlier: as long as four steps
+               {{0, 1.2, 1.2, 1.4, 1.4, 1.4}, 0.2 / 3}}; // as six: without the first
+    struct study s;
+    double phi, rate, residual[ROWS], noise = 8.0 / 3 / sqrt(35.0 / 18) * sqrt(M_PI / 2);
+    study_new(&s, 0);
+    for (int k = 0; k < ROWS; k++) s.t[k] = k;
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        for (int k = 0; k < ROWS; k++) s.data[k] = row[i].angle[k < 6 ? k : 5];
+        CHECK(pend_fit_start_state(&s.problem, 0, 0, &phi, &rate) == PEND_FIT_START_BOTH);
+        CHECK_SAYING(fabs(rate - row[i].rate) < 1e-12, "row %zu: %.17g", i, rate);
+    }
+    // every other row off by 1 from a line: fit_noisy
+    for (int times = 5; times <= 20; times += 15) {
+        for (int i = 0; i < ROWS; i++) s.data[i] = i % 2, residual[i] = times * noise / 2;
+        CHECK_INT(pend_fit_start_noisy(&s.problem, residual), times > 10);
+    }
+    s.column.kind = PEND_FIT_PASSAGE; // fit_swing_rate, of a swing of sqrt(g / l)
+    CHECK(pend_fit_start_state(&s.problem, 0, 0, &phi, &rate) == PEND_FIT_START_BOTH);
+    CHECK_SAYING(rate > 0.15 * sqrt(9.81 / 0.7) && rate < 0.6 * sqrt(9.81 / 0.7), "%g", rate);
 }

@@ -215,3 +215,50 @@ TEST(bifurcations_at_which_a_period_was_doubled_are_told_from_both_sides) {
     CHECK_RESIDUAL(fabs(f->at[0] - 1.0663738), 1e-6, "torque of the bifurcation, N m");
     found_free(f);
 }
+
+/* Searches at the edges of constants of orbit_constants: where they end, where a bifurcation is or
+ * how far an orbit misses its start at most, and by how many calls and motions. */
+TEST(searches_end_as_they_must) {
+    static const struct {
+        char what; // chain up to a, driven or swinging tree of a seed, torque from a to b
+        int n;
+        double a, b;
+        enum pend_orbits_end end;
+        int bifurcation; // -1: none
+        double least, most;
+        long maps[2], calls;
+    } row[] = {
+        {'c', 1, 2e-6, 0, PEND_ORBITS_REACHED, -1, 0, 1, {1, 50}, 90}, // orbits_alike
+        {'c', 1, 1e-6, 0, PEND_ORBITS_MEETS, -1, 0, 1, {1, 90}, 400},
+        {'c', 20, 0.6, 0, PEND_ORBITS_REACHED, -1, 0, 1, {25, 50}, 300}, // NEWTON_NEAR, piece
+        {'u', 1, 2.1 * 9.81, 0, PEND_ORBITS_LOST, -1, 4e-10, 1e-9, {300, 600}, 2500}, // exact
+        {'b', 2, 3.1, 0, PEND_ORBITS_WILD, -1, 3.4e-4, 1e-3, {100, 400}, 2000},       // branch_wild
+        {'t', 1, 3, 2, PEND_ORBITS_REACHED, -1, 0, 1, {50, 99}, 400}, // NEWTON_FAR, newton_longest
+        {'t', 2, 1.068, 1.05, PEND_ORBITS_BACK, 0, 1.06, 1.07, {79, 90}, 400}, // change_other
+        {'d', 3, 110, 0, PEND_ORBITS_BACK, 1, 1.94474881, 1.9447491, {190, 220}, 900}, // driven,
+                                                                                       // MOST
+        {'d', 3, 116, 0, PEND_ORBITS_POINTS, 1, 2.05440595, 2.05440615, {280, 350}, 1300}, // beside
+        {'s', 3, 115, 0, PEND_ORBITS_REACHED, 0, 41.94817, 41.948172, {116, 124}, 500},    // zero
+    };
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        unsigned long long seed = (unsigned long long)row[i].a;
+        char what = row[i].what;
+        struct found *f = what == 'd'   ? driven(row[i].n, &seed)
+                          : what == 's' ? swinging(row[i].n, &seed)
+                          : what == 't' ? torque_grows(row[i].a, row[i].b)
+                                        : found_chain(row[i].n, 0, row[i].a, what != 'c');
+        if (what == 't') f->problem.periods = row[i].n, f->problem.settle = row[i].n > 1 ? 2000 : 0;
+        if (what == 'u') f->problem.target = PEND_ORBIT_ENERGY;
+        double seen = 0;
+        found_search(f);
+        REQUIRE(f->status == PEND_OK && f->bifurcations > row[i].bifurcation);
+        for (int k = 0; k < f->rows; k++) seen = fmax(seen, f->closure[k]);
+        if (row[i].bifurcation >= 0) seen = f->at[row[i].bifurcation];
+        CHECK_SAYING(f->end == row[i].end && seen >= row[i].least && seen <= row[i].most,
+                     "row %zu: end %d, %.12g", i, (int)f->end, seen);
+        CHECK_SAYING(f->maps >= row[i].maps[0] && f->maps <= row[i].maps[1] &&
+                         f->calls <= row[i].calls,
+                     "row %zu: %ld motions, %ld calls", i, f->maps, f->calls);
+        found_free(f);
+    }
+}

@@ -164,13 +164,26 @@ TEST(orbits_switch_to_twice_the_period_without_a_drive_too) {
     }
 }
 
-TEST(orbits_switch_round_a_branch_that_is_closed) {
-    struct found *f = found_chain(3, 0, 2.5, 1);
-    f->problem.switches = f->problem.leave[0] = 1;
-    found_search(f);
-    CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_CLOSED && f->rows > 30);
-    CHECK(fabs(f->energy[f->rows - 1] - f->energy[0]) < 2);
-    found_free(f);
+/* once round, so that bifurcations on the way back are those on the way there */
+TEST(orbits_switch_round_a_closed_branch) {
+    static const enum pend_orbits_kind kinds[] = {PEND_ORBITS_SYMMETRY, PEND_ORBITS_DOUBLING,
+                                                  PEND_ORBITS_DOUBLING, PEND_ORBITS_SYMMETRY};
+    for (int side = -1; side <= 1; side += 2) {
+        struct found *f = found_chain(3, 0, 2.5, 1);
+        f->problem.switches = 1, f->problem.leave[0] = side;
+        found_search(f);
+        CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_CLOSED);
+        CHECK_SAYING(f->rows > 30 && f->rows < 80, "%d orbits", f->rows);
+        CHECK(fabs(f->energy[f->rows - 1] - f->energy[0]) < 2);
+        REQUIRE(f->bifurcations == 7);
+        for (int i = 0; i < 4; i++) {
+            double apart = fabs(f->at[i] - f->at[6 - i]);
+            CHECK(f->kind[i] == kinds[i] && f->kind[6 - i] == kinds[i]);
+            CHECK(f->turns[6 - i] == (i % 3 == 0));
+            CHECK_SAYING(apart < (i ? 3e-7 : 1e-8), "bifurcation %d: %g J apart", i, apart);
+        }
+        found_free(f);
+    }
 }
 
 /* searches to the end, in a new search after every `each` steps, into which the last checkpoint was
@@ -255,7 +268,10 @@ TEST(orbits_switch_nowhere_where_no_branch_begins) {
     f->problem.to = 1.1, f->problem.switches = 5;
     for (int i = 0; i < 5; i++) f->problem.leave[i] = 1;
     found_search(f);
+    f->problem.leave[0] = -1; // mirror images
+    found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_APART && f->rows == 0);
+    CHECK(f->bifurcations == 1 && f->kind[0] == PEND_ORBITS_DOUBLING);
     found_free(f);
 }
 
