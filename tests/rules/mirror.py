@@ -78,6 +78,15 @@ def rows_of(text, head):
         yield cells[1].strip(), cells[2]
 
 
+def unfixed(path, text, names):
+    """What is wrong with a table of constants: one whose comment names no test in brackets and no reason of safety, or a test that is not there."""
+    for comment, body in re.findall(r"(?:/\*((?:(?!\*/).)*)\*/\n)?(?:static const \w+|enum \{) ([^;]*);", text, re.S):
+        named = re.findall(r"\[(\w+)\]", comment)
+        if not named and "Safety:" not in comment:
+            yield f"{path} names no test of {body.partition(' ')[0]}, and no reason of safety"
+        yield from (f"{path} names the test {name}, which is not there" for name in named if name not in names)
+
+
 def tests_of_c():
     """The names of all tests in C."""
     return {name for path in (TOP / "tests").rglob("test_*.c") for name in re.findall(r"TEST\((\w+)\)", path.read_text(encoding="utf-8"))}
@@ -105,8 +114,10 @@ def main():
     wrong = list(complaints(sources, found("", (".h",)), found("tests", (".c", ".cpp"), "test_"), readmes))
     wrong += untested((TOP / "SECURITY.md").read_text(encoding="utf-8"), tests_of_c() | checks_of_python())
     tests = tests_of_c()
-    wrong += [f"{path.relative_to(TOP)} names the test {name}, which is not there" for path in (TOP / "core").rglob("*_constants.h")
-              for name in re.findall(r"\[(\w+)\]", path.read_text(encoding="utf-8")) if name not in tests]
+    for path in sorted((TOP / "core").rglob("*_constants.h")):
+        wrong += unfixed(path.relative_to(TOP), path.read_text(encoding="utf-8"), tests)
+    if len(list(unfixed("x", "/* a [b] */\nenum { A = 1 };\n/* Safety: c. */\nenum { B = 2 };\n/* d [e] */\nstatic const double f = 1;\nenum { G };\n", {"b"}))) != 2:
+        wrong.append("faults of a sample of constants are not seen")
     if len(list(untested("| sentence | tests |\n| --- | --- |\n| a | `x_y` |\n| b | none |\n", {"x"}))) != 2 or len(list(untested("", set()))) != 1:
         wrong.append("faults of a sample of SECURITY.md are not seen")
     if len(sources) < 100:
