@@ -19,7 +19,7 @@
 static const char usage[] =
     "usage: pendulum run FILE --t START:STOP:STEP    motion of the pendulum in FILE (JSON)\n"
     "       pendulum modes FILE                      its modes of oscillation\n"
-    "       pendulum map FILE --x AXIS --y AXIS      a map of starts, AXIS as theta1:-3:3:512\n"
+    "       pendulum map FILE --x AXIS --y AXIS      a map over two axes such as theta1:-3:3:512\n"
     "       pendulum ask ROUTE FILE                  any POST /v1/ROUTE\n"
     "       pendulum jobs                            your jobs; get ID, cancel ID\n"
     "  -o, --out FILE      .npz .h5 .parquet .mat .csv .json .ndjson .png .bin; - is standard\n"
