@@ -1,9 +1,9 @@
-/* Accelerations and forces of given states against MuJoCo's smooth dynamics and against the
- * paper's dense form with LAPACK (OpenBLAS, one thread), in one run, interleaved, the smallest
- * of many times.
+/* Accelerations and forces of given states against MuJoCo's smooth dynamics and against the paper's
+ * dense form with LAPACK (OpenBLAS, one thread). The runs are interleaved; the smallest of many
+ * times counts.
  * Leaves to others: correctness against exact answers (tests/laws), integration.
  * Invariant: the same trees every time; a peer's accelerations agree before it is timed; a peer
- * that is not installed is skipped aloud. */
+ * that is not installed is reported as skipped. */
 #include <dlfcn.h>
 #include <math.h>
 #include <stdio.h>
@@ -44,7 +44,7 @@ static double random_number(unsigned long long *state) {
     return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
-/* a tree in a state, all that the forms work on, in stored order */
+/* a tree in a state, with the arrays of all forms, in stored order */
 struct subject {
     int n;
     struct pend_tree *tree;
@@ -64,7 +64,7 @@ typedef void threads_fn(int);
 
 static dposv_fn *dposv;
 
-/* a chain, or each arm on a random earlier one */
+/* a chain, or a tree in which the parent of each arm is a random earlier arm */
 static void subject_init(struct subject *s, int n, int chain) {
     unsigned long long seed = 7;
     size_t bytes = (size_t)n * sizeof(double);
@@ -102,7 +102,7 @@ static void subject_lanes(struct subject *s) {
         }
 }
 
-/* the forms: each evaluates its state, or its states, once */
+/* each form evaluates its state, or states, once */
 
 static void run_ours(struct subject *s) {
     pend_dynamics(s->tree, &loads, s->phi, s->rate, s->work, s->acc, s->force);
@@ -117,8 +117,8 @@ static void run_lanes(struct subject *s) {
                       s->lane_force);
 }
 
-/* (aaa) as printed, Re M and Im M filled by sub-tree masses: arm i is on the way to arm j for j
- * from i to end[i] */
+/* equation (aaa) as printed; Re M and Im M are assembled from sub-tree masses: arm i is on the path
+ * to arm j for j from i to end[i] */
 static void run_dense(struct subject *s) {
     const struct pend_tree *t = s->tree;
     int n = s->n, one = 1, info;
@@ -136,7 +136,7 @@ static void run_dense(struct subject *s) {
             s->acc[j] -= im * s->rate[i] * s->rate[i];
         }
     }
-    // the lower triangle in rows of this language is the upper one in columns of Fortran
+    // the lower triangle in C's row order is the upper one in Fortran's column order
     dposv("L", &n, &one, s->matrix, &n, s->acc, &n, &info);
 }
 
@@ -168,7 +168,8 @@ static int begin_dense(struct subject *s) {
 }
 
 #ifdef MUJOCO
-/* what is called of libmujoco, by its header's types; the library itself is opened at run time */
+/* the functions of libmujoco that are called, with the types of its header; the library is opened
+ * at run time */
 #define MUJOCO_CALLS(X)                                                                            \
     X(mj_defaultVFS)                                                                               \
     X(mj_makeEmptyFileVFS)                                                                         \
@@ -190,14 +191,15 @@ static int mujoco_open(void) {
     return !missing;
 }
 
-/* smooth dynamics alone: no contacts, no constraints, no integration; it does not give forces */
+/* smooth dynamics alone: no contacts, no constraints, no integration; MuJoCo does not return forces
+ */
 static void run_mujoco(struct subject *s) {
     mujoco.mj_fwdPosition(s->model, s->data);
     mujoco.mj_fwdVelocity(s->model, s->data);
     mujoco.mj_fwdAcceleration(s->model, s->data);
 }
 
-/* the tree in MuJoCo's language: a hinge at the base of every arm, a point at its tip */
+/* the tree as a MuJoCo model: a hinge at the base of every arm, a point at its tip */
 static char *mujoco_text(const struct pend_tree *t, size_t *bytes) {
     char *text = must(malloc(400 * (size_t)t->n + 1000)), *at = text;
     int *open = must(malloc((size_t)t->n * sizeof *open)), depth = 0;
@@ -289,12 +291,12 @@ static int begin_nothing(struct subject *s) {
 
 typedef void run_fn(struct subject *);
 
-/* a peer's begin function says whether the peer is there */
+/* a peer's begin function returns whether the peer is available */
 static const struct line {
     const char *name;
     int n, chain;
     run_fn *ours, *peers;
-    int states, peers_states; /* that one run evaluates */
+    int states, peers_states; /* evaluated by one run */
     int (*begin)(struct subject *);
 } lines[] = {
     {"random tree of 4, one state / the careful form", 4, 0, run_ours, run_careful, 1, 1,
@@ -326,8 +328,7 @@ static double once(run_fn *run, struct subject *s, long turns) {
     return (now() - begin) / (double)turns;
 }
 
-/* as many runs as take about a tenth of a millisecond: a pass that nothing disturbs is likely
- * then */
+/* a pass takes about a tenth of a millisecond, so that some passes are likely to be undisturbed */
 static long turns_for(run_fn *run, struct subject *s) {
     double time = once(run, s, 1);
     time = fmin(time, once(run, s, 1));
@@ -337,8 +338,8 @@ static long turns_for(run_fn *run, struct subject *s) {
 /* largest trees whose exact accelerations and forces take less than a second */
 enum { EXACT_ARMS = 256 };
 
-/* The errors of ours, over the largest component: against quadruple precision, or where that
- * takes too long against the careful form. */
+/* Our errors relative to the largest component, compared with quadruple precision, or with the
+ * careful form if that takes too long. */
 static void errors(struct subject *s, const struct line *line, double *acc, double *force) {
     size_t n = (size_t)s->n;
     test_quad *exact_acc = must(malloc(n * sizeof *exact_acc)),
@@ -350,7 +351,7 @@ static void errors(struct subject *s, const struct line *line, double *acc, doub
         for (size_t k = 0; k < n; k++) exact_acc[k] = s->acc[k], exact_force[k] = s->force[k];
     }
     line->ours(s);
-    // the first lane has the state itself
+    // the first lane contains the state itself
     for (size_t k = 0; k < n && line->ours == run_lanes; k++)
         s->acc[k] = s->lane_acc[8 * k], s->force[k] = s->lane_force[8 * k];
     *acc = test_quad_gap(s->n, s->acc, exact_acc);

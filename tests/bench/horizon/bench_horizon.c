@@ -1,11 +1,11 @@
-/* Horizons that are told beside the truth: 504 random motions of every kind (chaotic, regular,
- * damped, stiff, stuck, driven, on a cart) by three ways; 200 chaotic ones, 500 members of
- * ensembles, 50 sections with what they cost, 2 to 6 arms.
+/* Reported horizons compared with the true ones: 504 random motions of every kind (chaotic,
+ * regular, damped, stiff, stuck, driven, on a cart) with three methods; 200 chaotic ones, 500
+ * members of ensembles, 50 sections, with the cost of the estimate; 2 to 6 arms.
  * Leaves to others: quick checks of the same (tests/core/integrate/run/test_horizon,
  * test_ensemble_horizon, test_section).
- * Invariant: truth is the same motion in 32 digits, and is taken for it only up to its own
- * horizon; what holds up to there or to its end is counted apart. Cost is the least of several
- * times, with and without, taken in turn. */
+ * Invariant: the truth is the same motion in 32 digits, used only up to its own horizon; motions
+ * that are accurate up to there or to their end are counted separately. The cost is the smallest of
+ * several times, with and without the estimate, interleaved. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -58,11 +58,11 @@ static double seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* ---- what is told, over the truth */
+/* ---- the reported horizon, relative to the true one */
 
 static struct tally {
     int parted, held, late;
-    double ratio[RATIOS], plain, told; /* s of computation, without and with */
+    double ratio[RATIOS], plain, told; /* s of computation, without and with the estimate */
 } tally;
 
 static int tally_order(const void *a, const void *b) {
@@ -70,7 +70,7 @@ static int tally_order(const void *a, const void *b) {
     return x < y ? -1 : x > y;
 }
 
-/* parted: the truth is `truth` and not later */
+/* parted: the true horizon is `truth`; otherwise it may be later */
 static void tally_add(double told, double truth, int parted) {
     tally.held += !parted;
     if (!parted || truth == 0) return;
@@ -133,7 +133,7 @@ static struct pend_problem problem_of(const struct motion *motion, double durati
         .times = {.count = count, .span = duration, .divisor = (double)(count - 1)}};
 }
 
-/* rows of angles, rates and forces, the caller's order */
+/* rows of angles, rates and forces in the caller's order */
 struct rows {
     long count;
     double *t, *value[3], horizon;
@@ -167,8 +167,8 @@ static double run(const struct pend_method *method, const struct pend_problem *p
     return seconds() - begun;
 }
 
-/* the last instant up to which rows are those of better ones, all of them or the angles alone;
- * parted: there is a later one that the better ones can judge */
+/* the last instant up to which rows, or their angles alone, agree with more exact ones; parted:
+ * they disagree at a later instant within the horizon of the exact ones */
 static double rows_truth(const struct rows *rows, const struct rows *exact, int n, int kinds,
                          int *parted) {
     double largest[3] = {1, 0, 0}, truth = 0;
@@ -368,7 +368,7 @@ static void study_sections(void) {
         (void)run(pend_method_taylor.extended, &alone, &exact);
         int parted;
         double truth = rows_truth(&rows, &exact, motion.tree->n, 1, &parted), told = 0;
-        // what is told counts by passages too
+        // the horizon is rounded down to a passage, as the truth is
         for (long row = 0; row < rows.count && rows.t[row] <= rows.horizon; row++)
             told = rows.t[row];
         tally_add(told, truth, parted);
@@ -381,7 +381,7 @@ static void study_sections(void) {
 
 /* ---- motions of every kind */
 
-/* what is told over the truth: of what holds to its end too */
+/* prints the quantiles of the reported horizons, relative to the true ones */
 static void kinds_print(const char *name, double ratio[], int n) {
     int low = 0, high = 0;
     qsort(ratio, (size_t)n, sizeof *ratio, tally_order);
@@ -458,8 +458,8 @@ static void kind_ensemble(const struct test_motion *motion, const struct pend_pr
     pend_ensemble_free(&ensemble);
 }
 
-/* method: NULL = a member of an ensemble; returns what is told over the truth, 0 where the truth
- * is the start */
+/* method: NULL = a member of an ensemble; returns the reported horizon relative to the true one, 0
+ * if the true one is the start */
 static double kind_ratio(const char *method, enum test_motion_kind kind, int i) {
     struct test_motion motion;
     int parted;

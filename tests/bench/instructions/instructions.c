@@ -1,8 +1,7 @@
-/* Runs each hot loop a few times, each from a function of its own, so that an instruction counter
- * can tell them apart.
- * Leaves to others: counting, and what the counts should be (tests/rules/instructions.sh).
- * Invariant: the same work every time.
- */
+/* Runs each hot loop a few times, each from its own function, so that an instruction counter can
+ * distinguish them.
+ * Leaves to others: counting, and the limits of the counts (tests/rules/instructions.sh).
+ * Invariant: the same work every time. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +26,7 @@ static double *room(size_t bytes) {
     return memory;
 }
 
-/* a tree in PEND_DYNAMICS_VEC states, arm by arm; a single state is the first n numbers */
+/* a tree in PEND_DYNAMICS_VEC states, arm by arm; the first n numbers are a single state */
 struct subject {
     struct pend_tree *tree;
     double *phi, *rate, *acc, *force;

@@ -1,5 +1,5 @@
-/* What the engine by itself needs for the map of flips that `make load T=members` asks for as a
- * job: no request, no store, no thread. Leaves to others: the job (tests/load/jobs.py).
+/* The time that the engine alone needs for the map of flips that `make load T=members` computes as
+ * a job: no request, no store, no thread. Leaves to others: the job (tests/load/jobs.py).
  * Invariant: the same members, tolerance and ends. */
 #include <math.h>
 #include <stdio.h>
@@ -28,8 +28,8 @@ static int map_deliver(void *context, long i, const struct pend_outcome *outcome
     return outcome->status != PEND_OK;
 }
 
-/* usage: engine SIDE RTOL SHARE: runs one block of SIDE members in SHARE; says members, seconds
- * of processor, flips */
+/* usage: engine SIDE RTOL SHARE: runs one block of SIDE members in SHARE; prints the number of
+ * members, seconds of processor time, and flips */
 int main(int argc, char **argv) {
     struct map map = {.side = argc > 3 ? atol(argv[1]) : 1000};
     const double length[] = {1, 1}, mass[] = {1, 1};

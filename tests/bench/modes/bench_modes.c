@@ -1,7 +1,7 @@
-/* Modes against LAPACK (OpenBLAS, one thread), ARPACK and GSL in one run, interleaved, the
- * smallest of several times.
+/* Modes against LAPACK (OpenBLAS, one thread), ARPACK and GSL. The runs are interleaved; the
+ * smallest of several times counts.
  * Leaves to others: correctness (tests/core/modes/test_modes*.c).
- * Invariant: the same trees every time; a peer that is not installed is skipped aloud. */
+ * Invariant: the same trees every time; a peer that is not installed is reported as skipped. */
 #include <dlfcn.h>
 #include <gsl/gsl_eigen.h>
 #include <malloc.h>
@@ -37,7 +37,7 @@ static struct {
     dsaupd_fn *dsaupd;
 } peer;
 
-/* a tree as arrays, parents first, and as the core has it */
+/* a tree as arrays, parents first, and as the core's tree */
 struct subject {
     int n;
     double *length, *mass;
@@ -75,7 +75,7 @@ static double subject_number(int alike, unsigned long long *seed) {
     return alike == RANDOM_ARMS ? pow(10, 0.6 * x - 0.3) : 1 + 1e-6 * x;
 }
 
-/* reach: how many arms back a parent may be; 1 makes a chain */
+/* reach: how many arms before its child a parent may be; 1 makes a chain */
 static void subject_init(struct subject *s, int n, int reach, int alike, int dense) {
     unsigned long long seed = 7;
     size_t square = (size_t)n * (size_t)n;
@@ -243,7 +243,7 @@ struct line {
     int n, reach, alike;
     struct pend_modes_request request;
     enum peer_kind peer;
-    int passes, ours; /* ours: how often we run beside each run of the peer */
+    int passes, ours; /* ours: number of our runs for each run of the peer */
 };
 
 static int peer_there(enum peer_kind kind) {
@@ -305,8 +305,8 @@ static double residual_of(const struct subject *s, const struct pend_modes *mode
     return sqrt(sum);
 }
 
-/* how good ours are: neighbours' products in the mass inner product, residuals over the norm; or
- * the sum of 1/omega^2
+/* our errors: inner products of neighbouring modes with the masses as weights, residuals relative
+ * to the norm; or the error of the sum of 1/omega^2
  */
 static void print_accuracy(const struct line *line, const struct subject *s) {
     struct pend_modes_request request = line->request, last = {.loads.gravity = GRAVITY,
@@ -402,8 +402,8 @@ static void *symbol(void *library, const char *name) {
 
 /* usage: run [PART-OF-A-NAME ...] */
 int main(int argc, char **argv) {
-    /* memory that was freed is used again, but for very large blocks: LAPACK has its matrices
-     * beforehand, too */
+    /* freed memory is reused, except very large blocks: LAPACK's matrices are allocated in advance,
+     * too */
     (void)mallopt(M_MMAP_THRESHOLD, 32 << 20);
     (void)mallopt(M_TRIM_THRESHOLD, 1 << 30);
     void *blas = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_GLOBAL),

@@ -12,8 +12,8 @@ void bench_register(struct bench *bench) {
     bench_last = &bench->next;
 }
 
-/* the thread's processor time: others on the machine slow it down, but what they take is not
- * counted */
+/* the thread's processor time: other processes may slow it down, but their own time is not counted
+ */
 static double now(void) {
     struct timespec time;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

@@ -1,7 +1,8 @@
-/* Timing of small pieces: each is run in short passes, the passes of all interleaved, so that a
- * slow spell hits all alike. Leaves to others: what is timed (bench_*.c), load over sockets.
- * Invariant: one thread; the figure is the median of the passes, the smallest stands beside it,
- * both in the thread's processor time. */
+/* Timing of small pieces of code. Each runs in short passes, and the passes of all are interleaved,
+ * so that a slow spell affects all equally. Leaves to others: what is timed (bench_*.c), load over
+ * sockets.
+ * Invariant: one thread; the figure is the median of the passes, printed with the smallest, both in
+ * the thread's processor time. */
 #pragma once
 
 enum { BENCH_PASSES = 9 };
@@ -12,7 +13,7 @@ struct bench {
     struct bench *next;
     long done;                   /* units of this pass */
     double begin;                /* s of processor time */
-    double figure[BENCH_PASSES]; /* ns a unit */
+    double figure[BENCH_PASSES]; /* ns per unit */
     int passes;
 };
 
@@ -29,11 +30,12 @@ void bench_register(struct bench *bench);
     static void bench_##name_(struct bench *bench)
 
 /**
- * True while the pass goes on, for 50 ms of processor time; the clock starts at the first call.
+ * Returns true while the pass continues, for 50 ms of processor time; the clock starts at the first
+ * call.
  *
- * units  how many units of work one turn of the loop does.
+ * units  number of units of work per iteration of the loop.
  */
 int bench_go(struct bench *bench, long units);
 
-/** Ends the program with a message: what is timed did not work. */
+/** Ends the program with a message if the timed code failed. */
 _Noreturn void bench_broken(const char *what);

@@ -1,8 +1,8 @@
-/* Real pendulums beside the ideal ones of the same arms: a series to order 20, and runs of 5 s by
- * power series and by GSL's rk8pd on the same O(n) equations, at a tolerance of 1e-12.
+/* Real pendulums compared with ideal ones of the same arms: a series to order 20, and runs of 5 s
+ * by power series and by GSL's rk8pd on the same O(n) equations, at a tolerance of 1e-12.
  * Leaves to others: ideal trees against other programs (bench_dynamics, bench_trajectories).
- * Invariant: the same trees and numbers every time; loads are light, so that all kinds of a tree
- * move alike and their times are comparable. */
+ * Invariant: the same trees and numbers every time; loads are light, so that all variants of a tree
+ * move similarly and their times are comparable. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,11 +13,11 @@
 
 enum { ARMS_MAX = 1000, ORDER = 20 };
 
-/* what a pendulum has beyond the ideal one */
+/* the loads that make a pendulum real */
 enum kind { IDEAL, COUPLES, PIVOT, BOTH, RODS, LOADED, EVERYTHING };
 
-/* a chain; a tree whose arms hang on one of the three before them; the complete binary tree; arms
- * that hang on the first */
+/* a chain; a tree in which the parent of each arm is one of the three before it; the complete
+ * binary tree; a tree in which the first arm is the parent of all others */
 enum shape { CHAIN, LIMBS, BINARY, STAR };
 
 struct subject {
@@ -126,7 +126,7 @@ static void run(struct bench *bench, int n, enum shape shape, enum kind kind, co
     subject_close(&s);
 }
 
-/* members of an ensemble are the subject, each from angles of its own */
+/* times members of an ensemble, each with its own initial angles */
 static int member_fetch(void *context, long i, struct pend_member *member) {
     const struct subject *s = context;
     for (int k = 0; k < s->tree->n; k++) {

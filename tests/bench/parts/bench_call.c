@@ -37,7 +37,7 @@ static void call(struct bench *bench, enum api_op_id op, const char *body, const
     }
 }
 
-/* the numbers of the example, or ones like them, from memory to text */
+/* writes numbers like those of the example as text */
 static void encode(struct bench *bench, const struct api_format *format, int digits) {
     enum { ROWS = 501, ARMS = 4 };
     static double t[ROWS], phi[ROWS * ARMS], rate[ROWS * ARMS];

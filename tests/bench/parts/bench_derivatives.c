@@ -1,10 +1,10 @@
-/* Eight derivatives of a chain's motion of 5 s beside the motion alone and beside eight members of
- * an ensemble in lanes, which finite differences to one side would take; of a double pendulum
- * beside numbers with eight derivatives in GSL's rk8pd, at a tolerance where both have 10 digits
- * alike. Arms are the paper's; rods have mass and damped joints.
- * Leaves to others: what derivatives must be (tests/core/derivatives). Invariant: all lines of one
- * number of arms start from the same state; the parameters are the first arms' angles, rates,
- * lengths and masses, and gravity. */
+/* Eight derivatives of a chain's motion of 5 s, compared with the motion alone and with eight
+ * members of an ensemble in lanes, which one-sided differences would need; for a double pendulum,
+ * compared with automatic differentiation in GSL's rk8pd, at a tolerance with which both have 10
+ * digits. The arms are the paper's; rods have mass and damped joints.
+ * Leaves to others: correctness (tests/core/derivatives). Invariant: all lines with the same number
+ * of arms start from the same state; the parameters are the first arms' angles, rates, lengths and
+ * masses, and gravity. */
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
 #include <math.h>
@@ -30,7 +30,7 @@ static struct pend_tree *chain(int n) {
     return tree;
 }
 
-/* what acts on a chain: gravity alone, or rods and damped joints too */
+/* the loads of a chain: gravity alone, or rods and damped joints too */
 struct loaded {
     struct pend_loads loads;
     struct pend_terms *terms;
@@ -82,8 +82,8 @@ static void plain(struct bench *bench, int n, int real) {
     pend_tree_free(&tree);
 }
 
-/* the parameters of arm after arm: angle, rate, length, mass; the fifth of one arm is gravity, and
- * its others are its angle's again */
+/* the parameters, arm by arm: angle, rate, length, mass; with one arm the fifth is gravity, and the
+ * others repeat the angle */
 static int parameters(int n, int count, struct pend_parameter by[]) {
     for (int i = 0; i < count; i++) {
         by[i] = (struct pend_parameter){(enum pend_parameter_kind)(i % 4), i / 4};
@@ -93,8 +93,8 @@ static int parameters(int n, int count, struct pend_parameter by[]) {
     return count;
 }
 
-/* computes the derivatives of the end's angles by `count` parameters, [arm * count + parameter] of
- * the second row */
+/* computes the derivatives of the final angles with respect to `count` parameters, [arm * count +
+ * parameter] of the second row */
 static void derive(const struct pend_problem *problem, int count, double slope[]) {
     struct pend_parameter by[64];
     struct pend_derivatives *derivatives;
@@ -166,7 +166,7 @@ LINES(4)
 LINES(8)
 LINES(16)
 
-/* ---- the peer: a double pendulum in numbers with eight derivatives */
+/* ---- the peer: a double pendulum computed with dual numbers that have eight derivatives */
 
 enum { DUALS = 9 };
 
@@ -239,7 +239,7 @@ static int peer_equations(double t, const double y[], double to[], void *context
     return GSL_SUCCESS;
 }
 
-/* the peer's answer has the digits of ours, or the line means nothing */
+/* the comparison is meaningful only if the peer's answer has as many digits as ours */
 static void peer_same(const dual end[4]) {
     double phi[ARMS], rate[ARMS], slope[2 * 2 * 8];
     struct pend_tree *tree = chain(2);

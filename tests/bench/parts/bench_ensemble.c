@@ -1,7 +1,7 @@
-/* Double pendulums of 20 s at round-off accuracy: in an ensemble, one by one, and by GSL on the
- * same O(n) equations; with observables; damped and driven; the usual flip map. Leaves to others:
- * single trajectories. Invariant: all lines start from angles near (2, 2.5); one core; ns a member,
- * so that 15 000 members a second are 66 667. */
+/* Motions of double pendulums over 20 s at round-off accuracy: in an ensemble, one by one, and with
+ * GSL on the same O(n) equations; with observables; damped and driven; the usual flip map. Leaves
+ * to others: single trajectories. Invariant: all lines start from angles near (2, 2.5); one core;
+ * the figure is ns per member: 66 667 is 15 000 members per second. */
 #include <math.h>
 
 #include "core/integrate/run/run.h"
@@ -113,8 +113,8 @@ BENCH(ensemble_32_arms_1_s, "member") {
              16);
 }
 
-/* each member has its own damping and its own drive, whose amplitude and frequency are spread over
- * those of a resonance map */
+/* each member has its own damping and drive, with amplitudes and frequencies over the range of a
+ * resonance map */
 static int driven_fetch(void *context, long i, struct pend_member *member) {
     const struct pend_terms *terms = member->loads.terms;
     (void)context;
@@ -127,7 +127,7 @@ static int driven_fetch(void *context, long i, struct pend_member *member) {
     return 0;
 }
 
-/* the same with a pivot that shakes: a map of Kapitza's pendulum */
+/* the same with a shaken pivot: a map of Kapitza's pendulum */
 static int shaken_fetch(void *context, long i, struct pend_member *member) {
     const struct pend_terms *terms = member->loads.terms;
     (void)context;
@@ -139,7 +139,7 @@ static int shaken_fetch(void *context, long i, struct pend_member *member) {
     return 0;
 }
 
-/* damped driven chains beside ideal ones of the same starts */
+/* damped driven chains, and ideal ones with the same initial states */
 static void driven(struct bench *bench, int n, int real) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     const int first = real < 2 ? 0 : PEND_DRIVE_PIVOT_Y;

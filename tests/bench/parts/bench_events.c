@@ -1,7 +1,7 @@
-/* Searches for events beside the run alone, of a double pendulum over 20 s, and the response of
- * 1000 arms: what conditions cost a run, and a frequency.
+/* The cost of searching for events of a double pendulum over 20 s, compared with the run alone, and
+ * of the response of 1000 arms at a frequency.
  * Leaves to others: samples of a run (bench_trajectory).
- * Invariant: what is timed has to succeed. */
+ * Invariant: the timed code has to succeed. */
 #include <stdlib.h>
 
 #include "core/integrate/events/events.h"
@@ -47,13 +47,13 @@ static void look_for(struct bench *bench, int count, const struct pend_event eve
     pend_tree_free(&tree);
 }
 
-/* a level that is never reached tells the cost of the steps */
+/* a level that is never reached shows the cost per step */
 static void look(struct bench *bench, enum pend_quantity quantity, double level) {
     const struct pend_event event = condition(quantity, 1, level);
     look_for(bench, 1, &event);
 }
 
-/* the first of eleven conditions, all of which are met on the way */
+/* the first of eleven conditions, all of which occur */
 static void look_for_first(struct bench *bench, int count) {
     const struct pend_event event[CONDITIONS] = {
         condition(PEND_QUANTITY_PHI, 1, -1),       condition(PEND_QUANTITY_RATE, 1, 0),

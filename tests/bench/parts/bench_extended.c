@@ -1,8 +1,8 @@
-/* 32 digits: a tumbling double pendulum alone and in lanes, beside the same recurrences in the
- * compiler's quad; and very long runs: the energy of symplectic, of taylor, and of GSL's rk4
- * with as much time. Leaves to others:
- * trajectories in doubles (bench_trajectory). Invariant: what is timed ends where 32 digits say,
- * or tells how far its energy is off. */
+/* 32 digits: a tumbling double pendulum alone and in lanes, compared with the same recurrences in
+ * the compiler's quadruple precision; and very long runs: the energy error of symplectic, of
+ * taylor, and of GSL's rk4 with the same computing time. Leaves to others: trajectories in doubles
+ * (bench_trajectory). Invariant: the final state of timed code is checked with 32 digits, or its
+ * energy error is reported. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -51,8 +51,8 @@ BENCH(extended_double_pendulum_alone, "s of 20 s, all digits of a double at the 
     pend_tree_free(&tree);
 }
 
-/* ---- the peer: the same recurrences, order and step rule in numbers of the compiler's own; 1 /
- * (j + 1) is a double, so that only its time counts */
+/* ---- the peer: the same recurrences, order and step rule in the compiler's own type; 1 / (j + 1)
+ * is a double, so that only its time is meaningful */
 
 #ifdef __x86_64__
 #define NUMBER_OTHER __float128
@@ -135,11 +135,12 @@ BENCH(extended_double_pendulum_quad_of_the_compiler, "s of the first second") {
 }
 #endif
 
-/* ---- very long runs: 1000 s, about 350 periods, of a double pendulum that swings widely */
+/* ---- very long runs: 1000 s, about 350 periods, of a double pendulum with large swings */
 
 static const double swing[ARMS] = {1 - M_PI_2, 1 - M_PI_2};
 
-/* what the unit tells: the energy's largest error so far, relative to what the tree could hold */
+/* reported in the unit: the largest error of the energy so far, relative to the energy scale of the
+ * tree */
 static void swing_tell(struct bench *bench, char *text, double worst) {
     snprintf(text, 80, "s of motion, energy within %.0e after 1000 s", worst);
     bench->unit = text;

@@ -1,7 +1,7 @@
-/* Reading a request's JSON, beside cJSON: 8 MiB of numbers, and 3 MiB of small objects, which is
- * nearly as many as the reader takes (API_SCAN_VALUES).
+/* Reading a request's JSON, compared with cJSON: 8 MiB of numbers, and 3 MiB of small objects,
+ * whose number is almost the reader's limit (API_SCAN_VALUES).
  * Leaves to others: reading the parts of a request (bench_call).
- * Invariant: bodies are made once and are the same for both readers. */
+ * Invariant: bodies are created once, and both readers read the same. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
-/* Writing a double: ours, C's printf and cJSON, on the numbers of a trajectory, on any bits, and
- * rounded.
- * Leaves to others: whether they are right (tests/api/number/test_number).
+/* Writing a double: ours, C's printf and cJSON, for the numbers of a trajectory, for random bits,
+ * and rounded.
+ * Leaves to others: correctness (tests/api/number/test_number).
  * Invariant: every writer of a group writes the same numbers. */
 #include <math.h>
 #include <stdint.h>
@@ -20,7 +20,7 @@ struct numbers {
     char text[COUNT * API_NUMBER_BYTES];
 };
 
-/* what angles and velocities look like: all 17 digits, sizes from 0 to 10 */
+/* numbers like angles and velocities: all 17 digits, absolute values from 0 to 10 */
 static struct numbers *everyday(void) {
     static struct numbers numbers;
     unsigned short seed[3] = {1};
@@ -61,7 +61,7 @@ static void with_printf(struct bench *bench, struct numbers *numbers, int digits
     }
 }
 
-/* as they stand in an answer */
+/* as in an answer */
 static void in_rows(struct bench *bench, struct numbers *numbers, int digits) {
     const struct api_number_rows rows = {COUNT / 4, 4, numbers->value, digits, '[', "],", 2};
     while (bench_go(bench, COUNT))

@@ -1,6 +1,6 @@
 /* The paper's example, 501 instants of phi, phi' and lambda: by method, and as a whole request.
  * Leaves to others: sockets.
- * Invariant: what is timed has to succeed. */
+ * Invariant: the timed code has to succeed. */
 #include <string.h>
 
 #include "api/call/call.h"

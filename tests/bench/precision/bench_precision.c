@@ -1,9 +1,9 @@
-/* Work and precision: the true error of every method that has tolerances, over the tolerance, on
- * seventeen motions, three of them of real pendulums.
+/* Work and precision: the true error of every method with tolerances, relative to the tolerance,
+ * for seventeen motions, three of them of real pendulums.
  * Leaves to others: how fast methods are at equal accuracy (bench_trajectories).
- * Invariant: truth is the same motion in 32 digits; nothing is counted beyond the horizon, which
- * is where a deviation at the start has grown HORIZON_GROWTH times: later errors tell about the
- * motion and not about the method. */
+ * Invariant: the truth is the same motion in 32 digits; errors after the horizon, when an initial
+ * deviation has grown by a factor HORIZON_GROWTH, are not counted, because they depend on the
+ * motion and not on the method. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -64,7 +64,7 @@ static double uniform(unsigned long long *seed) {
     return (double)(*seed >> 11) * 0x1p-53;
 }
 
-/* each arm hangs on a random earlier one; lengths and masses within a factor of 4 */
+/* the parent of each arm is a random earlier arm; lengths and masses within a factor of 4 */
 static void system_random(struct bench_system *s, const char *name, int n, double stop,
                           unsigned long long *seed) {
     double length[ARMS_MAX], mass[ARMS_MAX];
@@ -246,8 +246,7 @@ int main(int argc, char **argv) {
     printf("%-12s %-14s %9s %9s %9s   the largest\n", "error / rtol", "atol", "median", "90 %",
            "largest");
     for (int i = -1; i < 0 || pend_method_at(i); i++) {
-        // before the table's methods the same as the first in 32 digits, as truth is, but with
-        // looser tolerances
+        // i = -1: the method of the truth, in 32 digits, with looser tolerances
         const struct pend_method *method = i < 0 ? pend_method_taylor.extended : pend_method_at(i);
         const char *name = i < 0 ? "extended" : method->name;
         if (argc > 1 && !strstr(name, argv[1])) continue;

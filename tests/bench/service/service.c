@@ -1,10 +1,9 @@
-/* The peer: a service of the obvious kind, as one writes it in an afternoon from packaged parts:
+/* The peer: a simple service, as one would write it in an afternoon with packaged libraries:
  * libmicrohttpd, cJSON, and GSL's rk8pd at 1e-9 on the paper's matrix equation (aaa). It answers
  * POST with t, phi and phid.
- * Leaves to others: everything else; what it is measured against is the daemon (tests/load).
- * Invariant: no trick, and no carelessness either: optimized, a Cholesky of its own instead of
- * calls for 4 x 4, no log.
- */
+ * Leaves to others: everything else; tests/load compares it with the daemon.
+ * Invariant: neither tricks nor carelessness: optimized, its own Cholesky factorization instead of
+ * library calls for 4 x 4, no log. */
 #include <cjson/cJSON.h>
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
@@ -27,7 +26,7 @@ struct problem {
     int rows;
 };
 
-/* the body of a request as it comes in */
+/* the body of a request, as far as received */
 struct body {
     size_t bytes;
     char data[BODY];
@@ -82,7 +81,8 @@ static double number(const cJSON *object, const char *name) {
     return cJSON_IsNumber(item) ? item->valuedouble : NAN;
 }
 
-/* reads {"pendulum": {"L", "m", "S"}, "times": {"start", "stop", "step"}}; 0 if it is not that */
+/* reads {"pendulum": {"L", "m", "S"}, "times": {"start", "stop", "step"}}; 0 if it has another form
+ */
 static int problem_read(struct problem *problem, const cJSON *request) {
     const cJSON *pendulum = cJSON_GetObjectItem(request, "pendulum"),
                 *times = cJSON_GetObjectItem(request, "times");

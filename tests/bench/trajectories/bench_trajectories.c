@@ -1,9 +1,9 @@
 /* Single trajectories at equal accuracy: ours against GSL, SUNDIALS, MuJoCo and the paper's code in
  * GNU Octave.
  * Leaves to others: the peers (peers).
- * Invariant: a peer that is not installed is skipped aloud; who is timed has reached the error
- * asked for, against numbers of 32 digits; all take turns, so that a slow spell hits all alike, and
- * the figure is the smallest. */
+ * Invariant: a peer that is not installed is reported as skipped; each solver is timed at a
+ * tolerance with which its error, compared with 32 digits, is small enough; the runs are
+ * interleaved, so that a slow spell affects all equally, and the smallest time counts. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -68,7 +68,8 @@ static double uniform(unsigned long long *seed) {
     return (double)(*seed >> 11) * 0x1p-53;
 }
 
-/* each arm on a random earlier one; lengths and masses 10^+-0.3, any angle, rates up to 2 rad/s */
+/* the parent of each arm is a random earlier arm; lengths and masses 10^+-0.3, any angle, rates up
+ * to 2 rad/s */
 static void make_tree(struct problem *problem) {
     unsigned long long seed = 7;
     struct start start = {.rate = {0}};
@@ -82,7 +83,7 @@ static void make_tree(struct problem *problem) {
     finish(problem, 200, &start);
 }
 
-/* rods, with joints as their tables of numbers say: damping and stiffness, 0 for none */
+/* rods whose joints have the damping and stiffness of the tables; 0 for none */
 static void make_rods(struct problem *problem, int n, const int parent[], double damping,
                       double stiffness) {
     static const enum pend_term_row rows[] = {PEND_TERM_ROD, PEND_TERM_DAMPING,
@@ -170,7 +171,7 @@ static int ours(const struct problem *problem, double tolerance, double phi[]) {
     return solve(pend_method_find("taylor"), problem, tolerance, phi);
 }
 
-/* ---- ours, many members in lanes: all alike, so that one stands for all */
+/* ---- ours, many members in lanes: all identical, so that one represents all */
 
 struct crowd {
     const struct problem *problem;
@@ -219,12 +220,12 @@ static int lanes(const struct problem *problem, double tolerance, double phi[]) 
     return status != PEND_OK;
 }
 
-/* ---- who takes part */
+/* ---- the participants */
 
 struct contestant {
     const char *name;
     problem_solver *solver;
-    double tolerance, error, best; /* best: s, 0 = takes no part */
+    double tolerance, error, best; /* best: s, 0 = does not take part */
 };
 
 /* the largest error up to the instant that counts; ours are in the caller's order of arms, the
@@ -244,7 +245,7 @@ static double gap(const struct problem *problem, const double phi[], const doubl
     return worst;
 }
 
-/* s of this thread's own time: what else the machine does counts little */
+/* s of this thread's processor time: other processes have little influence on it */
 static double now(void) {
     struct timespec time;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -271,9 +272,9 @@ static void race(const struct problem *problem, struct contestant who[], int cou
     double begin = now();
     for (int round = 0; round < ROUNDS_MAX && now() - begin < 3; round++) {
         for (int i = 0; i < count; i++) {
-            // the slow ones have had their turn
+            // slow participants run only in the first passes
             if (!who[i].best || (who[i].best > 0.3 && round > 1)) continue;
-            // a short one is run several times, or the clock and the cold cache would count
+            // short runs are repeated, so that the clock and the cold cache have no influence
             int times = who[i].best < 2e-3 ? 4 : 1;
             while (times--) {
                 double start = now();
@@ -302,7 +303,7 @@ static void compare(const struct problem *problem) {
     race(problem, who, COUNT, phi);
     if (problem->members) who->best /= problem->members;
     for (int i = 1; i < COUNT; i++) {
-        // a form that is not of this pendulum, or a peer that is not there
+        // a form that does not apply to this pendulum, or a missing peer
         if (!who[i].tolerance) continue;
         printf("%-28s %9.3f %8.0e  %-24s", problem->name, who->best * 1e3, who->error, who[i].name);
         if (who[i].best)
@@ -316,7 +317,7 @@ static void compare(const struct problem *problem) {
     free(want);
 }
 
-/* ---- the paper's code, with its bracket put right, in GNU Octave */
+/* ---- the paper's code in GNU Octave, with its bracket corrected */
 
 static const char octave_script[] =
     "L=[2;1.5;.75;1.25];m=[1;1;1;.1];S=[1 0 0 0;1 1 0 0;1 1 1 0;1 1 0 1];g=9.81;N=4;\n"

@@ -1,7 +1,7 @@
-/* MuJoCo's own steps of pendulums of rods: Runge and Kutta's of order 4, of a length that follows
- * from the tolerance.
+/* Pendulums of rods integrated by MuJoCo: Runge-Kutta steps of order 4, whose length follows from
+ * the tolerance.
  * Leaves to others: other peers (peers), tolerances and clocks (bench_trajectories).
- * Invariant: nothing but smooth dynamics is switched on, and instants end steps. */
+ * Invariant: only smooth dynamics is enabled, and every instant is the end of a step. */
 #include <dlfcn.h>
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +13,8 @@
 #if __has_include(<mujoco/mujoco.h>)
 #include <mujoco/mujoco.h>
 
-/* what is called of libmujoco, by its header's types; the library itself is opened at run time */
+/* the functions of libmujoco that are called, with the types of its header; the library is opened
+ * at run time */
 #define MUJOCO_CALLS(X)                                                                            \
     X(mj_defaultVFS)                                                                               \
     X(mj_makeEmptyFileVFS)                                                                         \
@@ -35,7 +36,7 @@ static int mujoco_open(void) {
     return there;
 }
 
-/* the tree in MuJoCo's language: a hinge at the base of every arm, with its friction and its
+/* the tree as a MuJoCo model: a hinge at the base of every arm, with its friction and its
  * spring, and a uniform rod */
 static char *mujoco_text(const struct problem *problem, size_t *bytes) {
     const struct pend_tree *t = problem->tree;
@@ -98,7 +99,7 @@ static void mujoco_row(const struct problem *problem, const mjData *data, double
 int peer_mujoco(const struct problem *problem, double tolerance, double phi[]) {
     const int *parent = problem->tree->parent;
     size_t n = (size_t)problem->tree->n;
-    // steps of order 4 would take minutes to the last digits
+    // with order 4 the last digits would take minutes
     if (problem->error < 1e-8 || !problem->loads.terms || !mujoco_open()) return 1;
     mjModel *model = mujoco_load(problem);
     mjData *data = model ? mujoco.mj_makeData(model) : NULL;

@@ -19,7 +19,7 @@
 #define PEERS_SUNDIALS 1
 #endif
 
-/* small systems gain nothing from LAPACK */
+/* below this size LAPACK is not faster */
 enum { PEERS_SMALL = 24 };
 
 typedef void peers_dposv_fn(const char *, const int *, const int *, double *, const int *, double *,
@@ -37,7 +37,7 @@ void peers_open(void) {
     if (threads) threads(1);
 }
 
-/* ---- right-hand sides: y holds phi and phi' */
+/* ---- right-hand sides: y contains phi and phi' */
 
 struct peers_system {
     const struct problem *problem;

@@ -1,6 +1,6 @@
-/* A trajectory to compute and its answer, for all who compute it.
+/* A trajectory to compute and its answer, for all solvers.
  * Leaves to others: computing (ours in bench_trajectories, the others in peers).
- * Invariant: angles in the tree's stored order, one row an instant. */
+ * Invariant: angles in the tree's stored order, one row per instant. */
 #pragma once
 
 #include "core/tree/loads.h"
@@ -10,8 +10,8 @@ enum { PROBLEM_ARMS_MAX = 256 };
 
 struct problem {
     const char *name;
-    int count;                 /* instants, from 0 to stop */
-    int members;               /* of an ensemble, whose time is a member's; 0 = one trajectory */
+    int count;   /* instants, from 0 to stop */
+    int members; /* of an ensemble, whose time is divided by this number; 0 = one trajectory */
     double stop, until, error; /* s; the error, rad, is to be reached up to `until` */
     struct pend_loads loads;
     struct pend_tree *tree;
