@@ -168,8 +168,7 @@ static int begin_dense(struct subject *s) {
 }
 
 #ifdef MUJOCO
-/* the functions of libmujoco that are called, with the types of its header; the library is opened
- * at run time */
+/* functions of libmujoco, which is opened at run time, with the types of its header */
 #define MUJOCO_CALLS(X)                                                                            \
     X(mj_defaultVFS)                                                                               \
     X(mj_makeEmptyFileVFS)                                                                         \
@@ -191,8 +190,7 @@ static int mujoco_open(void) {
     return !missing;
 }
 
-/* smooth dynamics alone: no contacts, no constraints, no integration; MuJoCo does not return forces
- */
+/* smooth dynamics alone: no contacts, no constraints, no integration; MuJoCo returns no forces */
 static void run_mujoco(struct subject *s) {
     mujoco.mj_fwdPosition(s->model, s->data);
     mujoco.mj_fwdVelocity(s->model, s->data);

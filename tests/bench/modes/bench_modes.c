@@ -306,8 +306,7 @@ static double residual_of(const struct subject *s, const struct pend_modes *mode
 }
 
 /* our errors: inner products of neighbouring modes with the masses as weights, residuals relative
- * to the norm; or the error of the sum of 1/omega^2
- */
+ * to the norm; or the error of the sum of 1/omega^2 */
 static void print_accuracy(const struct line *line, const struct subject *s) {
     struct pend_modes_request request = line->request, last = {.loads.gravity = GRAVITY,
                                                                .select = PEND_SELECT_FASTEST,
@@ -402,8 +401,7 @@ static void *symbol(void *library, const char *name) {
 
 /* usage: run [PART-OF-A-NAME ...] */
 int main(int argc, char **argv) {
-    /* freed memory is reused, except very large blocks: LAPACK's matrices are allocated in advance,
-     * too */
+    /* freed memory is reused, except very large blocks; LAPACK's matrices exist beforehand too */
     (void)mallopt(M_MMAP_THRESHOLD, 32 << 20);
     (void)mallopt(M_TRIM_THRESHOLD, 1 << 30);
     void *blas = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_GLOBAL),

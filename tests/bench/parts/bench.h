@@ -1,6 +1,5 @@
-/* Timing of small pieces of code. Each runs in short passes, and the passes of all are interleaved,
- * so that a slow spell affects all equally. Leaves to others: what is timed (bench_*.c), load over
- * sockets.
+/* Timing of pieces of code in short passes, interleaved so that a slow spell affects all equally.
+ * Leaves to others: what is timed (bench_*.c), load over sockets.
  * Invariant: one thread; the figure is the median of the passes, printed with the smallest, both in
  * the thread's processor time. */
 #pragma once
@@ -30,8 +29,7 @@ void bench_register(struct bench *bench);
     static void bench_##name_(struct bench *bench)
 
 /**
- * Returns true while the pass continues, for 50 ms of processor time; the clock starts at the first
- * call.
+ * Returns true for 50 ms of processor time after the first call of a pass.
  *
  * units  number of units of work per iteration of the loop.
  */

@@ -13,8 +13,7 @@
 #if __has_include(<mujoco/mujoco.h>)
 #include <mujoco/mujoco.h>
 
-/* the functions of libmujoco that are called, with the types of its header; the library is opened
- * at run time */
+/* functions of libmujoco, which is opened at run time, with the types of its header */
 #define MUJOCO_CALLS(X)                                                                            \
     X(mj_defaultVFS)                                                                               \
     X(mj_makeEmptyFileVFS)                                                                         \
