@@ -9,13 +9,13 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
-#include "server/jobs/events.h"
-#include "server/http/http.h"
 #include "server/config/listen.h"
-#include "server/service_setup.h"
+#include "server/http/http.h"
+#include "server/jobs/events.h"
+#include "server/jobs/part_runner.h"
 #include "server/reload.h"
 #include "server/sandbox_setup.h"
-#include "server/jobs/part_runner.h"
+#include "server/service_setup.h"
 #include "server/work/workers.h"
 
 enum {

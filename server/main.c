@@ -14,12 +14,12 @@
 
 #include "api/base/engine.h"
 #include "server/base/clock.h"
+#include "server/base/log.h"
+#include "server/base/notify.h"
 #include "server/config/config_load.h"
 #include "server/daemon.h"
 #include "server/healthy.h"
 #include "server/keys_command.h"
-#include "server/base/log.h"
-#include "server/base/notify.h"
 #include "server/sandbox_setup.h"
 
 extern char **environ;

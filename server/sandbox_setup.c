@@ -5,10 +5,10 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/sandbox/sandbox_seccomp.h"
-#include "server/sandbox/sandbox_landlock.h"
-#include "server/sandbox/privileges.h"
 #include "server/config/state_dir.h"
+#include "server/sandbox/privileges.h"
+#include "server/sandbox/sandbox_landlock.h"
+#include "server/sandbox/sandbox_seccomp.h"
 
 enum pend_status srv_sandbox_root(const struct srv_config *config, struct pend_error *error) {
     if (geteuid() || config->allow_root == 1) return PEND_OK;

@@ -7,11 +7,11 @@
 
 #include "server/base/clock.h"
 #include "server/classes/class_events.h"
-#include "server/jobs/job_events.h"
-#include "server/work/inflight.h"
 #include "server/config/hosts.h"
-#include "server/jobs/part_runner.h"
 #include "server/config/state_dir.h"
+#include "server/jobs/job_events.h"
+#include "server/jobs/part_runner.h"
+#include "server/work/inflight.h"
 #include "server/work/workers.h"
 
 /* parts of jobs held per worker: one is computed while another is stored or claimed */

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/call/forecast.h"
 #include "api/encode/encode.h"
 #include "api/encode/negotiate.h"
-#include "api/call/forecast.h"
 
 /* approximate time to read and encode one stored row, s */
 static const double fetch_row_seconds = 5e-7;

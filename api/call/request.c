@@ -3,13 +3,13 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/base/engine.h"
 #include "api/call/canonical.h"
 #include "api/call/form.h"
 #include "api/encode/encode_raw.h"
-#include "api/base/engine.h"
-#include "api/read/field.h"
 #include "api/encode/negotiate.h"
 #include "api/json/did_you_mean.h"
+#include "api/read/field.h"
 
 /* true if the body is a multipart form and the operation accepts forms */
 static int request_form(const struct api_request *request) {

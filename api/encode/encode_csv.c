@@ -4,8 +4,8 @@
  * Invariant: every line of the table has the same number of fields; no field needs quotes. */
 #include "api/encode/encode.h"
 
-#include "api/json/json_out.h"
 #include "api/encode/stats_text.h"
+#include "api/json/json_out.h"
 
 enum { CSV_NAME_BYTES = 56 }; /* most bytes of a header field */
 

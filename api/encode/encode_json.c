@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-#include "api/json/json_out.h"
 #include "api/encode/stats_text.h"
+#include "api/json/json_out.h"
 
 struct json_writer {
     struct api_writer base;

@@ -6,8 +6,8 @@
 
 #include <string.h>
 
-#include "api/json/json_out.h"
 #include "api/encode/stats_text.h"
+#include "api/json/json_out.h"
 
 enum { NDJSON_TEXT = 1024 };
 

@@ -16,8 +16,8 @@
 
 #include <libdeflate.h>
 
-#include "api/number/number.h"
 #include "api/base/octets.h"
+#include "api/number/number.h"
 
 enum {
     MEMBERS = API_COLUMNS + API_STATS + 1,

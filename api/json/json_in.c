@@ -10,10 +10,10 @@
 
 #include <cjson/cJSON.h>
 
-#include "api/json/json_scan.h"
-#include "api/json/did_you_mean.h"
-#include "api/number/number.h"
 #include "api/base/text.h"
+#include "api/json/did_you_mean.h"
+#include "api/json/json_scan.h"
+#include "api/number/number.h"
 
 /* a bit of a node's type that neither cJSON nor the scan uses */
 enum { NODE_USUAL = 1 << 20 };

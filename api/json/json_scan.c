@@ -9,12 +9,12 @@
 
 #include <cjson/cJSON.h>
 
+#include "api/base/text.h"
 #include "api/json/json_digits.h"
 #include "api/json/json_escape.h"
 #include "api/json/json_hint.h"
 #include "api/json/json_keys.h"
 #include "api/number/number.h"
-#include "api/base/text.h"
 
 /* what the grammar expects next */
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };

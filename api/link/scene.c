@@ -5,8 +5,8 @@
 
 #include "api/call/canonical.h"
 #include "api/encode/encode.h"
-#include "api/read/field.h"
 #include "api/encode/negotiate.h"
+#include "api/read/field.h"
 
 static const char *const scene_fields[] = {"title", "request", "view", NULL};
 

@@ -14,8 +14,8 @@
 #include "api/encode/encode.h"
 #include "api/op/derived.h"
 #include "api/read/state_json.h"
-#include "core/dynamics/dynamics.h"
 #include "core/bodies/bodies.h"
+#include "core/dynamics/dynamics.h"
 #include "core/dynamics/kinematics_at.h"
 #include "core/tree/turns.h"
 

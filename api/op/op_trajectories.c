@@ -10,11 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/read/method_json.h"
 #include "api/op/events_json.h"
 #include "api/op/form_json.h"
 #include "api/op/trajectory_cost.h"
 #include "api/op/trajectory_told.h"
+#include "api/read/method_json.h"
 #include "api/read/state_json.h"
 #include "api/read/times_json.h"
 #include "core/extended/trust.h"

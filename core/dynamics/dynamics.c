@@ -5,9 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/dynamics/dynamics_careful.h"
 #include "core/base/isa.h"
 #include "core/bodies/bodies.h"
+#include "core/dynamics/dynamics_careful.h"
 #include "core/dynamics/kernel_dynamics.h"
 
 static const struct dynamics_kernel *dynamics_kernel(enum pend_isa isa) {

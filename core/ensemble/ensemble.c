@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/dynamics/kinematics_at.h"
 #include "core/ensemble/ensemble_alone.h"
 #include "core/ensemble/ensemble_events.h"
 #include "core/ensemble/ensemble_shadow.h"
@@ -12,7 +13,6 @@
 #include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/horizon.h"
-#include "core/dynamics/kinematics_at.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/ensemble/ensemble.h"
 #include "core/base/rng.h"
+#include "core/ensemble/ensemble.h"
 #include "core/integrate/run/run_check.h"
 #include "core/tree/turns.h"
 

@@ -7,10 +7,10 @@
 #include <string.h>
 
 #include "core/fit/fit_bounds.h"
+#include "core/fit/fit_constants.h"
 #include "core/fit/fit_end.h"
 #include "core/fit/fit_release.h"
 #include "core/fit/fit_start.h"
-#include "core/fit/fit_constants.h"
 #include "core/tree/rules.h"
 
 struct fit_search {

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/fit/fit_constants.h"
 #include "core/fit/fit_release.h"
 #include "core/fit/fit_verdict.h"
-#include "core/fit/fit_constants.h"
 
 /* ---- Second derivatives of the sum of squares, if its slopes do not decide whether that is a
  * minimum. Example: the closest match to frequencies that no pendulum has is a pendulum with two

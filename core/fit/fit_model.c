@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/fit/fit_constants.h"
 #include "core/fit/fit_bounds.h"
+#include "core/fit/fit_constants.h"
 #include "core/integrate/run/run.h"
 #include "core/modes/damped.h"
 #include "core/modes/modes.h"

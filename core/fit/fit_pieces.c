@@ -7,9 +7,9 @@
 #include <string.h>
 
 #include "core/fit/fit_bounds.h"
+#include "core/fit/fit_constants.h"
 #include "core/fit/fit_model.h"
 #include "core/fit/fit_start.h"
-#include "core/fit/fit_constants.h"
 
 struct piece {
     struct pend_fit_problem problem; /* rows of the piece; a last row has its continuity

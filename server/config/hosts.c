@@ -1,7 +1,7 @@
 #include "server/config/hosts.h"
 
-#include <assert.h>
 #include <arpa/inet.h>
+#include <assert.h>
 #include <string.h>
 #include <strings.h>
 

@@ -9,14 +9,14 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
-#include "server/work/compute.h"
-#include "server/jobs/events.h"
-#include "server/work/exchange.h"
 #include "server/http/access_log.h"
 #include "server/http/connection_share.h"
 #include "server/http/request_head.h"
 #include "server/http/response.h"
 #include "server/http/router.h"
+#include "server/jobs/events.h"
+#include "server/work/compute.h"
+#include "server/work/exchange.h"
 
 enum {
     CONNECTION_UNREAD = 65536, /* largest body that is read just to keep the connection */

@@ -11,8 +11,8 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
-#include "server/http/connection.h"
 #include "server/config/listen.h"
+#include "server/http/connection.h"
 
 enum {
     HTTP_POOL = 24576, /* libmicrohttpd's memory for a connection in bytes: enough for every head

@@ -9,8 +9,8 @@
 #include <time.h>
 
 #include "api/call/job_json.h"
-#include "server/protocol/cors.h"
 #include "server/jobs/events.h"
+#include "server/protocol/cors.h"
 #include "server/work/inflight.h"
 #include "server/work/service.h"
 

@@ -7,22 +7,22 @@
 
 #include "api/json/did_you_mean.h"
 
-#include "server/work/admission.h"
-#include "server/work/result.h"
-#include "server/http/assets.h"
 #include "server/classes/class_reports.h"
 #include "server/classes/class_request.h"
 #include "server/classes/classes.h"
-#include "server/work/compute.h"
-#include "server/protocol/cors.h"
 #include "server/config/hosts.h"
-#include "server/jobs/job_list.h"
-#include "server/jobs/job_results.h"
-#include "server/jobs/jobs.h"
+#include "server/http/assets.h"
 #include "server/http/probes.h"
 #include "server/http/request_head.h"
 #include "server/jobs/erasure.h"
+#include "server/jobs/job_list.h"
+#include "server/jobs/job_results.h"
+#include "server/jobs/jobs.h"
 #include "server/jobs/scenes.h"
+#include "server/protocol/cors.h"
+#include "server/work/admission.h"
+#include "server/work/compute.h"
+#include "server/work/result.h"
 
 static void router_metrics(struct srv_exchange *exchange) {
     struct srv_gauges gauges = srv_service_gauges(exchange->service);

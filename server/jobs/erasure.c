@@ -4,11 +4,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "server/work/admission.h"
 #include "server/jobs/events.h"
 #include "server/jobs/part_runner.h"
 #include "server/jobs/store_request.h"
 #include "server/store/store_classes.h"
+#include "server/work/admission.h"
 
 static const struct srv_store_request_words erasure_words = {
     "clients", "repeat the request to erase the rest"};

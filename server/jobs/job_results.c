@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/work/compute.h"
 #include "server/jobs/download.h"
-#include "server/jobs/store_request.h"
 #include "server/jobs/job_view.h"
+#include "server/jobs/store_request.h"
 #include "server/protocol/range.h"
+#include "server/work/compute.h"
 
 /* Passes the exchange to a worker, which reads the response from the store.
  * partial  non-zero: some parts may be missing. */

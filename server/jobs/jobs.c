@@ -11,12 +11,12 @@
 #include "api/base/engine.h"
 #include "api/base/text.h"
 #include "api/call/part.h"
-#include "server/work/admission.h"
-#include "server/jobs/store_request.h"
 #include "server/jobs/job_events.h"
-#include "server/work/hold.h"
 #include "server/jobs/job_view.h"
 #include "server/jobs/part_runner.h"
+#include "server/jobs/store_request.h"
+#include "server/work/admission.h"
+#include "server/work/hold.h"
 
 enum { JOBS_COST = 3, JOBS_SPARE = 64 };
 

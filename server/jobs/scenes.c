@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "api/link/scene.h"
-#include "server/work/admission.h"
 #include "server/base/clock.h"
 #include "server/jobs/store_request.h"
+#include "server/work/admission.h"
 
 static_assert((int)API_SCENE_ID == (int)SRV_ID_BYTES, "the store has room for a scene's id");
 

@@ -1,7 +1,7 @@
 #include "server/protocol/peer.h"
 
-#include <assert.h>
 #include <arpa/inet.h>
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -5,9 +5,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "server/base/clock.h"
 #include "server/work/delivery.h"
 #include "server/work/result.h"
-#include "server/base/clock.h"
 
 enum {
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body from which reading it counts as long */

@@ -8,9 +8,9 @@
 #include <string.h>
 
 #include "core/dynamics/kinematics_at.h"
-#include "tests/harness/quad_bodies.h"
 #include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
+#include "tests/harness/quad_bodies.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

@@ -3,9 +3,9 @@
 #include <string.h>
 
 #include "core/ensemble/lyapunov.h"
-#include "core/modes/modes.h"
-#include "core/integrate/events/section.h"
 #include "core/extended/trust.h"
+#include "core/integrate/events/section.h"
+#include "core/modes/modes.h"
 #include "core/tree/turns.h"
 #include "tests/harness/ensembles.h"
 #include "tests/harness/runs.h"

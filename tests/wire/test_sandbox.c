@@ -16,9 +16,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tests/wire/ask.h"
 #include "tests/harness/server.h"
 #include "tests/harness/test.h"
+#include "tests/wire/ask.h"
 
 enum { PATH = 4096 };
 

@@ -6,14 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/read/method_json.h"
-#include "api/op/form_json.h"
 #include "api/op/ensemble/member_events.h"
 #include "api/op/ensemble/picture_json.h"
+#include "api/op/form_json.h"
+#include "api/read/method_json.h"
 #include "core/ensemble/ensemble_alone.h"
+#include "core/integrate/methods/method.h"
 #include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
-#include "core/integrate/methods/method.h"
 
 static const char *const fields[] = {
     "pendulum",    "initial", "states",      "members", "grid",   "random", "energy",

@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/dynamics/kinematics_at.h"
 #include "core/integrate/methods/gauss_table.h"
-#include "core/taylor/jets/jets.h"
 #include "core/integrate/methods/kernel_symplectic.h"
 #include "core/integrate/methods/method.h"
-#include "core/dynamics/kinematics_at.h"
+#include "core/taylor/jets/jets.h"
 #include "core/tree/turns.h"
 
 enum { SYMPLECTIC_ORDER = 22 };

@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/taylor/jets/jets.h"
 #include "core/dynamics/kinematics.h"
+#include "core/taylor/jets/jets.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 

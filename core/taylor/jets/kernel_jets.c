@@ -21,9 +21,9 @@ enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 #define LANES 4
 #include "core/taylor/small/small_template.h"
 #define LANES 8
-#include "core/taylor/small/small_template.h"
-#include "core/taylor/single_template.h"
 #include "core/taylor/jets/values_template.h"
+#include "core/taylor/single_template.h"
+#include "core/taylor/small/small_template.h"
 
 /* the angle of arm k relative to its parent, as the sum of two doubles */
 VEC_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {

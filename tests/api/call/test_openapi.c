@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "api/json/json_in.h"
 #include "api/base/limits.h"
+#include "api/json/json_in.h"
 #include "api/number/number.h"
 #include "core/integrate/methods/method.h"
 #include "tests/harness/test.h"

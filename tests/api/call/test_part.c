@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/encode/encode_raw.h"
 #include "api/call/call.h"
 #include "api/call/digest.h"
+#include "api/encode/encode_raw.h"
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 

@@ -12,8 +12,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "core/integrate/run/run.h"
 #include "core/integrate/events/section.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/ensembles.h"
 #include "tests/harness/motions.h"
 

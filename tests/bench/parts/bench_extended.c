@@ -12,9 +12,9 @@
 #include <gsl/gsl_odeiv2.h>
 
 #include "core/dynamics/dynamics.h"
+#include "core/dynamics/kinematics.h"
 #include "core/extended/extended.h"
 #include "core/integrate/methods/method.h"
-#include "core/dynamics/kinematics.h"
 #include "tests/bench/parts/bench.h"
 
 enum { ARMS = 2 };

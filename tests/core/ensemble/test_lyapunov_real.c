@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "core/ensemble/lyapunov.h"
-#include "core/integrate/run/run.h"
 #include "core/integrate/events/section.h"
+#include "core/integrate/run/run.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

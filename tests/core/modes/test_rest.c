@@ -5,8 +5,8 @@
 
 #include <math.h>
 
-#include "tests/harness/quad_bodies.h"
 #include "tests/harness/bodies.h"
+#include "tests/harness/quad_bodies.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 

@@ -6,9 +6,9 @@
 
 #include "api/call/call.h"
 #include "server/base/clock.h"
-#include "server/work/admission.h"
-#include "server/protocol/response_body.h"
 #include "server/http/router.h"
+#include "server/protocol/response_body.h"
+#include "server/work/admission.h"
 #include "server/work/workers.h"
 #include "tests/harness/server.h"
 #include "tests/harness/test.h"

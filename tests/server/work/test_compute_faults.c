@@ -7,11 +7,11 @@
 #include <string.h>
 #include <sys/socket.h>
 
-#include "server/work/admission.h"
-#include "server/protocol/cache.h"
-#include "server/work/compute.h"
-#include "server/service_setup.h"
 #include "server/http/router.h"
+#include "server/protocol/cache.h"
+#include "server/service_setup.h"
+#include "server/work/admission.h"
+#include "server/work/compute.h"
 #include "server/work/workers.h"
 #include "tests/harness/requests.h"
 #include "tests/harness/test.h"

@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/integrate/methods/gauss_table.h"
 #include "core/base/isa.h"
+#include "core/integrate/methods/gauss_table.h"
 #include "core/integrate/methods/kernel_symplectic.h"
 #include "tests/harness/bodies.h"
 #include "tests/harness/runs.h"
