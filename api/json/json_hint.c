@@ -35,7 +35,7 @@ static const struct {
     {'.', ": a number begins with a digit, like 0.5"},
     {'+', ": a number has no plus sign"},
     {'@', ": the name of a file was sent instead of its contents"},
-    {'\x1f', ": it looks compressed, send Content-Encoding: gzip with it"},
+    {'\x1f', ": it looks compressed, send it uncompressed"},
     {'\xff', ": it looks like UTF-16, send UTF-8"},
     {'\xfe', ": it looks like UTF-16, send UTF-8"},
 };

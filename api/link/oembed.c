@@ -150,8 +150,8 @@ static int oembed_link(const char *url, const char *host, struct api_oembed *out
     int page = *path != '/' || !path[1] || strchr("?#", path[1]);
     if (ours && page && oembed_view(url, path, out)) return 1;
     api_problem_set(problem, 404,
-                    "only links to the page of this server can be embedded: http://%.100s/ with "
-                    "a path, a query or a fragment, except class rooms",
+                    "only links to this server's page can be embedded: http://%.100s/, optionally "
+                    "with a query and a fragment, and not links to class rooms",
                     host ? host : "its.host");
     return 0;
 }

@@ -106,8 +106,8 @@ VEC_INLINE num bodies_swing(const struct bodies_system *s, int a, int k) {
  *
  * With the sign g of x at the start, tanh x = g (1 - 2 w), w = 1 / (e^{2 g x} + 1), and
  * w' = -2 g x' (w - w^2). A joint that turns fast has a tiny w, whose coefficients keep their
- * relative accuracy. While the joint slows down, an error of w = 1e-20 grows like w itself; an
- * error of 1e-16 in tanh x would become 1e-4. */
+ * relative accuracy. While the joint slows down, w and its error grow by the same factor; an
+ * absolute error of 1e-16 in tanh x would grow by that factor too. */
 static inline arms bodies_friction(const struct bodies_system *s, int a, int k) {
     size_t row = bodies_row(s, a), stride = s->stride, last = row + (size_t)k * stride;
     arms scale = arms_get(s->friction_scale + a), w = arms_of(0), tanh_x;

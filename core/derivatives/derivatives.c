@@ -272,7 +272,7 @@ static double derivatives_expand(struct pend_derivatives *d, double *unit) {
     double x = NAN, left = fabs(d->end - d->time);
     for (int i = 0; i < TRIES; i++) {
         x = derivatives_reach(d, *unit);
-        // a step may pass the last instant, but at most by its own length
+        // a step may pass the last instant, but by no more than the time left to it
         if (left > 0) x = x > 2 * left / fabs(*unit) ? 2 * left / fabs(*unit) : x;
         if (isnan(x) || (x >= exp2(-RANGE) && x <= exp2(RANGE))) break;
         *unit *= exp2(x > 1 ? RANGE : -RANGE);

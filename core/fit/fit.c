@@ -209,8 +209,7 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
     if (status == PEND_OK) pend_fit_told_covariance(&told, fit->covariance);
     pend_fit_told_clear(&told);
     if (status != PEND_OK) return pend_fit_state_lost(status, error);
-    if (ahead > p->rows) ahead = p->rows;
-    // if the window ends with the last row, so does the prediction
+    if (ahead > p->rows) ahead = p->rows; // predict no further than the last row
     status = pend_fit_state_look(fit, ahead, error);
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK)

@@ -28,7 +28,7 @@ struct fit_model {
                               * needed */
     long block;
     double *room; /* the instants of a motion without derivatives */
-    double *zero; /* zeros of the instruments */
+    double *zero; /* offsets of the instruments, rad and rad/s */
 };
 
 /** Lays out a workspace in `memory`, or only counts its bytes if `memory` is NULL. */

@@ -108,8 +108,8 @@ static int values_converged(const struct span *span, double *value) {
     return end->near && (end->step <= round_off || (span->rest > 0 && error <= 0.25 * round_off));
 }
 
-/* for a span of one eigenvalue: the next shift, which is the better hint, or the middle if hints do
- * not converge */
+/* for a span of one eigenvalue: the next shift, a weighted mean of the hints of both ends or the
+ * better one alone, or the middle if hints do not converge */
 static double values_next(struct span *span) {
     double lo, hi;
     values_bounds(span, &lo, &hi);

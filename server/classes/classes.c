@@ -98,9 +98,9 @@ static void create_answer(struct srv_store_request *asked, enum srv_stored store
         classes_tell(asked, 201);
     } else if (stored == SRV_STORED_QUOTA) {
         srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA "%s reached the limit of class rooms: %s",
-                             own->full ? own->full : "this server has",
-                             own->full ? "delete one, or wait until one ends" : "max-classes");
+                             API_TYPE_QUOTA "%s as many class rooms as allowed: delete one, or "
+                                            "wait until one ends",
+                             own->full ? own->full : "this server has");
         srv_exchange_retry(exchange, 600);
     } else {
         srv_class_request_refuse(asked, stored);

@@ -57,8 +57,8 @@ static void http_close(struct srv_http *http) {
     atomic_store(&http->listen, -1);
 }
 
-/* Waits until libmicrohttpd has work, a connection's time is over, or the thread is woken. The
- * workers run first, so that events can gather meanwhile. */
+/* Waits until libmicrohttpd has work, a connection times out, or the thread is woken. While every
+ * worker has a short task, it first sleeps briefly, so that events can gather. */
 static void http_wait(struct srv_http *http) {
     MHD_UNSIGNED_LONG_LONG ms;
     int most = -1;

@@ -217,8 +217,8 @@ static void router_options(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
-/* Returns the pattern that an unknown path probably meant, or NULL: without its last slash, without
- * the first segment, under /v1, with other letters, or with another word. */
+/* Returns the pattern that an unknown path probably meant, or NULL. Tries the path without a slash
+ * at its end, then its last segment under /v1; both may be misspelt or a synonym. */
 static const char *router_meant(const char *path) {
     const char *patterns[ROUTER_COUNT + 1] = {0}, *last = strrchr(path, '/');
     char whole[ROUTER_PATH];

@@ -65,7 +65,7 @@ static int erasure_whom(struct srv_exchange *exchange, char key[SRV_IDENTITY_KEY
     }
     if (identity->role != SRV_ROLE_OPERATOR) {
         srv_admission_forbid(exchange, SRV_ROLE_OPERATOR,
-                             API_TYPE_ROLE "only an operator may erase data of others");
+                             "only an operator may erase data of others");
         return 0;
     }
     if (srv_identity_named(exchange->argument, key)) return 1;

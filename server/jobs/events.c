@@ -185,12 +185,12 @@ static void events_refuse(struct srv_events *events, struct srv_listener *listen
         srv_exchange_problem(
             exchange, 429,
             API_TYPE_QUOTA
-            "too many streams of events: you may have %d (a quarter of "
-            "max-event-streams) open or waiting, and your address three times as many",
-            events->most);
+            "too many event streams: you may have %d (a quarter of max-event-streams) open or "
+            "waiting, and your address three times as many",
+            events_part(events->most, SRV_EVENTS_SHARE));
         srv_exchange_retry(exchange, 5);
     } else {
-        srv_exchange_busy(exchange, 5, "too many streams of events are open: max-event-streams");
+        srv_exchange_busy(exchange, 5, "too many event streams are open: max-event-streams");
     }
 }
 

@@ -13,8 +13,8 @@ enum pend_status srv_privileges_drop(struct pend_error *error) {
                                   has[_LINUX_CAPABILITY_U32S_3] = {{0}};
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
         return pend_fail(error, PEND_INVALID, -1, 0, "no_new_privs: %s", strerror(errno));
-    /* fails harmlessly if the process has no capabilities */
     prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);
+    /* fails harmlessly without CAP_SETPCAP */
     for (int which = 0; !prctl(PR_CAPBSET_DROP, which, 0, 0, 0); which++) continue;
     /* skip capset if there is nothing to drop: a supervisor may have forbidden the call */
     int held = syscall(SYS_capget, &header, has) || memcmp(has, none, sizeof none);

@@ -383,7 +383,7 @@ static enum srv_stored class_new(struct srv_store *store, const struct srv_class
     }
     SRV_STORED_TRY(
         SRV_RUN(store, SQL_CLASS_COUNT, srv_row_wholes, &count, made->who, made->source));
-    *full = count.whole[0] >= store->rules.classes ? "max-classes"
+    *full = count.whole[0] >= store->rules.classes ? "this server has"
             : count.whole[1] >= made->most         ? "you have"
             : count.whole[2] >= made->most_from    ? "your address has"
                                                    : NULL;

@@ -24,8 +24,9 @@ struct srv_class {
     int64_t pupils;          /* in the room */
     int64_t numbered;        /* highest number ever given to a pupil */
     int64_t bytes;           /* bytes counted for its items */
-    int64_t empty_ends;      /* expiry while no pupil has joined; 0 = a pupil has, or at `ends` */
-    int64_t share;           /* most pupils of one address; 0 = the default */
+    int64_t empty_ends; /* expiry while no pupil has joined; 0 = it expires only at `ends`, because
+                           a pupil has joined */
+    int64_t share;      /* most pupils of one address; 0 = the default */
     char source[SRV_CLASS_SOURCE]; /* digest bits of the address that created it, */
     char near[SRV_CLASS_SOURCE];   /* and of the address of its teacher's last write */
     int shut;                      /* closed for new pupils */
@@ -98,7 +99,7 @@ struct srv_class_new {
  * Creates a room.
  *
  * room  out; if the same key created a room before, that room, whose code differs.
- * full  out: the limit that was reached: "max-classes", or a name for the problem.
+ * full  out: the limit that was reached: its subject in a sentence, such as "you have".
  *
  * SRV_STORED_CLASH  the code is in use.
  * SRV_STORED_QUOTA  there are max-classes rooms, or the teacher or the address has reached its

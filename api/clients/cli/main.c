@@ -217,8 +217,8 @@ static double number(const struct api_json *document, const char *name) {
     return api_value_number(&value);
 }
 
-/* checks that an id consists of letters and digits, and that a server is used, because jobs need
- * one */
+/* checks that an id consists of lower-case letters, digits and hyphens, and that --local is not
+ * given, because jobs need a server */
 static void check_id(const char *id) {
     if (!*id || id[strspn(id, "abcdefghijklmnopqrstuvwxyz0123456789-")])
         cli_end(CLI_USAGE, "%s is not the id of a job", id);

@@ -65,12 +65,13 @@ struct api_fit {
     struct api_buffer tables;         /* JSON: the role of each column of every table */
 };
 
-/** Returns the index, from 0, of the instrument that measures an angle or a rate of an arm, which
- * all runs share; -1 = none. joint: whether it measures relative to the parent arm; -1 = either. */
+/** Returns the index, from 0, of the instrument that measures an angle, rate or acceleration of an
+ * arm; -1 = none. All runs share the instruments. joint: whether it measures relative to the parent
+ * arm; -1 = either. */
 int api_fit_instrument(const struct api_fit *fit, enum pend_fit_kind kind, int arm, int joint);
 
-/** Writes the label of an unknown: name, "of arm 2" or "of the cart" (stored arm, -1 = none), "in
- * run 1" if there are several (-1 = none). O(1). */
+/** Writes the label of an unknown: its name, then "of arm 2" or "of the cart", then "in run 1" if
+ * there are several runs. arm: stored number, -1 = none; run: from 0, -1 = none. O(1). */
 void api_fit_label(const struct api_fit *fit, const char *name, int arm, int run,
                    char label[API_FIT_LABEL]);
 

@@ -78,7 +78,8 @@ static inline double pend_exchange_beyond(const double *const force[2],
     return sum;
 }
 
-/** Starts the series of the power for a step that ends after x units. O(order). */
+/** Turns the series of the powers of work and heat into those of their integrals over a step that
+ * ends after x units. O(order). */
 static inline void pend_exchange_take(struct pend_exchange *exchange, double x) {
     struct pend_given *both[] = {&exchange->work, &exchange->heat};
     assert(exchange->order >= 0 && exchange->order <= PEND_EXCHANGE_ORDERS && exchange->unit != 0);

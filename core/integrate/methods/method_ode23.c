@@ -190,7 +190,7 @@ static enum pend_status ode23_step(void *stepper, double limit, double *reached,
     o->size = fmin(o->size_max, fmax(size_min, o->size));
     double h = copysign(o->size, o->last), estimate;
 
-    /* stretch the step if it would end within 10 % of the last instant */
+    /* end the step at the last instant if a step 10 % longer would reach it */
     int last = 1.1 * o->size >= fabs(o->last - o->begin);
     if (last) h = o->last - o->begin;
     o->size = fabs(h);

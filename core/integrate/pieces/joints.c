@@ -10,7 +10,7 @@
 
 /* relative rounding error of a torque or an acceleration */
 static const double joints_slack = 1e-13;
-/* s: after an impact whose flight would be shorter, the joint stays at the stop */
+/* s: after a rebound that would last less than this, the joint stays at the stop */
 static const double joints_flight = 1e-6;
 /* rad: a joint closer to a stop than this is at the stop */
 static const double joints_near = 1e-14;

@@ -71,10 +71,11 @@ PEND_MUST_CHECK enum pend_status pend_joints_impacts(struct pend_joints *joints,
 /**
  * Determines the mode of every joint at rest for the next piece. Writes PEND_TERM_SLIDE.
  *
- * All joints at rest are assumed to hold. While a mode is inconsistent, one is changed: if released
- * joints accelerate against their direction, the worst holds again; otherwise the holding joint
- * that exceeds its limit most is released. If static friction exceeds sliding friction, several
- * answers may be consistent. The answer for the sliding limits is one of them, and the fallback.
+ * At first all joints at rest are assumed to hold, except those that an event has just released.
+ * While a mode is inconsistent, one is changed: if released joints accelerate against their
+ * direction, the worst holds again; otherwise the holding joint that exceeds its limit most is
+ * released. If static friction exceeds sliding friction, several answers may be consistent. The
+ * static limits are tried first, then the sliding limits.
  */
 PEND_MUST_CHECK enum pend_status pend_joints_sort(struct pend_joints *joints,
                                                   struct pend_error *error);

@@ -149,7 +149,7 @@ static const double *neighbour_limit(struct pend_neighbour *neighbour, double *d
 }
 
 /* Expands the neighbour to as many orders as needed. Returns its displacement from the motion x
- * units later: angles, then rates times the step, laid out as the partial sums. */
+ * units later: the angle of each arm and its rate times the step, like a row of partial sums. */
 static const double *neighbour_later(struct pend_neighbour *neighbour,
                                      const struct pend_series *step, double x, double scale,
                                      double least, const double phi[], const double rate[]) {

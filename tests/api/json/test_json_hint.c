@@ -17,7 +17,7 @@ TEST(a_hint_names_the_habit_behind_a_text_that_is_not_json) {
         {"{", "// x\n}", "no comments"},
         {"[", ".5]", "0.5"},
         {"[1,", "5x", "decimal mark"},
-        {"", "\x1f\x8b", "Content-Encoding: gzip"},
+        {"", "\x1f\x8b", "uncompressed"},
         {"", "", "empty"},
         {"[1", "", "cut off"},
     };
