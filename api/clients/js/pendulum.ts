@@ -43,7 +43,7 @@ export interface Routes {
   ensembles: { request: EnsembleRequest; answer: Schemas["Ensemble"] };
   lyapunov: { request: Without<Schemas["LyapunovRequest"]>; answer: Schemas["Lyapunov"] };
   sections: { request: Without<Schemas["SectionRequest"]>; answer: Schemas["Section"] };
-  response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["Response"] };
+  response: { request: Without<Schemas["ResponseRequest"]>; answer: Schemas["FrequencyResponse"] };
   controllers: { request: Without<Schemas["ControllerRequest"]>; answer: Schemas["ControllerDesign"] };
   tables: { request: Without<Schemas["TableRequest"]>; answer: Schemas["Tables"] };
   trials: { request: Schemas["TrialsRequest"]; answer: Schemas["Trials"] };

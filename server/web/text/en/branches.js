@@ -22,7 +22,8 @@ export default {
   "branches.branch": "Mode {mode} at {angle}°: another branch crosses it.",
   "branches.symmetry": "Mode {mode} at {angle}°: asymmetric oscillations branch off.",
   "branches.doubling": "Mode {mode} at {angle}°: period-doubled oscillations branch off here.",
-  "branches.torus": "Mode {mode} at {angle}°: its stability changes through a rotating disturbance.",
+  "branches.torus":
+    "Mode {mode} at {angle}°: its stability changes through a rotating disturbance.",
   "branches.driven.intro":
     "The amplitude against the frequency of the drive, from half to twice its frequency: solid where the oscillation is stable, dashed where the smallest push grows.",
   "branches.driven.name": "Response to the drive",

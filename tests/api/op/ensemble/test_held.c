@@ -77,8 +77,8 @@ TEST(held_steps_that_fail_are_not_numbers_and_leave_the_others_alone) {
 
 TEST(held_steps_refuse_what_no_input_reaches_and_survive_without_memory) {
     static const char *const refused[] = {"{", "{}",
-                                          "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":["
-                                          "0]},\"states\":[{}],\"duration\":1}"};
+                                          ("{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":["
+                                           "0]},\"states\":[{}],\"duration\":1}")};
     static const char body[] =
         "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"torque\":[1]},\"states\":[{}],"
         "\"duration\":1}";

@@ -200,8 +200,8 @@ TEST(equations_have_their_rules_in_words) {
         "the pivot: a table of 2 inputs from t = 0 to 1 s, on the natural cubic spline",
         "arm 1: friction of 0.1 in motion, up to 0.2 at rest",
         "arm 2: a stop from -2 to inf; an impact turns the rate r to -0.5 r",
-        "arm 2: a controller holds for 0.02 s each -K (x - reference) 1 samples later, from -5 to "
-        "5"};
+        ("arm 2: a controller holds for 0.02 s each -K (x - reference) 1 samples later, from -5 to "
+         "5")};
     static const char *const places[] = {"/latex/rules", "/code/matlab", "/code/python"};
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
