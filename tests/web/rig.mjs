@@ -23,7 +23,8 @@ const FRAME_MS = 60; // a test's page is drawn no more often
 const BENCH = process.argv.includes("--bench"); // what is measured is drawn as often as it can be
 const TIMEOUT_MS = 180000; // for what a browser does at once: the machine may be slow, and busy with others
 // a daemon that gives up on nobody because time passes
-const PATIENT = ["--max-wait-seconds", "3600", "--header-seconds", "3600", "--body-seconds", "3600", "--send-seconds", "3600", "--idle-seconds", "86400"];
+const PATIENT = ["--max-wait-seconds", "3600", "--header-seconds", "3600", "--body-seconds", "3600", "--send-seconds", "3600", "--idle-seconds", "86400",
+  "--max-classes", "2000"]; // a tenth of them for one address
 export const CHROMIUM_ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", "--font-render-hinting=none"];
 
