@@ -218,6 +218,7 @@ export async function a_browser_that_refuses_storage_shows_the_page(rig) {
   assert.notEqual(await dark(), before);
   await page.selectOption(".tongue", "de");
   await page.click('[data-tab="worksheet"]');
+  await page.click("[data-sheet=begin]");
   await page.waitForSelector('[data-drawer="worksheet"] .steps');
   assert.equal(holders.size, 1, "one token for the tab");
   await close(page);
