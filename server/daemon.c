@@ -185,8 +185,7 @@ double srv_daemon_patience(const struct srv_daemon *daemon) {
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     if (!daemon->drained) daemon->drained = srv_clock_now();
     atomic_store(&daemon->service.draining, hurry ? SRV_DRAIN_HURRY : SRV_DRAIN_LAST);
-    /* stop listening first: a client that is refused a connection may try another process, even
-     * with a request that must not be repeated */
+    /* Stop listening first: a refused client can safely send any request to another process. */
     int closed = srv_http_quiesce(daemon->http);
     if (hurry) srv_watch_leave_all(daemon->watch);
     srv_events_drain(daemon->service.events);
@@ -204,8 +203,7 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     *daemon = NULL;
     if (!gone) return;
     if (gone->http) {
-        /* a computation always ends after one piece of work, but a slow answer is cut after a
-         * while */
+        /* A computation ends after its current piece of work; slow answers are cut off. */
         int64_t end = srv_clock_now() + (int64_t)DAEMON_END_MS * 1000000;
         while (!srv_daemon_drain(gone, 1) &&
                (srv_clock_now() < end || atomic_load(&gone->service.computing)))

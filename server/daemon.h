@@ -28,8 +28,8 @@ const char *srv_daemon_lack(const struct srv_daemon *daemon);
 /** Returns the log, for messages. */
 struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
 
-/** Returns the seconds for which it has found no part of a job to compute; 0 if it has one, or
- * computes no jobs. */
+/** Returns for how many seconds there has been no part of a job to compute; 0 if there is one, or
+ * if this process computes no jobs. */
 double srv_daemon_idle(struct srv_daemon *daemon);
 
 /** Applies new options without a restart, as srv_reload does. */

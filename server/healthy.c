@@ -52,7 +52,7 @@ static int healthy_internet(const char *address) {
     }
     snprintf(host, sizeof host, "%.*s", (int)(bytes - 2 * (size_t)bracketed), address + bracketed);
     int every = !host[0] || !strcmp(host, "*") || !strcmp(host, "0.0.0.0") || !strcmp(host, "::");
-    /* without a name the resolver returns loopback, for both families */
+    /* A null host gives the loopback addresses of both families. */
     if (getaddrinfo(every ? NULL : host, colon + 1, &hints, &list)) {
         errno = EADDRNOTAVAIL;
         return -1;

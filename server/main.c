@@ -42,8 +42,8 @@ __attribute__((naked, used)) void srv_main_entry(void) { __asm__("jmp _start"); 
 __attribute__((used)) void srv_main_nothing(void) {}
 #endif
 
-/* opens /dev/null for each closed standard stream, whose number the next opened file, such as the
- * listening socket or the store, would get otherwise */
+/* opens /dev/null for each closed standard stream, so that no later file, such as the listening
+ * socket, gets its number */
 static int main_streams(void) {
     for (int fd = 0; fd <= STDERR_FILENO; fd++)
         if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd) return 0;
@@ -159,7 +159,7 @@ int main(int argc, char **argv) {
     struct srv_daemon *daemon;
     struct main_ears ears;
     if (!main_streams()) return 1;
-    /* files that it creates, jobs and logs, are private */
+    /* jobs and logs that the process creates are private */
     umask(0077);
     int worded = main_word(argc, argv);
     if (worded >= 0) return worded;

@@ -9,7 +9,7 @@
 
 #include "server/config/hosts.h"
 
-/* options that are read at every use; so are the limits of requests (api/base/limits.h) */
+/* options that are read at every use, as are the limits of requests (api/base/limits.h) */
 static const char *const reload_names[] = {
     "compress-above",     "cors-origins",     "hosts",
     "trusted-proxy",      "client-header",    "max-queue",

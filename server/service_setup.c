@@ -17,7 +17,7 @@
 /* parts of jobs held per worker: one is computed while another is stored or claimed */
 enum { PARTS_SLOTS = 2 };
 
-/* most clients of one address that may have jobs, for each client that the address counts as */
+/* clients of one address that may have open jobs, per client that the address counts as */
 enum { PARTS_KEEPERS = 16 };
 
 enum pend_status srv_service_setup_init(struct srv_service *service, struct pend_error *error) {
@@ -45,7 +45,7 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
     return status == PEND_NO_MEMORY ? pend_fail(error, status, -1, 0, "out of memory") : status;
 }
 
-/* called when something may have happened in the store, perhaps by another process */
+/* called when the store may have changed, perhaps by another process */
 static void setup_news(void *context, int rings) {
     struct srv_service *service = context;
     srv_part_runner_news(service->runner, rings);

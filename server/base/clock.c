@@ -26,7 +26,7 @@ double srv_clock_seconds(void *context) {
 }
 
 int64_t srv_clock_span(double seconds) {
-    assert(seconds >= 0 && seconds < 9e9); /* 64 bits of ns are 292 years */
+    assert(seconds >= 0 && seconds < 9e9); /* 9e9 s in ns fit into 64 bits */
     return (int64_t)(seconds * 1e9);
 }
 

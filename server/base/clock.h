@@ -28,5 +28,5 @@ int64_t srv_clock_span(double seconds);
 /** Converts an instant of srv_clock_now, at least 0, to CLOCK_MONOTONIC, for system calls. */
 struct timespec srv_clock_timespec(int64_t ns);
 
-/** Writes the wall clock's time to stamp->text, in UTC as RFC 3339; a stamp begins as {0}. */
+/** Writes the wall clock's time to stamp->text, in UTC as RFC 3339. Initialize a stamp as {0}. */
 void srv_clock_stamp(struct srv_stamp *stamp);

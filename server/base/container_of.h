@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-/* The structure of a type whose member is at `pointer`. The comparison, which is not evaluated,
- * lets the compiler refuse a pointer of another type than the member's. */
+/* The structure of a type whose member is at `pointer`. The comparison is not evaluated: it makes
+ * the compiler refuse a pointer of another type than the member's. */
 #define SRV_CONTAINER_OF(pointer, type, member)                                                    \
     ((type *)((char *)(pointer)-offsetof(type, member) +                                           \
               0 * sizeof((pointer) == &((type *)0)->member)))

@@ -18,7 +18,7 @@
 #include "server/base/condition.h"
 
 enum {
-    LOG_BYTES = 1 << 20,    /* most bytes of lines that wait to be written, per stream */
+    LOG_BYTES = 1 << 20,    /* most bytes of waiting lines per stream */
     LOG_PIECE = 4096,       /* bytes per write; a writable pipe accepts them without blocking
                              * (PIPE_BUF) */
     LOG_FILE = 1 << 17,     /* bytes per write to a file, which never blocks */
@@ -45,7 +45,7 @@ struct srv_log {
     struct srv_stamp stamp;
 };
 
-/* waits, in short slices, until the stream is writable; at shutdown only briefly */
+/* waits in short steps until the stream is writable; at shutdown only briefly */
 static int log_writable(struct srv_log *log, int fd, int *patience) {
     for (;;) {
         int ready = poll(&(struct pollfd){.fd = fd, .events = POLLOUT}, 1, 100);
@@ -73,7 +73,7 @@ static void log_write(struct srv_log *log, struct log_stream *stream, int *patie
 }
 
 #ifndef NDEBUG
-/* the buffer contains whole lines only; called with the lock held */
+/* true if the buffer contains only whole lines; called with the lock held */
 static int log_stream_valid(const struct log_stream *stream) {
     const struct api_buffer *lines = &stream->filling;
     return lines->bytes <= LOG_BYTES && stream->dropped >= 0 &&
@@ -134,7 +134,7 @@ static void *log_main(void *argument) {
         while (!log->stopping && !log->messages.filling.bytes &&
                srv_condition_wait(&log->wake, &log->lock, until))
             continue;
-        /* lines that wait for the first file must not be lost */
+        /* lines that wait for the first file must not be lost, so redirect before swapping */
         log_turned(&log->audit);
         log_swap(&log->requests, "{\"lost_lines\":", "}");
         log_swap(&log->audit, "{\"lost_lines\":", "}");
@@ -184,7 +184,7 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
 void srv_log_turn(struct srv_log *log, enum srv_log_kind kind, int fd) {
     struct log_stream *stream = kind == SRV_LOG_AUDIT ? &log->audit : &log->requests;
     pthread_mutex_lock(&log->lock);
-    /* the file of an earlier redirection, which was never used */
+    /* close the descriptor of an earlier redirection that never took effect */
     if (stream->turning && stream->turn > STDERR_FILENO) close(stream->turn);
     stream->turning = 1;
     stream->turn = fd;

@@ -20,18 +20,18 @@ struct srv_log_request {
     const char *outcome;               /* how it ended: "answered", "left", ... */
     size_t bytes_in, bytes_out;        /* sizes of the bodies */
     int64_t wait, compute,
-        total;  /* ns: in the queue, with a worker, from the request line to the end */
+        total;  /* ns: in the queue, on a worker, and in total since the request line */
     long steps; /* steps of the computation */
 };
 
 /* An entry of the audit log. Texts may contain any bytes. */
 struct srv_log_audit_entry {
-    const char *id;   /* id of the request; "" = none */
-    const char *who;  /* key, token, account, address; "operator" runs the process */
-    const char *role; /* "" = none */
-    const char *what; /* the action: "DELETE /v1/jobs/{id}", "keys" */
-    const char *of;   /* its object: the id of a job or scene, or a number of keys; NULL = none */
-    int status;       /* HTTP status; 0 = not a request */
+    const char *id;      /* id of the request; "" = none */
+    const char *who;     /* key, token, account, address; "operator" runs the process */
+    const char *role;    /* of the client; "" = none */
+    const char *what;    /* the action: "DELETE /v1/jobs/{id}", "keys" */
+    const char *of;      /* its object, such as a job's id or a number of keys; NULL = none */
+    int status;          /* HTTP status; 0 = not a request */
     const char *outcome; /* "done", "refused" or "failed" */
 };
 

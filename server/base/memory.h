@@ -10,12 +10,11 @@
 
 /* kind, label of the metric */
 #define SRV_MEMORY_LIST(X)                                                                         \
-    X(SRV_MEMORY_CONNECTIONS, connections) /* of libmicrohttpd and ours, and streams of events */  \
-    X(SRV_MEMORY_BODIES, bodies)           /* of requests */                                       \
-    X(SRV_MEMORY_COMPUTATIONS, computations) /* what operations, their answers under way and       \
-                                                coders take or promised to */                      \
-    X(SRV_MEMORY_ANSWERS, answers)           /* that are complete, the cache's too */              \
-    X(SRV_MEMORY_JOBS, jobs)                 /* parts of jobs that are computed */
+    X(SRV_MEMORY_CONNECTIONS, connections)   /* libmicrohttpd's and ours, with event streams */    \
+    X(SRV_MEMORY_BODIES, bodies)             /* bodies of requests */                              \
+    X(SRV_MEMORY_COMPUTATIONS, computations) /* operations, compression, unfinished answers */     \
+    X(SRV_MEMORY_ANSWERS, answers)           /* complete answers, cached ones included */          \
+    X(SRV_MEMORY_JOBS, jobs)                 /* parts of jobs being computed */
 
 enum srv_memory_kind {
 #define X(kind, label) kind,

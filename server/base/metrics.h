@@ -92,7 +92,7 @@
     X(job_run, "run")   /* from the claim of a part to its result on disk */
 
 enum {
-    SRV_METRIC_BUCKETS = 19, /* the last is +Inf */
+    SRV_METRIC_BUCKETS = 19, /* the last bucket is +Inf */
     SRV_METRIC_ROUTES = 96,  /* number of routes; the last stands for unknown routes; the router
                               * asserts the number */
     SRV_METRIC_STATUS = 600
@@ -127,7 +127,7 @@ static inline void srv_metrics_count(atomic_ullong *counter, unsigned long long 
 /** Counts a request of a route by its HTTP status; 0 = no answer. Any thread. */
 void srv_metrics_request(struct srv_metrics *metrics, int route, int status);
 
-/** Adds a duration to a histogram; 0 and less are ignored, because the stage was not reached. */
+/** Adds a duration to a histogram; a value <= 0 is ignored, because the stage was not reached. */
 void srv_metrics_time(struct srv_histogram *histogram, int64_t ns);
 
 /** Returns the resident memory of the process in bytes; 0 if unknown. */

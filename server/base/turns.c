@@ -29,8 +29,8 @@ struct srv_list *srv_turns_next(struct srv_turns *turns) {
     struct srv_turns_road *road = SRV_CONTAINER_OF(turns->roads.next, struct srv_turns_road, link);
     struct srv_turns_lane *lane = SRV_CONTAINER_OF(road->lanes.next, struct srv_turns_lane, link);
     int most = road->busy < SRV_TURNS_ROW ? road->busy : SRV_TURNS_ROW;
-    /* The lane goes to the end of its road; the road goes to the end of all roads once it has used
-     * its turns. */
+    /* The lane goes to the end of its road; the road goes to the end of all roads after its last
+     * turn. */
     srv_list_remove(&lane->link);
     srv_list_append(&road->lanes, &lane->link);
     if (++road->turns >= most) {

@@ -18,7 +18,7 @@ struct srv_turns {
 struct srv_turns_road {
     struct srv_list link, lanes; /* link in the ring of roads; the ring of its lanes in which
                                   * something waits */
-    int busy, turns; /* number of these lanes; turns used since the road became the first */
+    int busy, turns;             /* number of linked lanes; consecutive turns used so far */
 };
 
 /* Initialized as {0}. It belongs to one road while something waits in it. */
@@ -35,7 +35,7 @@ void srv_turns_remove(struct srv_turns_road *road, struct srv_turns_lane *lane,
                       struct srv_list *link);
 
 /**
- * Returns the link whose turn it is, which still waits: the caller removes it. NULL if none waits.
+ * Returns the link whose turn it is, or NULL if none waits. The caller removes the link.
  *
  * The roads take turns; a road has as many consecutive turns as it has waiting lanes, at most
  * SRV_TURNS_ROW. The lanes of a road take turns, and a lane is first in, first out. O(1).

@@ -15,8 +15,8 @@ enum {
     EVENTS_REPORT = 1 << 19 /* bytes reserved for a page of a report until it is read */
 };
 
-/* New changes for listeners that are up to date, and backlogs. New changes are read first, except
- * that each query has one page of a backlog. */
+/* The kind of a read: new changes for an up-to-date listener, or a page of a backlog. New changes
+ * are read first, but each query also reads one page of a backlog. */
 enum class_level { CLASS_NEW, CLASS_OLD, CLASS_LEVELS };
 
 /* Expected bytes of a page of new changes and of a backlog. */
@@ -24,10 +24,10 @@ static const size_t class_expected[CLASS_LEVELS] = {SRV_EVENTS_TEXT, SRV_CLASS_P
 
 /* A room that has listeners. */
 struct class_room {
-    struct srv_list link, seats; /* links in the topic's list; the clients that listen */
+    struct srv_list link, seats; /* link in the topic's list; the list of seats */
     char code[SRV_CLASS_CODE];
     struct srv_turns_road road[CLASS_LEVELS];
-    struct class_room *next; /* the next room whose change number is read */
+    struct class_room *next; /* next room whose change number the query reads */
     int64_t version, shared;
     enum srv_stored stored;
 };
@@ -46,8 +46,8 @@ struct class_seat {
 struct class_listener {
     struct srv_listener listener;
     struct class_seat *seat;
-    struct srv_list turn;     /* in the list of those that wait for a page */
-    struct class_page *asked; /* the page being read for it; other listeners may share it */
+    struct srv_list turn;     /* link among the listeners that wait for a page */
+    struct class_page *asked; /* the page being read for it, which other listeners may share */
     struct class_listener *beside;
     enum class_level level;
     int teacher;
@@ -55,12 +55,12 @@ struct class_listener {
     int lags;                        /* non-zero: there are later changes */
     int ended;                       /* non-zero: the stream ends */
     struct api_buffer page;          /* the next page to send */
-    struct srv_class_report *report; /* NULL = events */
-    const char *code, *who;          /* used to find its seat, not afterwards */
+    struct srv_class_report *report; /* NULL = a stream of changes */
+    const char *code, *who;          /* used to find the seat, invalid afterwards */
 };
 
-/* A page that is read for listeners of one seat with the same last change. During a query only the
- * events' thread uses it, except `reader`, which the lock guards. */
+/* A page being read for listeners of one seat that have seen the same last change. During a query
+ * only the events' thread uses it, except `reader`, which the lock guards. */
 struct class_page {
     struct class_listener
         *reader; /* the first listener; NULL once all have left: then the page owns the report */
@@ -88,7 +88,7 @@ static struct class_listener *class_listener(const struct srv_listener *listener
 
 /* --- rooms and their listeners --- */
 
-/* Gives a listener the seat of its client in its room. */
+/* Attaches a listener to the seat of its client in its room. */
 static enum pend_status seat_take(struct srv_listener *listener) {
     struct class_listener *own = class_listener(listener);
     struct class_topic *look = SRV_CONTAINER_OF(listener->topic, struct class_topic, topic);
@@ -117,7 +117,7 @@ static enum pend_status seat_take(struct srv_listener *listener) {
     return seat ? PEND_OK : PEND_NO_MEMORY;
 }
 
-/* The room stays until no query refers to it. */
+/* The room is freed later, because a running query may refer to it. */
 static void seat_give(struct class_seat *seat) {
     if (--seat->users) return;
     srv_list_remove(&seat->link);
@@ -232,7 +232,7 @@ static enum pend_status event_write(const struct srv_class_item *item, struct ap
     const struct api_class_item told = {item->name, item->version, item->changed, item->body,
                                         item->bytes};
     PEND_TRY(api_buffer_format(text, "event: item\nid: %lld\ndata:", (long long)item->version));
-    /* "data:" ends in a colon, after which no comma is written */
+    /* "data:" ends in a colon, so no comma is written before the item's text */
     PEND_TRY(api_class_item_write(&told, text));
     return api_buffer_text(text, "\n\n");
 }
@@ -316,8 +316,9 @@ static struct class_page *page_find(struct class_topic *look, const struct class
     return NULL;
 }
 
-/* Requests the page of the next listener at a level. Returns its expected bytes (half if it is only
- * copied), 0 if no listener waits. A listener whose client has no memory left loses its turn. */
+/* Requests the page of the next listener of a level. Returns the page's expected bytes (half if it
+ * is only copied), 0 if no listener waits. A listener whose client has no memory left loses its
+ * turn. */
 static size_t page_gather(struct class_topic *look, enum class_level level) {
     for (struct srv_list *turn; (turn = srv_turns_next(&look->turns[level]));) {
         struct class_listener *at = SRV_CONTAINER_OF(turn, struct class_listener, turn);
@@ -344,8 +345,8 @@ static size_t page_gather(struct class_topic *look, enum class_level level) {
     return 0;
 }
 
-/* Requests the pages of one query, new changes first. A backlog gets one page, and the pages that
- * new changes leave. */
+/* Requests the pages of one query, new changes first. Backlogs get one page, and all pages that new
+ * changes leave free. */
 static void pages_gather(struct class_topic *look) {
     size_t bytes = page_gather(look, CLASS_OLD);
     for (int level = CLASS_NEW; level < CLASS_LEVELS;) {
@@ -373,7 +374,7 @@ static void page_give(struct class_page *page) {
     at->asked = NULL;
     int stored = page->stored == SRV_STORED && page_text(at, page), report = at->report != NULL;
     int gone = page->stored == SRV_STORED_NONE || page->stored == SRV_STORED_CLASH;
-    /* A failed read is retried later, except that of a report, which may be half processed. */
+    /* Retry a failed read, except that of a report, which may be half processed. */
     at->listener.kept = 0;
     if (stored) {
         assert(page->seen >= at->seen);

@@ -51,7 +51,7 @@ static enum pend_status room_write(const struct srv_class_request *own, struct a
     return api_buffer_text(out, "]}");
 }
 
-/* Reserves the memory of the next page, and of the answer that all pages are copied to. */
+/* Reserves memory for the next page and for the answer, into which all pages are copied. */
 static enum srv_room room_hold(struct srv_store_request *asked) {
     size_t text = srv_class_request_of(asked)->text.cap + REPORTS_STEP;
     return srv_exchange_hold(asked->exchange, asked->exchange->body.cap + 2 * text);
@@ -124,7 +124,7 @@ static void reports_free(struct srv_class_report *report) {
 
 static enum pend_status table_end(struct srv_class_report *report, struct api_buffer *text) {
     struct reports_report *own = reports_own(report);
-    /* A room without items has the header only. */
+    /* Write the header even if the room has no items. */
     int begun = own->begun;
     own->begun = 1;
     return begun ? PEND_OK : api_class_table_begin(&own->names, text);

@@ -19,7 +19,7 @@ static const struct {
     double burst, a_second, tries, tries_a_second;
 } request_misses[REQUEST_SOURCES] = {{30, 0.5, 600, 20}, {120, 2, 2400, 60}, {1000, 10, 8000, 100}};
 
-/* bytes of a body; bytes of a stored text */
+/* bytes of a request's body; bytes of a stored text */
 enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 4 << 20 };
 
 static const char request_letters[] = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
@@ -50,15 +50,15 @@ int srv_class_request_read_code(const char *path, char code[SRV_CLASS_CODE]) {
     return 1;
 }
 
-/* The seconds that a source must wait because of too many wrong codes; 0 if it need not, or if
- * memory is short. `taken`: counts this code too. */
+/* Returns the seconds for which a source must wait because of too many wrong codes; 0 if it need
+ * not wait, or if memory is short. `taken`: count this code as well. */
 static double request_wait(struct srv_exchange *exchange, int source, enum srv_pace pace,
                            int taken) {
     struct srv_clients *clients = exchange->service->clients;
     char key[8 + SRV_PEER_BYTES] = "misses", network[SRV_PEER_BYTES];
     int tries = pace == SRV_PACE_TRIES;
     if (source == REQUEST_NETWORK) {
-        /* the address of an account is the proxy's */
+        /* For an account the connection's address is the proxy's. */
         if (*exchange->identity.source != 'n') return 0;
         srv_peer_shorten(exchange->identity.network, network);
         snprintf(key, sizeof key, "misses %s", network);
@@ -96,8 +96,8 @@ enum srv_stored srv_class_request_look(struct srv_store *store, struct srv_store
     return from ? SRV_STORED : SRV_STORED_NONE;
 }
 
-/* Answers 404, whether the room does not exist or the client is not in it; 429 after too many wrong
- * codes. */
+/* Answers 404, both if the room does not exist and if the client is not in it; 429 after too many
+ * wrong codes. */
 static void request_nowhere(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!own->joins) {
@@ -173,7 +173,7 @@ struct srv_store_request *srv_class_request_begin(struct srv_exchange *exchange,
     } else {
         own->exchange = exchange;
         own->joins = joins;
-        /* the first 20 bits of the digest, which many addresses share */
+        /* the first 20 bits of the source's digest, which many sources share */
         snprintf(own->source, sizeof own->source, "%s", exchange->identity.source + 2);
         api_buffer_init(&own->text, REQUEST_TEXT);
         if (request_names(own)) return asked;
@@ -188,7 +188,7 @@ void srv_class_request_part(const struct srv_exchange *exchange, int at, char pa
     for (int i = 0; i < at && from; i++)
         if ((from = strchr(from, '/'))) from++;
     size_t bytes = from ? strcspn(from, "/") : 0;
-    /* An id that is too long cannot exist. */
+    /* No item has an id that is too long, so treat it as empty. */
     if (bytes >= cap) bytes = 0;
     memcpy(part, bytes ? from : "", bytes);
     part[bytes] = 0;
@@ -199,7 +199,7 @@ int srv_class_request_pace(struct srv_store_request *asked, enum srv_pace pace, 
     struct srv_exchange *exchange = asked->exchange;
     struct srv_clients *clients = exchange->service->clients;
     assert(exchange->account && (!own || *srv_class_request_of(asked)->who));
-    /* clients that share an API key have a rate each */
+    /* Each client of a shared API key has a rate of its own. */
     struct srv_client *client =
         own ? srv_clients_take(clients, srv_class_request_of(asked)->who, exchange->identity.source)
             : exchange->account->source;
@@ -226,7 +226,7 @@ int srv_class_request_token(struct srv_store_request *asked) {
     struct srv_class_request *own = asked->more;
     struct srv_identity made = asked->exchange->identity;
     unsigned char bits[(SRV_CLASS_TOKEN - 1) / 2];
-    /* one token in many millions has too few different letters: draw again */
+    /* One token in many millions has too few different letters; draw again. */
     for (int i = 0; i < 4 && !*own->who; i++) {
         if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) break;
         for (size_t k = 0; k < sizeof bits; k++) snprintf(own->token + 2 * k, 3, "%02x", bits[k]);
@@ -264,7 +264,7 @@ int srv_class_request_again(struct srv_store_request *asked, enum srv_stored sto
     return stored == SRV_STORED_AGAIN && srv_class_request_of(asked)->tries++ < SRV_CLASS_TRIES;
 }
 
-/* Answers with the reason for which nothing was written. */
+/* Answers with the reason why nothing was written. */
 static void request_why(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     const struct srv_config *config = &exchange->service->config;

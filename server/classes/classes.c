@@ -14,10 +14,10 @@
 #include "server/store/store_class_pupils.h"
 #include "server/work/admission.h"
 
-/* bursts and rates per second: rooms and joins of an address, writes of a client */
+/* bursts: rooms and joins of an address, writes of a client; and tries for an unused code */
 enum { CLASSES_ROOMS = 60, CLASSES_JOINS = 100, CLASSES_WRITES = 40, CLASSES_CODES = 16 };
-/* An address may have at least this many rooms, and at most this fraction of all rooms; lifetime,
- * in us, of a room without pupils. */
+/* An address may have CLASSES_ADDRESS rooms or a tenth of all rooms, whichever is more. A room
+ * without pupils is deleted after CLASSES_EMPTY_US. */
 enum { CLASSES_ADDRESS = 10, CLASSES_TENTH = 10 };
 #define CLASSES_EMPTY_US INT64_C(3600000000)
 #define CLASSES_ROOMS_A_SECOND (1.0 / 60)
@@ -202,13 +202,13 @@ static struct srv_class_put *classes_put(struct srv_class_request *own) {
 static int join_check(struct srv_store_request *asked) {
     struct srv_class_request *own = srv_class_request_of(asked);
     if (!srv_class_request_check(asked)) return 0;
-    /* leaves space for a number after the fold */
+    /* leave space for a number after the fold */
     int bytes = srv_nickname_fold(own->facts.nickname, own->fold, sizeof own->fold - 16);
     if (!bytes) srv_exchange_problem(asked->exchange, 422, "nickname has no visible character");
     return bytes > 0;
 }
 
-/* The code is correct: limits the rate of joins to this room from one address. */
+/* Limits the rate of joins to this room from one address, once the code is known to be correct. */
 static void join_looked(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored != SRV_STORED) {
         srv_class_request_refuse(asked, stored);
@@ -247,7 +247,7 @@ static const struct {
     const char *kind, *id; /* id: NULL = any */
     enum api_class_kind body;
     int own;          /* non-zero: the item belongs to a pupil */
-    const char *base; /* the kind of item that it is an answer to */
+    const char *base; /* the kind of item that it answers */
 } classes_kind[] = {
     {"stages", "class", API_CLASS_STAGE, 0, NULL},
     {"stages", "own", API_CLASS_OWN_STAGE, 1, NULL},
@@ -271,7 +271,7 @@ static int classes_pupils(struct srv_class_request *own, const char *kind) {
     return 1;
 }
 
-/* Finds the item that the path names. Returns 0 if it cannot exist. */
+/* Finds the item that the path names. Returns 0 if there can be no such item. */
 static int classes_find(struct srv_class_request *own, int removes) {
     char kind[SRV_CLASS_NAME / 3], id[SRV_CLASS_NAME / 2];
     srv_class_request_part(own->exchange, 1, kind, sizeof kind);
@@ -410,7 +410,7 @@ static enum srv_stored events_run(struct srv_store *store, struct srv_store_call
     return own->room.teacher || own->room.pupil ? stored : SRV_STORED_NONE;
 }
 
-/* Reads the last change that the client has seen; a change that does not exist counts as none. */
+/* Reads the number of the last change that the client has seen; 0 for an impossible number. */
 static int64_t events_since(const char *last, const struct srv_class *room) {
     char *end;
     if (!last || *last < '0' || *last > '9') return 0;

@@ -6,7 +6,7 @@
 #include "server/classes/nickname_table.h"
 
 enum {
-    NICKNAME_CODES = 1024 /* characters of a fold: a name has 32, and each becomes at most 18 */
+    NICKNAME_CODES = 1024 /* characters of a fold: a name has 32, which become at most 18 each */
 };
 
 /* Reads a UTF-8 character; a malformed one is U+FFFD. */

@@ -1,6 +1,4 @@
-/* Folds nicknames so that look-alikes are equal.
- * Leaves to others: which nicknames are in a room, and their numbers (store_class_pupils).
- * Invariant: names that look the same at a glance have the same fold. */
+/* Folds nicknames so that names that look alike become equal. */
 #pragma once
 
 #include <stddef.h>

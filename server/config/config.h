@@ -19,22 +19,22 @@ struct srv_config {
     char role[SRV_CONFIG_TEXT], store[SRV_CONFIG_TEXT];
     double workers; /* 0 = one per processor */
     double connections, client_connections, queue, client_queue;
-    double held_bytes, client_held_bytes; /* client_held_bytes: 0 = a share, see hold */
+    double held_bytes, client_held_bytes; /* client_held_bytes: 0 = a share (work/hold) */
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
     char log[SRV_CONFIG_TEXT], audit_log[SRV_CONFIG_TEXT], log_client[SRV_CONFIG_TEXT];
     char cors_origins[SRV_CONFIG_TEXT], frame_ancestors[SRV_CONFIG_TEXT];
     char trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT],
         role_header[SRV_CONFIG_TEXT];
-    char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none", as these: */
+    char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none" = unset */
     char keys[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
-    char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none" or instants */
+    char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none" or an RFC 3339 instant */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
         drain_idle_seconds;
-    double least_rate; /* bytes/s, least rate of a client */
+    double least_rate; /* bytes that prolong a client's deadlines by a second */
     double sandbox;    /* 0, 1 or SRV_CONFIG_AUTO: as far as the kernel supports it */
-    double allow_root; /* 1 = root may run it */
+    double allow_root; /* 1 = may run as root */
     double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 unless its lines go to a terminal */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;
     double client_jobs, client_bytes, store_bytes, keep_seconds;
@@ -77,7 +77,7 @@ struct srv_option {
     const char *name;    /* "max-queue": --max-queue, PENDULUMD_MAX_QUEUE, max-queue = 256 */
     const char *sample;  /* placeholder of the value in the help; NULL if the option has no value */
     char start[32];      /* the default as one would write it */
-    const char *meaning; /* one or two sentences without a capital and a full stop */
+    const char *meaning; /* one or two sentences, without a capital or a full stop */
     enum srv_option_kind kind;
     size_t offset;      /* of the value in struct srv_config, or the number of a limit */
     double least, most; /* bounds of a number */
@@ -102,7 +102,7 @@ void *srv_config_value(struct srv_config *config, int i, size_t *bytes);
 /** Returns true if option i of the table has the same value in two configs. */
 int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i);
 
-/** Gives option i of the table the value that it has in another config. */
+/** Copies the value of option i of the table from another config. */
 void srv_config_take(struct srv_config *config, const struct srv_config *from, int i);
 
 /** Writes the help; fails as api_buffer_room does. */

@@ -101,8 +101,8 @@ static int load_frames_good(const char *list) {
     }
 }
 
-/* returns the valid words of a kind if the value is not one of them; NULL if it is valid, or the
- * kind has no words */
+/* returns the valid words of a kind, if the value is not one of them; NULL if the value is valid or
+ * the kind has no words */
 static const char *load_word_right(enum srv_option_kind kind, const char *value) {
     if (kind == SRV_OPTION_ROLE && strcmp(value, "all") && strcmp(value, "api") &&
         strcmp(value, "worker"))
@@ -291,7 +291,7 @@ static enum pend_status load_environment(struct srv_config *config, char *const 
     return PEND_OK;
 }
 
-/* the task a flag asks for */
+/* sets the task that a flag selects */
 static enum pend_status load_flag(struct srv_config *config, const char *name, const char *value,
                                   struct pend_error *error) {
     int help = !strcmp(name, "help");

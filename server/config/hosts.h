@@ -28,12 +28,11 @@ const char *srv_hosts_mean(const char *list, const char *listen, int proxied);
  * Returns true if the server accepts a host.
  *
  * list  as srv_hosts_mean returns it.
- * host  value of Host: "example.org:8080", in any case, with or without a trailing dot. NULL or ""
- *       =
- *       absent, as in HTTP/1.0, which no browser uses; it is accepted.
+ * host  value of Host: "example.org:8080", in any case, with or without a trailing dot. NULL and ""
+ *       (absent, as in HTTP/1.0, which no browser uses) are accepted.
  */
 int srv_hosts_allow(const char *list, const char *host);
 
-/** Returns true for a host that is a numeric address, with or without a port, and so was not
- * resolved. */
+/** Returns true if a host is a numeric address, with or without a port. Such a host needs no DNS.
+ */
 int srv_hosts_numeric(const char *host);

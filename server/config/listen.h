@@ -10,15 +10,14 @@ enum { SRV_URL_BYTES = 320 };
 /**
  * Binds and listens.
  *
- * address  HOST:PORT; the host is a name, an IPv4 address, an IPv6 address in brackets, or * for
- * all addresses; port 0 takes a free one. Or unix:PATH: a socket with mode 0660, which replaces a
- *          stale one.
+ * address  HOST:PORT; the host is a name, an IPv4 address, an IPv6 address in brackets, or *
+ *          for all addresses; port 0 takes a free one. Or unix:PATH: a socket with mode 0660,
+ *          which replaces a stale one.
  * fd       out, owned by the caller; -1 on failure.
  * url      out: http://HOST:PORT with the given host (* becomes 0.0.0.0 or [::]) and the actual
- * port; unix:PATH unchanged.
+ *          port; unix:PATH unchanged.
  *
- * PEND_INVALID  error names the step and the reason: unknown host, address in use, no permission.
- * May block in the resolver.
+ * PEND_INVALID  error names the failed step and the reason. May block in the resolver.
  */
 PEND_MUST_CHECK enum pend_status srv_listen_open(const char *address, int *fd,
                                                  char url[SRV_URL_BYTES], struct pend_error *error);

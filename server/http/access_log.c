@@ -31,7 +31,7 @@ static const char *access_log_client(const struct srv_exchange *exchange,
     return text[0] ? text : "-";
 }
 
-/* Returns 1 for what the audit log records: changes, operators' requests and refusals. */
+/* Returns 1 if the audit log records the request: changes, operators' requests and refusals. */
 static int access_log_audit(const struct srv_exchange *exchange, int status) {
     const struct srv_route *route = exchange->route;
     if (status == 401 || status == 403) return 1;

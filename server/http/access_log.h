@@ -6,7 +6,7 @@
 #include "server/work/exchange.h"
 
 /**
- * Enters a request.
+ * Records a request.
  *
  * outcome  a word, see the README; static.
  * status   HTTP status sent to the client, 0 = none.

@@ -144,7 +144,7 @@ void srv_assets_oembed(struct srv_exchange *exchange) {
 }
 
 void srv_assets_room(struct srv_exchange *exchange) {
-    /* relative to /CODE, because a proxy may serve the page below another path */
+    /* A relative location, because a proxy may serve the page below another path. */
     static const char page[] = "./?room=";
     char *location = srv_exchange_text(exchange, sizeof page + SRV_CLASS_CODE);
     if (!location) return;

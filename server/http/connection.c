@@ -20,7 +20,7 @@
 
 enum {
     CONNECTION_UNREAD = 65536, /* largest body that is read just to keep the connection */
-    CONNECTION_BYTES = 3 << 13 /* bytes of memory that libmicrohttpd takes for a connection */
+    CONNECTION_BYTES = 3 << 13 /* memory that libmicrohttpd uses per connection */
 };
 
 static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
@@ -30,8 +30,8 @@ static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
 enum connection_state {
     CONNECTION_NONE,    /* libmicrohttpd has not reported a request line */
     CONNECTION_HEAD,    /* the target is known */
-    CONNECTION_BODY,    /* the head is checked and the body is coming */
-    CONNECTION_WAITING, /* passed on; the connection is suspended */
+    CONNECTION_BODY,    /* the head was checked; the body is being received */
+    CONNECTION_WAITING, /* passed to a worker; the connection is suspended */
     CONNECTION_SENDING  /* libmicrohttpd sends the response */
 };
 
@@ -48,7 +48,7 @@ struct connection {
     struct srv_client *client; /* client record of its address; NULL for a trusted proxy, or if
                                 * memory is short */
     struct srv_hold hold;
-    int refused; /* the request was answered after its head, while the body is still read */
+    int refused; /* the request was refused after its head; its body is still read */
     int64_t body_began;
     struct srv_response_stream stream;
     int64_t paused, pauses; /* ns: start of the current pause, and total time of pauses, during
@@ -71,7 +71,7 @@ static int64_t connection_deadline(double seconds) {
 
 /* --- answers --- */
 
-/* Sets the deadline for what the client has received of a stream; the time in which the stream had
+/* Sets the deadline for the next bytes of a stream to be received. Time in which the stream had
  * nothing to send does not count. */
 static void connection_moved(struct srv_exchange *exchange, uint64_t bytes) {
     struct connection *connection = (struct connection *)exchange;
@@ -145,8 +145,7 @@ static void connection_left(struct srv_watched *watched) {
                                      : SRV_STOP_LEFT);
 }
 
-/* Passes the exchange on. Its connection may be resumed before this returns; the resumption
- * waits. */
+/* Passes the exchange to its route. A worker may answer it before this returns. */
 static enum MHD_Result connection_hand_over(struct connection *connection) {
     assert(connection->state == CONNECTION_BODY && !connection->refused);
     connection->state = CONNECTION_WAITING;
@@ -198,8 +197,8 @@ static enum MHD_Result connection_head(struct connection *connection, const char
     connection->state = CONNECTION_BODY;
     connection->refused = !connection_check_head(connection, method);
     if (connection->refused) {
-        /* A response at this point ends the connection. If nothing forbids it, the body is read
-         * first and the connection stays. */
+        /* Refusing here would close the connection. If the body is short, it is read first, so that
+         * the connection stays open. */
         int keep = exchange->length >= 0 && exchange->length <= CONNECTION_UNREAD &&
                    !exchange->field[SRV_EXPECT];
         if (keep && !exchange->close) return MHD_YES;
@@ -261,7 +260,7 @@ enum MHD_Result srv_connection_request(void *context, struct MHD_Connection *mhd
     return connection->state == CONNECTION_WAITING ? connection_answer(connection) : MHD_NO;
 }
 
-/* libmicrohttpd has read the request line: a request starts. */
+/* Called when libmicrohttpd has read a request line; begins a request. */
 void *srv_connection_target(void *context, const char *target, struct MHD_Connection *mhd) {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
@@ -332,7 +331,7 @@ static void connection_refuse_stream(struct connection *connection) {
     srv_exchange_reset(exchange);
 }
 
-/* A request has ended, in whatever way; its texts and its response are released. */
+/* Called when a request has ended for any reason; releases its texts and its response. */
 void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **state,
                               enum MHD_RequestTerminationCode code) {
     struct srv_connections *all = context;
@@ -394,8 +393,8 @@ enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *addre
     return MHD_NO;
 }
 
-/* Counts a new connection; above a limit, a silent connection is closed for it, or the limit is
- * noted. */
+/* Counts a new connection. If there are too many, an idle one is closed, or the exceeded limit is
+ * recorded. */
 static void connection_count(struct connection *connection, int connections) {
     struct srv_service *service = connection->all->service;
     connection->client = srv_connection_share_client(service, connection->exchange.peer);
@@ -414,8 +413,8 @@ static void connection_count(struct connection *connection, int connections) {
     srv_hold_set(&connection->hold, bytes);
 }
 
-/* ns: when a new connection must have begun a request: soon if it exceeds a limit, within
- * header-seconds if half of the table is taken. */
+/* Returns the deadline, in ns, for the first request of a new connection: soon if it exceeds a
+ * limit, after header-seconds if half of all connections are in use. */
 static int64_t connection_begin_deadline(const struct connection *connection) {
     const struct srv_config *config = srv_service_config(connection->all->service);
     int crowded = 2 * atomic_load(&connection->all->service->connections) > config->connections;
@@ -462,7 +461,7 @@ static void connection_end(struct srv_connections *all, void **socket) {
     atomic_fetch_sub(&all->service->connections, 1);
     *socket = NULL;
     if (!connection) return;
-    /* A request was late before libmicrohttpd saw its first line. */
+    /* The request was late before libmicrohttpd saw its first line. */
     if (atomic_load(&connection->watched.late) &&
         connection->hook.strict.requests > connection->done)
         connection_log(connection, "late");

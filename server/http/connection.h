@@ -1,5 +1,5 @@
-/* The callbacks of libmicrohttpd for connections and requests: each request becomes an exchange,
- * and each answered exchange a response.
+/* The callbacks of libmicrohttpd: each request becomes an exchange, and each answered exchange a
+ * response.
  * Leaves to others: listening and libmicrohttpd's options (http), the fields of a response
  * (response), reading from sockets (recv_hook).
  * Invariant: nothing here computes or waits; while a worker has an exchange its connection is
@@ -21,7 +21,7 @@ struct srv_connections {
     int wake;   /* an eventfd: readable when the thread of the sockets has something to do */
 };
 
-/** For MHD_start_daemon: whether to accept a connection. A client far above its share is
+/** For MHD_start_daemon: decides whether to accept a connection. A client far above its share is
  * disconnected without an answer. */
 enum MHD_Result srv_connection_allow(void *connections, const struct sockaddr *address,
                                      socklen_t bytes);

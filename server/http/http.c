@@ -15,11 +15,10 @@
 #include "server/http/connection.h"
 
 enum {
-    HTTP_POOL = 24576, /* libmicrohttpd's memory for a connection in bytes: enough for every head
-                        * that the strict reader accepts */
-    HTTP_WAIT_MS =
-        60000,      /* the longest wait in ms: a safety net, because every event is notified */
-    HTTP_SPARE = 64 /* connections above the limit that get an answer */
+    HTTP_POOL = 24576,    /* libmicrohttpd's memory for a connection in bytes: enough for every head
+                           * that the strict reader accepts */
+    HTTP_WAIT_MS = 60000, /* longest wait in ms: a safety net, since every event wakes the thread */
+    HTTP_SPARE = 64       /* connections above the limit that get an answer */
 };
 
 struct srv_http {
@@ -31,8 +30,7 @@ struct srv_http {
     atomic_int
         listen; /* 1 = listening, 0 = the thread should stop listening, -1 = it has stopped */
     atomic_int end;
-    int64_t settling; /* ns: start of the time without accepting connections, then of the time
-                         without listening */
+    int64_t settling; /* ns: when accepting stopped; later, when listening stopped */
 };
 
 /* The strict reader decodes paths, so libmicrohttpd must not. */
@@ -41,7 +39,7 @@ static size_t http_unescape(void *context, struct MHD_Connection *mhd, char *tex
     return strlen(text);
 }
 
-/* --- the thread --- */
+/* Accepts the connections whose handshake is complete, and stops listening. */
 
 /* Accepts the connections that are complete already, and stops listening. */
 static void http_close(struct srv_http *http) {
@@ -89,7 +87,7 @@ static void *http_main(void *context) {
 
 /* --- start and end --- */
 
-/* Adds a descriptor to those that the thread waits for. */
+/* Adds a descriptor to those on which the thread waits. */
 static int http_listen_for(struct srv_http *http, int fd) {
     struct epoll_event event = {.events = EPOLLIN, .data.fd = fd};
     return !epoll_ctl(http->events, EPOLL_CTL_ADD, fd, &event);

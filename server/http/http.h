@@ -26,7 +26,7 @@ PEND_MUST_CHECK enum pend_status srv_http_new(struct srv_http **http, struct srv
 /**
  * Stops listening, in steps; connections in the backlog are still accepted.
  *
- * Returns 1 once the socket is closed and every accepted connection is served; which takes twice
+ * Returns 1 once the socket is closed and every accepted connection is served: twice
  * SRV_HTTP_SETTLE_MS after the first call.
  */
 int srv_http_quiesce(struct srv_http *http);

@@ -47,7 +47,7 @@ void srv_probes_readiness(struct srv_exchange *exchange) {
         srv_exchange_busy(exchange, 5, jobs);
         return;
     }
-    /* a process without a store deliberately serves no jobs */
+    /* without a store the process is meant to serve no jobs */
     const char *status = jobs && service->storage ? "degraded" : "ready";
     exchange->answer.bytes = 0;
     if (api_buffer_format(&exchange->answer, "{\"status\":\"%s\",\"jobs\":\"%s\"}", status,

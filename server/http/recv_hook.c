@@ -43,8 +43,8 @@ static struct srv_recv_hook *hook_at(int fd) {
     return hooks_here && fd >= 0 && fd < hooks_here->fds ? hooks_here->by_fd[fd] : NULL;
 }
 
-/* Passes received bytes to the strict reader; returns how many of them, moved together,
- * libmicrohttpd may see. */
+/* Passes received bytes to the strict reader. Returns how many of them libmicrohttpd may see; these
+ * are moved to the front. */
 static size_t hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
     struct srv_http_strict *strict = &hook->strict;
     int within = srv_http_strict_within(strict);
@@ -65,7 +65,7 @@ ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
     if (hook && hook->strict.status) return 0;
     size_t held = 0, asked, shown;
     ssize_t got;
-    /* If the strict reader removed bytes, the buffer is filled up: libmicrohttpd takes a short
+    /* If the strict reader removed bytes, read more to fill the buffer: libmicrohttpd takes a short
      * read for the end of the data. */
     do {
         asked = bytes - held;

@@ -31,8 +31,7 @@ static int head_refuse(struct srv_exchange *exchange, int status, const char *fo
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
     srv_exchange_problem(exchange, status, "%s", detail);
-    /* A client that sends a malformed message may have meant a different one, so the connection is
-     * closed after it. */
+    /* After a malformed message the start of the next one is uncertain, so close the connection. */
     exchange->close |= status == 400;
     return 0;
 }

@@ -9,7 +9,7 @@
 /**
  * Stores one field of the head.
  *
- * name, value  must live as long as the exchange's request.
+ * name, value  valid as long as the exchange's request.
  *
  * Returns 1 if it is well-formed. Otherwise answers the exchange (400 or 431).
  */

@@ -107,7 +107,7 @@ static int response_quota(struct MHD_Response *response, const struct srv_exchan
            response_policy(response, quota);
 }
 
-/* The fields of RFC 9745 and RFC 8594; "" = not announced. */
+/* The fields of RFC 9745 and RFC 8594; "" = not sent. */
 struct response_ages {
     char deprecation[32], sunset[48];
 };
@@ -175,7 +175,7 @@ static void response_trail(struct srv_response_stream *stream) {
                                       stat_fields.field[i].value);
 }
 
-/* Gives libmicrohttpd bytes of a stream. */
+/* Copies bytes of a stream for libmicrohttpd. */
 static ssize_t response_read(void *context, uint64_t position, char *to, size_t cap) {
     struct srv_response_stream *stream = context;
     long count = stream->exchange->listens

@@ -8,15 +8,14 @@
 
 #include "server/work/exchange.h"
 
-/* What a streamed response needs from its connection. */
+/* The connection's functions and state for a streamed response. */
 struct srv_response_stream {
     struct srv_exchange *exchange;
-    /** Reports the bytes passed to the client since the answer began; 0 = it waits for the next
-     * ones. */
+    /** Reports the bytes passed to the client since the answer began; 0 = there are none yet. */
     void (*moved)(struct srv_exchange *exchange, uint64_t bytes);
     /** Suspends the connection until the exchange's `finish`. */
     void (*pause)(struct srv_exchange *exchange);
-    struct MHD_Response *response; /* gets the trailers */
+    struct MHD_Response *response; /* receives the trailers */
     int broken; /* out: its computation failed, or was cancelled, before the body was complete */
 };
 

@@ -35,8 +35,8 @@ static void router_metrics(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Cache-Control", "no-store");
 }
 
-/* The three kinds of rows: a worker runs an operation; the response is computed elsewhere; the
- * response is immediate. */
+/* The three kinds of routes: a worker runs an operation; `begin` starts an answer that takes time;
+ * `handle` answers at once. */
 #define ROUTER_OPERATION(method, pattern, op)                                                      \
     { method, pattern, NULL, NULL, op, method " " pattern, 0 }
 #define ROUTER_LATER(method, pattern, begin, special)                                              \
@@ -102,7 +102,7 @@ static const struct srv_route router_table[] = {
     ROUTER_AT_ONCE("GET", "/readyz", srv_probes_readiness, SRV_ROUTE_ANY_HOST | SRV_ROUTE_PROBE),
     ROUTER_AT_ONCE("GET", "/metrics", router_metrics,
                    SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED | SRV_ROUTE_OPERATOR | SRV_ROUTE_PROBE),
-    /* last: a word of six letters, as readyz, could be a code */
+    /* last, because a word of six letters such as readyz could be a code */
     ROUTER_AT_ONCE("GET", "/{room}", srv_assets_room, 0),
 };
 
@@ -110,7 +110,7 @@ enum {
     ROUTER_COUNT = sizeof router_table / sizeof *router_table,
     ROUTER_ALLOW = 64,
     ROUTER_LABEL = 64,
-    ROUTER_PATH = 64 /* the longest path that is compared with existing ones */
+    ROUTER_PATH = 64 /* longest unknown path for which a suggestion is made */
 };
 
 static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
@@ -165,8 +165,8 @@ static void router_allow_add(char allow[ROUTER_ALLOW], const char *method) {
     snprintf(allow + bytes, ROUTER_ALLOW - bytes, "%s%s", bytes ? ", " : "", method);
 }
 
-/* Lists the methods of a path, without the routes that have one of the properties `without`; "" if
- * the path does not exist. */
+/* Lists the methods of a path, except routes with a property in `without`; "" if the path does not
+ * exist. */
 static void router_allow(const char *path, unsigned without, char allow[ROUTER_ALLOW]) {
     const char *argument;
     size_t bytes;
@@ -201,7 +201,7 @@ static int router_foreign(const struct srv_exchange *exchange) {
                             exchange->host);
 }
 
-/* Answers OPTIONS; for a browser's preflight with what the page's request may contain. */
+/* Answers OPTIONS; tells a browser's preflight which method and fields the page may use. */
 static void router_options(struct srv_exchange *exchange) {
     const char *argument, *method = exchange->field[SRV_PREFLIGHT];
     size_t bytes;
@@ -417,7 +417,7 @@ static int router_cache(struct srv_exchange *exchange) {
  * thread: it neither waits nor computes. */
 typedef int router_stage(struct srv_exchange *exchange);
 
-/* The stages of a request, in order: those that need only its head, */
+/* The stages that need only a request's head, in order. */
 static router_stage *const router_head[] = {
     srv_admission_identify, /* identity of the client; every request passes */
     router_unrefused,
@@ -433,7 +433,7 @@ static router_stage *const router_head[] = {
     router_quota,        /* 429 */
 };
 
-/* and those that need its body. An exchange that passes all of them is passed to its route. */
+/* The stages that need the body, in order. An exchange that passes them goes to its route. */
 static router_stage *const router_body[] = {
     router_handle,
     router_cache,

@@ -20,15 +20,15 @@ enum {
     SRV_ROUTE_CLOSED = 1,   /* web pages of other origins may not use it unless they are listed */
     SRV_ROUTE_ANY_HOST = 2, /* any Host is accepted: the answer contains only the state of the
                              * process */
-    SRV_ROUTE_ANY_ADDRESS = 4, /* any Host that is an address is accepted, for monitors */
+    SRV_ROUTE_ANY_ADDRESS = 4, /* any numeric address is accepted as Host, for monitors */
     SRV_ROUTE_COUNTED = 8,     /* each request counts against its client's quota, like those of
                                 * operations */
     SRV_ROUTE_PROBE = 32,      /* answered by the listener of probes and metrics as well */
-    SRV_ROUTE_OPERATOR = 16    /* if the server has keys, for operators only */
+    SRV_ROUTE_OPERATOR = 16    /* for operators only, if the server has keys */
 };
 
 struct srv_route {
-    const char *method;  /* GET also serves HEAD; POST also QUERY, if an operation of api answers */
+    const char *method;  /* GET also serves HEAD; POST of an operation also serves QUERY */
     const char *pattern; /* "/v1/presets/{name}": at most one variable part, or two adjacent ones at
                           * the end */
     srv_handle_fn *handle; /* answers at once; NULL: see `begin` */

@@ -35,7 +35,7 @@ struct watch_lingerer {
     int64_t deadline;
 };
 
-/* In `watched`, connections with a waiting client come first, so that a short period need not visit
+/* In `watched`, connections that are not idle come first, so that a short period need not visit
  * thousands of others. */
 struct srv_watch {
     pthread_mutex_t lock;
@@ -77,9 +77,9 @@ static void watch_look(struct srv_watched *watched) {
     if (watched->seen >= WATCH_SIGHTS) watched->left(watched);
 }
 
-/* Reports a client's end in the middle of a request to libmicrohttpd. It takes a short read for the
- * end of the data until epoll reports again, and an end that arrived together with data is not
- * reported again. */
+/* Reports to libmicrohttpd that a client closed the stream in mid-request. libmicrohttpd takes a
+ * short read for the end of the data until epoll reports again, which epoll does not if that end
+ * arrived together with data. */
 static void watch_end(struct srv_watched *watched) {
     struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
     int unread = 0;
@@ -264,7 +264,7 @@ int srv_watch_crowd_out(struct srv_watch *watch) {
     int most = 0;
     pthread_mutex_lock(&watch->lock);
     assert(srv_watch_valid(watch));
-    /* A connection that was never in another phase is still where it was added. */
+    /* Connections that have always been idle are in the order in which they were added. */
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *at = watch_of_link(link);
         if (at->phase != SRV_WATCH_IDLE || at->served || !at->siblings) continue;
@@ -317,8 +317,7 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
         int unread = 0;
-        /* A browser repeats its request on another connection; a proxy that has sent a POST on this
-         * one must not. */
+        /* A browser retries on another connection; a proxy must not retry a POST. */
         int64_t kept = atomic_load(&watched->relayed) ? patience : moment;
         busy += watched->phase != SRV_WATCH_IDLE ||
                 now - watched->since < (watched->served ? moment : patience) ||

@@ -16,8 +16,8 @@ enum {
     SRV_WATCH_TICK_MS = 25,    /* period at which waiting clients are checked */
     SRV_WATCH_MOMENT_MS = 250, /* time for which a drain waits for a request that may be arriving */
     SRV_WATCH_LINGER_MS =
-        2000, /* longest time for which a connection refused in mid-request is read on */
-    SRV_WATCH_LINGERING = 1024 /* largest number of such connections */
+        2000, /* ms for which the bytes of a refused request are read and discarded */
+    SRV_WATCH_LINGERING = 1024 /* most connections that linger in this way */
 };
 
 /* The phases of a connection. */
@@ -26,8 +26,8 @@ enum srv_watch_phase {
     SRV_WATCH_READING,   /* a request arrives: at the deadline 408 is sent and the connection
                           * closed */
     SRV_WATCH_WAITING,   /* a request is computed: libmicrohttpd does not notice a disconnect */
-    SRV_WATCH_SENDING,   /* an answer is sent: at the deadline the connection is closed */
-    SRV_WATCH_STREAMING, /* the same, for an answer that is computed meanwhile */
+    SRV_WATCH_SENDING,   /* an answer is being sent: at the deadline the connection is closed */
+    SRV_WATCH_STREAMING, /* the same, while the rest of the answer is still being computed */
     SRV_WATCH_LISTENING  /* a stream of events is open: the client is checked rarely */
 };
 
@@ -42,14 +42,14 @@ struct srv_watched {
     enum srv_watch_phase phase;
     int64_t deadline;     /* ns of srv_clock_now, 0 = none */
     int64_t since;        /* ns: when it became idle */
-    atomic_int late;      /* its request came too late */
-    atomic_int relayed;   /* it is a proxy's; set by the owner */
+    atomic_int late;      /* its request missed the deadline */
+    atomic_int relayed;   /* the connection is a proxy's; set by the owner */
     atomic_int *siblings; /* number of connections of its address; NULL = never closed for others;
                            * set by the owner */
-    int served;           /* a request of it has ended */
+    int served;           /* a request on it has ended */
     int seen;             /* consecutive ticks at which the end of the client's stream was seen */
     struct srv_key_ring *keys;     /* the key ring of its request's key, or NULL */
-    char issued[API_DIGEST_BYTES]; /* its digest */
+    char issued[API_DIGEST_BYTES]; /* the digest of that key */
 };
 
 struct srv_watch;
@@ -101,9 +101,9 @@ void srv_watch_leave_all(struct srv_watch *watch);
  * request at this instant.
  *
  * began     ns of srv_clock_now: when the drain began.
- * patience  ns: waiting time for an idle connection after it was opened, and for a proxy's that has
- *           answered a request, after the drain began. At least SRV_WATCH_MOMENT_MS after it became
- *           idle and, if it has answered a request, after the drain began.
+ * patience  ns, at least SRV_WATCH_MOMENT_MS: how long to wait for a new connection after it was
+ *           opened, and for a proxy's connection after the drain began. Other idle connections:
+ *           SRV_WATCH_MOMENT_MS after their last request and after the start of the drain.
  */
 int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience);
 

@@ -84,11 +84,11 @@ static void download_ask(struct download *download) {
 static void download_take(struct download *download, enum srv_stored stored) {
     assert(download->count < DOWNLOAD_AHEAD);
     if (stored == SRV_STORED_NONE && !download->chunk && download->source.from.partial) {
-        /* the first missing part ends the available rows */
+        /* rows end before the first missing part */
         download->parts = download->part;
         return;
     }
-    /* the last piece of this part was full, so its end shows only now */
+    /* the last piece was full, so only now it shows that the part has no more */
     int none = stored == SRV_STORED_NONE && download->chunk > 0;
     size_t bytes = none ? 0 : download->read.bytes;
     if (stored != SRV_STORED && !none) {
@@ -119,7 +119,7 @@ static void download_done(struct srv_ask *ask) {
         download->stale = 0;
         download_ask(download);
         if (download->waiting && download_has(download)) {
-            /* the work cannot end before the lock is released */
+            /* the work cannot end while the lock is held */
             srv_inflight_unpark(download->waiting);
             download->waiting = NULL;
         }

@@ -12,7 +12,7 @@
 enum {
     EVENTS_LOOK_MS = 500, /* ms between two queries without a notification */
     EVENTS_LEAST_MS = 40, /* least ms between two queries */
-    EVENTS_REST = 3,      /* pause before the next backlog query, in durations of the last one */
+    EVENTS_REST = 3,      /* pause before the next backlog query, in multiples of the last query */
     EVENTS_TOPICS = 2,
     EVENTS_BYTES = SRV_EVENTS_TEXT + 2048 /* memory of a stream */
 };
@@ -27,7 +27,7 @@ struct srv_events {
     enum srv_more more;
     int64_t rested; /* ns: time of the next backlog query */
     struct srv_list listeners;
-    struct srv_topic *topic[EVENTS_TOPICS]; /* `topics` of them are in use */
+    struct srv_topic *topic[EVENTS_TOPICS]; /* only the first `topics` are used */
     int topics;
 };
 
@@ -117,8 +117,6 @@ static void listener_answer(struct srv_events *events, struct srv_listener *list
 }
 
 /* --- public functions --- */
-
-/* Returns one share of the limit, at least 1. */
 
 /* One share of the limit, at least 1. */
 static int events_part(int most, int share) { return most / share > 0 ? most / share : 1; }
@@ -315,7 +313,7 @@ void srv_events_drain(struct srv_events *events) {
 
 /* --- the polling thread --- */
 
-/* What the thread does next. */
+/* The thread's next task. */
 enum events_task { EVENTS_END, EVENTS_MORE, EVENTS_DUE };
 
 /* Waits for the next task: a query for changes when it is due, before that the pending work of

@@ -11,14 +11,14 @@
 enum {
     SRV_EVENTS_BEAT_S = 10, /* s without an event before a comment is sent */
     SRV_EVENTS_RETRY_MS = 2000,
-    SRV_EVENTS_SHARE = 4, /* a client may have 1/4 of all streams, the clients of one address 3/4 */
+    SRV_EVENTS_SHARE = 4,  /* 1/4 of all streams for a client, 3/4 for the clients of one address */
     SRV_EVENTS_TEXT = 8192 /* bytes of an event that the topic need not account for */
 };
 
 struct srv_events;
 struct srv_topic;
 
-/* The queries that a topic still needs: none; a backlog, between pauses for others; new changes, at
+/* The query that a topic needs next: none; one of a backlog, after a pause; one of new changes, at
  * once. */
 enum srv_more { SRV_MORE_NONE, SRV_MORE_OLD, SRV_MORE_NEW };
 
@@ -30,8 +30,8 @@ struct srv_listener {
     int64_t beat_at;        /* ns: when a comment is due */
     int beat, over;         /* a comment is due; the stream ends */
     int waits;              /* suspended until the next event */
-    int wants;              /* its topic must query at once when the text is sent */
-    int64_t until;          /* ns: end of the wait of an answer; 0 = a stream */
+    int wants;              /* the topic must query as soon as the text is sent */
+    int64_t until;          /* ns: deadline of a waiting answer; 0 = a stream */
     const char *media_type; /* media type of a report, which ends; NULL = a stream of events */
     int whole;              /* the report is complete */
     struct api_buffer text; /* the text being sent */
@@ -53,8 +53,8 @@ struct srv_topic {
     /** Answers the exchange of a waiting listener, on a change, timeout or end; NULL if the topic
      * has no such listeners. */
     void (*answer)(struct srv_listener *listener);
-    /** Prepares one query of bounded size: for changes if `due`, and for what listeners wait for in
-     * any case. Returns 0 if there is nothing to query. */
+    /** Prepares one query of bounded size: for pages that listeners wait for and, if `due`, for
+     * changes. Returns 0 if there is nothing to query. */
     int (*gather)(struct srv_topic *topic, struct srv_list *listeners, int due);
     /** Processes the result of the query, without the lock; NULL = nothing to do. */
     void (*work)(struct srv_topic *topic);
@@ -130,10 +130,10 @@ PEND_MUST_CHECK int srv_events_await(struct srv_events *events, struct srv_liste
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
                      void (*pause)(struct srv_exchange *));
 
-/** Ends a stream, or a wait with its answer, because its reader is gone or the server is stopping.
+/** Ends a stream, or a wait with its answer, because its client has left or the server is stopping.
  * Any thread. */
 void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why);
 
-/** Ends every stream of events after its last one, and answers who waits; the clients connect
- * again, to another process if this one does not listen. Any thread; NULL is accepted. */
+/** Ends every event stream after its pending event, and answers every waiting exchange. Clients
+ * reconnect, to another process if this one no longer listens. Any thread; NULL is accepted. */
 void srv_events_drain(struct srv_events *events);

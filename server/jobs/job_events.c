@@ -99,8 +99,6 @@ int srv_job_events_await(struct srv_exchange *exchange, const struct srv_job *jo
     return srv_events_await(exchange->service->events, &made->listener);
 }
 
-/* --- all listeners --- */
-
 static enum srv_stored look_run(struct srv_store *store, struct srv_store_call *call) {
     struct job_topic *look = SRV_CONTAINER_OF(call, struct job_topic, topic.ask.call);
     enum srv_stored stored = SRV_STORED;

@@ -51,7 +51,7 @@ static enum srv_stored results_find(struct srv_store *store, struct srv_store_ca
     return srv_store_job_request(store, asked->id, &asked->request, &asked->request_bytes);
 }
 
-/* Answers why there are no results, and ends the request. */
+/* Answers with the reason why there are no results, and ends the request. */
 static void results_refuse(struct srv_store_request *asked, enum srv_stored stored) {
     struct srv_exchange *exchange = asked->exchange;
     const struct srv_job *job = &asked->job;

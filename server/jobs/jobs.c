@@ -39,8 +39,6 @@ static void jobs_answer_job(struct srv_exchange *exchange, int status, const str
     jobs_written(exchange, status, api_job_write(&view, &exchange->answer));
 }
 
-/* --- Prefer, Idempotency-Key and Job-Title --- */
-
 /* The text after a preference (RFC 7240) in the list; NULL if it is absent. */
 static const char *jobs_prefers(const char *list, const char *name) {
     size_t bytes = strlen(name);
@@ -247,7 +245,7 @@ static int jobs_plan(struct srv_store_request *asked) {
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    /* a multipart form becomes canonical JSON: a line end takes two bytes, "1e20," takes 22 */
+    /* canonical JSON of a multipart form is longer: a line end takes two bytes, "1e20," takes 22 */
     api_buffer_init(&asked->body, 5 * exchange->body.bytes + JOBS_SPARE);
     int http = api_plan_read(&plan, &request, srv_service_job_limits(service),
                              service->config.job_part_seconds, &asked->body, &exchange->answer);

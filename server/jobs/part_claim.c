@@ -13,7 +13,7 @@ enum {
     CLAIM_POLL_MS = 1000,
     CLAIM_ASIDE_MS = 10000, /* longest wait of a part set aside for an idle worker */
     CLAIM_NEWS_US = 8000,   /* longest random wait per other worker, after a notification */
-    CLAIM_REST_US = 20000,  /* the same after a claim that found few parts */
+    CLAIM_REST_US = 20000,  /* as CLAIM_NEWS_US, after a claim that found few parts */
     CLAIM_SPREAD_MOST = 64  /* most other workers that are counted */
 };
 
@@ -44,10 +44,10 @@ static void claim_spread(struct srv_part_claim *claim, long workers, int64_t eac
     claim->at = now + (int64_t)((claim->random >> 32) * most >> 32);
 }
 
-/* Delays the next claim after one of small parts. If few parts were found, the delay is long; but
- * if at least half were found, it is that for one other worker, since few workers that claim much
- * cost the database less than many that claim little. After a full claim the delay is proportional
- * to the duration of the query. */
+/* Delays the next claim after one of small parts. If few parts were found, the random delay grows
+ * with the number of workers; if at least half, it is that for one other worker, because few large
+ * claims cost the database less than many small ones. After a full claim it is proportional to the
+ * duration of the query. */
 static void claim_rest(struct srv_part_claim *claim, int count, long workers, int64_t now) {
     int few = count < claim->asked.most, half = few && 2 * count >= claim->asked.most;
     claim_spread(claim, half && workers > 2 ? 2 : workers,

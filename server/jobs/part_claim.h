@@ -1,5 +1,5 @@
-/* When a process claims parts of jobs, and how many: after a notification, and again after a claim
- * that found some; after a random time, so that processes do not claim simultaneously.
+/* Decides when a process claims parts of jobs, and how many: after a notification, and again after
+ * a claim that found some. Random delays keep processes from claiming simultaneously.
  * Leaves to others: querying the store, slots for the parts (part_runner).
  * Invariant: under the runner's lock. */
 #pragma once
@@ -10,7 +10,7 @@ struct srv_part_claim {
     char name[SRV_NAME_BYTES]; /* unique name of this process, on all machines */
     struct srv_claim asked;
     struct srv_lease lease[SRV_CLAIMS]; /* the result of the claim */
-    int wanted;                         /* the store should be queried for parts */
+    int wanted;                         /* the store must be queried for parts */
     int64_t asked_at;                   /* ns: time of the last query */
     int64_t poll_at;                    /* ns: time of the next query without a notification */
     int64_t at;       /* ns: earliest time of the next claim, so that other workers have a chance */

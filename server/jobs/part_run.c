@@ -60,7 +60,7 @@ void srv_part_run_say(struct srv_part_run *run, const char *message) {
     snprintf(run->message, sizeof run->message, "%s", message);
 }
 
-/* Checks that are made between two pieces of a turn. */
+/* Context of the checks between two pieces of a turn. */
 struct part_run_turn {
     struct srv_part_run *run;
     int level;

@@ -23,7 +23,7 @@ struct srv_part_runner {
     pthread_t thread;
     int started, over;
     int doubt;         /* the job of a held part may have ended elsewhere */
-    int64_t looked_at; /* ns: earliest time of the next check of that */
+    int64_t looked_at; /* ns: earliest time of that check */
     int64_t idle;      /* ns: start of the time without work; 0 = there is work, or it is unknown */
     int draining;      /* 1 = no more claims, 2 = returning the parts, 3 = all are returned */
     struct srv_ask ask; /* the query of a claim */
@@ -43,7 +43,7 @@ enum {
     RUNNER_DEAF_MS = 50,  /* ms between two checks if the store cannot notify */
     RUNNER_YOUNG_MS = 20, /* a part held for less time is not checked, since it may end soon */
     RUNNER_GATHER_MS = 4, /* longest wait of a result for those of other small parts */
-    RUNNER_LONG_MS = 200, /* a part that computes for longer is not small, whatever its estimate */
+    RUNNER_LONG_MS = 200, /* a part that takes longer is not small, whatever its estimate */
     RUNNER_SMALL = 128    /* the number of slots for small parts */
 };
 
@@ -67,7 +67,7 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 }
 
 int srv_part_runner_valid(const struct srv_part_runner *runner) {
-    /* The number of claimed parts belongs to the storage thread during the query. */
+    /* During a query the storage thread changes the number of claimed parts. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
            runner->claim.asked.most <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3;
 }

@@ -24,7 +24,7 @@ struct srv_part_slot {
     struct srv_task task; /* first: a task is converted to its slot */
     struct srv_ask ask;
     struct srv_ask beat;
-    struct srv_lease beaten; /* the lease that is being renewed; without its start */
+    struct srv_lease beaten; /* copy of the lease being renewed, without request and checkpoint */
     struct srv_service *service;
     struct srv_part_runner *runner;
     const char *holder; /* name of the holder of the parts, and duration of the leases */

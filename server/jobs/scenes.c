@@ -69,8 +69,8 @@ static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_cal
     return srv_store_scene(store, asked->id, &asked->kept, &asked->kept_bytes);
 }
 
-/* Stores a scene, or adds this client to the one that exists. Another process may store the same
- * scene between the two steps. */
+/* Stores a scene, or adds this client to the stored one. Another process may store the same scene
+ * between the two steps. */
 static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     const struct srv_identity *who = &asked->exchange->identity;

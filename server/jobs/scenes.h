@@ -5,8 +5,7 @@
 
 #include "server/work/exchange.h"
 
-/** POST /v1/scenes: 201 with the scene and its Location; a scene that exists already keeps its id.
- */
+/** POST /v1/scenes: 201 with the scene and its Location; an existing scene keeps its id. */
 void srv_scenes_create(struct srv_exchange *exchange);
 
 /**

@@ -203,7 +203,7 @@ void srv_store_request_end(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_service *service = asked->service;
     store_request_free(asked);
-    /* the memory of the answer is accounted before the next answer is made */
+    /* account for the memory of this answer before the next answer is made */
     srv_exchange_settle(exchange);
     exchange->finish(exchange);
     atomic_fetch_sub(&service->computing, 1);

@@ -9,7 +9,7 @@
 
 enum { SRV_STORE_REQUEST_KEY = 80 };
 
-/* Nouns for the stored things in a route's problems. */
+/* Words for a route's problems. */
 struct srv_store_request_words {
     const char *many;  /* "jobs" */
     const char *again; /* advice for a client that does not know whether the thing was stored */
@@ -80,7 +80,7 @@ void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind ki
                            void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
 
 /**
- * Has a worker parse the request, then the store keep it.
+ * Lets a worker parse the request, then a storage thread store it.
  *
  * check   called by a worker; returns 1 to continue with `run`, else it has answered the exchange.
  * run     the query; it writes.

@@ -40,8 +40,8 @@ void srv_key_ring_free(struct srv_key_ring **ring) {
     free(gone);
 }
 
-/* Returns 1 if the file is unchanged. Replacing it or writing to it changes these numbers; if two
- * changes fall into one tick of the file system's clock the inode differs. */
+/* Returns 1 if the file is unchanged. Replacing it or writing to it changes these numbers; after
+ * two changes within one tick of the file system's clock the inode differs. */
 static int ring_same(const struct stat *one, const struct stat *other) {
     return one->st_ino == other->st_ino && one->st_dev == other->st_dev &&
            one->st_size == other->st_size && one->st_mode == other->st_mode &&

@@ -22,7 +22,6 @@ static const struct srv_limits role_limits[SRV_ROLE_COUNT] = {
     [SRV_ROLE_OPERATOR] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0, INFINITY}},
 };
 
-/* A row for each limit. */
 static const struct {
     const char *word, *right;
     int whole, bytes;

@@ -49,7 +49,7 @@ static struct cache_entry *cache_of_link(struct srv_list *link) {
 static void cache_count(struct srv_cache *cache, const struct cache_entry *entry, int sign) {
     struct srv_response_body *response_body = entry->response_body;
     size_t bytes = sizeof *entry + entry->node.bytes, body = 0;
-    /* a response body counts with its first key and until its last */
+    /* the bytes of a body count once, while at least one key refers to it */
     if (sign > 0 ? !response_body->kept++ : !--response_body->kept) {
         bytes += srv_response_body_bytes(response_body);
         body = response_body->body.cap;

@@ -147,8 +147,8 @@ static void strict_line(struct srv_http_strict *strict, unsigned char c) {
     }
 }
 
-/* counts a field that may occur once, and not in the trailer section; `twice`: the sentence for a
- * second one */
+/* counts a field that may occur only once, and not in the trailer section; `twice`: the message for
+ * a second one */
 static int strict_once(struct srv_http_strict *strict, int *count, const char *twice) {
     if (strict->trailer)
         strict_refuse(strict, 400,
@@ -188,7 +188,7 @@ static void strict_name(struct srv_http_strict *strict, unsigned char c) {
 static const char strict_no_length[] = "Content-Length must be a decimal number and nothing else";
 static const char strict_no_coding[] = "the only supported Transfer-Encoding is chunked";
 
-/* a byte of the value of a known field; `part` already counts it */
+/* handles a byte of a known field's value, which `part` already counts */
 static void strict_known(struct srv_http_strict *strict, unsigned char c) {
     static const char coding[] = "chunked";
     switch (strict->field) {
@@ -295,7 +295,7 @@ static void strict_size_end(struct srv_http_strict *strict, unsigned char c) {
 
 static const char strict_no_lf[] = "a line must end with CR LF";
 
-/* a byte of a request's head, of a trailer section, or of the empty lines before a request */
+/* handles a byte of a head, of a trailer section, or of the empty lines before a request */
 static void strict_head_byte(struct srv_http_strict *strict, unsigned char c) {
     switch (strict->place) {
     case SRV_STRICT_START:
@@ -338,7 +338,7 @@ static void strict_head_byte(struct srv_http_strict *strict, unsigned char c) {
     }
 }
 
-/* a byte between the chunks of a body */
+/* handles a byte between the chunks of a body */
 static void strict_chunk_byte(struct srv_http_strict *strict, unsigned char c) {
     switch (strict->place) {
     case SRV_STRICT_CHUNK:

@@ -32,7 +32,7 @@ enum srv_http_strict_place {
     SRV_STRICT_BEFORE_VALUE,
     SRV_STRICT_IN_VALUE,
     SRV_STRICT_VALUE_LF,
-    SRV_STRICT_END_LF, /* of the empty line */
+    SRV_STRICT_END_LF, /* before the LF of the empty line */
     SRV_STRICT_IN_BODY,
     SRV_STRICT_CHUNK, /* at the start of a chunk's size */
     SRV_STRICT_IN_SIZE,
@@ -46,9 +46,9 @@ enum srv_http_strict_place {
 
 struct srv_http_strict {
     enum srv_http_strict_place place;
-    long requests, complete; /* requests begun; requests complete */
+    long requests, complete; /* requests begun and completed */
     int status;              /* HTTP status of the refusal; 0 = none */
-    const char *detail;      /* its sentence */
+    const char *detail;      /* the message of the refusal */
     /* the current request */
     int old;     /* HTTP/1.0 */
     int trailer; /* the head is complete, the fields are those of the trailer section */

@@ -48,7 +48,7 @@ struct srv_identity {
                                         and its name; "" without either */
     enum srv_role role;              /* SRV_ROLE_NONE if the server has no API keys */
     struct srv_limits limits;        /* the limits of the API key, else of the role */
-    enum srv_key_verdict verdict;    /* on the API key; good without one */
+    enum srv_key_verdict verdict;    /* the check of the API key; good without one */
     char issued[API_DIGEST_BYTES];   /* digest of the API key; "" without a valid one */
     int64_t since;                   /* s since 1970: when the API key expired or was revoked */
 };
@@ -87,8 +87,8 @@ int srv_identity_token(struct srv_identity *identity, const char *authorization)
 void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring, const char *roles);
 
 /**
- * Identifies the client by an API key, sent as a bearer token. Such a client has no other source:
- * the operator vouches for it.
+ * Identifies the client by an API key, sent as a bearer token. Its source is the key itself, not
+ * its address.
  *
  * ring  the server's API keys; NULL = API keys are not used.
  * now   s since 1970.

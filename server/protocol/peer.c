@@ -143,7 +143,7 @@ void srv_peer_client(const struct srv_peers *peers, const char *peer, const char
     snprintf(client, SRV_PEER_BYTES, "%s", peer);
     if (!value || !*value || !srv_peer_names_addresses(header) || !srv_peer_trusted(peers, peer))
         return;
-    /* only the end of a long list matters */
+    /* only the end of a long list is used */
     size_t bytes = strlen(value), cut = bytes < sizeof copy ? 0 : bytes - sizeof copy + 1;
     snprintf(copy, sizeof copy, "%s", value + cut);
     char *list = copy;

@@ -33,7 +33,7 @@ PEND_MUST_CHECK enum pend_status srv_peers_read(struct srv_peers *peers, const c
 int srv_peers_any(const struct srv_peers *peers);
 
 /** Returns true if a peer is trusted: its address is in one of the networks, or it is "unix" and
- * the list has that. */
+ * the list contains "unix". */
 int srv_peer_trusted(const struct srv_peers *peers, const char *address);
 
 /** Returns true for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other

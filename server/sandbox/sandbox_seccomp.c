@@ -100,7 +100,7 @@ static const char *const calls_deadly[] = {"add_key",
 
 static const int calls_families[] = {AF_INET, AF_INET6, AF_UNIX, AF_NETLINK};
 
-/* options of a thread: its name */
+/* prctl options that are allowed: the thread's name */
 static const int calls_settings[] = {PR_SET_NAME, PR_GET_NAME};
 
 enum { CALLS_TOLD = 16, CALLS_THREAD = 0x00010000 /* CLONE_THREAD */ };
@@ -152,7 +152,7 @@ static int calls_conditions(scmp_filter_ctx filter) {
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1, no_run);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 1, no_run);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), 1, thread);
-    /* no filter can read the arguments of clone3, so the C library must fall back to clone */
+    /* filters cannot read the arguments of clone3; with ENOSYS the C library uses clone */
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
     for (size_t i = 0; !failed && i < sizeof calls_families / sizeof *calls_families; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1,

@@ -9,7 +9,7 @@ void srv_sql_complain(struct srv_sql *sql, const char *text) {
     snprintf(sql->complaint, sizeof sql->complaint, "%.*s", (int)strcspn(text, "\n"), text);
 }
 
-/* Macros of statements: {name of what} is replaced by the text, in which each % becomes `what`. */
+/* Macros: {name argument} becomes the text, in which each % becomes the argument. */
 static const struct {
     const char *name, *text;
 } sql_shorts[] = {
@@ -30,11 +30,11 @@ static const struct {
                 "AND state BETWEEN 0 AND 4"},
     {"sum", "CAST(COALESCE(SUM(%), 0) AS BIGINT)"},
     {"count", "{sum CASE WHEN % THEN 1 ELSE 0 END}"},
-    /* pending changes of a client's sum, and the sum including them */
+    /* pending changes of a client's sum; the sum including them */
     {"pending", "(SELECT {sum changes.%} FROM changes WHERE changes.name = clients.name AND "
                 "{bounded changes.%})"},
     {"late", "(clients.% + {pending %})"},
-    /* an invalid id, so no statement can select the row by it */
+    /* true for an invalid id, by which no statement can select the row */
     {"nameless", "(% IS NULL OR LENGTH(%) NOT BETWEEN 1 AND 26 OR CAST(% AS TEXT) <> %)"},
     /* srv_store_rank of a job with % parts left, relative to its creation: SRV_RANK_KNEE_US,
      * SRV_RANK_TIMES and SRV_RANK_MOST_S */

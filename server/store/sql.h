@@ -61,7 +61,7 @@ typedef enum srv_stored srv_row_fn(void *context, const struct srv_value field[]
 enum {
     SRV_SQL_WORKS = 1,   /* it computes parts of jobs */
     SRV_SQL_ANSWERS = 2, /* it answers requests; worker processes leave connections free for it */
-    SRV_SQL_BESIDE = 4   /* a further connection of its process */
+    SRV_SQL_BESIDE = 4   /* an additional connection of its process */
 };
 
 /* The recipients of a notification, bits. */
@@ -76,7 +76,7 @@ enum {
 struct srv_sql_driver {
     const char *scheme; /* prefix of urls: "sqlite:" */
     int batch;          /* useful number of calls per transaction */
-    int distant;        /* a server that may be unreachable for a while */
+    int distant;        /* the database is a server, which may be unreachable for a while */
     int shared;         /* several processes may write at the same time */
     /* The dialect's text for:
      * {begin};
@@ -122,14 +122,14 @@ struct srv_sql_driver {
      * As run, for a statement whose rows are ignored. It may return before the statement is
      * executed; the next `run` then reports its failure.
      *
-     * text  also {look}: reads follow, each its own transaction; reconnects a lost connection. Rows
-     *       for a statement on rows of values are collected, and run before any other statement: no
-     *       two of them may change the same row of a table.
+     * text  also {look}: the following reads are separate transactions; reconnects a lost
+     *       connection. Rows for a statement on rows of values are collected, and run before any
+     *       other statement: no two of them may change the same row of a table.
      */
     enum srv_stored (*post)(struct srv_sql *sql, int id, const char *text,
                             const struct srv_value value[], int count);
-    /** Non-zero if there is disk space for this many bytes of results and some small writes; NULL =
-     * unknown, just try. */
+    /** Non-zero if the disk has space for this many bytes of results and some small writes; NULL =
+     * unknown. */
     int (*room)(struct srv_sql *sql, size_t bytes);
     /** As srv_store_listen. */
     int (*listen)(struct srv_sql *sql, int timeout_ms, int wake);

@@ -16,8 +16,8 @@ enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
     SWEEP_WORKERS = 8,
-    RING_MS = 10, /* ms: least time between two notifications of a process; for those of work, times
-                   * the number of workers */
+    RING_MS = 10, /* ms: least time between two notifications by a process; for those of work, this
+                   * times the number of workers */
     RING_WAKES = 300,
     LISTEN_MS = 500,
     READERS = 1,
@@ -165,7 +165,7 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     pthread_mutex_unlock(&storage->lock);
 }
 
-/* true if no query of a kind waits, those included that came during a sweep, and none will come */
+/* true if no query of a kind waits, not even one that came during a sweep, and none will come */
 static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     pthread_mutex_lock(&storage->lock);
     int done = storage->over && srv_list_empty(&storage->line[kind].turns.roads);
@@ -228,7 +228,7 @@ static void *storage_serve(void *context) {
         }
         rings_at = storage_ring(desk, &rings);
         if (desk->kind == SRV_ASK_READ && !count && desk->away) storage_knock(desk);
-        /* queries go first: they may extend leases that a sweep would end */
+        /* queries go first: they may extend leases that a sweep would find expired */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
             storage_sweep(desk, &round);
     } while (!storage_done(storage, desk->kind));
@@ -315,7 +315,7 @@ void srv_storage_free(struct srv_storage **storage) {
         if (gone->desk[i].runs) pthread_join(gone->desk[i].thread, NULL);
         srv_store_close(&gone->desk[i].store);
     }
-    // the threads that have ended read the pointer in their callbacks
+    // clear the pointer only now, because the threads read it in their callbacks
     *storage = NULL;
     for (int kind = 0; kind < SRV_ASK_KINDS; kind++) {
         assert(srv_list_empty(&gone->line[kind].turns.roads));

@@ -19,16 +19,17 @@ enum {
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
     SRV_CLAIMS = 64,              /* most parts per claim; several only if all of them are small */
     SRV_SMALL_US = 5000,          /* most us of a small part, by its estimate */
-    SRV_CLAIM_US = 20000,         /* most us of the small parts of a claim together */
-    SRV_ROW_BYTES = 1024,   /* bytes counted for a job or scene beside its request and results */
+    SRV_CLAIM_US = 20000,         /* most us of all small parts of a claim */
+    SRV_ROW_BYTES = 1024,   /* bytes counted for a job or scene besides its request and results */
     SRV_PART_BYTES = 256,   /* the same for each part of a job after the first */
     SRV_LIST_LOOKED = 1000, /* jobs that one call of a list examines */
-    SRV_RANK_TIMES = 64,    /* newer jobs may overtake a job for this multiple of its computation
-                             * time, */
-    SRV_RANK_KNEE_US = 57142857, /* or, if that time is longer than this many us, */
-    SRV_RANK_MOST_S = 3600,      /* for that time plus this many seconds */
-    SRV_MOST_KILLS = 3 /* workers that may vanish while they compute only this part, without
-                          progress of the job in between, before the job fails */
+    SRV_RANK_TIMES = 64,    /* newer jobs may overtake a short job for this multiple of its
+                             * computation time */
+    SRV_RANK_KNEE_US = 57142857, /* us of computation from which a job counts as long */
+    SRV_RANK_MOST_S = 3600,      /* and a long job for its computation time plus this many
+                                  * seconds */
+    SRV_MOST_KILLS = 3 /* a job fails after this many workers vanished while computing one part
+                        * alone, without other progress of the job */
 };
 
 /* The states of OGC API - Processes; the databases store these numbers. */
@@ -43,7 +44,7 @@ enum srv_job_state {
 
 /* Quotas and times of a store; the same in all processes that share it. */
 struct srv_store_rules {
-    int role;                          /* SRV_SQL_ bits of the process; 0 = unknown */
+    int role;                          /* roles of the process, SRV_SQL_ bits; 0 = unknown */
     long client_jobs;                  /* most open jobs of one client */
     long long client_bytes, all_bytes; /* most bytes for jobs, of one client and of all */
     int64_t keep_us;                   /* retention after a job's end, us */
@@ -83,10 +84,10 @@ struct srv_job {
     enum srv_job_state state;
     long parts, done;
     long begun;   /* parts that have been claimed at least once */
-    long waiting; /* those of them that are neither done nor held */
+    long waiting; /* begun parts that are neither done nor held by a worker */
     int chained;
     int64_t created, started, finished, expires;
-    int64_t now;     /* time of the reading by the same clock */
+    int64_t now;     /* when the row was read, by the same clock */
     long long bytes; /* bytes of results */
     long long held;  /* bytes counted for its row and its request */
     char message[SRV_REQUEST_HEAD_BYTES];
@@ -142,7 +143,7 @@ const char *srv_store_complaint(const struct srv_store *store);
 /** Returns the largest useful number of calls for one srv_store_together. */
 int srv_store_batch(const struct srv_store *store);
 
-/* One call of a batch: does its work on the store and returns the result, which is final once
+/* One call of a batch. `run` works on the store and returns its result, which is final once
  * `stored` is set. */
 struct srv_store_call {
     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call);
@@ -358,7 +359,7 @@ struct srv_store_figures {
     long parts;      /* parts that can be claimed now */
     long scenes;
     long long scene_bytes;
-    int64_t oldest_us; /* start of the wait of the oldest job among the next ones of all clients */
+    int64_t oldest_us; /* since when the longest-waiting of the clients' next jobs has waited */
     /* On a shared database: processes that compute, and connections of all processes; 0 = unknown
      */
     long workers, connections;

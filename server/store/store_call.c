@@ -8,7 +8,7 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_schema.h"
 
-/* UNSURE_NS: delay before a reconnection; LOST_NS: a silent database takes longer to be noticed */
+/* UNSURE_NS: delay before a reconnection; LOST_NS: longest failed call that is repeated */
 enum { TRIES = 5, UNSURE_NS = 200000000, LOST_NS = 1000000000 };
 
 static_assert((int)SQL_COUNT <= SRV_SQL_STATEMENTS, "a driver keeps every statement");
@@ -121,7 +121,7 @@ void srv_store_ring(struct srv_store *store, int rings) {
 enum srv_stored srv_store_fold(struct srv_store *store, const char *name) {
     assert(*name && store->sql->driver->lists);
     SRV_STORED_TRY(srv_store_begin(store));
-    /* if the database fails before this is on disk, the changes still exist */
+    /* not synced to disk: if the database fails, the pending changes still exist */
     enum srv_stored stored = SRV_POST(store, SQL_SOON);
     if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CHANGES_FOLD, name);
     if (stored == SRV_STORED) stored = SRV_POST(store, SQL_CLIENT_LEAVES, name);
@@ -195,8 +195,8 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     return stored;
 }
 
-/* runs a call; repeats it on a full disk, since the first attempt may free space, if the answer to
- * its commit was lost, and once if the connection was found lost: the database may be back */
+/* runs a call; repeats it if the disk was full (the first attempt may free space), if the answer to
+ * its commit was lost, and once if the connection was found to be lost */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
     for (int64_t i = 0, begun = srv_clock_now(); i < TRIES; i++) {
         call->stored = call->run(store, call);

@@ -14,9 +14,9 @@ struct srv_store_held {
     long part_state, attempt;
 };
 
-/* The rows of parts that a batch is about to finish, of single-part jobs. One statement locks and
- * reads them when the first is needed. A row is used once; it stays valid while only finish, claim
- * and submit calls write, because these never change a job whose only part another worker holds. */
+/* The rows of the parts of single-part jobs that a batch is about to finish. One statement locks
+ * and reads them when the first is needed. A row is used once. It stays valid while only finish,
+ * claim and submit calls write: they never change a job whose only part another worker holds. */
 struct srv_store_ahead {
     int leases, rows, read;
     const struct srv_lease *lease[SRV_STORE_AHEAD];
@@ -38,7 +38,7 @@ struct srv_store {
     char crowded[SRV_NAME_BYTES]; /* a client with many changes not yet added to its row; "" = none
                                    */
     long workers;      /* processes that compute, at the last reading of figures; 0 = unknown */
-    int64_t mended_ns; /* when sums were last checked because a claim found nothing */
+    int64_t mended_ns; /* when a claim that found nothing last checked the sums */
     int64_t now;       /* us by the store's clock in this transaction; 0 = not read yet */
     struct srv_tally tally;
     struct srv_store_ahead ahead; /* empty unless a batch runs */

@@ -57,8 +57,8 @@ struct row_clients {
     int count, nameless;
     struct turn {
         char name[SRV_NAME_BYTES];
-        int64_t turn, weight, late; /* late: changes that are not yet in the client's row */
-        const char *flaw;           /* of its row */
+        int64_t turn, weight, late; /* late: changes not yet in the client's row */
+        const char *flaw;           /* a damaged column of the client's row */
     } client[TURN_CLIENTS];
 };
 
@@ -93,11 +93,11 @@ static enum srv_stored clients_order(struct srv_store *store, struct row_clients
     return SRV_STORED;
 }
 
-/* A locked job with a part that can be claimed. */
+/* sorts the clients by turn; turns used in this transaction count, though not written yet */
 struct ready {
     struct srv_job job;
     int again; /* the next part was held before */
-    int alone; /* and must be computed alone */
+    int alone; /* that part must be computed alone */
     int64_t part_us;
     void *request; /* malloc'ed; NULL if it is long or memory is short */
     size_t request_bytes;
@@ -130,15 +130,14 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     *ready = (struct ready){0};
     SRV_STORED_TRY(srv_row_job(&one, field));
     ready->part_us = srv_row_whole(&row, 0, SRV_ROW_MOST, "part_us");
-    /* the claim computes the rank from part_us; its SQL error could not name the job, so check here
-     */
+    /* check part_us here: an SQL error in the rank could not name the job */
     if (one.count && ready->part_us > CLAIM_RANK / SRV_RANK_TIMES / job->parts)
         row.flaw = "part_us";
     srv_row_whole(&row, -CLAIM_RANK, CLAIM_RANK, "rank");
     if (!one.count || !srv_job_open(job)) row.flaw = one.count ? "state" : "id";
     if (!job->flaw) job->flaw = row.flaw;
-    /* a part that was held before comes last, unless there are many: it may be the cause of the
-     * crash */
+    /* a part that was held before may have crashed its worker, so it comes last, unless there are
+     * many */
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
     ready->alone = ready->again && row.next->whole >= job->waiting;
@@ -172,8 +171,11 @@ static enum srv_stored claim_mend(struct srv_store *store, const struct row_clie
     return SRV_STORED;
 }
 
-/* handles a damaged job: it fails, or is removed if it has no valid id. A job without a flaw means
- * that the client's row is damaged */
+/* Called if no client in turn has a claimable job. Recounts the sums of clients that should have
+ * one, so that they do not block the others. One statement compares a client's sum with its jobs,
+ * so that a concurrent claim does not look like a damaged sum. With several processes the
+ * comparison is made once a second. Parts claimed in this transaction and rows locked by others
+ * count too. */
 static enum srv_stored claim_damaged(struct srv_store *store, const char *client,
                                      const struct srv_job *damaged) {
     struct srv_job job;
@@ -192,7 +194,7 @@ static enum srv_stored claim_next(struct srv_store *store, struct ready *ready,
     struct row_lease row = {.lease = lease};
     struct srv_job *job = &ready->job;
     if (!ready->again && !job->chained) {
-        /* a part that was never held has a known row, so it is not read */
+        /* the row of a part that was never held is known, so it is not read */
         lease->part = job->begun;
         lease->attempt = 1;
         return SRV_POST(store, SQL_PART_FIRST, job->id, lease->part, asked->worker,
@@ -289,7 +291,7 @@ static enum srv_stored claim_turns(struct srv_store *store, const struct row_cli
                                    struct claim *claim) {
     for (int i = 0; i < clients->count; i++) {
         const struct turn *client = &clients->client[i];
-        /* each client gets its share of the remainder */
+        /* divide the remaining parts among the remaining clients */
         int left = claim->asked->most - claim->count, others = clients->count - i;
         if (!left || (client->flaw && claim->count)) break;
         SRV_STORED_TRY(claim_client(store, client, (left + others - 1) / others, claim));
@@ -314,11 +316,11 @@ static enum srv_stored claim_found(struct srv_store *store, struct claim *claim,
     }
     if (claim->count) return SRV_STORED;
     SRV_STORED_TRY(claim_mend(store, &clients, mended));
-    /* ready parts that another process has locked become free in a moment */
+    /* ready parts that another process has locked will be free in a moment */
     return *mended ? SRV_STORED : clients.count ? SRV_STORED_LOST : SRV_STORED_NONE;
 }
 
-/* whether a claim with an unknown commit has taken effect, which is so if its first part is held */
+/* true if a claim whose commit is unknown has taken effect, that is, its first part is held */
 static enum srv_stored claim_known(struct srv_store *store, struct srv_claim *claim,
                                    struct srv_lease lease[]) {
     struct srv_row_wholes row = {.count = 1};
@@ -335,7 +337,7 @@ static enum srv_stored claim_known(struct srv_store *store, struct srv_claim *cl
     return SRV_STORED;
 }
 
-/* claims in one transaction, and handles a damaged job in another */
+/* claims in one transaction, and handles a damaged job in a second one */
 static enum srv_stored claim_try(struct srv_store *store, struct claim *claim) {
     int mended = 0;
     SRV_STORED_TRY(srv_store_begin(store));
@@ -357,7 +359,7 @@ enum srv_stored srv_store_claim(struct srv_store *store, struct srv_claim *asked
     for (int i = 0; i < asked->most; i++) lease[i] = (struct srv_lease){0};
     enum srv_stored stored = claim_try(store, &claim);
     assert(claim.count <= asked->most && (stored != SRV_STORED || claim.count >= 1));
-    /* a claim with an unknown outcome is repeated, or expires with its leases */
+    /* an uncertain claim keeps its leases, for its repetition; else they expire */
     int kept = stored == SRV_STORED || (stored == SRV_STORED_AWAY && store->unsure);
     for (int i = 0; i < asked->most && !kept; i++) srv_lease_clear(&lease[i]);
     if (kept) asked->count = claim.count;

@@ -43,7 +43,7 @@ int64_t srv_store_class_share(const struct srv_store *store) {
     return quarter > SRV_CLASS_SHARE ? quarter : SRV_CLASS_SHARE;
 }
 
-/* The numbers in use for a fold; 1 stands for the name without a number. */
+/* The numbers in use for a fold; 1 = the name without a number. */
 struct row_fold {
     const char *fold;
     size_t bytes;
@@ -77,7 +77,7 @@ enum srv_stored srv_store_class_named(struct srv_store *store, const char *code,
     char mark[32] = "";
     assert(*bytes > 2 && *bytes < SRV_CLASS_NAMED - sizeof mark);
     if (number > 1) snprintf(mark, sizeof mark, " (%ld)", number);
-    /* before the quote and the brace at the end */
+    /* insert the number before the closing quote and brace */
     char *end = body + *bytes - 2;
     size_t marked = strlen(mark);
     memmove(end + marked, end, 2);

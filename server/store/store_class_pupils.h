@@ -38,7 +38,7 @@ enum srv_stored srv_store_class_mark(struct srv_store *store, const char *code, 
 enum srv_stored srv_store_class_from(struct srv_store *store, const char *code, const char *source,
                                      int64_t *count);
 
-/** The same as a call of its own. */
+/** As srv_store_class_from, as a call of its own. */
 enum srv_stored srv_store_class_comes(struct srv_store *store, const char *code, const char *source,
                                       int64_t *count);
 

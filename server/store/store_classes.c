@@ -274,7 +274,7 @@ static enum srv_stored row_own(void *context, const struct srv_value field[]) {
     return SRV_STORED;
 }
 
-/* removes a pupil with all its items, which readers see as deleted */
+/* removes a pupil and all its items; readers see these as deleted */
 static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *room,
                                      int64_t number) {
     struct srv_row_wholes gone = {.count = 1};
@@ -301,7 +301,7 @@ static enum srv_stored class_dismiss(struct srv_store *store, struct srv_class *
     if (!room->pupils) return SRV_STORED_DAMAGED;
     assert(room->version >= before);
     room->pupils--;
-    /* makes the pupil's stream, if any, query and find that it has ended */
+    /* so that the pupil's stream queries the store and finds that it has ended */
     room->shared = room->version;
     return class_change(store, room);
 }
@@ -464,7 +464,7 @@ static enum srv_stored class_items(struct srv_store *store, int64_t *since, int 
         SRV_STORED_TRY(
             SRV_RUN(store, SQL_CLASS_ITEMS_OF, row_taken, taker, room->code, *since, room->pupil));
     *more = taker->full || taker->count == SQL_CLASS_ITEMS_MOST;
-    /* the room's row was read first: there may be newer items than it counts, never fewer */
+    /* the room's row was read first, so there may be newer items than it counts */
     *since = *more || taker->version > room->version ? taker->version : room->version;
     return SRV_STORED;
 }

@@ -21,21 +21,21 @@ struct srv_class {
     char code[SRV_CLASS_CODE];
     int64_t created, ends;
     int64_t version, shared; /* the last change; the last one that everyone may read */
-    int64_t pupils;          /* in the room */
+    int64_t pupils;          /* number of pupils in the room */
     int64_t numbered;        /* highest number ever given to a pupil */
     int64_t bytes;           /* bytes counted for its items */
     int64_t empty_ends; /* expiry while no pupil has joined; 0 = it expires only at `ends`, because
                            a pupil has joined */
     int64_t share;      /* most pupils of one address; 0 = the default */
-    char source[SRV_CLASS_SOURCE]; /* digest bits of the address that created it, */
-    char near[SRV_CLASS_SOURCE];   /* and of the address of its teacher's last write */
+    char source[SRV_CLASS_SOURCE]; /* digest bits of the address that created the room */
+    char near[SRV_CLASS_SOURCE];   /* digest bits of the address of the teacher's last write */
     int shut;                      /* closed for new pupils */
     int teacher;                   /* the client is the teacher */
     int64_t pupil;                 /* the client's number as a pupil; 0 = none */
     int64_t pupil_bytes;           /* bytes counted for this pupil's items */
 };
 
-/* The reason for which nothing was written. */
+/* The reason why nothing was written. */
 enum srv_class_why {
     SRV_CLASS_FINE,
     SRV_CLASS_STRANGER,   /* the client is not in the room */
@@ -63,7 +63,7 @@ struct srv_class_put {
                                                 = anything fits */
     int shut;           /* 1 closes the room for new pupils, 0 opens it, -1 = unchanged */
     int share;          /* new limit of pupils per address; 0 = unchanged */
-    const char *source; /* the mark of the address */
+    const char *source; /* digest bits of the client's address */
     const char *fold;   /* the folded nickname of a joining pupil */
     const char *pupils; /* NULL, or the numbers of pupils to remove: "3,7-12" */
     int operates;       /* the client is an operator, who may delete every room */
@@ -86,10 +86,10 @@ typedef enum srv_stored srv_class_item_fn(void *context, const struct srv_class_
 
 /* A new room. */
 struct srv_class_new {
-    const char *code;     /* a new one */
-    const char *who;      /* the teacher */
+    const char *code;     /* a code that is not in use */
+    const char *who;      /* the teacher's key */
     const char *key;      /* the client's idempotency key, or NULL */
-    const char *source;   /* the mark of the address */
+    const char *source;   /* digest bits of the teacher's address */
     int64_t span_us;      /* lifetime, us */
     int64_t empty_us;     /* lifetime while no pupil has joined, us; 0 = span_us */
     long most, most_from; /* most rooms of the teacher, and of the address */
@@ -156,6 +156,6 @@ enum srv_stored srv_store_class_items(struct srv_store *store, const char *code,
 enum srv_stored srv_store_class_end(struct srv_store *store, struct srv_class_put *put,
                                     struct srv_class *room);
 
-/** Deletes a room of a client, or removes the client from one. count: 1; 0 if it is in no room.
+/** Deletes a room of a client, or removes the client from one. count: out, 1; 0 if none is left.
  * SRV_STORED_AGAIN: another process is writing to the room. O(items). */
 enum srv_stored srv_store_erase_classes(struct srv_store *store, const char *client, int *count);

@@ -9,8 +9,8 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-/* LIST_ROWS: rows per statement of a list; RING_PARTS: more waiting parts than all workers can
- * claim within a transaction */
+/* LIST_ROWS: rows per statement of a list. RING_PARTS: with so many waiting parts all workers are
+ * busy claiming. */
 enum { LIST_ROWS = 100, RING_PARTS = 512 };
 
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
@@ -68,7 +68,7 @@ static enum srv_stored submit_known(struct srv_store *store, const struct srv_jo
     return memcmp(rows.digest, order->digest, SRV_DIGEST_BYTES) ? SRV_STORED_CLASH : SRV_STORED;
 }
 
-/* the bytes counted for a job without results */
+/* returns the bytes counted for a job without results */
 static long long submit_held(const struct srv_job_order *order) {
     return SRV_ROW_BYTES + (long long)order->request_bytes +
            SRV_PART_BYTES * (long long)(order->parts - 1);
@@ -165,7 +165,7 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
     /* if two processes insert the same key at once, the unique index refuses the second, which
      * retries */
     enum srv_stored stored = order->key ? submit_known(store, order, job) : SRV_STORED_NONE;
-    /* the same call may have been committed, and the answer was lost */
+    /* the same call may have been committed although the answer was lost */
     if (stored == SRV_STORED_NONE && store->unsure)
         stored = srv_store_find(store, SQL_JOB, order->id, job);
     if (stored == SRV_STORED_NONE) stored = submit_new(store, order, job);

@@ -19,7 +19,7 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
     enum srv_stored stored = SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row, lease->job,
                                      lease->part, lease->attempt, lease_us);
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_LOST;
-    store->wrote = row.rows; /* a lost lease wrote nothing: the others of a batch stay */
+    store->wrote = row.rows; /* a lost lease wrote nothing: other calls of the batch are kept */
     return srv_store_end(store, stored);
 }
 
@@ -127,7 +127,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return srv_store_end(store, stored);
-    /* read before writing: writes are collected over the calls of a batch */
+    /* read before the first write, because writes are collected over the calls of a batch */
     stored = srv_store_room(store, job.client, bytes, message);
     if (stored == SRV_STORED) stored = srv_store_now(store, &now);
     if (stored == SRV_STORED_QUOTA) {
@@ -181,8 +181,8 @@ static enum srv_stored part_back(struct srv_store *store, const char *id, int64_
     struct srv_job job;
     char message[SRV_REQUEST_HEAD_BYTES];
     enum srv_stored stored = srv_store_lock(store, id, &job);
-    /* deletes parts without an open job, so that they are not examined again; a job that ended
-     * during the wait for its row keeps its completed parts */
+    /* deletes parts without an open job, so that they are not found again; a job that ended while
+     * its row was awaited keeps its completed parts */
     if (stored == SRV_STORED_NONE) return SRV_RUN(store, SQL_PARTS_REMOVE_SOME, NULL, NULL, id);
     if (stored == SRV_STORED && !srv_job_open(&job))
         return SRV_RUN(store, SQL_PARTS_HELD_REMOVE, NULL, NULL, id);

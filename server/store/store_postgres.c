@@ -11,7 +11,7 @@
 #include "server/base/container_of.h"
 #include "server/store/store_postgres_line.h"
 
-/* bytes sent without waiting for a reply */
+/* bytes sent before a reply is awaited */
 enum { POST_BYTES = 1 << 20 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
 /* longest waits: ANSWER_MS for a reply; LISTEN_MS until a silent listener checks its connection */
@@ -32,11 +32,11 @@ struct postgres_sql {
     int64_t listen_ms; /* time of the next LISTEN */
     char kept[SRV_SQL_STATEMENTS];
     int round;  /* generation number in the names of prepared statements */
-    int unsure; /* statements were prepared since the last reply; if that is a failure, they may not
-                   exist */
+    int unsure; /* statements were prepared since the last reply; after a failure they may not
+                 * exist */
     size_t posted_bytes; /* bytes of statements sent or queued since the last reply */
-    struct srv_sql_list *
-        list[SRV_SQL_STATEMENTS]; /* collected rows of values of each statement; NULL = never any */
+    struct srv_sql_list *list[SRV_SQL_STATEMENTS]; /* collected rows of each statement; NULL = none
+                                                    * so far */
     int listed[SRV_SQL_STATEMENTS], lists; /* the statements with rows, in order of arrival */
 };
 
@@ -114,7 +114,7 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
                PQstatus(own->connection) != CONNECTION_OK;
         if (next) postgres_keep(next, &answer, &bad);
     }
-    /* some of them may still exist, so their names are not used again */
+    /* some of the statements may still exist, so their names are not used again */
     if (bad && own->unsure) {
         memset(own->kept, 0, sizeof own->kept);
         own->round++;
@@ -155,7 +155,7 @@ static int postgres_suits(struct postgres_sql *own) {
 }
 
 /* settings of a connection: a process that is suspended within a transaction must not lock rows for
- * long, and no one waits for locks without limit */
+ * long, and no wait for a lock is unlimited */
 static int postgres_settle(struct postgres_sql *own) {
     if (PQsetnonblocking(own->connection, 1)) return 0;
     PQsetNoticeProcessor(own->connection, postgres_quiet, NULL);
@@ -205,8 +205,7 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int
     char *said = NULL;
     PQconninfoOption *options = PQconninfoParse(url, &said);
     if (!options) {
-        /* the text that the library quotes may be part of the password, unless it names a parameter
-         */
+        /* the quoted text may be part of the password, unless it names a parameter */
         if (said && strncmp(said, "invalid URI query parameter", 27) != 0)
             said[strcspn(said, "\"")] = 0;
         srv_sql_complain(&own->sql, said ? said : "out of memory");
@@ -450,7 +449,7 @@ static const struct srv_sql_word postgres_words[] = {
      "(SELECT COUNT(*) FROM pg_stat_activity WHERE datname = current_database() AND "
      "application_name = 'pendulumd worker'), (SELECT COUNT(*) FROM pg_stat_activity WHERE "
      "datname = current_database() AND application_name LIKE 'pendulumd%')"},
-    /* 3: connections of an api process */
+    /* 3 = connections of an api process */
     {"carries", "CAST(current_setting('max_connections') AS BIGINT), CAST(current_setting("
                 "'max_connections') AS BIGINT) - CAST(current_setting("
                 "'superuser_reserved_connections') AS BIGINT) - 3 - 8"},

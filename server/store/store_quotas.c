@@ -4,8 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Up to this many clients of an address take one turn each. With more clients each claim counts for
- * more turns, so that together they take about this many. */
+/* Up to this many clients of an address take one turn each. With more clients, each claim counts as
+ * several turns, so that together they still take about as many. */
 enum { SOURCE_TURNS = 8 };
 
 enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *name, int64_t bytes) {

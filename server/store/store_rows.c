@@ -135,7 +135,7 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     job->flaw = row.flaw ? row.flaw : row_job_flaw(job);
     if (job->flaw) srv_row_job_fail(job, job->flaw);
     if (rows->with_digest) {
-        /* a damaged digest matches no request: reuse of the key is a clash */
+        /* a damaged digest matches no request, so reusing the key is a clash */
         int good = row.next->kind == SRV_SQL_BYTES && row.next->bytes == SRV_DIGEST_BYTES;
         memset(rows->digest, 0, SRV_DIGEST_BYTES);
         if (good) memcpy(rows->digest, row.next->data, SRV_DIGEST_BYTES);

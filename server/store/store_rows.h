@@ -31,7 +31,7 @@ struct srv_value srv_value_same(struct srv_value value);
              : srv_value_text, struct srv_value                                                    \
              : srv_value_same, default                                                             \
              : srv_value_whole)(v)
-/* a macro does not expand recursively: its result is expanded 20 more times */
+/* a macro does not expand itself, so its result is rescanned 20 more times */
 #define VALUE_EACH(v, ...) VALUE(v), __VA_OPT__(VALUE_AGAIN VALUE_NONE(__VA_ARGS__))
 #define VALUE_AGAIN() VALUE_EACH
 #define VALUE_NONE ()
@@ -71,8 +71,8 @@ struct srv_row_bytes {
     size_t bytes;
 };
 
-/** Reads a row into a struct srv_row_bytes. SRV_STORED_DAMAGED if the bytes are missing or their
- * checksum is wrong, SRV_STORED_BROKEN if memory is short. */
+/** Reads a row into a struct srv_row_bytes. SRV_STORED_DAMAGED: the bytes are missing or their
+ * checksum is wrong; SRV_STORED_BROKEN: memory is short. */
 enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]);
 
 /** Copies a text field; any other type becomes "". */
@@ -95,7 +95,7 @@ int64_t srv_row_whole(struct srv_row *row, int64_t least, int64_t most, const ch
  * the row's flaw. */
 void srv_row_word(struct srv_row *row, size_t least, char text[], size_t cap, const char *column);
 
-/** Turns a job into one that failed because of a column: only its owner is still trusted. */
+/** Marks a job as failed because of a damaged column; only its owner is still trusted. */
 void srv_row_job_fail(struct srv_job *job, const char *flaw);
 
 /* the last instant of the year 9999, in us since 1970: later times are invalid */
@@ -115,7 +115,7 @@ struct srv_row_jobs {
     struct srv_job *job;                    /* `cap` jobs, owned by the caller */
     unsigned char digest[SRV_DIGEST_BYTES]; /* of the last job, if the statement selects it */
     int with_digest;
-    int with_part; /* the statement also selects a part of the job: */
+    int with_part; /* non-zero: a part of the job is selected, too: */
     long part_state, attempt;
 };
 

@@ -79,7 +79,6 @@ static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_
     return row.rows ? SRV_STORED : SRV_STORED_NONE;
 }
 
-/* stores a new scene */
 static enum srv_stored scene_new(struct srv_store *store, const char *id, const char *client,
                                  const char *source, const void *body, size_t bytes) {
     struct srv_row_wholes put = {.count = 1};
@@ -169,7 +168,7 @@ static enum srv_stored erase_scenes(struct srv_store *store, const char *client,
     if (rows.count > most) rows.count = most;
     for (int i = 0; i < rows.count; i++) {
         enum srv_stored stored = scene_drop(store, rows.id[i], client);
-        if (stored == SRV_STORED_CLASH) continue; /* it was removed meanwhile */
+        if (stored == SRV_STORED_CLASH) continue; /* another process removed it */
         if (stored != SRV_STORED_NONE) {
             SRV_STORED_TRY(stored);
             continue;

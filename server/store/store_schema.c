@@ -51,8 +51,8 @@ static const char *const schema[] = {
     "CREATE INDEX parts_waiting ON parts (job, number) WHERE state = 0",
     "CREATE TABLE results (job TEXT NOT NULL, part BIGINT NOT NULL, chunk BIGINT NOT NULL, data {"
     "bytes} NOT NULL, seal {bytes} NOT NULL, PRIMARY KEY (job, part, chunk))",
-    /* results of unsuccessful jobs, until they are deleted; the row '.' stays, so that the table
-     * has a page when a full disk must be emptied */
+    /* results of unsuccessful jobs until they are deleted; the row '.' is kept so that the table
+     * has a page even when a full disk must be emptied */
     "CREATE TABLE removals (job TEXT PRIMARY KEY, client TEXT NOT NULL, bytes BIGINT NOT NULL)",
     "INSERT INTO removals (job, client, bytes) VALUES ('.', '.', 0)",
     "CREATE TABLE scenes (id TEXT PRIMARY KEY, body {bytes} NOT NULL, created BIGINT NOT NULL, "

@@ -31,7 +31,7 @@ struct sqlite_sql {
         rollback; /* prepared in advance, so that a transaction can be rolled back without memory */
     int full;     /* the disk was full in the last transaction */
     int ringing;  /* a notification must be sent after the commit */
-    int ear;      /* inotify descriptor for notifications; -1 = not listening yet */
+    int ear;      /* inotify descriptor for notifications; -1 = not opened yet */
     int64_t busy_ms; /* start of the wait for another process */
     int patience_ms; /* longest wait */
 };
@@ -150,7 +150,7 @@ static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
     if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
     srv_sql_complain(&own->sql,
                      code == SQLITE_FULL ? sqlite3_errstr(code) : sqlite3_errmsg(own->db));
-    /* an addition to a NULL of an altered row */
+    /* the addition of a number to NULL, in an altered row */
     if (code == SQLITE_CONSTRAINT_NOTNULL) return SRV_STORED_DAMAGED;
     switch (code & 0xff) {
     case SQLITE_FULL:
@@ -335,7 +335,7 @@ static int sqlite_listen(struct srv_sql *sql, int timeout_ms, int wake) {
 }
 
 static const struct srv_sql_word sqlite_words[] = {
-    // a transaction that began with a read could not wait for another writer
+    // IMMEDIATE, because a transaction that began with a read could not wait for another writer
     {"begin", "BEGIN IMMEDIATE"},
     {"now", "now_us()"},
     {"lock", ""},

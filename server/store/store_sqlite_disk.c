@@ -10,8 +10,8 @@ enum {
     /* disk space that results must leave free, so that jobs can end on a full disk; half of it for
      * the log */
     DISK_SPARE = 4 << 20,
-    /* disk space that the file must leave free whatever it grows for: without a log nothing can be
-     * written */
+    /* disk space that the file must leave free however it grows, because nothing can be written
+     * without the log */
     DISK_LOG = 1 << 20,
     CHECKPOINT_LOCK = 1 /* WAL_CKPT_LOCK of SQLite's file format, in the shared memory */
 };
@@ -99,8 +99,8 @@ int srv_sqlite_disk_room(struct srv_sqlite_disk *disk, size_t bytes) {
 
 /* Extends the file. SQLite does so by writing single bytes into blocks that it believes to be new,
  * which would corrupt pages that a checkpoint of another process writes there at the same time. The
- * lock of checkpoints is therefore held. If a checkpoint is in progress, the file is left alone: it
- * grows by that. */
+ * lock of checkpoints is therefore held. A checkpoint in progress extends the file itself, so
+ * nothing is done then. */
 static int disk_lengthen(struct srv_sqlite_disk *disk, sqlite3_int64 bytes) {
     sqlite3_file *file = NULL;
     int code = sqlite3_file_control(disk->db, "main", SQLITE_FCNTL_FILE_POINTER, &file);

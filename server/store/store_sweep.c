@@ -14,7 +14,7 @@
 #include "server/store/store_rows.h"
 
 /* Results up to SWEEP_SMALL bytes are deleted with their job, larger ones in steps. If the store's
- * clock gains more than SWEEP_JUMP_S on ours between two sweeps, it is not trusted for
+ * clock gains more than SWEEP_JUMP_S on the monotonic clock between two sweeps, no job expires for
  * SWEEP_HOLD_S. */
 enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 
@@ -100,7 +100,7 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
     SRV_STORED_TRY(
         SRV_RUN(store, SQL_JOBS_EXPIRED, srv_row_job, &rows, store->expiry.from, SQL_EXPIRED_MOST));
     /* The next step skips the range of deleted jobs. When nothing is left, the whole range is
-     * examined again, because other processes may have locked some. */
+     * examined again, because jobs that other processes had locked were skipped. */
     store->expiry.from = 0;
     for (int64_t i = 0, bytes = 0; i < rows.count && bytes <= SWEEP_PIECE; i++) {
         if (job[i].flaw) continue;
@@ -110,7 +110,7 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
         sweep->more = 1;
         sweep->expired++;
     }
-    /* a damaged job is rewritten first, and deleted when that one expires */
+    /* a damaged job is first marked as failed, and deleted when that job expires */
     for (int i = 0; i < rows.count; i++)
         if (job[i].flaw) SRV_STORED_TRY(srv_store_condemn(store, &job[i]));
     return rows.nameless ? SRV_RUN(store, SQL_JOBS_NAMELESS, NULL, NULL) : SRV_STORED;
@@ -125,7 +125,7 @@ static enum srv_stored row_changed(void *context, const struct srv_value field[]
 static enum srv_stored sweep_changes(struct srv_store *store) {
     enum srv_stored stored = SRV_STORED;
     char name[SRV_NAME_BYTES] = "", was[SRV_NAME_BYTES];
-    /* among many processes about one does this each second */
+    /* with many processes, about one does this each second */
     if (store->workers > 1 && srv_clock_now() / 1000 % store->workers) return SRV_STORED;
     for (int more = store->sql->driver->lists, i = 0; more && stored == SRV_STORED && i < 64; i++) {
         SRV_STORED_TRY(srv_store_look(store));
@@ -155,7 +155,7 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
     return srv_store_end(store, stored);
 }
 
-/* erases one job of a client; it may be gone already */
+/* erases one job of a client, which may already be gone */
 static enum srv_stored erase_job(struct srv_store *store, const char *id) {
     struct srv_job job;
     enum srv_stored stored = srv_store_lock(store, id, &job);

@@ -21,7 +21,7 @@ void srv_tally_clear(struct srv_tally *tally) {
 
 enum srv_stored srv_tally_client(struct srv_tally *tally, const char *name,
                                  struct srv_tally_client **client) {
-    /* the last one is likely to be needed again */
+    /* search backwards: the last client is likely to be needed again */
     for (int i = tally->count - 1; i >= 0; i--)
         if (!strcmp((*client = &tally->client[i])->name, name)) return SRV_STORED;
     if (tally->count == SRV_TALLY_CLIENTS) return SRV_STORED_AGAIN;

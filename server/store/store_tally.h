@@ -15,7 +15,7 @@ enum {
     SRV_TALLY_PLACES = 64    /* rows of totals, so that processes rarely wait for the same row */
 };
 
-/* The sums of all clients: jobs of each enum srv_job_state, and: */
+/* The sums of all clients: jobs of each enum srv_job_state, then these. */
 enum {
     SRV_TALLY_PARTS = SRV_JOB_STATES, /* claimable parts */
     SRV_TALLY_BYTES,                  /* bytes of jobs */
@@ -41,12 +41,12 @@ struct srv_tally {
     int place; /* this connection's row of the totals */
     int count, known;
     int ring;                    /* notifications: SRV_RING_ bits */
-    char source[SRV_NAME_BYTES]; /* the last source read; "" = none */
+    char source[SRV_NAME_BYTES]; /* the source whose sums were last read; "" = none */
     int64_t source_clients, source_jobs,
         source_bytes;                /* sums of `source` before this transaction */
     int64_t source_open;             /* its clients with open jobs before this transaction */
     int64_t were[SRV_TALLY_SUMS];    /* before this transaction, if known */
-    int64_t changes[SRV_TALLY_SUMS]; /* of the sums of all clients */
+    int64_t changes[SRV_TALLY_SUMS]; /* changes of the sums of all clients */
     struct srv_tally_client client[SRV_TALLY_CLIENTS];
 };
 

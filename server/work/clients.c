@@ -20,8 +20,8 @@ enum pend_status srv_clients_new(struct srv_clients **clients) {
     struct srv_clients *made = *clients = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
-    /* The address on the heap serves as the salt: it differs from run to run, so nobody can choose
-     * client addresses that share a row. */
+    /* The heap address serves as the salt: it differs from run to run, so clients cannot choose
+     * addresses that share a row. */
     srv_hash_table_init(&made->table, (uint64_t)(uintptr_t)made * 0x9e3779b97f4a7c15u);
     return PEND_OK;
 }
@@ -87,8 +87,8 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
     if (source && source != client) clients_give(clients, source);
 }
 
-/* Finds or creates the record of the address of a client, unless it is known already. Returns 0 if
- * memory is short. The caller holds the lock. */
+/* Finds or creates the record of a client's address, unless the client already refers to it.
+ * Returns 0 if memory is short. The caller holds the lock. */
 static int clients_trace(struct srv_clients *clients, struct srv_client *client,
                          const char *source) {
     if (client->source) return 1;
@@ -150,8 +150,7 @@ struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_clien
         own->tokens -= 1;
         all->tokens -= 1;
     }
-    /* The bucket that has less left is reported; an address has several times the rate of one
-     * client. */
+    /* Report the bucket with less left; an address has several times the rate of one client. */
     int crowded = all->tokens < own->tokens;
     double left = crowded ? all->tokens : own->tokens,
            rate = crowded ? a_minute * shares : a_minute;

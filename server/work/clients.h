@@ -14,7 +14,7 @@
 
 enum { SRV_CLIENT_KEY = 68, SRV_CLIENTS_KEPT = 8192 };
 
-/* The number of requests that may be sent now, and the time of that count. */
+/* A token bucket: the requests that may be sent now, and the time of that count. */
 struct srv_bucket {
     double tokens;
     int64_t counted; /* ns; 0 = never */
@@ -24,8 +24,8 @@ struct srv_bucket {
 enum srv_pace {
     SRV_PACE_ROOMS,  /* creating rooms */
     SRV_PACE_JOINS,  /* pupils who join */
-    SRV_PACE_MISSES, /* requests with unknown room codes, */
-    SRV_PACE_TRIES,  /* and, when that limit is reached, all requests with room codes */
+    SRV_PACE_MISSES, /* requests with unknown room codes */
+    SRV_PACE_TRIES,  /* all requests with room codes, after too many unknown ones */
     SRV_PACE_WRITES, /* writing items */
     SRV_PACES
 };
@@ -33,7 +33,7 @@ enum srv_pace {
 struct srv_client {
     struct srv_lane lane;   /* the queue's */
     struct srv_asker asker; /* the storage's */
-    /* the other members belong to the table */
+    /* for the table only: the following members */
     struct srv_list idle;      /* in the list of records without references */
     struct srv_hash_node node; /* by `key` */
     int users;
@@ -42,7 +42,7 @@ struct srv_client {
     struct srv_bucket own, all; /* its own requests, and those of all clients with the same
                                  * source */
     struct srv_bucket seconds;  /* s of computation available; negative: seconds of debt */
-    atomic_llong share;         /* bytes that its role may hold; 0 = as the options say */
+    atomic_llong share;         /* bytes that its role may hold; 0 = the server's own limit */
     atomic_int priority;        /* number of queue levels by which its computations are delayed */
     struct srv_bucket pace[SRV_PACES];
     atomic_llong held, bodies; /* bytes that it holds in memory; those of bodies among them

@@ -11,10 +11,10 @@
 
 enum {
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body from which reading it counts as long */
-    COMPUTE_REFUSE_COST = 3,  /* a request whose estimate exceeds max-compute-seconds by more than
-                                 this factor is refused; estimates may be wrong by this factor */
-    COMPUTE_REFUSE_STEPS = 30 /* the same factor for an estimate of steps, which the call checks
-                               * itself while it runs */
+    COMPUTE_REFUSE_COST = 3,  /* a request is refused if its estimate exceeds max-compute-seconds by
+                               * this factor, the error of estimates */
+    COMPUTE_REFUSE_STEPS = 30 /* the same factor for the number of steps, which the computation also
+                               * checks itself */
 };
 
 /* seconds of computation from which a request belongs to the next level of the queue */
@@ -47,7 +47,7 @@ static void compute_stop(struct srv_work *work, int status, const char *detail) 
 
 enum { COMPUTE_WAY = 96 };
 
-/* Writes how to get the needed time, in s, as a job; writes nothing if no job may take so long. */
+/* Writes how to get the needed time, in s, as a job; nothing if a job may not take so long. */
 static void compute_way(const struct srv_work *work, double seconds, char text[COMPUTE_WAY]) {
     double most = srv_service_job_limits(work->service)->compute_seconds;
     *text = 0;
@@ -106,8 +106,8 @@ static int compute_room(struct srv_work *work) {
     return 0;
 }
 
-/* Sends the head of the response. Exchanges that waited for the same work compute for themselves
- * from here on. */
+/* Sends the head of the response. Other exchanges that wait for this work get their own
+ * computations. */
 static void compute_promise(struct srv_work *work) {
     struct srv_list others = {0};
     struct srv_exchange *exchange;
@@ -134,7 +134,7 @@ static int compute_piece(struct srv_work *work) {
         srv_delivery_settle(work);
         return 0;
     }
-    /* The source is reading the next piece; until it arrives the worker serves others. */
+    /* While the source reads the next piece, the worker runs other tasks. */
     return progress != API_WAITS || !work->source->park(work->source, work);
 }
 
@@ -153,7 +153,7 @@ static int compute_turn(struct srv_work *work) {
     return 0;
 }
 
-/* Between two pieces of a computation: returns 1 if a shorter task waits. */
+/* Called between two pieces of a computation: returns 1 if a shorter task waits. */
 static int compute_hurry(void *company) {
     struct srv_work *work = company;
     srv_fairness_look(&work->service->fairness);
@@ -175,13 +175,13 @@ static int compute_range_holds(const struct srv_exchange *exchange, const char *
     return !known || !strcmp(known, etag);
 }
 
-/* Answers a request that was read if no computation is needed: the client has the response
- * already, the cache has it, or another request has computed it. Returns 1 if it was answered. */
+/* Answers a request that needs no computation: the client has the response already, the cache has
+ * it, or another request computes it. Returns 1 if it was answered. */
 static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = compute_exchange(work);
     srv_result_key(work, work->coding);
-    /* A stored result differs in its bytes from a computed response, so the cache is not used. */
+    /* A stored result differs in its bytes from a computed response, so the cache is skipped. */
     struct srv_response_body *found = work->source ? NULL : srv_result_find(work);
     if (found) {
         srv_metrics_count(&service->metrics.cache_digest, 1);
@@ -249,7 +249,7 @@ static void compute_foresee(struct srv_work *work) {
     if (answer > SRV_DELIVERY_HOLD) work->foreseen += 2 * SRV_INFLIGHT_BLOCK;
 }
 
-/* The request to api: that of the work's exchange, or that of the source of a stored result. */
+/* Returns the request for api: that of the work's exchange, or that of a stored result's source. */
 static struct api_request compute_request(const struct srv_work *work) {
     const struct srv_exchange *exchange = compute_exchange(work);
     const struct srv_source *source = work->source;
@@ -286,8 +286,7 @@ static int compute_range(struct srv_work *work) {
     return 1;
 }
 
-/* A stream is never held as a whole, so max-answer-bytes does not limit it, nor do its two
- * buffers. */
+/* A stream is never in memory as a whole, so max-answer-bytes limits neither it nor its buffers. */
 static void compute_flow(struct srv_work *work) {
     struct api_buffer *const buffer[] = {&work->out, &work->coded, &work->ready};
     for (size_t i = 0; i < sizeof buffer / sizeof *buffer; i++)

@@ -5,8 +5,8 @@
 #include "server/work/result.h"
 
 enum {
-    DELIVERY_SHARE = 1 << 23 /* largest number of bytes of a response that are held if several
-                              * exchanges wait for it, or if it is nearly complete */
+    DELIVERY_SHARE = 1 << 23 /* most bytes of a response that are held while several exchanges wait
+                              * for it, or if it is nearly complete */
 };
 
 /* patience: seconds of computation after which a stream starts, whatever its size; soon: a response
@@ -69,8 +69,7 @@ void srv_delivery_settle(struct srv_work *work) {
     enum srv_coding coding = srv_result_code(work, answer.media_type);
     struct srv_response_body *response_body =
         srv_result_response_body(work, answer, coding, &work->out);
-    delivery_hold(
-        work); /* The memory of the response is counted with the response body from here on. */
+    delivery_hold(work); /* From here on the response body accounts for the memory. */
     if (!response_body) {
         srv_delivery_fail(work, "out of memory");
     } else if (response_body->status == 200 && !srv_hold_room(service)) {
@@ -114,7 +113,7 @@ static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
                            int coded) {
     srv_exchange_response_body(reader, head);
     /* A message of known length has no trailers, so the statistics go before the body. Ranges are
-     * the exception: their point is the known length. */
+     * the exception, because a client needs their length. */
     reader->trails = answer->has_stat_fields &&
                      (answer->length < 0 || coded || !work->source || !work->source->ranged);
     reader->stream_bytes = coded || reader->trails ? -1 : answer->length;
@@ -137,7 +136,7 @@ void srv_delivery_promise(struct srv_work *work, struct srv_list *others) {
     struct srv_response_body *head =
         srv_result_response_body(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
     if (!head) {
-        /* The next piece tries again from the beginning. */
+        /* The next piece tries again. */
         if (coded) row->free(work->coder);
         work->coder = NULL;
         return;
@@ -155,7 +154,7 @@ static int delivery_whole(struct srv_work *work, int alone) {
     double seconds = srv_delivery_seconds(work);
     if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
     if (alone && (seconds > work->cost ? seconds : work->cost) >= delivery_soon) return 0;
-    /* The buffer doubles the next time it is full. */
+    /* The buffer doubles when it is full. */
     size_t before = work->foreseen, next = 2 * work->out.cap + SRV_INFLIGHT_BLOCK;
     if (next <= before) return 1;
     work->foreseen = next;

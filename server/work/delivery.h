@@ -1,5 +1,5 @@
-/* Delivers the output of a computation to the waiting exchanges: complete, or as a stream while
- * more is computed.
+/* Delivers the output of a computation to the waiting exchanges: complete, or as a stream while the
+ * rest is computed.
  * Leaves to others: computing (compute), sending (http), the header fields of an answer (result).
  * Invariant: until a stream begins, the answer can still become a problem. */
 #pragma once

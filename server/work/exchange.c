@@ -11,7 +11,7 @@
 enum {
     EXCHANGE_MAGIC = 0x65786368,
     EXCHANGE_KEEP = 4096,     /* the largest buffer in bytes that a connection keeps */
-    EXCHANGE_ANSWER = 1 << 16 /* bytes above which a response of the server's own is reserved */
+    EXCHANGE_ANSWER = 1 << 16 /* own responses above this many bytes reserve memory */
 };
 
 const char srv_exchange_vary[] = "Accept, Accept-Encoding";
@@ -34,7 +34,7 @@ struct srv_client *srv_exchange_payer(struct srv_exchange *exchange) {
     if (exchange->payer || !exchange->identity.source[0]) return exchange->payer;
     exchange->payer = srv_clients_take(exchange->service->clients, exchange->identity.source, NULL);
     double memory = exchange->identity.limits.value[SRV_LIMIT_MEMORY];
-    /* Without a key file every client may hold what the options allow. */
+    /* Without a key file a client may hold as much as the options allow. */
     if (exchange->payer && exchange->identity.role != SRV_ROLE_NONE)
         atomic_store(&exchange->payer->share, isinf(memory) ? 0 : (long long)memory);
     return exchange->payer;
@@ -49,7 +49,7 @@ static void exchange_drop(struct srv_exchange *exchange) {
     srv_response_body_drop(&exchange->response_body);
 }
 
-/* Releases what the exchange shares with others. */
+/* Releases the memory that the exchange shares with others. */
 static void exchange_let_go(struct srv_exchange *exchange) {
     assert(!exchange->work && !exchange->stream && !exchange->listener);
     srv_hold_set(&exchange->hold, 0);

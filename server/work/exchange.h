@@ -72,9 +72,9 @@ struct srv_work;
 /* The source of a stored answer: the request it was computed from, and the place of its parts. */
 struct srv_source {
     struct api_source from;
-    const char *body; /* of the original request */
+    const char *body; /* body of the original request */
     size_t body_bytes;
-    int ranged; /* the client requests `range` of it, if the answer has not changed */
+    int ranged; /* the client requests a range, to be applied if the answer has not changed */
     struct api_range range;
     /* Suspends the work until the source is ready; then the work is queued again. Returns 1 if it
      * is suspended: the caller no longer owns the work. Returns 0 if the source is ready or the
@@ -96,13 +96,13 @@ struct srv_exchange {
     struct srv_client
         *payer; /* the record of the client's address, which pays for memory; NULL before */
     char target[SRV_TARGET_BYTES]; /* as received */
-    const char *path, *query; /* of the target; the path decoded, query NULL if there is none */
+    const char *path, *query;      /* parts of the target: decoded path; query or NULL */
     const char *host; /* the requested host: of an absolute target, else of Host; NULL = none */
-    int probes; /* it came through the listener of probes and metrics, which serves nothing else */
+    int probes; /* received by the listener of probes and metrics, which serves nothing else */
     int closed; /* only listed web pages may read the answer (cors) */
     const char *id, *trace; /* X-Request-Id; traceparent, or NULL */
     enum srv_coding coding; /* the coding that the client accepts */
-    int64_t length;         /* of the body: Content-Length, 0 without one, -1 when chunked */
+    int64_t length;         /* of the body: Content-Length; 0 = no body, -1 = chunked */
     struct api_buffer body;
     const struct srv_route *route;
     enum api_op_id op;    /* operation of the route */
@@ -114,20 +114,20 @@ struct srv_exchange {
     struct srv_work *stream; /* source of the answer's body, piece by piece; NULL for a complete
                               * one */
     int streams;             /* the answer is a stream, even if that has ended */
-    struct srv_listener *listener; /* of a stream of events; events', under its lock */
-    atomic_int listens; /* the answer is a stream of events, or waits to be one, even after the
-                         * listener has ended */
+    struct srv_listener *listener; /* of an event stream; guarded by the lock of the events */
+    atomic_int listens; /* the answer is or will be an event stream, even after its listener has
+                         * ended */
     struct srv_source *source; /* source of a stored answer; NULL = it is computed */
-    int apart;                 /* its bytes do not determine the answer: not used as a cache key */
-    int stop;                  /* enum srv_stop: why nobody waits for it any more */
+    int apart;                 /* more than its bytes determines the answer: no cache key */
+    int stop;                  /* enum srv_stop: why the client no longer waits for it */
 
     /* the answer */
     int status; /* 0 if not known yet */
     const char *media_type;
-    const char *data; /* the body; in `answer` or `response_body`, or outlives the exchange */
+    const char *data; /* the body: in `answer`, in `response_body`, or in static memory */
     size_t bytes;
     int trails;                              /* a stream has trailers: api_stats_field_names */
-    int64_t stream_bytes;                    /* of a stream's body, -1 = not known before its end */
+    int64_t stream_bytes;                    /* of a stream's body, -1 = known only at its end */
     struct srv_response_body *response_body; /* the body, or NULL */
     struct srv_quota quota; /* remaining quota of the client; reported if quota.refresh > 0 */
     struct api_buffer answer;
@@ -143,7 +143,7 @@ struct srv_exchange {
     long steps;
     const char *cache; /* "exact", "digest", "joined": why it was not computed; NULL = computed, or
                         * nothing to compute */
-    struct srv_hold hold; /* of its body and its own answer */
+    struct srv_hold hold; /* memory of the request's body and of the server's own answers */
     size_t share;         /* bytes of `response_body` that are charged to the payer */
 
     /** Returns the answered exchange to its owner; after the call the caller must not use it. Any
@@ -172,13 +172,13 @@ void srv_exchange_reset(struct srv_exchange *exchange);
 /** Returns true if the fields are consistent, as they must be at any time; for assertions. O(1). */
 int srv_exchange_valid(const struct srv_exchange *exchange);
 
-/** Returns memory for a small text that lives until the reset; NULL if none is left. */
+/** Returns memory for a small text, valid until the reset; NULL if none is left. */
 char *srv_exchange_text(struct srv_exchange *exchange, size_t bytes);
 
-/** Adds a header field to the answer; name and value must live until the reset. */
+/** Adds a header field to the answer; name and value must be valid until the reset. */
 void srv_exchange_header(struct srv_exchange *exchange, const char *name, const char *value);
 
-/** Answers with bytes that outlive the exchange. */
+/** Answers with bytes that remain valid longer than the exchange. */
 void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type,
                          const char *data, size_t bytes);
 
@@ -213,19 +213,19 @@ void srv_exchange_busy(struct srv_exchange *exchange, int seconds, const char *d
 /** Adds Retry-After. */
 void srv_exchange_retry(struct srv_exchange *exchange, double seconds);
 
-/** Adds bytes of a body to the memory of this exchange, of which it is the total so far. Returns
- * whether there is memory; counts it in any case. */
+/** Adds bytes of a body to the memory of this exchange; `bytes` is the total so far. Returns
+ * whether there is memory; the bytes are counted in any case. */
 enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);
 
 /** Answers that there is no memory for `what`: 413, 429 or 503, with the limit's name. */
 void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, const char *what);
 
-/** Answers 503 or 429 if srv_queue_push has refused the exchange's task with PEND_LIMIT or
- * PEND_INVALID. road_full: that of the task. */
+/** Answers 503 or 429 after srv_queue_push has refused the exchange's task with PEND_LIMIT or
+ * PEND_INVALID. road_full: as in the task. */
 void srv_exchange_queued_out(struct srv_exchange *exchange, enum pend_status status, int road_full);
 
-/** Call it when the exchange is answered and its body is not needed: frees the body, and counts the
- * answer. An answer for which there is no memory becomes a problem. */
+/** Call it when the exchange is answered and its body is no longer needed: frees the body and
+ * counts the answer's memory. If there is no memory, the answer becomes a problem. */
 void srv_exchange_settle(struct srv_exchange *exchange);
 
 /** Returns the scheme of the client's request, "http" or "https": that of this server's sockets, or

@@ -39,7 +39,7 @@ void srv_fairness_nap(struct srv_fairness *fairness, int fd) {
     atomic_store(&fairness->napping, 1);
     int over =
         !fairness_all_busy(fairness) || sem_clockwait(&fairness->wake, CLOCK_MONOTONIC, &until);
-    /* The thread that cleared the flag has raised the semaphore or is about to. */
+    /* Another thread cleared the flag, so it raises the semaphore. */
     if (over && !atomic_exchange(&fairness->napping, 0))
         while (sem_wait(&fairness->wake)) continue;
 }

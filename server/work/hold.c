@@ -4,8 +4,8 @@
 #include <math.h>
 
 enum {
-    HOLD_PART = 4,           /* the share of a client in max-held-bytes is 1/4 */
-    HOLD_BESIDE = 32 << 20,  /* but at least a response of the largest size plus this many bytes */
+    HOLD_PART = 4,           /* a client may hold 1/4 of max-held-bytes */
+    HOLD_BESIDE = 32 << 20,  /* or a response of the largest size plus this many bytes, if more */
     HOLD_BODY = 1 << 16,     /* bodies below this many bytes are not charged to their client */
     HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated without being counted */
     HOLD_SMALL =

@@ -23,7 +23,7 @@ enum srv_room {
 struct srv_hold {
     struct srv_service *service;
     struct srv_client
-        *payer; /* the client whose share is charged; NULL = none. Outlives the hold */
+        *payer; /* the client whose share is charged; NULL = none. Valid longer than the hold */
     enum srv_memory_kind kind;
     size_t bytes;
 };

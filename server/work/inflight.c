@@ -18,8 +18,7 @@ enum pend_status srv_inflight_new(struct srv_inflight **inflight) {
     struct srv_inflight *made = *inflight = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
-    /* The keys are digests, so nobody can choose keys that fall into one row, whatever the salt
-     * is. */
+    /* The keys are digests, so clients cannot choose keys that share a row, even without a salt. */
     srv_hash_table_init(&made->table, 0);
     return PEND_OK;
 }
@@ -164,8 +163,8 @@ int srv_inflight_waiters(struct srv_work *work) {
     return count;
 }
 
-/* Removes a work from the queue or from its source, if no worker has it. Returns 1 if it did. The
- * caller holds the lock. */
+/* Removes a work from the queue or from its source, if no worker has it. Returns 1 if it was
+ * removed. The caller holds the lock. */
 static int inflight_withdraw(struct srv_work *work) {
     int rests = work->parked || work->fetching;
     work->parked = work->fetching = 0;
@@ -242,7 +241,7 @@ struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_list 
     return reader;
 }
 
-/* The block that was appended last and is sent next. */
+/* Returns the block that was appended last, which is sent next. */
 static struct api_buffer *inflight_chunk(struct srv_work *work) {
     return work->coder ? &work->coded : &work->out;
 }
@@ -258,13 +257,13 @@ int srv_inflight_hungry(struct srv_work *work) {
     return hungry;
 }
 
-/* Makes the appended block the one that is sent. The caller holds the lock. */
+/* Makes the appended block the one to send. The caller holds the lock. */
 static void inflight_swap(struct srv_work *work) {
     struct api_buffer *chunk = inflight_chunk(work), sent = work->ready;
     work->ready = *chunk;
     *chunk = sent;
     chunk->bytes = 0;
-    /* The bytes that were held before the head are not needed again. */
+    /* Free the large buffer that was needed before the head was sent. */
     if (chunk->cap > INFLIGHT_LARGE) api_buffer_clear(chunk);
     work->ready_cap = work->ready.cap;
     work->taken = 0;
@@ -307,8 +306,8 @@ void srv_inflight_unpark(struct srv_work *work) {
     inflight_unlock(work);
 }
 
-/* If the block that is sent is used up, makes the appended one the next. Returns 1 if the work was
- * resting for its reader and should go on. The caller holds the lock. */
+/* If the block to send is used up, replaces it by the appended one. Returns 1 if the work rested
+ * until then and should go on. The caller holds the lock. */
 static int inflight_refill(struct srv_work *work) {
     int rests = work->parked || work->fetching || work->over;
     if (inflight_drained(work) && rests && inflight_chunk(work)->bytes) inflight_swap(work);
@@ -317,7 +316,7 @@ static int inflight_refill(struct srv_work *work) {
     return again;
 }
 
-/* Copies bytes from the block that is sent. The caller holds the lock. */
+/* Copies bytes of the block to send. The caller holds the lock. */
 static size_t inflight_bytes(struct srv_work *work, char *to, size_t cap) {
     size_t left = work->ready.bytes - work->taken, count = left < cap ? left : cap;
     if (count) memcpy(to, work->ready.data + work->taken, count);

@@ -19,7 +19,7 @@ struct srv_work {
     struct srv_service *service;
     struct srv_client *account; /* the client that pays for it */
 
-    /* limits of the worker that runs it */
+    /* the limits for the operation */
     const struct api_limits *limits;
     struct srv_source *source; /* source of a stored answer; NULL = it is computed */
     struct api_call *call;
@@ -39,7 +39,7 @@ struct srv_work {
 
     /* under the lock */
     struct srv_list waiters; /* exchanges, first come first */
-    int opened;              /* the request was read: the exchange is needed only for its answer */
+    int opened;              /* the request was read; the exchange only waits for its answer */
     enum srv_stop stop;      /* reason to stop */
     int listed;
     struct srv_hash_node node;   /* by `key`, while it is listed */
@@ -47,7 +47,7 @@ struct srv_work {
     int reader_waits;            /* suspended, until the next block */
     int parked;                  /* it waits for its reader */
     int fetching;                /* it waits for its source */
-    int over;                    /* no worker and no queue has it */
+    int over;                    /* neither a worker nor the queue has it */
     int ended;                   /* 1 = complete, -1 = broken */
     struct api_buffer ready;     /* the block that is being sent */
     size_t taken;                /* bytes of that block already sent */
@@ -77,16 +77,15 @@ int srv_inflight_valid(const struct srv_work *work);
 /**
  * Reports that the request was read. The work's key must be set.
  *
- * Returns 1 if another work computes the same result: the exchange then waits for that one, and the
- * caller ends this one. Otherwise returns 0, and other exchanges may join this work.
+ * Returns 1 if another work computes the same result: the exchange then waits for that work, and
+ * the caller ends its own. Otherwise returns 0, and other exchanges may join this work.
  */
 int srv_inflight_opened(struct srv_work *work);
 
 /** Returns the reason why the work should stop. */
 enum srv_stop srv_inflight_stop(struct srv_work *work);
 
-/** Moves all exchanges that wait for a work, which no other can join any more, to the caller's
- * list: oldest first. */
+/** Removes and returns the first exchange of a list from srv_inflight_take; NULL if it is empty. */
 void srv_inflight_take(struct srv_work *work, struct srv_list *taken);
 
 /** Removes and returns the first exchange of such a list; NULL if it is empty. */
@@ -96,7 +95,7 @@ struct srv_exchange *srv_inflight_next(struct srv_list *taken);
  * Removes an exchange from its work or stream.
  *
  * detached  out: 1 if the caller must call the exchange's `finish`, and answer it unless it reads a
- *           stream; 0 if the worker does, or did, or the connection does not wait for that.
+ *           stream; 0 if the worker does, or if the connection does not wait for it.
  *
  * Returns the work if no exchange is left and no worker has it: then the caller ends it. Otherwise
  * the worker stops it.
@@ -104,8 +103,8 @@ struct srv_exchange *srv_inflight_next(struct srv_list *taken);
 struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why,
                                     int *detached);
 
-/** Returns the reason why nobody waits for an exchange any more, SRV_GO_ON if somebody does: for
- * exchanges without a work, like srv_inflight_stop. Any thread, until its `finish` is called. */
+/** Returns why the client of an exchange without a work no longer waits, or SRV_GO_ON. Any thread,
+ * until the exchange's `finish` is called. */
 enum srv_stop srv_inflight_left(const struct srv_exchange *exchange);
 
 /* --- streams --- */

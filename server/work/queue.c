@@ -11,7 +11,7 @@
  * (its bug 25847); a task would then stay in the queue until the next one arrives. */
 struct srv_queue {
     pthread_mutex_t lock;
-    sem_t some, read; /* for the workers; for the reader */
+    sem_t some, read; /* `some` wakes workers, `read` wakes the reader */
     struct srv_turns level[SRV_QUEUE_LINES];
     int cap, lane_cap, closed;
     unsigned turn;                         /* the number of tasks taken so far */
@@ -154,7 +154,7 @@ static struct srv_task *queue_pop(struct srv_queue *queue, int reads) {
         closed = queue->closed;
         pthread_mutex_unlock(&queue->lock);
     }
-    /* The next worker must notice the end too. */
+    /* The next worker must find the queue closed, too. */
     if (!task) sem_post(some);
     return task;
 }

@@ -10,7 +10,7 @@
 
 enum {
     SRV_QUEUE_LEVELS = 4,              /* 0 = the shortest tasks */
-    SRV_QUEUE_READ = SRV_QUEUE_LEVELS, /* tasks that read a long body in one go, for the reader */
+    SRV_QUEUE_READ = SRV_QUEUE_LEVELS, /* reading a long body in one go, by the reader's thread */
     SRV_QUEUE_LINES,
     SRV_QUEUE_SHARE = 8 /* one in this many tasks is taken not from the shortest waiting ones but
                          * from the levels in turn */
@@ -29,8 +29,8 @@ struct srv_lane {
     struct srv_turns_lane at[SRV_QUEUE_LINES];
     int count;
     struct srv_road
-        own; /* used by this lane if it has no other road, and by lanes that name this one */
-    struct srv_road *road; /* NULL = its own; its owner may change it while the lane is empty */
+        own; /* the road of this lane unless `road` is set, and of lanes that name this one */
+    struct srv_road *road; /* NULL = `own`; may be changed while the lane is empty */
 };
 
 /* A task; part of its owner's structure, so that queueing needs no allocation. */
@@ -42,7 +42,7 @@ struct srv_task {
     struct srv_lane *lane; /* of the client that it belongs to */
     int level;             /* 0 = the shortest; SRV_QUEUE_READ; must not change while it waits */
     int queued;            /* used by the queue */
-    int road_full; /* out of srv_queue_push: non-zero if its road was full, and not its lane */
+    int road_full; /* out of srv_queue_push: non-zero if the road was full, but the lane was not */
 };
 
 struct srv_queue;
@@ -90,8 +90,7 @@ struct srv_task *srv_queue_pop_read(struct srv_queue *queue);
  * one lock, so that no other thread sees the lane longer by this task. */
 struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task);
 
-/** Removes a task from anywhere in the queue. Returns 0 if it is not there because a worker has it
- * or had it. O(1). */
+/** Removes a task from anywhere in the queue. Returns 0 if the task is not in the queue. O(1). */
 int srv_queue_remove(struct srv_queue *queue, struct srv_task *task);
 
 /** Returns the number of waiting tasks; read without a lock, so the number may be out of date. */

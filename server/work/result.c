@@ -12,8 +12,8 @@ enum {
 static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
 static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and the coding");
 
-/* Seconds after which a computation that ran out of time or memory may be tried again, when the
- * machine may be less busy. */
+/* Retry-After, in s, for a computation that ran out of time or memory: the machine may be less busy
+ * then. */
 static const char result_retry[] = "60";
 
 /* --- the exact bytes of a request --- */
@@ -52,7 +52,7 @@ void srv_result_give(struct srv_exchange *exchange, struct srv_response_body *re
         srv_exchange_not_modified(exchange, response_body->etag);
         return;
     }
-    /* 304 carries the length of the response that it stands for. */
+    /* 304 has the length of the response that it replaces. */
     exchange->status = 304;
     srv_metrics_count(&exchange->service->metrics.not_modified, 1);
 }
@@ -107,7 +107,7 @@ static int result_range(const struct api_answer *answer, char text[], size_t cap
     return 1;
 }
 
-/* The bytes of the texts that the header fields of a response copy. */
+/* Returns an upper bound of the bytes of a response's header texts. */
 static size_t result_texts(const struct api_answer *answer) {
     size_t bytes = 352 + SRV_ETAG_BYTES + (answer->columns ? strlen(answer->columns) + 1 : 0);
     for (int i = 0; answer->stat_fields && i < answer->stat_fields->count; i++)
@@ -182,8 +182,8 @@ void srv_result_key(struct srv_work *work, enum srv_coding coding) {
     memcpy(at, digest, digits);
     at[digits] = (char)('0' + coding);
     work->key_bytes = digits + 1;
-    /* The result of a job is the same to the byte every time, compute_seconds included; a computed
-     * response is not. */
+    /* A job's result is the same to the byte every time, compute_seconds included; a computed
+     * response is not, so its tag is weak. */
     at = stpcpy(work->etag, work->source ? "\"" : "W/\"");
     memcpy(at, digest, digits);
     stpcpy(at + digits, "\"");

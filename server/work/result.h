@@ -1,5 +1,5 @@
-/* Answers as response bodies: their header fields, their codings, and the two kinds of keys under
- * which the cache keeps them.
+/* Answers as response bodies: header fields, content codings, and the two kinds of keys in the
+ * cache.
  * Leaves to others: computing answers and waiting for them (compute, inflight), the memory (cache).
  * Invariant: only answers with status 200 are cached. */
 #pragma once

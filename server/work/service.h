@@ -45,7 +45,7 @@ struct srv_reloaded {
 struct srv_service {
     struct srv_config config; /* the options at the start; for those that a reload may change see
                                * srv_service_config */
-    _Atomic(struct srv_reloaded *) reloaded; /* NULL = no reload so far */
+    _Atomic(struct srv_reloaded *) reloaded; /* NULL = not reloaded yet */
     struct srv_peers trusted;                /* proxies that may name the client */
     const char *hosts;                       /* host names that the server accepts */
     struct srv_log *log;

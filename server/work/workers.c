@@ -7,7 +7,7 @@
 struct srv_workers {
     struct srv_queue *queue;
     struct srv_fairness *fairness;
-    int count; /* of threads; the first one is the reader */
+    int count; /* number of threads; the first one is the reader */
     pthread_t thread[];
 };
 
@@ -58,7 +58,7 @@ void srv_workers_free(struct srv_workers **workers) {
     if (!gone) return;
     srv_queue_close(gone->queue);
     for (int i = 0; i < gone->count; i++) pthread_join(gone->thread[i], NULL);
-    /* Tasks that the reader has queued may have found no worker. */
+    /* The reader may have queued tasks after the last worker ended. */
     workers_main(gone);
     free(gone);
 }
