@@ -10,5 +10,5 @@
  * "0.1.0+git20261126.abc1234". In the program's output and metrics, and at /version. */
 extern const char api_version[];
 
-/* 64 hexadecimal digits; and the first 16 of them, which responses report. */
+/* the digest's 64 hexadecimal digits; the first 16 of them, as in responses */
 extern const char api_engine[], api_engine_name[];

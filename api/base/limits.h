@@ -5,7 +5,7 @@
  * table, or by the name of the option that widens it for jobs. */
 #pragma once
 
-/* field, option name, default, least, greatest, unit, what it bounds */
+/* columns: field, option name, default, least, greatest, unit, what it bounds */
 #define API_LIMITS_LIST(X)                                                                         \
     X(arms, "max-arms", 5000, 1, 10000000, "arms", "arms of a pendulum")                           \
     X(samples, "max-samples", 10000000, 1, 1000000000, "samples",                                  \
@@ -27,8 +27,8 @@ struct api_limits {
 #define X(field, name, start, least, most, unit, meaning) double field;
     API_LIMITS_LIST(X)
 #undef X
-    int of_jobs; /* non-zero: the limits are those of jobs, some of which have names of their own */
-    int stored;  /* non-zero: the answer is read from stored parts, any number of times */
+    int of_jobs; /* non-zero: limits of jobs, some of which have their own option names */
+    int stored;  /* non-zero: the answer is read from stored parts, which is repeatable */
 };
 
 struct api_limit_row {

@@ -32,7 +32,7 @@ static inline char *api_octets_float(char *at, double x) {
     return api_octets_whole(at, bits, 4);
 }
 
-/** Writes doubles. Returns the end. */
+/** Writes `count` doubles. Returns the end. */
 static inline char *api_octets_doubles(char *at, size_t count, const double x[]) {
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
     memcpy(at, x, count * sizeof *x);
@@ -43,7 +43,7 @@ static inline char *api_octets_doubles(char *at, size_t count, const double x[])
 #endif
 }
 
-/** Writes x[0], x[step], x[2 step], ..., `count` doubles. Returns the end. */
+/** Writes `count` doubles: x[0], x[step], x[2 step], ... Returns the end. */
 static inline char *api_octets_spread(char *at, size_t count, const double x[], size_t step) {
     for (size_t i = 0; i < count; i++) at = api_octets_double(at, x[i * step]);
     return at;

@@ -47,7 +47,7 @@ struct api_fault {
     char detail[API_DETAIL_BYTES]; /* a sentence fragment: "must be a finite number greater than 0,
                                       got -1" */
     const char *code;              /* kind of error, a word of the table: "out_of_range" */
-    const char *meant;             /* the sibling member that was probably meant, or NULL */
+    const char *meant;             /* the sibling field that was probably intended, or NULL */
 };
 
 struct api_problem {
@@ -99,19 +99,21 @@ void api_problem_fault_list(struct api_problem *problem, const char *pointer, co
                             va_list arguments) __attribute__((format(printf, 3, 0)));
 
 /**
- * Records which member the last error's member was meant to be, so that `name` is not reported as
- * missing too.
+ * Records that the last error's member was a misspelling of `name`, so that `name` is not reported
+ * as missing too.
  *
  * name  must outlive the problem.
  */
 void api_problem_meant(struct api_problem *problem, const char *name);
 
-/** Returns true if an error at a member of the object with this pointer was meant to be its member
- * `name` (any member if name is NULL). O(errors). */
+/**
+ * Returns true if an error at this pointer's object was a misspelling of `name` (NULL: of any
+ * member). O(errors).
+ */
 int api_problem_is_meant(const struct api_problem *problem, const char *pointer, const char *name);
 
-/** If no more errors are kept, counts one more and returns true: the caller need not format its
- * error. */
+/** Returns true if no more errors can be stored, and counts one more: the caller need not format
+ * it. */
 int api_problem_full(struct api_problem *problem);
 
 /** Appends the problem as JSON (type, title, status, detail, errors) to the buffer. Text from the

@@ -40,7 +40,7 @@ size_t api_text_cut(const char *text, size_t bytes, size_t cap) {
     return text_tail((unsigned char)text[end]) ? cap : end;
 }
 
-/* number of bytes at the start of text that need no escape */
+/* number of leading bytes that need no escape */
 static size_t text_plain(const char *text, size_t bytes) {
     size_t i = 0;
     while (i < bytes) {

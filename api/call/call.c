@@ -11,8 +11,8 @@
 
 /* approximate time to read and encode one stored row, s */
 static const double fetch_row_seconds = 5e-7;
-/* memory of a call apart from its operation; memory of a call that reads a job's results (a chunk,
- * a record, its rows) */
+/* bytes of memory of a call without its operation; of a call that reads a job's results (a chunk, a
+ * record, its rows) */
 static const double call_bytes = 4096, results_bytes = 1 << 20;
 
 enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
@@ -36,15 +36,15 @@ struct api_call {
     struct api_range range;
     long long known;         /* total bytes of the answer, set by api_call_length; <= 0 = unknown */
     long long position;      /* bytes of the answer skipped or written so far */
-    struct api_buffer whole; /* bytes of the answer before they are cut to the range */
+    struct api_buffer whole; /* the answer's bytes before the requested range is cut out */
     struct api_problem problem;
     double seconds; /* computation time so far */
     long steps;
     size_t before; /* bytes in the caller's buffer before the answer began */
-    int promised;  /* the head is sent, so the answer can no longer become a problem */
+    int promised;  /* the head was sent, so the answer can no longer become a problem */
     double cost;   /* estimated time, s */
     struct api_forecast forecast;
-    double letters; /* bytes of the request: an upper bound of the memory of its names and lists */
+    double letters; /* bytes of the request, an upper bound of the memory of its names and lists */
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
@@ -104,7 +104,7 @@ void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *co
     call->company = company;
 }
 
-/* ends the call after the head was sent: only some representations can then report the error */
+/* ends the call after the head was sent; only some representations can then report the error */
 static enum api_progress call_break(struct api_call *call, struct api_buffer *out) {
     size_t before = out->bytes;
     call_end_op(call);
@@ -247,8 +247,7 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     call->own.stored = source->again && !source->partial;
     call->limits = &call->own;
     enum api_progress progress = api_call_open(call, request, out);
-    /* the request was valid when the job was accepted, so its errors are not the present
-     * client's */
+    /* the request was valid when the job was accepted, so an error now is not the client's */
     if (progress == API_DONE && call->answer.status == 400) {
         api_problem_clear(&call->problem);
         api_problem_set(&call->problem, 500,
@@ -424,7 +423,7 @@ double api_call_bytes(const struct api_call *call) {
     assert(api_call_valid(call));
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
-    /* the rows of a job are read, not computed: the operation only holds its request */
+    /* the rows of a job are read, not computed; the operation only holds its request */
     if (call->source.fetch)
         return all + 8 * call->letters + results_bytes +
                api_results_bytes(&call->source, call->format, api_op_table(call->op, call->state));

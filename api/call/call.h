@@ -9,7 +9,7 @@
 #include "api/call/request.h"
 #include "api/call/results.h"
 
-/* The state of a call. */
+/* The result of a step of a call. */
 enum api_progress {
     API_MORE,   /* call again; bytes may have been appended */
     API_DONE,   /* the answer is complete: the operation's answer, or a problem */

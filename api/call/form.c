@@ -12,7 +12,7 @@
 /* most lines in the head of a part, and most bytes of each */
 enum { HEAD_LINES = 16, HEAD_LINE = 2000, SHOWN = 40 };
 
-/* bytes of the body */
+/* a part of the body */
 struct span {
     const char *at;
     size_t bytes;

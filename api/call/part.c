@@ -9,8 +9,8 @@
 #include "api/call/forecast.h"
 #include "api/encode/encode_raw.h"
 
-/* most bytes of a part's results, which are in memory until they are stored, and a worker may hold
- * two parts */
+/* most bytes of a part's results: they stay in memory until stored, and a worker may hold two
+ * parts */
 enum { PLAN_PART_BYTES = 1 << 24 };
 
 /* estimated bytes of all results; 0 = unknown */
@@ -20,7 +20,7 @@ static double plan_rows(const struct api_op *op, const void *state) {
     return (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
 }
 
-/* estimates the memory and the results of a part, as all parts are similar */
+/* estimates the memory and the results of a part; all parts are similar */
 static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
     plan->kept = plan_rows(op, state) / (double)plan->parts;
     if (op->part) op->part(state, 0, plan->parts);
@@ -65,7 +65,7 @@ struct api_part {
     long number;
     /* identifies the checkpoints' seals: the request and its number of parts */
     char place[API_DIGEST_BYTES + 24];
-    const struct api_format *format; /* the raw format; JSON if that contains more */
+    const struct api_format *format; /* the raw format; JSON if JSON contains more */
     void *state; /* NULL once the part is complete, unless it has a checkpoint to write */
     int carries; /* whether the next part needs a checkpoint of this one */
     int resumes; /* whether this part still needs the previous part's checkpoint */
@@ -173,7 +173,7 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
                                           .at = carried->data + carried->bytes,
                                           .bytes = checkpoint.used};
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
-    /* a seal, because the checkpoint is stored and read by another process */
+    /* the checkpoint gets a seal, because it is stored and read by another process */
     unsigned char *seal = (unsigned char *)checkpoint.at + checkpoint.used;
     api_seal(seal, part->place, part->number + 1, checkpoint.at, checkpoint.used);
     carried->bytes += checkpoint.used + API_SEAL_BYTES;
@@ -211,7 +211,7 @@ double api_part_bytes(const struct api_part *part) {
     return (double)sizeof *part + (double)part->request.body_bytes + state;
 }
 
-/* true if the part must still write JSON after its rows; only the last part of a chain does */
+/* true if the part must still write JSON after its rows, as only the last part of a chain does */
 static int part_says_more(const struct api_part *part) {
     return part->format == &api_format_raw && part->op->json && !part->carries;
 }

@@ -13,7 +13,7 @@ struct api_plan {
     int chained;  /* non-zero: a part needs the checkpoint of the previous part */
     double cost;  /* s, estimated time of all parts */
     double bytes; /* bytes of memory that a part needs while it is computed, as api_part_bytes */
-    double kept;  /* lower bound of the results of the largest part, bytes; 0 = unknown */
+    double kept;  /* lower bound of the largest part's results in bytes; 0 = unknown */
     char digest[API_DIGEST_BYTES]; /* of the request, without the representation and the engine */
 };
 

@@ -15,7 +15,7 @@ struct api_request {
     const char *accept;
     const char *body; /* NULL for GET */
     size_t body_bytes;
-    long part, parts; /* parts > 0: only the rows of part 1 .. parts of a job with as many parts */
+    long part, parts; /* parts > 0: only the rows of this part, 1 .. parts */
 };
 
 /** Checks a request without its body; sets the problem if it is refused. */

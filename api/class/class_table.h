@@ -47,12 +47,12 @@ PEND_MUST_CHECK enum pend_status api_class_table_add(const struct api_class_item
 /* The answers to one question; initialized with {0}. */
 struct api_class_tally {
     long answers;
-    double *number; /* `numbers` numbers */
+    double *number; /* the numbers among the answers, `numbers` of them */
     long numbers, room;
     struct api_class_tally_text {
         char *text;
         long count;
-    } * text; /* `texts` different texts */
+    } * text; /* the different texts, `texts` of them */
     long texts, text_room;
 };
 

@@ -51,7 +51,7 @@ int api_csv_cut(const char *line, char separator, struct api_csv_cell cell[API_C
 
 /* --- numbers --- */
 
-/* returns the length of a sign or blank that takes several bytes, or 0; plain: its ASCII form */
+/* returns the length of a multi-byte sign or blank, or 0; plain: its ASCII form */
 static int odd_character(const char *at, int left, char *plain) {
     static const struct {
         const char *text;
@@ -296,7 +296,7 @@ static const struct unit {
              {" deg/s \302\260/s dps ", 0, 0, 0, DEGREE, 0},
              {" px pixel pixels ", 0, 0, 0, 0, 1},
              {" hz m/s m/s^2 m/s\302\262 n nm kg j ", 0, 0, 0, 0,
-              0}}; // units of quantities that cannot be fitted
+              0}}; // {0} = units of quantities that cannot be fitted
 
 static const struct unit *unit_of(const char *text, int bytes) {
     char word[NAME_BYTES + 3] = " ";

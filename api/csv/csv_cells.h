@@ -14,8 +14,8 @@ struct api_csv_cell {
 
 enum api_csv_kind {
     API_CSV_EMPTY,  /* no text, or a word for a missing value: "NaN", "-", "N/A" */
-    API_CSV_NUMBER, /* "1.5", "1,5", "1.234,5", "-3e-2" */
-    API_CSV_CLOCK,  /* "12:30:01.5", "2026-11-27 12:30:01": seconds since midnight, or since 1970 */
+    API_CSV_NUMBER, /* a number: "1.5", "1,5", "1.234,5", "-3e-2" */
+    API_CSV_CLOCK,  /* "12:30:01.5" = seconds since midnight, "2026-11-27 12:30:01" = since 1970 */
     API_CSV_WORD
 };
 
@@ -40,7 +40,7 @@ int api_csv_cut(const char *line, char separator, struct api_csv_cell cell[API_C
  */
 enum api_csv_kind api_csv_read(const struct api_csv_cell *cell, int comma, double *x);
 
-/** Returns which decimal mark a cell proves: 1 a comma, -1 a point, 0 neither ("5", "1,234"). */
+/** Returns which decimal mark a cell proves: 1 = comma, -1 = point, 0 = neither ("5", "1,234"). */
 int api_csv_mark(const struct api_csv_cell *cell);
 
 /* Words of a column's name; upper and lower case are equal. */
@@ -53,10 +53,10 @@ enum api_csv_word {
     API_CSV_WORD_RATE = 1 << 5,   /* omega, gyroscope */
     API_CSV_WORD_SPEED = 1 << 6,  /* velocity; together with an angle it means a rate */
     API_CSV_WORD_ERROR = 1 << 7,  /* uncertainty */
-    API_CSV_WORD_MODEL = 1 << 8,  /* simulated, fitted */
+    API_CSV_WORD_MODEL = 1 << 8,  /* results of a model, not measurements: simulated, fitted */
     API_CSV_WORD_FRAME = 1 << 9,  /* number of a video frame */
     API_CSV_WORD_OTHER = 1 << 10, /* radius, likelihood, energy: quantities that cannot be fitted */
-    API_CSV_WORD_PRIME = 1 << 11, /* a derivative: X' */
+    API_CSV_WORD_PRIME = 1 << 11, /* a derivative, written with a prime: X' */
     API_CSV_WORD_JOINT = 1 << 12, /* an angle between two arms */
     API_CSV_WORD_AMPLITUDE = 1 << 13,
     API_CSV_WORD_PERIOD = 1 << 14,

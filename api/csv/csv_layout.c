@@ -5,10 +5,10 @@
 #include <string.h>
 
 enum {
-    SAMPLE = 400, /* rows from which the layout is determined */
-    LINES = 2000, /* lines of the file that are searched for these rows */
+    SAMPLE = 400, /* rows that determine the layout */
+    LINES = 2000, /* lines of the file in which these rows are sought */
     FEW_SWINGS = 5,
-    HEADS = 3 /* lines above the rows that are read for names, groups and units */
+    HEADS = 3 /* lines above the rows in which names, groups and units are sought */
 };
 
 static const double two_pi = 6.28318530717958647692;
@@ -64,7 +64,7 @@ static void start_find(const char *text, char separator, int words_allowed, stru
     if (now.rows > found->rows) *found = now;
 }
 
-/* returns the separator with the most rows; of several, the first in this list */
+/* returns the separator that gives the most rows; among equals the first in this list */
 static char layout_separator(const char *text, struct start *best) {
     static const char separators[] = "\t;, ";
     char found = 0;
@@ -115,7 +115,7 @@ static int head_lines(const char *text, const struct start *start, const char *l
     return count;
 }
 
-/* a name that spans several columns, such as that of a tracked body, applies to each of them */
+/* a name that spans several columns, such as a tracked body's, applies to each of them */
 static void group_columns(struct api_csv *csv, const struct api_csv_cell cell[], int count) {
     struct api_csv_cell now = {NULL, 0};
     for (int i = 0; i < csv->columns; i++) {
@@ -166,8 +166,8 @@ static void column_swing(struct api_csv_column *column, double step) {
     if (!way) return;
     if (column->way && way != column->way) {
         double size = column->last - column->from, mid = column->from + size / 2;
-        double weight = column->swings++ ? size * size : 0; // not the first swing, because its
-                                                            // start is not a turning point
+        double weight =
+            column->swings++ ? size * size : 0; // the first swing starts at no turning point
         column->wide += fabs(size) > two_pi;
         column->weight += weight, column->weights += weight * weight;
         column->mid += weight * mid, column->mids += weight * mid * mid;
@@ -250,7 +250,7 @@ static void layout_rows(struct api_csv *csv) {
 
 int api_csv_look(struct api_csv *csv, const char *text) {
     static const char mark[] =
-        "\357\273\277"; // the byte order mark of UTF-8, which spreadsheets write at the start
+        "\357\273\277"; // spreadsheets write the byte order mark of UTF-8 at the start
     struct start start = {NULL, 0, 0, 0, 0};
     assert(csv && text);
     if (!strncmp(text, mark, sizeof mark - 1)) text += sizeof mark - 1;

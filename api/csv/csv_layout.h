@@ -7,25 +7,25 @@
 
 /* The properties of a column. */
 struct api_csv_column {
-    struct api_csv_cell name, unit, group; /* from the lines above the rows; 0 bytes if absent */
+    struct api_csv_cell name, unit, group; /* from the lines above the rows; 0 bytes = absent */
     long numbers, clocks, words;
     int word_line; /* line of the first row with a word in this column */
     double first, last, low, high,
         step;    /* ranges of the numbers; step: the smallest difference between consecutive rows */
-    int rises;   /* true if the numbers never decrease, as in a column of times */
+    int rises;   /* true if the numbers never decrease, as times do */
     double from; /* the current swing: its turning point and its direction */
     int way;
-    long swings, wide; /* number of swings between turning points; of swings above 2 pi */
+    long swings, wide; /* number of swings between turning points; number of those above 2 pi */
     double weight, weights, mid, mids, reach; /* sums over the swings, for api_csv_center */
 };
 
 struct api_csv {
     char separator;
     int comma;       /* true if the decimal mark is a comma */
-    int doubtful;    /* true if no number shows whether "1,234" means 1.234 */
+    int doubtful;    /* true if it is undecided whether "1,234" means 1.234 */
     int head, first; /* line numbers from 1; 0 = none */
     int columns;
-    long rows, passed; /* number of rows; of later lines skipped because they are not rows */
+    long rows, passed; /* number of rows; number of later lines that are not rows */
     const char *begin; /* start of the first row */
     struct api_csv_column column[API_CSV_COLUMNS];
 };

@@ -6,8 +6,8 @@
 
 static const double degree = 3.14159265358979323846 / 180;
 
-static const double epoch_s = 1e8;   /* larger numbers are seconds since 1970 */
-static const double epoch_ms = 1e11; /* larger numbers are milliseconds since 1970 */
+static const double epoch_s = 1e8;   /* s: a larger number counts seconds since 1970 */
+static const double epoch_ms = 1e11; /* ms: a larger number counts milliseconds since 1970 */
 static const double step_ms = 5;     /* a larger step between rows means milliseconds */
 
 const char *api_csv_role_name(enum api_csv_role role) {
@@ -25,7 +25,7 @@ struct guess {
     const struct api_csv_hints *hints;
     struct api_csv_words words[API_CSV_COLUMNS];
     int generic; /* whether columns are only named X and Y, as plotting programs do */
-    int behind;  /* first column of a second table; the number of columns if there is none */
+    int behind;  /* first column of a second table; the number of columns = none */
     int given[API_CSV_COLUMNS]; /* whether the request names this column */
 };
 
@@ -53,7 +53,7 @@ static int is_time(const struct guess *guess, int i) {
              (API_CSV_WORD_ERROR | API_CSV_WORD_MODEL | API_CSV_WORD_SPEED | API_CSV_WORD_PERIOD));
 }
 
-/* finds the column of times: the first named time, or the first increasing column */
+/* finds the column of times: the first one with such a name, else the first increasing one */
 static int time_find(struct guess *guess) {
     const struct api_csv *csv = guess->csv;
     for (int given = 1; given >= 0; given--)
@@ -158,7 +158,7 @@ static int from_zero(const struct guess *guess) {
     return 0;
 }
 
-/* the arm of a column, from 1; 0 if the pendulum has no such arm */
+/* returns the arm of a column, from 1; 0 if the pendulum has no such arm */
 static int arm_of(struct guess *guess, int i, enum api_csv_role role, int seen[]) {
     static const struct api_csv_cell none = {"", 0};
     const struct api_csv_column *column = &guess->csv->column[i];
@@ -218,7 +218,7 @@ static void column_take(struct guess *guess, int i, int seen[]) {
     int words = guess->words[i].words;
     enum api_csv_role role = role_of(&guess->words[i]);
     if (taken->why || taken->role != API_CSV_NONE) return;
-    // standard errors are assigned later, when the measured columns are known
+    // standard errors get their roles later, when the measured columns are known
     if (words & (API_CSV_WORD_ERROR | API_CSV_WORD_PRIME) || role == API_CSV_NONE) return;
     if (guess->generic && !guess->given[i]) role = API_CSV_THETA;
     int arm = words & API_CSV_WORD_MODEL ? 0 : arm_of(guess, i, role, seen);
@@ -293,7 +293,8 @@ static void unnamed_take(struct guess *guess) {
 
 /* --- errors --- */
 
-/* the measured column of a column of errors: same quantity and arm, else the nearest to the left */
+/* returns the measured column that a column of errors belongs to: same quantity and arm, else the
+ * nearest to the left */
 static int error_of(const struct guess *guess, int i) {
     enum api_csv_role role = role_of(&guess->words[i]);
     int number = guess->words[i].number, before = -1;
@@ -339,8 +340,8 @@ static int in_rad(enum api_csv_role role) {
     return api_csv_is_angle(role) || role == API_CSV_AMPLITUDE;
 }
 
-/* the size in rad of an angle without a unit: by the request, by other columns, or guessed from the
- * range */
+/* returns the size in rad of an angle without a unit: as the request or other columns say, else
+ * guessed from the range */
 static double angle_unit(const struct guess *guess, int *sure) {
     double named = 0;
     int wide = 0;
@@ -348,7 +349,7 @@ static double angle_unit(const struct guess *guess, int *sure) {
         if (!in_rad(guess->roles->column[i].role)) continue;
         if (guess->words[i].rad) named = guess->words[i].rad;
         const struct api_csv_column *column = &guess->csv->column[i];
-        // a swing is less than a turn, whereas a rotation in one direction may be more
+        // a swing is less than a full turn, but a rotation in one direction may be more
         wide |= column->swings && 2 * column->wide > column->swings;
         wide |= guess->roles->column[i].role == API_CSV_AMPLITUDE && column->high > 4;
     }
@@ -367,7 +368,7 @@ static void angle_take(struct api_csv_taken *taken, double own, double angle, in
                             : "has no unit: read as degrees, by the size of its swings";
 }
 
-/* the unit of a measured column, other than an angle, whose name has none */
+/* returns the unit of a measured column, not of angles, whose name has none */
 static double other_unit(const struct api_csv_words *words, enum api_csv_role role, double angle,
                          double metre) {
     if (role == API_CSV_X || role == API_CSV_Y) return words->pixels ? 0 : metre;
@@ -379,12 +380,12 @@ static void units_take(struct guess *guess) {
     double angle = angle_unit(guess, &sure), metre = 0;
     for (int i = 0; i < columns; i++)
         if (of_table(guess, i) && guess->words[i].m) metre = guess->words[i].m;
-    // errors have the units of the measured columns
+    // errors have the units of the columns that they belong to
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < columns; i++) {
             struct api_csv_taken *taken = &guess->roles->column[i];
             const struct api_csv_words *words = &guess->words[i];
-            double own = words->rad + words->rad_s + words->m + words->s; // at most one unit
+            double own = words->rad + words->rad_s + words->m + words->s; // at most one is set
             if ((taken->role == API_CSV_SIGMA) != pass || taken->role <= API_CSV_TIME) continue;
             if (in_rad(taken->role))
                 angle_take(taken, words->rad, angle, sure);
@@ -395,7 +396,7 @@ static void units_take(struct guess *guess) {
         }
 }
 
-/* reads a column's name, or the one that the request gives; the unit may come from the column */
+/* Reads a column's name or its replacement in the request; the unit may be the column's. */
 static void words_take(struct guess *guess, int i) {
     static const struct api_csv_cell none = {"", 0};
     const struct api_csv_column *column = &guess->csv->column[i];

@@ -14,21 +14,21 @@ enum api_csv_role {
     API_CSV_X,
     API_CSV_Y,
     API_CSV_RATE,      /* rad/s; used if the arm has no other measurement or the request names it */
-    API_CSV_AMPLITUDE, /* rad, and s: used as rates are */
+    API_CSV_AMPLITUDE, /* rad, and s for the period; used like a rate */
     API_CSV_PERIOD,
     API_CSV_ALONG, /* m/s^2, accelerations along the arm and across it */
     API_CSV_ACROSS,
-    API_CSV_CART, /* m, position on the rail; arm 1 stands for it */
+    API_CSV_CART, /* m, position on the rail; its arm is 1 */
     API_CSV_SIGMA /* the standard error of column `of` */
 };
 
 struct api_csv_taken {
     enum api_csv_role role;
-    int arm; /* number of the arm, from 1; 0 if the role has no arm */
-    int of;  /* index of the measured column of a standard error; index of the standard error of a
-              * measured column; -1 = none */
-    double unit;     /* factor from the table's unit to s, rad, rad/s or m; 0 = unknown (pixels) */
-    int sure;        /* true if the role is unambiguous, or named by the table or the request */
+    int arm;     /* number of the arm, from 1; 0 if the role has no arm */
+    int of;      /* a standard error: index of its measured column; a measured column: index of its
+                  * standard error; -1 = none */
+    double unit; /* factor from the table's unit to s, rad, rad/s or m; 0 = unknown (pixels) */
+    int sure;    /* true if the role is certain, or named by the table or the request */
     const char *why; /* a static sentence without a full stop; NULL = no remark */
 };
 
@@ -44,10 +44,10 @@ struct api_csv_roles {
 struct api_csv_hints {
     int arms;          /* number of arms of the pendulum; 0 = as many as the table names */
     int cart;          /* whether the pendulum is on a cart */
-    int degrees;       /* whether angles without unit are in degrees; -1 = guess from their range */
+    int degrees;       /* whether angles without unit are in degrees; -1 = guess by range */
     int count;         /* the i-th x and y without a number belong to arm listed[i], from 1 */
     const int *listed; /* `count` numbers of arms; NULL = none */
-    int gives;         /* number of leading columns for which the request may give names */
+    int gives;         /* number of leading columns that the request may name */
     const struct api_csv_cell *given; /* `gives` names; text NULL = not given, 0 bytes = not used */
 };
 

@@ -21,7 +21,7 @@ void api_table_add_inner(struct api_table *table, const char *name, const char *
                          int inner) {
     assert(arms >= 0 && inner >= 1);
     api_table_add(table, name, part, arms ? arms * inner : inner);
-    // if the row consists of a single group, it is a plain row
+    // a row of one group has no inner brackets
     if (arms) table->column[table->count - 1].inner = inner;
 }
 
@@ -204,8 +204,8 @@ void api_writer_free(struct api_writer **writer) {
     *writer = NULL;
 }
 
-/* true if all values are finite. Adding one to an exponent of all ones carries into the sign bit;
- * the loop has no branch, so that the compiler vectorizes it. */
+/* true if all values are finite. Adding one to an all-ones exponent carries into the sign bit;
+ * without branches the compiler vectorizes the loop. */
 static int all_finite(long count, const double value[]) {
     const uint64_t exponent = 0x7ff0000000000000, one = 0x0010000000000000;
     uint64_t carried = 0;
@@ -290,7 +290,7 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
                      "a number exceeds the range of a float32: ask for \"number\": \"float64\"");
 }
 
-/* writes the next of the rows that were stored until their number was known */
+/* writes the next rows of those that were stored until their number was known */
 static enum pend_status rows_send(struct api_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->table;
     const double *data[API_COLUMNS];

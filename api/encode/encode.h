@@ -19,8 +19,7 @@ struct api_column {
     int width;        /* numbers per row, one for each arm; 0 = one number per row ("t") */
     int inner;  /* length of the second axis: the array is rows x (width / inner) x inner; 0 = no
                    second axis */
-    int sparse; /* non-zero: values may be missing, which are NaN; text has null or an empty field
-                 */
+    int sparse; /* non-zero: values may be missing: NaN here, null or an empty field in text */
 };
 
 /* The picture of a grid of members: each pixel shows one number of a column. */
@@ -34,7 +33,7 @@ struct api_table_picture {
 struct api_table {
     int count;
     struct api_column column[API_COLUMNS];
-    long rows;      /* number of rows; if rows_later is set, an upper bound */
+    long rows;      /* number of rows; an upper bound if rows_later is set */
     int rows_later; /* whether the number of rows is known only at the end */
     int single;     /* whether there is one row, and the answer's arrays have no axis for rows */
     int digits;  /* significant digits; 0 = the shortest text that reads back to the same double */
@@ -63,7 +62,7 @@ struct api_stats {
     struct api_stat stat[API_STATS];
 };
 
-/* Approximate number of bytes that a representation writes per call. */
+/* Approximate bytes that a representation writes per call. */
 enum { API_PIECE_BYTES = 1 << 16 };
 
 /* Most bytes of rows that a multi-pass representation keeps. Must stay below a quarter of the
@@ -84,17 +83,17 @@ struct api_format {
     const char *media_type;   /* media type in Accept */
     const char *content_type; /* value of Content-Type; NULL = media_type */
     const char *extension;    /* extension of a saved file; NULL if a browser should show it */
-    int samples_only;         /* 1: only for tables of samples; 2: only for tables with a picture */
-    int picture;              /* whether it draws the table's picture */
+    int samples_only;         /* 1: for tables of samples only; 2: for tables with a picture only */
+    int picture;              /* whether it is a picture (table->picture) */
     int digits;               /* whether it is text that honours the table's `digits` */
     int exact;                /* whether `bytes` is the exact length of the answer */
-    int binary;               /* whether it honours the table's `float32` */
-    int counted;         /* whether it writes the number of rows before the rows; with rows_later
-                          * the writer then stores the rows */
+    int binary;               /* whether it supports the table's `float32` */
+    int counted;         /* whether the number of rows comes before the rows; with rows_later the
+                          * writer then stores the rows */
     int bare;            /* whether column names are in the X-Columns header, not in the body */
     int problem_line;    /* whether a failed answer ends with a line {"problem": {...}} */
     double most_bytes;   /* size limit of an answer; 0 = none */
-    size_t writer_bytes; /* size of its writer struct */
+    size_t writer_bytes; /* size of its struct that begins with struct api_writer */
 
     /** Returns an upper bound of the bytes of a table's answer. */
     double (*bytes)(const struct api_table *table);
@@ -122,9 +121,9 @@ struct api_writer {
     double *column[API_COLUMNS];   /* the stored columns, pointers into `kept` */
     double most;                   /* API_TURN_BYTES, or less in tests */
     int turns;                     /* whether the rows are passed again while `again` is set */
-    int again;                     /* at the end of a pass, whether another pass follows */
-    long sent;                     /* in a representation that streams: number of stored rows that
-                                    * are already written; -1 = `begin` is not called yet */
+    int again;                     /* whether another pass follows this one */
+    long sent;                     /* in a representation that streams: number of stored rows
+                                    * already written; -1 = `begin` not yet called */
     const struct api_stats *stats; /* set once all rows are written or stored; NULL = none */
 };
 
@@ -160,8 +159,8 @@ int api_column_lacks(const struct api_column *column, long count, const double v
 char *api_column_write(char *out, const struct api_column *column,
                        const struct api_number_rows *rows, const char *none);
 
-/** Writes a row of a column as JSON without the enclosing brackets: comma-separated numbers, each
- * group of the second axis in brackets. */
+/** Writes a row of a column as JSON without the enclosing brackets: comma-separated numbers, in
+ * brackets for each group of the second axis. */
 char *api_column_write_row(char *out, const struct api_column *column, const double value[],
                            int digits);
 

@@ -12,8 +12,8 @@ struct api_array {
     int width;        /* 0 = one number per row */
     int inner;        /* length of the second axis; 0 = no second axis */
     int re, im;       /* indices of the columns; im is -1 if the array is real */
-    int float32; /* whether it is stored as 4-byte floats; never for instants and member numbers,
-                  * which need more digits */
+    int float32;      /* whether its numbers are stored as 4-byte floats; never for times and member
+                       * numbers, which need more digits */
 };
 
 struct api_arrays {

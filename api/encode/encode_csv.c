@@ -37,7 +37,7 @@ static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *
     return PEND_OK;
 }
 
-/* writes rows that are short enough to be assembled in `row` */
+/* writes rows in which no value is missing and that fit into `row` */
 static char *csv_rows(char *at, const struct api_table *table, long rows, long from,
                       const double *const data[], double row[]) {
     long numbers = 0;

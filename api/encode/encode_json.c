@@ -11,8 +11,8 @@
 struct json_writer {
     struct api_writer base;
     int column; /* the column that is being written */
-    long row;   /* its next row */
-    int open;   /* whether the bytes before its rows are written */
+    long row;   /* the next row of that column */
+    int open;   /* whether the bytes before that column's rows are written */
 };
 
 static double json_bytes(const struct api_table *table) {
@@ -28,8 +28,8 @@ static int json_name_changes(const struct api_table *table, int c, int neighbour
            strcmp(table->column[c].name, table->column[neighbour].name);
 }
 
-/* writes the bytes before the rows of a column; column 0 has no comma before it (the buffer may be
- * empty because it was sent) */
+/* writes the bytes before the rows of a column; column 0 has no comma before it, although the
+ * buffer may be empty */
 static enum pend_status json_open(const struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     int c = writer->column;

@@ -28,8 +28,8 @@ struct mat_writer {
     int next;    /* index of the array that is being written */
     int begun;   /* whether the file's header is written */
     int open;    /* whether the head of array `next` is written */
-    int part;    /* which part of it is written: 0 = re, 1 = im */
-    uint64_t at; /* index of the part's next number */
+    int part;    /* the part of that array being written: 0 = re, 1 = im */
+    uint64_t at; /* index of the next number of that part */
 };
 
 static double mat_bytes(const struct api_table *table) {
@@ -98,7 +98,7 @@ static enum pend_status struct_begin(const char *name, int count, const char *co
     return PEND_OK;
 }
 
-/* ---- arrays, in MATLAB's column-major order, in which the numbers of each arm are contiguous */
+/* (arrays) MATLAB's order is column-major, in which the numbers of each arm are contiguous */
 
 static uint64_t part_numbers(const struct mat_writer *writer, const struct api_array *array) {
     return (uint64_t)writer->base.rows * api_array_width(array);
@@ -112,7 +112,7 @@ static uint64_t array_bytes(const struct mat_writer *writer, const struct api_ar
            parts * (TAG + 8 * part_numbers(writer, array));
 }
 
-/* true if array i opens a structure: it is the first part of its name */
+/* true if array i is the first with its name, so that it opens a structure */
 static int array_leads(const struct mat_writer *writer, int i) {
     const struct api_array *array = &writer->arrays.array[i];
     return array->part && (!i || !array[-1].part || strcmp(array[-1].name, array->name));

@@ -90,7 +90,7 @@ static struct place place_next(const struct api_table *table, struct place place
     return (struct place){place.column + 1, 0};
 }
 
-/* the name that CSV uses: final_phi_2 */
+/* the column's name in CSV, such as final_phi_2 */
 static void place_name(struct place place, char name[NAME_BYTES]) {
     const struct api_column *column = place.column;
     char *at = stpcpy(name, column->name);
@@ -201,7 +201,7 @@ static enum pend_status put_schema(struct parquet_writer *writer, struct api_buf
     long groups = (writer->base.rows + writer->most - 1) / writer->most;
     at = put_list(put_field(at, 1, THRIFT_LIST), THRIFT_STRUCT, (uint64_t)groups);
     out->bytes = (size_t)(at - out->data);
-    writer->written = 4; // from now on it is the offset of the group that is described
+    writer->written = 4; // offset of the group being described
     return PEND_OK;
 }
 

@@ -14,7 +14,7 @@
 
 enum { NEVER, FAILED, FIRST_SHADE, STATUS_COLUMN = 1 };
 
-/* the scale from numbers to shades */
+/* the mapping of numbers to shades */
 struct scale {
     const struct api_table_picture *picture;
     double from, to; /* numbers at both ends; their logarithms if the scale is logarithmic */

@@ -33,7 +33,7 @@ long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
 
 /* One statistic of a computation. */
 struct api_raw_figure {
-    int kind; /* as in struct api_stat */
+    int kind; /* API_STAT_TEXT, API_STAT_WHOLE, ... */
     long whole;
     double number;
     char name[API_RAW_TEXT], text[API_RAW_TEXT];

@@ -138,7 +138,7 @@ void api_hdf5_array(char *head, const struct api_hdf5_array *array) {
     char *at = api_hdf5_begin(head);
     at = message_close(at, SPACE, space_write(at + MESSAGE_BYTES, array->axes, array->length));
     at = message_close(at, TYPE, type_write(at + MESSAGE_BYTES, array->type));
-    // numbers that are not written count as 0, and no fill values are written
+    // no fill values: numbers that are not written count as 0
     at = api_octets_whole(message(at, FILL, 2), array->piece ? 0xb03 : 0xa03, 2);
     at = message_close(at, LAYOUT, layout_write(at + MESSAGE_BYTES, array));
     api_hdf5_end(head, at, API_HDF5_HEADER);
@@ -198,7 +198,7 @@ size_t api_hdf5_node_bytes(int axes) {
     return NODE_BYTES + (API_HDF5_FAN + 1) * key_bytes(axes) + API_HDF5_FAN * 8;
 }
 
-/* the number of parent nodes that this many children need */
+/* the number of parents of this many nodes */
 static uint64_t above(uint64_t children) { return (children + API_HDF5_FAN - 1) / API_HDF5_FAN; }
 
 uint64_t api_hdf5_nodes(uint64_t pieces) {

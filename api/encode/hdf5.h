@@ -1,6 +1,6 @@
 /* Records of HDF5 files (HDF5 File Format Specification, version 3.0): the superblock, object
  * headers with their messages, and the B-tree nodes that index the chunks of an array. HDF5 1.8
- * (2008) and later can read them.
+ * (2008) and later read them.
  * Leaves to others: the layout of a file (encode_hdf5).
  * Invariant: a record depends only on the arguments; integers are little-endian. */
 #pragma once

@@ -28,7 +28,7 @@ int api_negotiate_parameter(const char *value, size_t bytes, const char *type, c
                             const char **text, size_t *size);
 
 /**
- * Returns the representation that the client prefers; of several, the first in the list.
+ * Returns the representation that the client prefers; among equals, the first in the list.
  *
  * accept   value of Accept; NULL = anything.
  * samples  as in struct api_op: 1 for a table of samples, 2 for one with a picture, 0 for JSON

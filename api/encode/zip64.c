@@ -11,12 +11,12 @@ enum { PLAIN = 20, WIDE = 45, DATE = 1 << 5 | 1 /* 1 January 1980, at 0:00 */ };
 /* flag: a data descriptor follows the member */
 enum { BEHIND = 1 << 3 };
 
-/* a 32-bit field; if the number is larger, the value that refers to the ZIP64 field */
+/* a 32-bit field: the number or, if it is too large, the reference to the ZIP64 field */
 static char *narrow(char *at, uint64_t x, uint64_t most) {
     return api_octets_whole(at, x > most ? API_ZIP64_THERE : x, 4);
 }
 
-/* the version needed to extract this member */
+/* returns the version of zip needed to extract this member */
 static uint64_t member_version(const struct api_zip64_member *member, int extra) {
     return extra || member->streamed ? WIDE : PLAIN;
 }
@@ -36,7 +36,7 @@ static char *member_facts(char *at, const struct api_zip64_member *member, int e
     return api_octets_whole(at, (uint64_t)extra, 2);
 }
 
-/* writes the ZIP64 extra field: with both sizes or none, and with the offset if `placed` */
+/* writes the ZIP64 extra field: `sized` = with both sizes, `placed` = with the offset */
 static char *member_wide(char *at, int extra, int sized, uint64_t bytes, int placed,
                          uint64_t offset) {
     if (!extra) return at;

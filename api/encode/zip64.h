@@ -14,7 +14,7 @@ struct api_zip64_member {
     char name[API_ZIP64_NAME];
     uint32_t crc;
     uint64_t bytes, offset; /* offset of its local header in the archive */
-    int streamed;           /* whether size and checksum are in a data descriptor after it */
+    int streamed;           /* whether a data descriptor after it has its size and checksum */
 };
 
 /* Bytes of the records without names and ZIP64 fields; END_WIDE and LOCATOR are the ZIP64 end of

@@ -48,7 +48,7 @@ static const struct {
     {"count", "step steps n num points samples"},
     {"start", "from min t0"},
     {"stop", "max to end t1 tmax t_max duration"},
-    /* states and outputs; if both exist, that of a tip first */
+    /* states and outputs; if both are allowed, the tip's */
     {"z", "position positions x y xy"},
     {"zd", "velocity velocities"},
     {"thetad", "velocity velocities omega theta_dot thetadot dtheta"},
@@ -91,7 +91,7 @@ static const struct {
     {"random", "seed draw"},
 };
 
-/* names that should be header fields */
+/* names of header fields to use instead of a member */
 static const struct {
     const char *name, *field;
 } heads[] = {{"format", "Accept: text/csv"},
@@ -153,7 +153,7 @@ static const char *name_among(const char *name, const char *const allowed[]) {
     return NULL;
 }
 
-/* true if `same` accepts the name and one of the words in a list */
+/* true if `same` accepts the name with a word of the list */
 static int name_listed(const char *name, const char *list,
                        int (*same)(const char *, const char *, size_t)) {
     size_t bytes = strlen(name);

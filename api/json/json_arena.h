@@ -11,8 +11,8 @@ struct api_arena_chunk; /* a block from malloc */
 /* An arena; initially all zero. */
 struct api_arena {
     struct api_arena_chunk *last; /* the chunk in use; each chunk points to the previous one */
-    char *next;                   /* the first free byte of that chunk */
-    size_t left;                  /* number of free bytes from there on */
+    char *next;                   /* first free byte of the chunk in use */
+    size_t left;                  /* number of free bytes from `next` on */
 };
 
 /** Returns true if the free bytes lie at the end of the last chunk; for assertions. */

@@ -15,7 +15,7 @@
 #include "api/json/json_scan.h"
 #include "api/number/number.h"
 
-/* a bit of a node's type that neither cJSON nor the scan uses */
+/* marks a node; cJSON and the scan do not use this bit of its type */
 enum { NODE_USUAL = 1 << 20 };
 
 enum { FOUND_TEXT = 40, POINTER_DEPTH = 128 };
@@ -326,7 +326,7 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
                     API_CODE_UNKNOWN_FIELD "is not a known field; allowed here: %s", list);
 }
 
-/* adds one error, at the first of several members that belong in another object */
+/* adds one error for several members that belong in another object, at the first of them */
 static void value_fault_place(const struct api_value *first, const char *place,
                               const char *const allowed[], struct api_problem *problem) {
     const char *found[API_NAME_PLACES + 1] = {0};

@@ -12,7 +12,7 @@ enum { API_FOUND_BYTES = 80 };
 
 enum api_kind { API_MISSING, API_NULL, API_BOOL, API_NUMBER, API_STRING, API_ARRAY, API_OBJECT };
 
-/* A value in the document. It points to its parent, which must outlive it: values are on the
+/* A value in the document. It points to its parent, which must stay valid: values are on the
  * reader's stack. */
 struct api_value {
     const struct api_json *document;
@@ -54,7 +54,7 @@ enum api_kind api_value_kind(const struct api_value *value);
  * valid pointer. O(members). */
 struct api_value api_value_member(const struct api_value *object, const char *key);
 
-/** The same member as a temporary that lives until the end of the enclosing block. */
+/** The same member as a temporary that is valid until the end of the enclosing block. */
 #define API_MEMBER(object_, key_) ((struct api_value[]){api_value_member(object_, key_)})
 
 /** Returns the number of items of an array or members of an object; 0 for anything else. */
@@ -93,9 +93,9 @@ void api_value_fault(const struct api_value *value, struct api_problem *problem,
  * missing. */
 void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]);
 
-/* Members that repeat a default: the reader marks them and the digest skips them, so that a request
- * has the same digest with and without its defaults. A member may be marked even if a request
- * without it is refused, but not if a request without it has another meaning. */
+/* The reader marks members that repeat a default and the digest skips them, so that a request has
+ * the same digest with and without its defaults. A member may be marked even if a request without
+ * it is refused, but not if a request without it has another meaning. */
 
 /** Marks a member. Items and missing members are not changed. */
 void api_value_usual(const struct api_value *member);
@@ -126,8 +126,8 @@ struct api_value api_value_behind(const struct api_value *object, const char *la
 int api_value_only(const struct api_value *object, const char *const allowed[],
                    struct api_problem *problem);
 
-/** Returns true if an error was added for a misspelt member that was meant to be `key`, so that
- * `key` needs no second error. key NULL = any member. O(errors). */
+/** Returns true if an error was added for a misspelling of `key`, so that `key` needs no second
+ * error. key NULL = any member. O(errors). */
 int api_value_meant(const struct api_value *object, const char *key,
                     const struct api_problem *problem);
 

@@ -9,7 +9,7 @@
 int api_out_number_bytes(int digits) {
     assert(digits >= 0 && digits <= 17);
     int exponent_or_zeros = digits + 8,
-        whole = 18; /* longest: "-0.000012345" and "-1230000000000000," with a comma */
+        whole = 18; /* longest texts: "-0.000012345" and "-1230000000000000," with a comma */
     if (!digits) return API_OUT_NUMBER_BYTES;
     return exponent_or_zeros > whole ? exponent_or_zeros : whole;
 }

@@ -7,7 +7,7 @@
 #include "api/base/buffer.h"
 #include "api/number/number.h"
 
-/* Most bytes of one number with its comma: -2.2250738585072014e-308, */
+/* Most bytes of a number with its comma: -2.2250738585072014e-308, */
 enum { API_OUT_NUMBER_BYTES = 25 };
 
 /** Returns the most bytes of a number with its comma, rounded to `digits` significant digits; 0 =

@@ -16,7 +16,7 @@
 #include "api/json/json_keys.h"
 #include "api/number/number.h"
 
-/* what the grammar expects next */
+/* the next token in the grammar */
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };
 
 /* upper bounds, in bytes, of the memory of a value, and of the memory per byte of text */
@@ -175,7 +175,7 @@ static enum pend_status scan_add_number(struct scan *s, double x) {
     return PEND_OK;
 }
 
-/* makes nodes of the numbers of an array that turns out to contain something else */
+/* creates nodes for the numbers of an array that contains something else as well */
 static enum pend_status scan_spoil(struct scan *s) {
     if (!s->depth || !s->frames[s->depth - 1].pure) return PEND_OK;
     struct scan_frame *frame = &s->frames[s->depth - 1];
@@ -381,7 +381,7 @@ static enum pend_status scan_close(struct scan *s) {
     return frame->pure ? scan_add_array(s, frame->first) : PEND_OK;
 }
 
-/* reads what follows a value inside an array or object: a comma or the end */
+/* reads the comma or the end after a value inside an array or object */
 static enum pend_status scan_more(struct scan *s, int c) {
     const struct scan_frame *frame = &s->frames[s->depth - 1];
     if (c == (frame->object ? '}' : ']')) return scan_close(s);

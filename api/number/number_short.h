@@ -71,8 +71,8 @@ struct short_layout {
     uint64_t stay, move; /* masks of the bytes before and after the point */
     uint64_t point;
     int start;  /* mask of the digits after "0.000" */
-    int before; /* digits before the point; 8 = it is not among them */
-    int least;  /* fewest characters, even if there are fewer digits */
+    int before; /* digits before the point; 8 = the point is not among the digits */
+    int least;  /* least number of characters, filled with zeros */
 };
 
 struct short_layouts {

@@ -23,7 +23,7 @@ struct api_derived {
         char label[API_DERIVED_LABEL]; /* "phi", "z_re", "energy_total" */
     } column[API_COLUMNS / 2];
 
-    /* set once it runs */
+    /* set while the motion is computed */
     struct pend_derivatives *motion;
     long cap;      /* rows per block */
     double *block; /* the rows of all quantities */

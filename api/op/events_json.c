@@ -335,7 +335,7 @@ static void events_cut(const struct api_events *events, struct pend_times *times
     double first = pend_times_at(times, 0), stopped = pend_events_stopped(events->search);
     long good = 1, bad = times->count;
     if (isnan(stopped)) return;
-    // instants from `bad` on are later than that
+    // instants from `bad` on are after the end of the motion
     while (bad - good > 0) {
         long middle = good + (bad - good) / 2;
         if (fabs(pend_times_at(times, middle) - first) <= fabs(stopped))

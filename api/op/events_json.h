@@ -25,7 +25,7 @@ struct api_events {
     const char *step_name; /* name of the limit on steps */
     long usual;            /* default number of passages that are reported per condition */
 
-    /* set once it runs */
+    /* set while the search runs */
     struct pend_events *search;
     int searched;
     long found, room;
@@ -66,7 +66,7 @@ void api_events_clear(struct api_events *events);
  * times  instants of the trajectory; the search goes from the first to the last. If a condition
  *        ends the motion, later instants are removed.
  *
- * PEND_NO_MEMORY, PEND_TOO_MANY_STEPS, and what pend_events_next returns.
+ * PEND_NO_MEMORY, PEND_TOO_MANY_STEPS; also fails as pend_events_next does.
  */
 PEND_MUST_CHECK enum pend_status
 api_events_look(struct api_events *events, const struct api_states *start,
@@ -79,12 +79,14 @@ api_events_write(struct api_events *events, const struct pend_times *times,
                  struct api_writer *writer, struct api_stats *stats, const struct api_turn *turn,
                  int *done, struct pend_error *error);
 
-/** Sets the columns of a table of passages, if these are the rows, and the largest number of its
- * rows; marks the number of rows as known only at the end. */
+/** If passages are the rows, sets the table's columns and the largest number of rows, which is
+ * known exactly only at the end. */
 void api_events_columns(const struct api_events *events, struct api_table *table);
 
-/** Adds the number of passages and, if a condition ended the motion, the time of that, s. If
- * passages are the rows, adds the number of the search's steps and the horizon. */
+/**
+ * Adds the number of passages, and the time, s, at which a condition ended the motion. If passages
+ * are the rows, adds the number of the search's steps and the horizon.
+ */
 void api_events_tell(struct api_events *events, const struct pend_times *times,
                      struct api_stats *stats);
 

@@ -1,6 +1,6 @@
 /* A measured table in a request: reading it, and writing the roles of its columns as JSON.
  * Leaves to others: the layout and the guesses (api/csv), the fit of its data (op/fit).
- * Invariant: what the request says about a column overrides guesses. */
+ * Invariant: the request's own words about a column override guesses. */
 #pragma once
 
 #include "api/csv/csv_roles.h"

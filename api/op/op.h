@@ -37,7 +37,7 @@ struct api_op;
 struct api_stats;
 struct api_table;
 
-/* What an operation is read from. */
+/* The input from which an operation is read. */
 struct api_reading {
     const struct api_op *op;      /* the operation that reads it */
     const struct api_value *root; /* the body's JSON object; NULL for an operation without a body */
@@ -73,7 +73,7 @@ int api_turn_over(const struct api_turn *turn);
  * seconds without a clock. */
 void api_turn_tell(const struct api_turn *turn, double more, struct api_stats *stats);
 
-/** Ends an answer that is one JSON object: appends `stats` with these and the closing brace. */
+/** Ends an answer that is one JSON object: appends `stats` with these values, and the brace. */
 PEND_MUST_CHECK enum pend_status api_turn_close(const struct api_turn *turn);
 
 struct api_op {
@@ -165,8 +165,8 @@ extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api
  */
 PEND_MUST_CHECK enum pend_status api_op_read(void **state, const struct api_reading *reading);
 
-/** Returns the table of the answer, or the second function the statistics, from the state of an
- * operation that has them. */
+/** Return the table and the statistics of an answer, from the state of an operation that has
+ * them. */
 const struct api_table *api_op_table(const struct api_op *op, const void *state);
 const struct api_stats *api_op_stats(const struct api_op *op, const void *state);
 

@@ -109,7 +109,7 @@ struct forces {
     struct api_table table;
     const struct api_format *format;
 
-    /* set once it runs; the arrays are in one block, which begins with `work` */
+    /* set while it runs; the arrays are in one block, which begins with `work` */
     struct api_writer *writer;
     struct api_stats stats;
     long next, cap; /* index of the first state that is not written; rows per block */

@@ -42,7 +42,7 @@ struct lyapunov {
     double step_cap;
     const char *step_name; /* name of the limit on steps */
 
-    /* set once it runs */
+    /* set while it runs */
     struct pend_lyapunov *exponents;
     struct api_writer *writer;
     double interval;

@@ -48,12 +48,12 @@ struct sections {
     int arm;              /* stored number of the arm */
     unsigned ways;
     struct api_table table;
-    int direction, cart; /* the indices of these columns, if present */
+    int direction, cart; /* indices of the columns direction and cart, if present */
     const struct api_format *format;
     double step_cap;
     const char *step_name; /* name of the limit on steps */
 
-    /* set once it runs */
+    /* set while it runs */
     struct pend_section *section;
     struct api_writer *writer;
     long count, room; /* number of passages found; capacity */

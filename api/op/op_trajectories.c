@@ -52,7 +52,7 @@ struct trajectory {
                      * only part */
     double earlier; /* s used by the earlier parts */
 
-    /* set once it runs */
+    /* set while it runs */
     struct pend_run *run;
     struct pend_trust *trust; /* NULL if no comparison was requested, or once it is complete */
     struct api_samples *samples;
@@ -377,9 +377,7 @@ static enum pend_status trajectory_run(void *state, const struct api_turn *turn,
 
 static long trajectory_parts(const void *state) {
     const struct trajectory *trajectory = state;
-    if (trajectory->events.count)
-        return 1; // events that were found are not passed to the next
-                  // part
+    if (trajectory->events.count) return 1; // a part does not pass on its events
     return pend_run_carries(trajectory->method.method) ? MOST_PARTS : 1;
 }
 

@@ -7,7 +7,7 @@
 
 #include "core/tree/rules.h"
 
-/* where the numbers of a column come from */
+/* the source of a column's numbers */
 enum source {
     PHI,
     RATE,

@@ -29,8 +29,8 @@ struct api_trajectory_size {
 /** Returns the estimated time of computation, s. O(n + harmonics). */
 double api_trajectory_cost_seconds(struct api_trajectory_size size);
 
-/** Returns a way to shorten it, "ask for ..."; NULL if that is a shorter time or a looser
- * tolerance. O(n + harmonics). */
+/** Returns a way to shorten the computation, "ask for ..."; NULL if that is a shorter time or a
+ * looser tolerance. O(n + harmonics). */
 const char *api_trajectory_way_out(struct api_trajectory_size size);
 
 /** If friction caused most of `steps` steps, writes a warning into `text`, with a method that would

@@ -6,9 +6,9 @@
 
 #include "core/integrate/pieces/pieces.h"
 
-/* Returns the horizon, made consistent with the exact comparison of angles. If that has the same
- * tolerance, the horizon is its result; otherwise an estimate on the wrong side of that result is
- * replaced by it. */
+/* Returns the horizon, made consistent with the exact comparison of angles. If both have the same
+ * tolerance, the horizon is the comparison's result; otherwise that result replaces an estimate on
+ * the wrong side of it. */
 static double told_horizon(const struct api_trajectory_motion *motion, double horizon) {
     double exact = motion->trust_until, start = pend_times_at(motion->times, 0);
     double accuracy = motion->method->accuracy, tolerance = motion->tolerance;

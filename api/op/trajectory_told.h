@@ -19,8 +19,8 @@ struct api_trajectory_motion {
     const struct api_states *start;
     const struct pend_times *times;
     const struct api_method *method;
-    double tolerance, trust_until; /* of the exact comparison: rad and s; a tolerance of 0 = no
-                                    * comparison */
+    double tolerance, trust_until; /* the comparison's tolerance, rad (0 = no comparison), and
+                                    * result, s */
 };
 
 /** Adds horizon, energy_drift and the warnings to the statistics of a run that has ended. */

@@ -27,8 +27,8 @@ int api_control_place(const struct api_controlled *of, int i) {
     return of->tree->place[i % n] + (i >= n ? all : 0);
 }
 
-/* reserves space for `count` more elements of `size` bytes; returns NULL, and notes it, if memory
- * is short */
+/* reserves space for `count` more elements of `size` bytes; returns NULL and sets the status if
+ * memory is short */
 static void *room_for(struct control_reading *r, void **list, size_t have, size_t count,
                       size_t size) {
     void *grown = realloc(*list, (have + count) * size);
@@ -59,7 +59,7 @@ static void read_row(struct control_reading *r, const struct api_value *value, i
     free(given);
 }
 
-/* reads instants in ascending order; adds an error for others */
+/* reads instants; adds an error if they are not ascending */
 static const double *read_instants(struct control_reading *r, const struct api_value *t,
                                    int *count) {
     if (!api_field_needed(t, r->problem)) return NULL;

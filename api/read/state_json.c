@@ -127,7 +127,7 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
                       const struct api_limits *limits, struct api_problem *problem) {
     long number = 0;
     double size = 0;
-    long most = tree->n ? api_tree_stored(tree) : (long)limits->arms; // and a cart
+    long most = tree->n ? api_tree_stored(tree) : (long)limits->arms; // a cart counts as an arm
     (void)api_field_whole(mode, 1, most, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);

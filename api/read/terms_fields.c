@@ -66,6 +66,8 @@ const char *api_terms_varied(enum pend_term_row row) {
 
 double api_terms_usual(enum pend_term_row row) {
     if (row == PEND_TERM_AT_X) return NAN;
-    if (row == PEND_TERM_FRICTION_SPEED) return 1; /* for arms without friction */
+    if (row == PEND_TERM_FRICTION_SPEED)
+        return 1; /* any number above 0, for arms without
+                   * friction */
     return row == PEND_TERM_DRAG_SPEED ? usual_drag_speed : 0;
 }

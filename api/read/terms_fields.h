@@ -36,7 +36,7 @@ struct api_terms_part {
     int point;  /* two rows: a number along the arm, or [along, across] */
     int needed; /* required */
     double least;
-    const char *unit; /* NULL after the last part */
+    const char *unit; /* unit of the number; NULL ends the list of parts */
     /* the name, or the two names of a point, under which it occurs in axes and draws of ensembles,
      * in derivatives and fits */
     const char *varied[2];

@@ -1,4 +1,4 @@
-/* The list of terms of a pendulum, from what was read of its arms.
+/* Builds the list of terms of a pendulum from the fields of its arms.
  * Leaves to others: reading (terms_json), the layout (core/tree/terms). */
 #include "api/read/terms_json.h"
 
@@ -84,7 +84,7 @@ static void terms_fill(const struct api_terms *terms, const struct pend_tree *tr
                sizeof terms->harmonic->part);
 }
 
-/* where errors of the list are reported */
+/* the receiver of errors in the list */
 struct list_faults {
     const struct api_terms *terms;
     const struct pend_tree *tree;

@@ -65,7 +65,7 @@ static void fault_count(const struct api_value *value, double count,
         count, api_limits_name(limits, &limits->samples), limits->samples);
 }
 
-/* adds an error for a step away from stop, or with too many instants */
+/* adds an error for a step that leads away from stop, or gives too many instants */
 static void check_step(const struct api_value *value, const struct grid *grid,
                        const struct api_limits *limits, struct api_problem *problem) {
     double span = grid->stop - grid->start, count = floor(fabs(span / grid->step)) + 1;

@@ -55,7 +55,7 @@ int door_open(void) {
     const char *argument = name ? door_text(&at) : NULL;
     const char *accept = argument ? door_text(&at) : NULL;
     int id = accept ? door_operation(name) : -1;
-    // two operations have the same name; with an argument the second is meant
+    // presets with an argument means the operation of one preset, which has the same name
     if (id == API_OP_PRESETS && *argument) id = API_OP_PRESET;
     if (id < 0) return DOOR_UNKNOWN;
     int body = api_op_at((enum api_op_id)id)->body;
@@ -67,8 +67,8 @@ int door_open(void) {
                                   .body_bytes = body ? door.room_bytes - at : 0};
     api_limits_init(&door.limits);
 #ifndef __wasm__
-    // the computation runs in the caller's own process, so only the machine limits it, as with
-    // pendulum --local
+    // the computation uses only the caller's own machine, so there are no other limits (as in
+    // pendulum --local)
     for (int i = 0; api_limits_row(i); i++)
         *api_limits_value(&door.limits, i) = api_limits_row(i)->most;
 #endif

@@ -45,7 +45,7 @@ DOOR_EXPORT(door_run) int door_run(void);
 /** Returns the bytes of the answer that were not taken yet, valid until the next call. */
 DOOR_EXPORT(door_data) const char *door_data(void);
 
-/** Returns the number of these bytes. */
+/** Returns the number of bytes at door_data. */
 DOOR_EXPORT(door_bytes) size_t door_bytes(void);
 
 /** Removes the bytes that door_data returned. */

@@ -1,7 +1,6 @@
 /* Replacements for the parts of libraries that Debian does not have for WebAssembly: four functions
- * of cJSON on trees that the engine has built itself, and a stable sort. Also the tables of what is
- * left to a server, the operations, methods and representations that engine.mk leaves out; using
- * one calls `elsewhere`.
+ * of cJSON on trees that the engine has built itself, and a stable sort. Also stubs of the
+ * operations, methods and representations that engine.mk leaves out; using one calls `elsewhere`.
  * Leaves to others: omitted functions that the module imports; the script rejects them and
  * `elsewhere`, and then asks a server.
  * Invariant: sorting order and nodes are the same as the libraries', as far as the engine uses

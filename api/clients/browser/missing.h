@@ -10,7 +10,7 @@
 /**
  * Sorts `count` items of `size` bytes in place; equal items keep their order.
  *
- * order  returns < 0, 0 or > 0 if its first item belongs before, next to, or after its second;
+ * order  returns < 0, 0 or > 0 if the first item sorts before, equal to, or after the second;
  *        receives `context` too.
  *
  * Ends the engine if memory is short. O(count log count).

@@ -43,7 +43,7 @@ static const char usage[] =
     "                      your secret\n"
     "      --patience S    how long to retry a busy server (60)\n";
 
-/* options with a value, as letters and as indices into `text` */
+/* numbers of the options with a value: letters, then long options, which index `text` */
 enum {
     LETTERS = 256,
     AS = LETTERS,
@@ -251,7 +251,7 @@ static void get(struct line *line, const char *id) {
     cli_sink_open(&sink, "", NULL);
     cli_remote_ask(&line->remote, &exchange, &sink);
     cli_sink_close(&sink);
-    /* the server's word becomes part of a file name, so only letters and digits of it are used */
+    /* the ETag becomes part of a file name, so only its letters and digits are kept */
     size_t length = 0;
     for (const char *c = exchange.etag; *c && length < sizeof kept - 1; c++)
         if (isalnum((unsigned char)*c)) kept[length++] = *c;

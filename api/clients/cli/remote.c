@@ -25,7 +25,7 @@ static double now(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* whether the answer is a web page, which no route of the interface returns */
+/* whether the answer is a web page, which no route of the API returns */
 static int is_page(CURL *curl) {
     const char *kind = NULL;
     curl_easy_getinfo(curl, CURLINFO_CONTENT_TYPE, &kind);
@@ -107,7 +107,7 @@ static CURLcode attempt_once(struct attempt *attempt, const struct cli_remote *r
     curl_easy_setopt(curl, CURLOPT_URL, url);
     curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
-    curl_easy_setopt(curl, CURLOPT_TCP_KEEPALIVE, 1L); /* notices a server that is gone */
+    curl_easy_setopt(curl, CURLOPT_TCP_KEEPALIVE, 1L); /* detects a server that has disappeared */
     curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, exchange->method);
     curl_easy_setopt(curl, CURLOPT_NOBODY, (long)!strcmp(exchange->method, "HEAD"));
     curl_easy_setopt(curl, CURLOPT_HTTPHEADER, fields);
@@ -139,8 +139,8 @@ static int settled(const struct attempt *attempt, CURLcode code) {
         long long whole = -1;
         if (!curl_easy_header(attempt->curl, "Content-Range", 0, CURLH_HEADER, -1, &field))
             sscanf(field->value, "bytes */%lld", &whole);
-        if (whole == attempt->sink->have) return 1; /* the file was already complete */
-        cli_sink_again(attempt->sink);              /* the file had the beginning of another
+        if (whole == attempt->sink->have) return 1; /* the file is already complete */
+        cli_sink_again(attempt->sink);              /* the file contains the beginning of another
                                                      * answer */
         return 0;
     }

@@ -10,7 +10,7 @@ struct cli_remote {
     const char *url;   /* URL of the server, without a path */
     const char *token; /* NULL = none */
     double patience;   /* s without progress before it gives up */
-    int met;           /* whether it has answered this process */
+    int met;           /* whether the server has answered this process */
 };
 
 struct cli_exchange {

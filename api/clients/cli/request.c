@@ -83,7 +83,7 @@ void cli_refuse(long status, const struct api_buffer *text) {
     exit(status_of(CLI_REFUSED));
 }
 
-/* parses a document; exits with the problem's detail, but prints nothing if `what` is NULL */
+/* parses a document; on failure ends the program with its detail, silently if `what` is NULL */
 static struct api_json *parsed(const char *text, size_t bytes, const char *what) {
     struct api_problem problem;
     struct api_json *document = NULL;
@@ -210,7 +210,7 @@ static int has(const struct cli_fields *fields, const char *object, const char *
     return 0;
 }
 
-/* writes an object: the members of a value that are kept, and those of the command line */
+/* writes an object: a value's members, replaced and extended by the command line's */
 static void merged(struct api_buffer *out, const struct api_value *value, const char *object,
                    const struct cli_fields *fields) {
     assert(api_buffer_valid(out) && *object);
@@ -265,8 +265,7 @@ void cli_body(struct api_buffer *out, const char *path, const struct cli_fields 
     if (api_value_kind(&root) != API_OBJECT)
         cli_end(CLI_FAILED + cli_scheduled, "%s does not contain a JSON object", path);
     struct api_value pendulum = api_value_member(&root, "pendulum");
-    struct api_value trials = api_value_member(&root, "trials"); // requests with these fields need
-                                                                 // no pendulum
+    struct api_value trials = api_value_member(&root, "trials"); // trials need no pendulum
     int tried = api_value_kind(&trials) != API_MISSING;
     int alone = (api_value_kind(&pendulum) == API_MISSING) > tried;
     cli_need(api_buffer_add(out, "{", 1) == PEND_OK);

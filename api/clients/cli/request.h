@@ -17,8 +17,8 @@ struct cli_fields {
     } field[CLI_FIELDS];
 };
 
-/* Exit statuses: of files and memory, of the command line, of a refused request, of a server that
- * does not answer, of a job that failed or was cancelled. */
+/* Exit statuses: a failure of files or memory, a wrong command line, a refused request, a server
+ * that does not answer, a failed or cancelled job. */
 enum { CLI_FAILED = 1, CLI_USAGE, CLI_REFUSED, CLI_AWAY, CLI_JOB, CLI_BAD = 65, CLI_AGAIN = 75 };
 
 /* Non-zero: a scheduler runs this program. Any failure to read or write, and a signal, then end it
@@ -49,7 +49,7 @@ void cli_fields_clear(struct cli_fields *fields);
 /** Adds NAME=VALUE; ends the program if there is no =. */
 void cli_assign(struct cli_fields *fields, const char *assignment);
 
-/** Adds the list "1,2,3" as an array. */
+/** Adds the list "1,2,3" as a JSON array. */
 void cli_list(struct cli_fields *fields, const char *name, const char *numbers);
 
 /** Adds `times`: "0:5:0.01" is start, stop, step; "0:5/501" start, stop, count; else a list. */

@@ -47,8 +47,8 @@ static int same_file(const struct stat *a, const struct stat *b) {
     return a->st_dev == b->st_dev && a->st_ino == b->st_ino;
 }
 
-/* Opens a file that contains the beginning of a download, with a lock. Another process may rename
- * or remove it between open and flock; then the name belongs to another file. */
+/* Opens and locks a file that contains the beginning of a download. Another process may rename or
+ * remove it between open and flock: then opens the name again. */
 static int open_kept(const char *part) {
     struct stat named, opened;
     for (;;) {
@@ -137,7 +137,7 @@ void cli_sink_again(struct cli_sink *sink) {
     assert(cli_sink_valid(sink));
     sink->text.bytes = 0;
     if (sink->have == 0) return;
-    /* what standard output already contained must not be removed, even if it is a file */
+    /* what standard output contained before must not be removed, even from a file */
     if (!sink->part || fflush(sink->file) != 0 || ftruncate(fileno(sink->file), 0) != 0)
         cli_die("the answer was cut off after %lld bytes", sink->have);
     rewind(sink->file);
@@ -161,7 +161,7 @@ void cli_sink_add(struct cli_sink *sink, const char *data, size_t bytes) {
 void cli_sink_close(struct cli_sink *sink) {
     assert(cli_sink_valid(sink) && (!sink->part || sink->file));
     int failed = sink->file && fflush(sink->file) != 0;
-    /* renamed before the lock is released, so that no other process continues a complete file */
+    /* renamed while locked, so that no other process continues a complete file */
     if (sink->part) failed |= fsync(fileno(sink->file)) != 0 || rename(sink->part, sink->path) != 0;
     if (failed) cli_die("%s: %s", sink->path ? sink->path : "standard output", strerror(errno));
     unfinished = NULL;

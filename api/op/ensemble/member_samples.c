@@ -150,8 +150,8 @@ static void row_arms(struct row *row, const double x[]) {
     row->at += tree->n;
 }
 
-/* computes the angular accelerations; for a small swing from angles from hanging, which have more
- * digits than phi */
+/* computes the angular accelerations; for a small swing from theta, which has more digits than
+ * phi */
 static const double *accelerate(struct api_member_samples *samples, double t, const double phi[],
                                 const double rate[], const double theta[]) {
     const struct pend_tree *tree = &samples->own;

@@ -35,8 +35,8 @@ PEND_MUST_CHECK enum pend_status api_sets_read(struct api_sets *sets, long i,
                                                const struct api_tree *tree,
                                                struct api_problem *problem);
 
-/** Returns the address of the first number of member i, and the second function that after its
- * last. O(1). */
+/** api_sets_begin returns the address of member i's first number, api_sets_end the address after
+ * its last. O(1). */
 const struct api_set *api_sets_begin(const struct api_sets *sets, long i);
 const struct api_set *api_sets_end(const struct api_sets *sets, long i);
 

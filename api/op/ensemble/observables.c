@@ -117,8 +117,7 @@ void api_observables_ask(const struct api_observables *seen,
                          struct pend_ensemble_problem *problem) {
     const unsigned flips = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS;
     const unsigned given =
-        1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // observables that are known without
-                                                        // integrating a member
+        1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // known without integrating
     unsigned wanted = seen->wanted & ~given;
     problem->observe = 0;
     if (wanted & flips) problem->bound = M_PI;

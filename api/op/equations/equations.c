@@ -42,7 +42,7 @@ struct place {
     const struct form *form;
     int at[NOTHING]; /* the caller's arm of the row and of the column; harmonic, rule; -1 = none */
     int first;       /* whether the innermost loop is in its first iteration */
-    int k, arg;      /* the current iteration or number of a name, and the name's argument */
+    int k, arg;      /* the current iteration, or index in a list; the name's argument */
 };
 
 /* a name that templates can use */
@@ -206,7 +206,7 @@ static double cart_mass(const struct place *p) { return p->tree->mass[0]; }
 static double cart_x(const struct place *p) { return p->equations->phi[0]; }
 static double cart_v(const struct place *p) { return p->equations->rate[0]; }
 
-/* the tables of inputs; one drives an arm from 1, n + 1 = a cart, -1, -2 = x, y of the pivot */
+/* the tables of inputs: for arm 1 .. n, n + 1 = a cart, -1 and -2 = x and y of the pivot */
 enum { TABLE_ARM, TABLE_LINEAR, TABLE_ZERO, TABLE_TRACK };
 static int tables(const struct place *p) { return is_ruled(p) ? p->terms->rules->tables : 0; }
 static const struct pend_table *table_of(const struct place *p) {
@@ -222,7 +222,7 @@ static double of_table(const struct place *p) {
     return (int[]){arm, table->linear, zero, track}[p->arg];
 }
 
-/* rules: the tables, two for each arm, its friction and its stop, controllers */
+/* rules: the tables; friction and stop of each arm; the controllers */
 static int rules(const struct place *p) {
     return is_ruled(p) ? tables(p) + 2 * p->terms->n + p->terms->rules->controllers : 0;
 }
@@ -333,7 +333,7 @@ static int is_name(const char *name, const char *wanted, int length) {
     return *name == *wanted && strncmp(name, wanted, (size_t)length) == 0 && !name[length];
 }
 
-/* looks a name up in the table, or among the names of arms' numbers in ensembles */
+/* finds a name in the table, or among the names of arms' numbers in ensembles */
 static struct name name_find(const char *wanted, int length) {
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (is_name(names[i].name, wanted, length)) return names[i];
@@ -419,7 +419,7 @@ static enum pend_status write_masses(const struct place *p, struct api_buffer *o
     return many ? api_buffer_text(out, ")") : PEND_OK;
 }
 
-/* a rule in words, of letters that LaTeX, MATLAB and Python take in texts */
+/* writes a rule in words, in characters that LaTeX, MATLAB and Python allow in texts */
 static enum pend_status write_rule(const struct place *p, struct api_buffer *out) {
     static const char *const laws[] = {"-K (x - reference)",
                                        "p e + i (sum of e times the period) + d de/dt",

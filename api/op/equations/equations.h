@@ -1,7 +1,7 @@
 /* A pendulum's equations of motion: the values of the names in the templates.
  * Leaves to others: the text (equations_text), sections and loops (template).
  * Invariant: programs contain only numbers of the request, never its texts, such as arm names.
- * Programs have no terms that the pendulum lacks; formulas have them only in that of M.
+ * Terms that the pendulum lacks are left out of programs and of all formulas but that of M.
  *
  * Derivation for real pendulums. With u = e^{i phi} the joints are at z0 + C u, where C = S H, and
  * entry (k, parent of k) of H is the complex number at which k is attached to its parent; the tips
@@ -28,7 +28,7 @@
 
 enum {
     API_EQUATIONS_EXPLICIT = 8, /* most arms for which all entries are written out by default */
-    API_EQUATIONS_MOST = 20     /* most arms for which they can be written out */
+    API_EQUATIONS_MOST = 20     /* most arms for which all entries can be written out */
 };
 
 enum api_equations_form {

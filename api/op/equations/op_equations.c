@@ -107,8 +107,8 @@ static enum pend_status equations_run(void *state, const struct api_turn *turn, 
     return equations_write(equations, turn);
 }
 
-/* memory for the text of one form at a time, and for the answer: some hundred characters per arm,
- * some ten per pair of arms if every entry is written out */
+/* bytes for the text of one form at a time, and for the answer: some hundred per arm, some ten per
+ * pair of arms if every entry is written out */
 static double equations_bytes(const void *state) {
     const struct equations *equations = state;
     double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;

@@ -1,10 +1,10 @@
 /* Templates of programs and formulas.
- * Leaves to others: the values of the names (equations_names).
+ * Leaves to others: the values of the names (equations).
  * Invariant: the template decides all text except for what `write` appends.
  *
- *     <<name>>                 what `write` appends
- *     <<#name>>...<</name>>    the text in between, once for each iteration of `next`
- *     <<^name>>...<</name>>    the text in between if there is no iteration
+ *     <<name>>                 the text that `write` appends <<#name>>...<</name>>    the text in
+ *     between, once for each iteration of `next` <<^name>>...<</name>>    the text in between if
+ *     there is no iteration
  *
  * Sections nest, but not inside a section of the same name. If a tag of a section is alone on its
  * line, that line end is removed. */

@@ -111,7 +111,7 @@ static void camera_center(struct api_fit *fit, const struct api_value *center,
     fit->reach = hypot(far[0], far[1]) > 0 ? hypot(far[0], far[1]) : 1;
 }
 
-/* names of the camera's numbers in requests; of two with the same name the second follows */
+/* names of the camera's numbers in requests; the second of a pair is the next enum value */
 static const struct {
     const char *name;
     enum pend_fit_camera what;

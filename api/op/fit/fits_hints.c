@@ -223,7 +223,7 @@ static void hints_reset(struct api_hints *h) {
     for (int c = 0; c < fit->columns; c++) h->tried.column[c].data = h->data + c * fit->rows;
 }
 
-/* prepares the next try; 0 = it does not apply, -1 = there are no more */
+/* prepares the next try; returns 0 if it does not apply, -1 after the last */
 static int hints_put(struct api_hints *h) {
     int which = h->next++, some;
     assert(which >= 0);

@@ -1,4 +1,4 @@
-/* What may be wrong with a request whose model is rejected: data in another unit, about another
+/* Finds likely mistakes in a request whose model is rejected: data in another unit, about another
  * zero, with arms exchanged, mirrored, or a fixed number that should be an unknown. A separate fit
  * tries each of these, within a bounded number of motions.
  * Leaves to others: the requested fit (op_fits).
@@ -8,7 +8,7 @@
 #include "api/base/buffer.h"
 #include "api/op/fit/fits_camera.h"
 
-/* a fit with more measured numbers than this is not tried */
+/* no tries for a fit with more measured numbers */
 enum { API_HINT_NUMBERS = 20000 };
 
 struct api_hints;

@@ -36,7 +36,7 @@ struct fits {
     struct api_table table; /* an empty table, because the answer is JSON only */
     struct pend_fit *fit;
     int begun;                     /* whether the first step is done */
-    struct pend_fit_result result; /* stored separately once the hints exist */
+    struct pend_fit_result result; /* the fit's result, copied once the hints exist */
     struct api_hints *hints;
     int settled; /* number of earlier fits, each with other knees of the loss */
 };
@@ -236,8 +236,7 @@ static enum pend_status write_figures(const struct fits *fits, const struct pend
         PEND_TRY(api_buffer_text(out, "]"));
     }
     PEND_TRY(write_outliers(&fits->asked, r, out));
-    for (int old = 0; old < 2; old++) { // under `unidentifiable`, and under its deprecated name
-                                        // not_told
+    for (int old = 0; old < 2; old++) { // also under the deprecated name
         PEND_TRY(api_out_open(out, old ? "not_told" : "unidentifiable", '['));
         for (int d = 0; d < r->blind; d++)
             PEND_TRY(api_fit_write_direction(&fits->asked, r->direction + d * fits->asked.unknowns,
@@ -320,7 +319,7 @@ static enum pend_status fits_step(struct fits *fits, const struct api_turn *turn
                                   struct pend_error *error) {
     do {
         enum pend_status status = pend_fit_step(fits->fit, over, error);
-        // a likely mistake in the table explains more than how the search ended
+        // a likely mistake in the table explains more than the end of the search
         if (status != PEND_OK && status != PEND_NO_MEMORY && error && *fits->asked.advice)
             snprintf(error->text, sizeof error->text, "the fit failed: %s", fits->asked.advice);
         if (status != PEND_OK && status != PEND_NO_MEMORY && !fits->begun && turn->problem && error)

@@ -59,7 +59,7 @@ PEND_MUST_CHECK enum pend_status api_damped_run(struct api_damped *damped,
                                                 const struct api_turn *turn, int *done,
                                                 struct pend_error *error);
 
-/** Returns the estimated time of the computation, s; the second function its memory, bytes. O(1).
- */
+/** api_damped_cost returns the estimated time of the computation, s; api_damped_bytes its memory,
+ * bytes. O(1). */
 double api_damped_cost(const struct api_damped *damped);
 double api_damped_bytes(const struct api_damped *damped);

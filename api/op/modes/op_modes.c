@@ -39,7 +39,7 @@ struct modes {
     double *near;             /* n angles: start of the search for the equilibrium; NULL for an
                                * ideal pendulum */
 
-    /* set once it runs */
+    /* set while it runs */
     struct pend_modes *found;
     int split;               /* number of modes into which the start has been decomposed so far */
     double *scratch;         /* one block, which contains the following arrays */
@@ -47,12 +47,11 @@ struct modes {
     double *line;            /* n numbers, or several rows of the table */
     long lines;              /* capacity of `line` in rows of the table */
     struct api_writer *writer;
-    double identity[3]; /* its two sides, and their relative difference */
+    double identity[3]; /* both sides of the identity, and their relative difference */
     struct api_stats stats;
     char last;            /* last byte of the JSON so far, which the next turn writes; 0 = none */
     int filled;           /* whether the arrays with one number per mode are computed */
-    int begun, part, row; /* what is written next: a row of the vectors (part 0) or of matrix part -
-                           * 1 */
+    int begun, part, row; /* next to write: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
 static void modes_clear(void *state) {

@@ -47,7 +47,7 @@ struct response {
     const struct api_format *format;
     struct api_table table;
 
-    /* set once it runs */
+    /* set while it runs */
     struct pend_response *found;
     struct pend_damped *poles;
     double *block, *column[API_COLUMNS];                              /* columns of all rows, in one
@@ -63,7 +63,7 @@ struct response {
                          * frequency, rad/s */
     struct api_writer *writer;
     struct api_stats stats;
-    int rest; /* the column from which on the equilibrium is repeated, or the end */
+    int rest; /* first column that repeats the equilibrium, or the number of columns */
     char warning[4][API_WARNING_TEXT];
 };
 

@@ -25,13 +25,13 @@ struct api_response {
     int own;                  /* whether the drive is the pendulum's own harmonics */
     int apart;                /* whether each harmonic is a row, at its own frequency */
     int given;                /* whether an amplitude is given, so that the response has a scale */
-    double pivot[2];          /* m, amplitudes of x and y; or a torque: */
-    int arm;                  /* stored number of the arm, -1 = none; 0 = the cart, if there is
-                               * one */
-    double couple;            /* N m; for a cart N */
+    double pivot[2];          /* m, amplitudes of the pivot in x and y */
+    int arm;                  /* stored number of the driven arm; 0 = a cart, if there is one; -1 =
+                               * none */
+    double couple;            /* amplitude of the torque, N m, or of the force on a cart, N */
     long rows;
-    double *list;    /* `rows` frequencies, rad/s; NULL = a range: */
-    double from, to; /* rad/s */
+    double *list;    /* `rows` frequencies, rad/s; NULL = the range */
+    double from, to; /* ends of the range, rad/s */
     int logarithmic;
     unsigned char output[API_RESPONSE_OUTPUTS];
     int poles, digits;

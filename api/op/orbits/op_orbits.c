@@ -43,7 +43,7 @@ struct orbits {
     double step_cap;
     const char *step_name; /* name of the limit on steps */
 
-    /* set once it runs */
+    /* set while it runs */
     struct pend_orbits *search;
     double *start; /* for driven pendulums: start of 2 n numbers */
     long count, room;
@@ -174,7 +174,7 @@ static enum pend_status orbits_found(struct orbits *orbits, const struct pend_or
     return PEND_OK;
 }
 
-/* stores a bifurcation. It is located after the orbit beyond it was found; one at which a branch
+/* stores a bifurcation, which is located after the next orbit was found; one at which a branch
  * begins precedes all orbits */
 static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orbit *orbit,
                                     struct pend_error *error) {
@@ -291,7 +291,7 @@ static void orbits_json(void *state) {
     orbits->written = 0;
 }
 
-/* the bifurcations of a branch are beside its orbits */
+/* only JSON has both the orbits and the bifurcations of a branch */
 static int orbits_json_only(const void *state) {
     const struct orbits *orbits = state;
     return orbits->asked.problem.branch && !orbits->asked.rows;

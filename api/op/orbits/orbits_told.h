@@ -1,4 +1,4 @@
-/* How a search for orbits ended, as a word and as a sentence.
+/* The end of a search for orbits, as a word and as a sentence.
  * Leaves to others: the search (core/orbits), the answer (op_orbits).
  * Invariant: a sentence has no comma and no quote, as in warnings. */
 #pragma once
