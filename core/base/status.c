@@ -38,7 +38,7 @@ enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int 
     va_start(arguments, format);
     vsnprintf(error->text, sizeof error->text, format, arguments);
     va_end(arguments);
-    /* if memory ran out, do not report a fault of the caller's input */
+    /* a lack of memory is no fault of the caller's input */
     if (code == PEND_NO_MEMORY && !strstr(error->text, "memory"))
         snprintf(error->text, sizeof error->text, "%s", pend_status_text(code));
     return code;

@@ -3,7 +3,7 @@
  * Invariant: 0 is success; codes and texts come from the one list below. */
 #pragma once
 
-/* name, text */
+/* columns: name, text */
 #define PEND_STATUS_LIST(X)                                                                        \
     X(PEND_OK, "success")                                                                          \
     X(PEND_INVALID, "the input is well-formed but meaningless")                                    \

@@ -138,12 +138,12 @@ static void bodies_balance(const struct bodies_system *s) {
     }
 }
 
-/* The forces at the tips. Two formulas give it: the force at the joint minus all other
+/* The forces at the tips. Two formulas give such a force: the force at the joint minus all other
  * contributions, and the force on the tip's own mass plus its children's. Each loses digits if the
- * mass on its side is heavy. Their mean, weighted with these masses, does not contain the
- * acceleration of the joint. It is w plus m (l - c) u'', where w is the joint's force times the
- * tip's share of M. For children attached elsewhere their share is subtracted, for children at the
- * tip the remaining share is added. */
+ * mass on its side is heavy. The mean of both, weighted with these masses, does not contain the
+ * acceleration of the joint: w plus m (l - c) u'', where w is the joint's force times the tip's
+ * share of M. For children attached elsewhere their share is subtracted, for children at the tip
+ * the remaining share is added. */
 static void bodies_tips(const struct bodies_system *s) {
     for (int k = 0; k < s->n; k++) {
         size_t row = bodies_row(s, k);

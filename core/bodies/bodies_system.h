@@ -33,13 +33,13 @@ typedef double num; /* files that only lay out memory count it in doubles */
  * form_xx, form_xy, form_yy  Phi: the force on the base per unit of its acceleration
  * form_det                 its determinant
  * pull_x, pull_y           w = sum of P e of the children at the tip
- * hang_x, hang_y, hang_e, hang_p  the same of the children elsewhere, and the sums of <e, w>
+ * hang_x, hang_y, hang_e, hang_p  the same for children attached elsewhere; the sums of <e, w>
  *                          and <p, w>
  * early_x, early_y, early_e, early_p  the same sums over the siblings added before the arm
  * late_x, late_y           sums over the children at the tip that were added after the arm
- * other_x, other_y, other_e, other_p  the same of the children elsewhere
- * draw_x, draw_y           z = y - X K: the force on the base per unit of the real part of u''
- * twist                    K = sum of <e, P p>: the torque about the joint, per unit of the same
+ * other_x, other_y, other_e, other_p  the same for children attached elsewhere
+ * draw_x, draw_y           z = y - X K: the force on the base per unit of Re u''
+ * twist                    K = sum of <e, P p>: the torque about the joint, per unit of Re u''
  * place_x, place_y         attachment point, rotated into the arm's frame: conj(R) p
  * carry_xx ... carry_yy    R^T (1 - e X^T): the base's acceleration per unit of the parent's
  * give_xx ... give_yy      1 - e X^T of the tip
@@ -48,7 +48,7 @@ typedef double num; /* files that only lay out memory count it in doubles */
  *                          the arm's force per unit of the acceleration of its parent's base, of
  *                          the parent's kr, of a moment on the parent, and of the arm's beta
  * wind_x, wind_y, known    of the current order: T, and Im (conj u G) without the unknown term
- * next_x, next_y, next_known  their known parts of the next order
+ * next_x, next_y, next_known  the known parts of these for the next order
  * turned, pulled           theta and kr, the known parts of u''
  * couple                   tau, all torques on the arm
  * drag_x, drag_y           drag on the tip

@@ -28,7 +28,7 @@ struct pend_derivatives {
     const struct derivatives_kernel *kernel;
     struct pend_problem problem;
     struct pend_terms *none; /* an empty list of terms, for an ideal pendulum */
-    int quick;               /* derivatives are computed from the known motion by `ideal` */
+    int quick;               /* non-zero: `ideal` computes derivatives from the known motion */
     int count, passes;       /* number of parameters; number of passes of eight parameters */
     int order;
     double log_rtol, log_atol;
@@ -124,7 +124,7 @@ double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_te
     for (int i = 0; i < PEND_TERM_ROWS; i++) none.row[i] = -1;
     for (int i = 0; i < PEND_TERM_ONES; i++) none.one[i] = -1;
     size_t most = 0;
-    // only a real pendulum's values decide between the two kernels: count the larger one
+    // the values of a real pendulum decide between the two kernels: count the larger one
     for (sketch.quick = !pend_ideal_terms(terms); sketch.quick < 2; sketch.quick++) {
         size_t bytes = derivatives_lay(&sketch, terms ? terms : &none, NULL);
         if (bytes > most) most = bytes;
@@ -266,7 +266,7 @@ static double derivatives_reach(struct pend_derivatives *d, double unit) {
     return x;
 }
 
-/* the same, where the unit is adjusted to the step; returns the step in units, and sets *unit */
+/* as derivatives_reach, with a unit that suits the step; returns the step, and sets *unit */
 static double derivatives_expand(struct pend_derivatives *d, double *unit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(d->end - d->time);

@@ -47,8 +47,8 @@ static void ideal_turns(const struct ideal_known *s, size_t tile) {
     }
 }
 
-/* the same for two to eight arms, whose stored series have real parts with the opposite sign,
- * except in the first two orders (small_template) */
+/* as ideal_turns, for two to eight arms, whose stored series have real parts with the opposite
+ * sign, except in the first two orders (small_template) */
 static void ideal_kept_turns(const struct ideal_known *s) {
     for (int p = 0; p < VEC8; p += WIDE) {
         wide_put(s->turn_re + p, wide_of(1));
@@ -92,7 +92,7 @@ static void ideal_pulled(const struct ideal_known *s, double pull, double weight
     }
 }
 
-/* the same series from the arm's rotation factors, if gravity is negligible */
+/* as ideal_pulled, from the arm's rotation factors, if gravity is negligible */
 static void ideal_afloat(const struct ideal_known *s) {
     double C = s->system.cosine[0], Z = s->system.sine[0];
     ideal_turns(s, 0);

@@ -1,4 +1,4 @@
-/* What real pendulums with a known motion need in addition: the forces along and across arms, the
+/* Additions for real pendulums with a known motion: the forces along and across arms, the
  * factorization for bodies, torques in the joints.
  * Leaves to others: the choice of pendulums (ideal_loads), point masses (ideal_known_template,
  * which includes this).

@@ -69,13 +69,13 @@ struct ideal_group {
                                                   * zeros */
     int lengths, masses;                         /* a parameter of the group is of this kind */
     double *phi, *phi_low, *rate, *rate_low;     /* state at the start of a step */
-    double *end_phi, *end_low, *end_rate, *slow; /* state at its end; `slow`: low-order part of the
-                                                  * rates */
+    double *end_phi, *end_low, *end_rate, *slow; /* state at the end of the step; `slow`: low-order
+                                                  * part of the rates */
     double *length, *mass;                       /* derivatives of lengths, relative to the lengths,
                                                   * and of masses */
     double *gravity;                             /* derivative of gravity; one row */
     int pairs; /* a parameter of the group is friction, a spring or an inertia */
-    double *inertia, *hold, *stiff, *torque; /* their derivatives, and that of constant torques,
+    double *inertia, *hold, *stiff, *torque; /* derivatives of the above and of constant torques,
                                               * which include springs with a varied rest angle */
     double *angle;                           /* series of phi, order 0 .. order + 1 */
     double *along, *across; /* series of the force at the tip, in the arm's frame at the start */

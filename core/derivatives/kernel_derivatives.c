@@ -199,7 +199,7 @@ VEC_INLINE void derivatives_sum(double *high, double *low, double *from, double 
     derivatives_number(low)[k] = num_add(num_sub(x, num_sub(total, part)), num_sub(more, part));
 }
 
-/* of one arm: phi and unit phi' minus their values at the start, unit^2 phi'' and unit^2 lambda */
+/* of one arm: phi and unit phi' minus their start, unit^2 phi'' and unit^2 lambda */
 struct derivatives_sums {
     num phi, rate, acc, force;
 };

@@ -257,7 +257,7 @@ VEC_INLINE wide ideal_norm(const struct ideal_known *s, const struct ideal_group
     return WIDE_(log2)(most * factor) - (wide)((wide_mask)(most == 0) & (wide_mask)wide_of(1e4));
 }
 
-/* the same for the angles of the motion, from order 1 on, with the factor 2^ideal_floor */
+/* log2 of the largest coefficient of order j >= 1 of the motion's angles, times 2^ideal_floor */
 static double ideal_motion_norm(const struct ideal_known *s, int j) {
     wide most = wide_of(0);
     for (int a = 0; a < s->n; a++)

@@ -248,9 +248,9 @@ static double radau_error_at(struct radau *r, double h, const double rate[], con
     return most;
 }
 
-/* The same, but if the error is too large and the previous step was not similar, it repeats the
- * estimate from a state shifted by the error, because for stiff motions the first estimate may be
- * far too large. */
+/* As radau_error_at, but if the error is too large and the previous step was not similar, repeats
+ * the estimate from a state shifted by the error, because for stiff motions the first estimate may
+ * be far too large. */
 static double radau_judge(struct radau *r, double h) {
     double ratio = radau_error_at(r, h, r->begin.rate, r->first);
     if (!(ratio >= 1) || !r->rough) return ratio;

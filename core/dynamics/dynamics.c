@@ -27,7 +27,7 @@ static size_t dynamics_shared_bytes(int n) {
     return quick > careful ? quick : careful;
 }
 
-/* what every form requires; pend_tree_new has checked the tree's own invariants */
+/* requirements of every form; pend_tree_new has checked the tree's own invariants */
 PEND_VALIDATOR dynamics_valid(const struct pend_tree *tree, const struct pend_loads *loads,
                               const void *work) {
     return tree && tree->n >= 1 && isfinite(loads->gravity) && (size_t)work % 64 == 0;

@@ -6,7 +6,7 @@
 
 #include "core/dynamics/dynamics_angles_template.h"
 
-/* What the second sweep needs of an arm with children: S, h, r / (m + q), t / (m + q). Entries are
+/* Values of an arm with children for the second sweep: S, h, r / (m + q), t / (m + q). Entries are
  * in the order of the first sweep. */
 struct joint {
     double eff, held, lean, side;

@@ -23,7 +23,7 @@ struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double ti
         sum.y = loads->value[terms->one[PEND_TERM_PIVOT_ACCELERATION_Y]] * part;
     }
     if (terms->one[PEND_TERM_PIVOT_TRACK] >= 0) {
-        // the list is that of one piece, and instants may be of earlier ones
+        // the list describes one piece, but the instant may lie in an earlier piece
         double track[8] = {0};
         pend_rules_track(terms->rules, time, 1, track);
         sum.x += track[2 * order], sum.y += track[2 * order + 1];

@@ -44,7 +44,7 @@ struct ensemble_queue {
 struct ensemble_alone {
     const struct pend_method *method; /* NULL = members run side by side in lanes */
     struct pend_tree tree;
-    struct pend_events *search; /* conditions are searched before the motion is computed */
+    struct pend_events *search; /* search for conditions, which precedes the motion */
     void *stepper;
     int searched;
     double end, reached; /* s, since the member's start: its end; the instant reached */

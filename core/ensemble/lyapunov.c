@@ -130,7 +130,7 @@ static int lyapunov_straighten(int count, int size, double direction[], double l
     return 1;
 }
 
-/* directions that are not symmetries of any tree */
+/* sets initial directions that are not symmetries of any tree */
 static void lyapunov_aim(struct pend_lyapunov *lyapunov) {
     int size = 2 * lyapunov->n;
     for (int i = 0; i < lyapunov->count; i++)
