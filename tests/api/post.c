@@ -27,13 +27,12 @@ struct test_reply test_send(const struct api_request *request, const struct api_
     api_call_free(&call);
     if (api_buffer_room(&reply.out, 1) != PEND_OK) return reply;
     reply.out.data[reply.out.bytes] = 0;
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     if (is_json(reply.media_type) && reply.out.bytes)
         CHECK_SAYING(api_json_new(&reply.json, reply.out.data, reply.out.bytes, 64, &problem) ==
                          PEND_OK,
                      "the answer is no JSON: %s: %.200s", problem.detail, reply.out.data);
-    api_problem_clear(&problem);
     return reply;
 }
 
@@ -142,12 +141,11 @@ int test_reply_has_fault(const struct test_reply *reply, const char *pointer, co
 
 void test_refused(enum api_op_id op, const char *body, const char *pointer, const char *piece,
                   const char *file, int line) {
-    struct test_reply reply = test_post(op, body);
+    OWN(test_reply, free) reply = test_post(op, body);
     int good = reply.status == 422 && !strcmp(reply.media_type, "application/problem+json") &&
                test_reply_faults(&reply) == 1 && test_reply_has_fault(&reply, pointer, piece);
     test_check(good, file, line, "expected one fault at \"%s\" with \"%s\", got %d %s", pointer,
                piece, reply.status, reply.out.data);
-    test_reply_free(&reply);
 }
 
 /* a table of refusals while it is read: the contents of its last template */
@@ -190,10 +188,9 @@ static void refusals_row(struct refusals *table, char *rest) {
     test_refused(table->op, body, pointer, piece, table->file, table->line);
     table->rows++;
     if (!code) return;
-    struct test_reply reply = test_post(table->op, body);
+    OWN(test_reply, free) reply = test_post(table->op, body);
     const char *found = test_reply_text(&reply, "/errors/0/code");
     test_check(found && !strcmp(found, code), table->file, table->line, "the code is %s", found);
-    test_reply_free(&reply);
 }
 
 void test_refused_rows(const char *file) {

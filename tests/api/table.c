@@ -42,7 +42,7 @@ void test_table_clear(struct test_table *table) {
 
 enum pend_status test_table_encode(const struct test_table *table, const struct api_format *format,
                                    long cut, struct api_buffer *out) {
-    struct api_writer *writer;
+    OWN(api_writer, free) *writer;
     PEND_TRY(api_writer_new(&writer, format, &table->table, out));
     enum pend_status status = PEND_OK;
     for (long at = 0; at < table->table.rows && status == PEND_OK; at += cut) {
@@ -54,6 +54,5 @@ enum pend_status test_table_encode(const struct test_table *table, const struct 
     }
     for (int done = 0; !done && status == PEND_OK;)
         status = api_writer_finish(writer, &table->stats, out, &done);
-    api_writer_free(&writer);
     return status;
 }

@@ -7,6 +7,8 @@
 
 #include <stddef.h>
 
+#include "tests/harness/own.h"
+
 enum { FUZZ_ROOM = 1 << 16, FUZZ_SEEDS = 64 };
 
 struct fuzz_reader {

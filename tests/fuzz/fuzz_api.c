@@ -29,9 +29,9 @@ static int read_accept(char *text, size_t bytes) {
 static int read_table(char *text, size_t bytes) {
     static const char before[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
                                  "\"unknowns\":[{\"vary\":\"gravity\"}],\"data\":{\"csv\":\"";
-    struct api_buffer body, out;
+    OWN(api_buffer, clear) body, out;
     struct api_limits limits;
-    struct api_call *call = NULL;
+    OWN(api_call, free) *call = NULL;
     int good = 0;
     api_limits_init(&limits);
     api_buffer_init(&body, 1 << 20);
@@ -55,9 +55,6 @@ static int read_table(char *text, size_t bytes) {
         int nul = http == 400 && memchr(text, 0, bytes);
         good = progress == API_MORE || http == 422 || http == 503 || nul;
     }
-    api_call_free(&call);
-    api_buffer_clear(&body);
-    api_buffer_clear(&out);
     return good;
 }
 
@@ -68,7 +65,7 @@ static int item_is_sound(const char *name, const struct api_buffer *value) {
     const struct api_class_item item = {name, 3, 1700000000000000, value->data, value->bytes};
     struct api_class_names names = {0};
     struct api_class_tally tally = {0};
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1 << 20);
     enum pend_status told = api_class_item_write(&item, &out),
                      table = api_class_table_add(&item, &names, &out),
@@ -78,7 +75,6 @@ static int item_is_sound(const char *name, const struct api_buffer *value) {
     good &= api_class_tally_write(&tally, &out) == PEND_OK;
     api_class_names_clear(&names);
     api_class_tally_clear(&tally);
-    api_buffer_clear(&out);
     return good;
 }
 
@@ -96,7 +92,7 @@ static int read_class(char *text, size_t bytes) {
                                                        "handins/a/3"};
     struct api_limits limits;
     struct api_class_facts facts, again;
-    struct api_buffer value, twice, out;
+    OWN(api_buffer, clear) value = {0}, twice = {0}, out = {0};
     if (!bytes) return 1;
     enum api_class_kind kind = (enum api_class_kind)((unsigned char)text[0] % API_CLASS_KINDS);
     struct api_request request = {
@@ -116,9 +112,6 @@ static int read_class(char *text, size_t bytes) {
             good &= api_class_read(&request, &limits, kind, &again, &twice, &out) == 0 &&
                     twice.bytes == value.bytes && !memcmp(twice.data, value.data, value.bytes);
     }
-    api_buffer_clear(&value);
-    api_buffer_clear(&twice);
-    api_buffer_clear(&out);
     return good;
 }
 
@@ -132,7 +125,7 @@ static int read_plan(char *text, size_t bytes) {
         API_OP_SECTIONS,     API_OP_RESPONSE, API_OP_FITS,  API_OP_ORBITS,    API_OP_CONTROLLERS};
     struct api_limits limits;
     struct api_plan plan, again;
-    struct api_buffer kept, twice, out;
+    OWN(api_buffer, clear) kept = {0}, twice = {0}, out = {0};
     if (!bytes) return 1;
     struct api_request request = {.op = ops[(unsigned char)text[0] % (sizeof ops / sizeof *ops)],
                                   .content_type = "application/json",
@@ -157,18 +150,15 @@ static int read_plan(char *text, size_t bytes) {
                !strcmp(again.digest, plan.digest) && twice.bytes == kept.bytes &&
                !memcmp(twice.data, kept.data, kept.bytes);
     }
-    api_buffer_clear(&kept);
-    api_buffer_clear(&twice);
-    api_buffer_clear(&out);
     return good;
 }
 
 /* a form of files, whose JSON must be some */
 static int read_form(char *text, size_t bytes) {
     struct api_limits limits;
-    struct api_buffer out;
-    struct api_problem problem;
-    struct api_json *document = NULL;
+    OWN(api_buffer, clear) out;
+    OWN(api_problem, clear) problem;
+    OWN(api_json, free) *document = NULL;
     api_limits_init(&limits);
     api_problem_init(&problem);
     api_buffer_init(&out, 1 << 20);
@@ -181,9 +171,6 @@ static int read_form(char *text, size_t bytes) {
         /* a request without tables is handed on as it is */
         good = status == PEND_OK || !out.bytes || memmem(text, bytes, out.data, out.bytes);
     }
-    api_json_free(&document);
-    api_problem_clear(&problem);
-    api_buffer_clear(&out);
     return good;
 }
 

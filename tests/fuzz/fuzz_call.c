@@ -56,12 +56,10 @@ static int csv_is_even(const char *text, size_t bytes) {
 }
 
 static int json_is_sound(const char *text, size_t bytes) {
-    struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     enum pend_status status = api_json_new(&document, text, bytes, 64, &problem);
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return status == PEND_OK;
 }
 
@@ -90,15 +88,13 @@ static int says(const struct api_value *root, const char *member, const char *wo
 
 static struct form form_of(const struct api_request *request) {
     struct form form = {sizeof(double), request->op == API_OP_ENSEMBLES};
-    struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     if (api_json_new(&document, request->body, request->body_bytes, 64, &problem) == PEND_OK) {
         struct api_value root = api_json_root(document);
         if (says(&root, "number", "float32")) form.each = sizeof(float);
     }
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return form;
 }
 
@@ -236,7 +232,7 @@ static const char *answer_complaint(const struct api_request *request, struct ap
 /* runs a call to its end; where its answer flows and `pieces` says so, as a server does that
  * sends it in pieces */
 static enum api_progress run(struct api_call *call, int pieces, struct api_buffer *out) {
-    struct api_buffer piece;
+    OWN(api_buffer, clear) piece = {0};
     enum api_progress progress = API_MORE;
     if (!pieces || !api_call_streams(call)) {
         for (int runs = 0; progress == API_MORE && runs < RUN_CAP; runs++)
@@ -250,14 +246,13 @@ static enum api_progress run(struct api_call *call, int pieces, struct api_buffe
         if (api_buffer_add(out, piece.data, piece.bytes) != PEND_OK) progress = API_BROKEN;
         piece.bytes = 0;
     }
-    api_buffer_clear(&piece);
     return progress;
 }
 
 /* reads a scene; what is kept of it must be JSON */
 static const char *scene_complaint(const struct api_request *request,
                                    const struct api_limits *limits, int *status) {
-    struct api_buffer scene, problem;
+    OWN(api_buffer, clear) scene, problem;
     char id[API_SCENE_ID];
     api_buffer_init(&scene, ROOM * 8);
     api_buffer_init(&problem, ROOM * 8);
@@ -268,17 +263,15 @@ static const char *scene_complaint(const struct api_request *request,
     if (http && !status_is_known(http)) fault = "a status that nobody knows";
     if (!http && strlen(id) != API_SCENE_ID - 1) fault = "an id that is none";
     if (status) *status = http ? http : 200;
-    api_buffer_clear(&scene);
-    api_buffer_clear(&problem);
     return fault;
 }
 
 /* reads the query of a link that is to be shown; what comes into HTML must be harmless there */
 static const char *oembed_complaint(const char *body, size_t bytes, int *status) {
-    char *query = strndup(body, bytes);
+    OWN_MEMORY char *query = strndup(body, bytes);
     struct api_oembed wanted;
-    struct api_problem problem;
-    struct api_buffer out;
+    OWN(api_problem, clear) problem;
+    OWN(api_buffer, clear) out;
     const char *fault = NULL;
     api_problem_init(&problem);
     api_buffer_init(&out, ROOM);
@@ -293,9 +286,6 @@ static const char *oembed_complaint(const char *body, size_t bytes, int *status)
         fault = "an answer that is no JSON";
     }
     if (status) *status = problem.status ? problem.status : 200;
-    api_problem_clear(&problem);
-    api_buffer_clear(&out);
-    free(query);
     return fault;
 }
 
@@ -316,8 +306,8 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
                                                  "application/vnd.apache.parquet, */*;q=0.1"};
     unsigned first = bytes ? data[0] - (unsigned)'0' : 0;
     struct api_limits limits = fuzz_limits();
-    struct api_call *call = NULL;
-    struct api_buffer out;
+    OWN(api_call, free) *call = NULL;
+    OWN(api_buffer, clear) out = {0};
     const char *fault = NULL;
     struct api_request request = {.op = ops[first % OPS],
                                   .content_type = "application/json",
@@ -338,8 +328,6 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     else if (progress == API_DONE)
         fault = answer_complaint(&request, api_call_answer(call), &out);
     if (status) *status = progress == API_BROKEN ? 422 : api_call_answer(call).status;
-    api_call_free(&call);
-    api_buffer_clear(&out);
     return fault;
 }
 

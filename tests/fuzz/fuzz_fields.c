@@ -113,7 +113,7 @@ static int read_instant(char *text, size_t bytes) {
 /* an instant of the interface; what is written of it in UTC, to the millisecond, reads the same */
 static int read_moment(char *text, size_t bytes) {
     int64_t us = 0, again = 0;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out = {0};
     char *at, *end;
     (void)bytes;
     if (!api_job_instant(text, &us)) return 1;
@@ -126,7 +126,6 @@ static int read_moment(char *text, size_t bytes) {
         if (end) *end = 0;
         good = end && api_job_instant(at + 2, &again) && again == us - us % 1000;
     }
-    api_buffer_clear(&out);
     return good;
 }
 

@@ -16,7 +16,7 @@
 static int read_keys(char *text, size_t bytes) {
     struct srv_keys keys, again;
     struct pend_error error = {.text = ""};
-    struct api_buffer written, twice;
+    OWN(api_buffer, clear) written, twice;
     int good;
     srv_keys_init(&keys);
     srv_keys_init(&again);
@@ -30,8 +30,6 @@ static int read_keys(char *text, size_t bytes) {
                    PEND_OK &&
                srv_keys_write(&again, &twice) == PEND_OK && twice.bytes == written.bytes &&
                (!twice.bytes || !memcmp(twice.data, written.data, twice.bytes));
-    api_buffer_clear(&written);
-    api_buffer_clear(&twice);
     srv_keys_clear(&keys);
     srv_keys_clear(&again);
     return good;

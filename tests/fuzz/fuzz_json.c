@@ -212,8 +212,8 @@ static double visit(const struct api_value *value) {
 static const char *complaint(const char *text, size_t bytes) {
     static const char *const none[] = {NULL};
     const char *fault = NULL;
-    struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     enum pend_status status = api_json_new(&document, text, bytes, DEPTH, &problem);
     int verdict = check_document((const unsigned char *)text, bytes),
@@ -228,8 +228,6 @@ static const char *complaint(const char *text, size_t bytes) {
         if (isnan(visit(&root))) fault = "a number that is none";
         (void)api_value_only(&root, none, &problem);
     }
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return fault;
 }
 

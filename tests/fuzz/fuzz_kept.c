@@ -150,13 +150,13 @@ static enum pend_status part_end(struct api_part *part, int turns, struct api_bu
 static void keep(int i) {
     struct api_limits limits = kept_limits();
     struct pend_error error;
-    struct api_buffer carried;
+    OWN(api_buffer, clear) carried;
     char body[500];
     api_buffer_init(&kept[i].carried, CASE_ROOM);
     api_buffer_init(&kept[i].rows, CASE_ROOM);
     api_buffer_init(&carried, CASE_ROOM);
     for (long p = 0; p < PARTS; p++) {
-        struct api_part *part = part_of(i, p, body, &limits);
+        OWN(api_part, free) *part = part_of(i, p, body, &limits);
         if (p && carried.bytes &&
             api_part_resume(part, carried.data, carried.bytes, &error) != PEND_OK)
             abort();
@@ -167,9 +167,7 @@ static void keep(int i) {
         if (!p && carried.bytes &&
             api_buffer_add(&kept[i].carried, carried.data, carried.bytes) != PEND_OK)
             abort();
-        api_part_free(&part);
     }
-    api_buffer_clear(&carried);
 }
 
 /* a copy with changes: each is a place in two bytes, and what is added to the byte there. The
@@ -190,13 +188,13 @@ static int read_carried(char *text, size_t bytes) {
     struct api_limits limits = kept_limits();
     struct pend_error error = {.text = ""};
     struct api_plan plan;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out = {0};
     char body[500], place[API_DIGEST_BYTES + 24];
     if (!bytes) return 1;
     int i = case_of(text[0]);
     if (!kept[i].rows.data) keep(i);
     if (!kept[i].carried.bytes) return 1;
-    char *copy = altered(&kept[i].carried, text + 1, bytes - 1);
+    OWN_MEMORY char *copy = altered(&kept[i].carried, text + 1, bytes - 1);
     struct api_request request = {.op = cases[i].op,
                                   .content_type = "application/json",
                                   .body = cases[i].body,
@@ -206,14 +204,11 @@ static int read_carried(char *text, size_t bytes) {
     snprintf(place, sizeof place, "%s/%d", plan.digest, PARTS);
     size_t held = kept[i].carried.bytes - API_SEAL_BYTES;
     api_seal((unsigned char *)copy + held, place, 1, copy, held);
-    struct api_part *part = part_of(i, 1, body, &limits);
+    OWN(api_part, free) *part = part_of(i, 1, body, &limits);
     enum pend_status status = api_part_resume(part, copy, held + API_SEAL_BYTES, &error);
     int good = status == PEND_OK || error.text[0];
     if (status == PEND_OK && part_end(part, 50, &out) == PEND_OK)
         good = api_part_carry(part, &out) == PEND_OK;
-    api_part_free(&part);
-    api_buffer_clear(&out);
-    free(copy);
     return good;
 }
 
@@ -242,8 +237,8 @@ static int read_rows(char *text, size_t bytes) {
                                           "application/x-npz",    "application/vnd.apache.parquet",
                                           "application/x-hdf5",   "application/x-matlab-data"};
     struct api_limits limits = kept_limits();
-    struct api_call *call = NULL;
-    struct api_buffer out;
+    OWN(api_call, free) *call = NULL;
+    OWN(api_buffer, clear) out = {0};
     if (bytes < 2) return 1;
     int i = case_of(text[0]), form = (unsigned char)text[1] % 8;
     if (!kept[i].rows.data) keep(i);
@@ -265,8 +260,6 @@ static int read_rows(char *text, size_t bytes) {
     int status = api_call_answer(call).status,
         good = progress == API_DONE &&
                (status == 200 || status == 202 || status == 422 || status == 500 || status == 503);
-    api_call_free(&call);
-    api_buffer_clear(&out);
     free((char *)rest.data);
     return good;
 }

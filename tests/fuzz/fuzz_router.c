@@ -70,12 +70,10 @@ static int answer_is_sound(void) {
         if (strpbrk(exchange.header[i].name, "\r\n: ") || strpbrk(exchange.header[i].value, "\r\n"))
             return 0;
     if (!exchange.bytes || !strstr(exchange.media_type, "problem")) return 1;
-    struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     enum pend_status status = api_json_new(&document, exchange.data, exchange.bytes, 16, &problem);
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return status == PEND_OK && exchange.status >= 400;
 }
 

@@ -23,7 +23,7 @@ static void found_keep(struct found *f, const struct pend_orbit *o) {
 }
 
 void found_search(struct found *f) {
-    struct pend_orbits *search;
+    OWN(pend_orbits, free) *search;
     struct pend_error error = {.code = PEND_OK};
     enum pend_orbits_found what = PEND_ORBITS_NOTHING;
     f->problem.tree = f->tree;
@@ -46,7 +46,6 @@ void found_search(struct found *f) {
     }
     if (f->status == PEND_OK) f->end = pend_orbits_end(search);
     if (f->status == PEND_OK) (void)pend_orbits_steps(search, &f->maps);
-    pend_orbits_free(&search);
 }
 
 struct found *found_chain(int n, int mode, double amplitude, int branch) {
@@ -100,10 +99,12 @@ struct found *found_driven(double damping, double torque, double omega) {
     return f;
 }
 
-void found_free(struct found *f) {
-    pend_terms_free(&f->terms);
-    pend_tree_free(&f->tree);
-    free(f);
+void found_free(struct found **f) {
+    if (!*f) return;
+    pend_terms_free(&(*f)->terms);
+    pend_tree_free(&(*f)->tree);
+    free(*f);
+    *f = NULL;
 }
 
 /* ---- multipliers in 32 digits */
@@ -112,7 +113,7 @@ void found_moved(const struct found *f, int row, double time, int j, double h, d
                  double out_low[]) {
     int n = f->tree->n;
     double state[4 * FOUND_ARMS];
-    struct pend_extended *run;
+    OWN(pend_extended, free) *run;
     enum pend_extended_stage stage;
     memset(state, 0, sizeof state);
     for (int k = 0; k < n; k++) {
@@ -130,7 +131,6 @@ void found_moved(const struct found *f, int row, double time, int j, double h, d
     while ((stage = pend_extended_step(run)) == PEND_EXTENDED_UNDER_WAY) continue;
     CHECK(stage == PEND_EXTENDED_STOPPED);
     pend_extended_end(run, &end);
-    pend_extended_free(&run);
 }
 
 /* the trace of the monodromy matrix, and that of its square, from central differences of motions

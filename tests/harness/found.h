@@ -46,8 +46,8 @@ const struct pend_terms *found_terms(struct found *f, enum pend_term_row row, in
  * starting from hanging at rest. */
 struct found *found_driven(double damping, double torque, double omega);
 
-/** Frees the memory. */
-void found_free(struct found *f);
+/** Frees the memory and clears the pointer. NULL is accepted. */
+void found_free(struct found **f);
 
 /** The state after a time, as sums of two doubles, from the start of a row displaced by h along
  * coordinate j, none if j < 0: n angles and n rates. */

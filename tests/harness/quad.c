@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/harness/own.h"
+
 // not <math.h>: clang 14 hides its quad functions, although glibc has them
 #if defined(__x86_64__) || defined(__i386__)
 test_quad sinf128(test_quad x);
@@ -111,19 +113,18 @@ static test_quad *quad_matrices(const struct pend_tree *tree, const double phi[]
 
 void test_quad_inertia(const struct pend_tree *tree, const double phi[], double re[], double im[]) {
     size_t square = (size_t)tree->n * (size_t)tree->n;
-    test_quad *m = quad_matrices(tree, phi);
+    OWN_MEMORY test_quad *m = quad_matrices(tree, phi);
     for (size_t i = 0; i < square; i++) {
         re[i] = (double)m[square + i];
         im[i] = (double)m[2 * square + i];
     }
-    free(m);
 }
 
 void test_quad_linearization(const struct pend_tree *tree, double gravity, double a[],
                              double a_inverse[]) {
     size_t n = (size_t)tree->n;
     double *hanging = calloc(n, sizeof *hanging);
-    test_quad *column = malloc(n * sizeof *column);
+    OWN_MEMORY test_quad *column = malloc(n * sizeof *column);
     if (!hanging || !column) abort();
     test_quad *gram = quad_matrices(tree, hanging), *re = gram + n * n;
     for (size_t i = 0; a_inverse && i < n * n; i++)
@@ -136,7 +137,6 @@ void test_quad_linearization(const struct pend_tree *tree, double gravity, doubl
         for (size_t i = 0; i < n; i++) a[i * n + j] = (double)column[i];
     }
     free(gram);
-    free(column);
     free(hanging);
 }
 

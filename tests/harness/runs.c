@@ -85,13 +85,12 @@ static void runs_loop(struct test_record *record, struct pend_run **run,
 
 static void runs_record(struct test_record *record, const struct pend_method *method,
                         const struct pend_problem *problem, int carried, long block, double work) {
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     *record = (struct test_record){.n = problem->tree->n};
     record->status = pend_run_new(&run, method, problem, &record->error);
     if (record->status != PEND_OK) return;
     runs_allocate(record, problem->times.count);
     runs_loop(record, &run, method, carried ? problem : NULL, problem->times.count, block, work);
-    pend_run_free(&run);
 }
 
 void test_record_blocks(struct test_record *record, const struct pend_method *method,

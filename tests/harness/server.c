@@ -427,7 +427,7 @@ int test_client_ended(struct test_client *client, double seconds) {
 
 int test_request(const struct test_server *server, struct test_reply *reply, const char *method,
                  const char *path, const char *headers, const char *body) {
-    struct test_client client;
+    OWN(test_client, close) client;
     char line[256];
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, server->port)) {
@@ -447,7 +447,6 @@ int test_request(const struct test_server *server, struct test_reply *reply, con
     if (body) test_client_say(&client, body);
     int status = test_client_receive(&client, reply, !strcmp(method, "HEAD"), TEST_PATIENCE);
     if (status) test_reply_record(reply, method, path);
-    test_client_close(&client);
     return status;
 }
 

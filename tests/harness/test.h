@@ -6,6 +6,8 @@
 
 #include <stddef.h>
 
+#include "tests/harness/own.h"
+
 struct test_case {
     const char *name, *file;
     void (*run)(void);

@@ -91,11 +91,10 @@ void test_tree_init(struct test_tree *t, int n, const int parent[], double sprea
 
 void test_tree_random(struct test_tree *t, enum test_tree_kind kind, int n, double spread,
                       unsigned long long *seed) {
-    int *parent = trees_room((size_t)n, sizeof *parent);
+    OWN_MEMORY int *parent = trees_room((size_t)n, sizeof *parent);
     test_parents(kind, n, parent, seed);
     test_parents_shuffle(n, parent, seed);
     test_tree_init(t, n, parent, spread, seed);
-    free(parent);
 }
 
 void test_tree_rebuild(struct test_tree *t) {
@@ -114,12 +113,11 @@ void test_tree_dynamics(const struct test_tree *t, const struct pend_loads *load
                         double force[]) {
     static const unsigned long long signalling = 0x7ff4deadbeef0000ull;
     size_t bytes = pend_dynamics_work_bytes(t->n);
-    char *work = aligned_alloc(64, bytes);
+    OWN_MEMORY char *work = aligned_alloc(64, bytes);
     if (!work) abort();
     for (size_t at = 0; at < bytes; at += sizeof signalling)
         memcpy(work + at, &signalling, sizeof signalling);
     pend_dynamics(t->tree, loads, t->phi, t->rate, work, acc, force);
-    free(work);
 }
 
 double test_gap(int n, const double a[], const double b[]) {

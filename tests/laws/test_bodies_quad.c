@@ -35,10 +35,10 @@ static void answer_of(const struct test_tree *t, const struct pend_loads *loads,
                       struct answer *a) {
     struct bodies_state state = {t->phi, NULL, t->rate, time, 0};
     struct bodies_forces forces = {a->force[0], a->force[1], a->force[2], a->force[3]};
-    void *work = aligned_alloc(64, (pend_bodies_bytes(t->tree, loads->terms) + 63) / 64 * 64);
+    OWN_MEMORY void *work =
+        aligned_alloc(64, (pend_bodies_bytes(t->tree, loads->terms) + 63) / 64 * 64);
     if (!work) abort();
     pend_bodies_at(t->tree, loads, &state, work, a->acc, &forces);
-    free(work);
 }
 
 static void truth_of(const struct test_tree *t, const struct pend_loads *loads, double time,
@@ -130,16 +130,14 @@ static struct gaps gaps_wild(unsigned what, double decades, int least, int most,
     struct gaps worst = {0, 0};
     for (int i = 0; i < count; i++) {
         static struct truth exact;
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         int n = least + test_random_int(seed, most - least + 1);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, decades, seed);
         test_bodies_random(&b, t.tree, what, seed);
         bodies_spread(&b, decades, seed);
         truth_of(&t, &b.loads, 3, &exact);
         gaps_keep(&worst, gaps_of(&t, &b.loads, 3, &exact));
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     return worst;
 }
@@ -152,15 +150,13 @@ static struct gaps gaps_small(unsigned what, double decades, unsigned long long 
         test_parents_first(n, parent);
         do {
             static struct truth exact;
-            struct test_tree t;
-            struct test_bodies b;
+            OWN(test_tree, clear) t;
+            OWN(test_bodies, clear) b;
             test_tree_init(&t, n, parent, decades, seed);
             test_bodies_random(&b, t.tree, what, seed);
             bodies_spread(&b, decades, seed);
             truth_of(&t, &b.loads, 5, &exact);
             gaps_keep(&worst, gaps_of(&t, &b.loads, 5, &exact));
-            test_bodies_clear(&b);
-            test_tree_clear(&t);
         } while (test_parents_next(n, parent));
     }
     return worst;
@@ -217,8 +213,8 @@ TEST(law_an_ideal_tree_whose_terms_are_all_zero_moves_as_without_them) {
         int parent[ARMS];
         test_parents_first(n, parent);
         do {
-            struct test_tree t;
-            struct test_bodies b;
+            OWN(test_tree, clear) t;
+            OWN(test_bodies, clear) b;
             struct answer quick, ideal;
             test_quad exact_acc[ARMS], exact_tip[ARMS];
             test_tree_init(&t, n, parent, 0.3, &seed);
@@ -238,8 +234,6 @@ TEST(law_an_ideal_tree_whose_terms_are_all_zero_moves_as_without_them) {
                 across = fmax(across, fabs(quick.force[1][k]) / most);
                 across = fmax(across, fabs(quick.force[0][k] - quick.force[2][k]) / most);
             }
-            test_bodies_clear(&b);
-            test_tree_clear(&t);
         } while (test_parents_next(n, parent));
     }
     CHECK_RESIDUAL(acc, 1e-13, "phi'' with and without terms");

@@ -68,19 +68,18 @@ static void rig_run(struct rig *r, double span) {
                                    .cart_place = r->place,
                                    .cart_speed = r->pace,
                                    .cart_reaction = r->reaction};
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     int done = 0;
     REQUIRE(pend_run_new(&run, pend_method_find("taylor"), &problem, NULL) == PEND_OK);
     while (!done) REQUIRE(pend_run_next(run, &samples, 1e9, &done, NULL) == PEND_OK);
     CHECK(pend_run_stats(run).energy_drift < 1e-14);
-    pend_run_free(&run);
 }
 
 TEST(law_a_pendulum_on_a_free_cart_swings_faster_by_the_root_of_one_plus_the_masses_ratio) {
     double worst = 0;
     for (double cart = 0.01; cart < 1000; cart *= 7) {
         const int parent[] = {1};
-        struct rig r;
+        OWN(rig, close) r;
         struct pend_damped *d;
         rig_open(&r, 1, parent, cart, 0);
         double omega = sqrt((1 + 1 / cart) * 9.81);
@@ -96,14 +95,13 @@ TEST(law_a_pendulum_on_a_free_cart_swings_faster_by_the_root_of_one_plus_the_mas
         rig_run(&r, M_PI / omega);
         double turned = r.angle[INSTANTS - 1] + M_PI_2;
         CHECK(fabs(turned + 1e-5) < 1e-14);
-        rig_close(&r);
     }
     CHECK_RESIDUAL(worst, 2e-14, "omega^2 = (1 + m/M) g / l");
 }
 
 TEST(law_what_hangs_on_a_free_cart_keeps_its_momentum_along_a_level_rail) {
     const int parent[ARMS] = {4, 0, 4, 2};
-    struct rig r;
+    OWN(rig, close) r;
     double worst = 0;
     rig_open(&r, ARMS, parent, 2, 0);
     for (int k = 1; k <= ARMS; k++) r.phi[k] = 0.7 * k, r.rate[k] = 1 - 0.4 * k;
@@ -116,13 +114,12 @@ TEST(law_what_hangs_on_a_free_cart_keeps_its_momentum_along_a_level_rail) {
     }
     CHECK(fabs(r.place[INSTANTS - 1]) > 0.1);
     CHECK_RESIDUAL(worst, 3e-13, "momentum, kg m/s");
-    rig_close(&r);
 }
 
 TEST(law_a_cart_too_heavy_to_move_is_a_pivot_that_stands) {
     const int hung[] = {2, 0}, fixed[] = {-1, 0};
     const double length[] = {1, 1}, mass[] = {1, 1};
-    struct rig r;
+    OWN(rig, close) r;
     double t[INSTANTS], angle[2 * INSTANTS], worst = 0;
     rig_open(&r, 2, hung, 1e17, 0.3);
     r.loads.gravity = 9.81;
@@ -147,7 +144,6 @@ TEST(law_a_cart_too_heavy_to_move_is_a_pivot_that_stands) {
     pend_tree_free(&tree);
     worst = test_gap(2 * INSTANTS, r.angle, angle);
     CHECK_RESIDUAL(worst, 1e-15, "angles on a heavy cart against a fixed pivot");
-    rig_close(&r);
 }
 
 TEST(law_down_a_slope_without_friction_all_falls_alike_and_the_rail_carries_the_rest) {
@@ -155,7 +151,7 @@ TEST(law_down_a_slope_without_friction_all_falls_alike_and_the_rail_carries_the_
     // along it
     const double slope = -0.4;
     const int parent[] = {3, 0, 3};
-    struct rig r;
+    OWN(rig, close) r;
     double worst = 0, carried = 0;
     rig_open(&r, 3, parent, 2, slope);
     for (int k = 1; k <= 3; k++) r.phi[k] = slope - M_PI_2;
@@ -169,5 +165,4 @@ TEST(law_down_a_slope_without_friction_all_falls_alike_and_the_rail_carries_the_
     }
     CHECK_RESIDUAL(worst, 1e-13, "place and angles");
     CHECK_SAYING(carried < 1e-14, "force across the rail: %g", carried);
-    rig_close(&r);
 }

@@ -145,9 +145,8 @@ static void rig_run(struct rig *r, double start, double span, int parts) {
     CHECK_SAYING(done, "%s", error.text);
     pend_run_free(&run);
     if (!lean) return;
-    struct pend_terms *terms = (struct pend_terms *)problem.loads.terms;
+    OWN(pend_terms, free) *terms = (struct pend_terms *)problem.loads.terms;
     free((double *)problem.loads.value);
-    pend_terms_free(&terms);
 }
 
 /* the arithmetic-geometric mean */
@@ -164,7 +163,7 @@ LAW(law_a_bar_swings_with_two_thirds_of_its_length) {
     // down
     double worst = 0, rounds = 0;
     for (int i = 0; i < 4; i++) {
-        struct rig r;
+        OWN(rig, close) r;
         double swing = 2.5 * pow(10, -i), l = 0.7 + i;
         rig_open(&r, 1, 9.81, 0, NULL);
         r.length[0] = l, r.mass[0] = 0, r.phi[0] += swing;
@@ -177,7 +176,6 @@ LAW(law_a_bar_swings_with_two_thirds_of_its_length) {
             worst = fmax(worst, fabs(r.angle[j] + M_PI_2 - way[j] * swing) / swing);
         }
         rounds += fabs(r.speed[1]) > 0.1 * swing;
-        rig_close(&r);
     }
     CHECK(rounds == 4);
     CHECK_RESIDUAL(worst, 2e-12, "angle at quarters of the period, of the swing");
@@ -250,7 +248,7 @@ LAW(law_an_arm_without_gravity_is_brought_to_rest_by_dry_friction) {
     double worst = 0;
     for (int way = -1; way <= 1; way += 2)
         for (size_t i = 0; i < sizeof speeds / sizeof *speeds; i++) {
-            struct rig r;
+            OWN(rig, close) r;
             rig_open(&r, 1, 0, 0, NULL);
             rig_tree(&r);
             *rig_term(&r, PEND_TERM_FRICTION, 0) = torque;
@@ -264,7 +262,6 @@ LAW(law_an_arm_without_gravity_is_brought_to_rest_by_dry_friction) {
                 long double rate = left > 40 ? left : asinhl(expl(left) * (1 - expl(-2 * a)) / 2);
                 worst = fmax(worst, fabs(way * r.speed[k] - (double)(rate * speeds[i])) / begin);
             }
-            rig_close(&r);
         }
     CHECK_RESIDUAL(worst, 1e-13, "rates while dry friction brings an arm to rest");
 }
@@ -272,7 +269,7 @@ LAW(law_an_arm_without_gravity_is_brought_to_rest_by_dry_friction) {
 /* the largest angle from upright in 8 s of an arm whose pivot oscillates as a cos(W t) vertically,
  * a^2 W^2 = share 2 g l */
 static double kapitza(double amplitude, double share) {
-    struct rig r;
+    OWN(rig, close) r;
     double most = 0;
     rig_open(&r, 1, 9.81, 1, (int[]){PEND_DRIVE_PIVOT_Y});
     r.phi[0] = M_PI_2 + 0.01;
@@ -281,7 +278,6 @@ static double kapitza(double amplitude, double share) {
     // at rest on average, when the pivot passes its middle
     rig_run(&r, 0, 8, 1000);
     for (int j = 0; j <= 1000; j++) most = fmax(most, fabs(r.angle[j] - M_PI_2));
-    rig_close(&r);
     return most;
 }
 
@@ -371,7 +367,7 @@ LAW(law_a_body_of_two_masses_is_two_arms_that_a_stiff_spring_joins) {
     rig_tree(&body);
     rig_run(&body, 0, 1, 10);
     for (int i = 0; i < 2; i++) {
-        struct rig two;
+        OWN(rig, close) two;
         rig_open(&two, 2, 9.81, 0, NULL);
         two.length[1] = 0.7, two.mass[1] = 0.5, two.phi[0] = 0.3, two.phi[1] = 0.7;
         *rig_term(&two, PEND_TERM_STIFFNESS, 1) = i ? 1e5 : 1e4;
@@ -380,7 +376,6 @@ LAW(law_a_body_of_two_masses_is_two_arms_that_a_stiff_spring_joins) {
         rig_run(&two, 0, 1, 10);
         gap[i] = 0;
         for (int j = 0; j <= 10; j++) gap[i] = fmax(gap[i], fabs(two.angle[2 * j] - body.angle[j]));
-        rig_close(&two);
     }
     rig_close(&body);
     CHECK_RESIDUAL(gap[1], 1e-3, "angle with a spring of 1e5 N m/rad");
@@ -398,7 +393,7 @@ LAW(law_an_arm_on_a_rods_point_is_the_ideal_tree_as_the_rod_weighs_nothing) {
     ideal.loads = (struct pend_loads){.gravity = 9.81};
     rig_run(&ideal, 0, 2, 1);
     for (int i = 0; i < 3; i++) {
-        struct rig rod;
+        OWN(rig, close) rod;
         rig_open(&rod, 2, 9.81, 0, NULL);
         rod.phi[0] += 2, rod.phi[1] += 1, rod.mass[0] = 0;
         *rig_term(&rod, PEND_TERM_ROD, 0) = i ? pow(10, -4 - i) : 0;
@@ -408,7 +403,6 @@ LAW(law_an_arm_on_a_rods_point_is_the_ideal_tree_as_the_rod_weighs_nothing) {
         rig_tree(&rod);
         rig_run(&rod, 0, 2, 1);
         gap[i] = rig_apart(&rod, &ideal, 1);
-        rig_close(&rod);
     }
     rig_close(&ideal);
     CHECK_RESIDUAL(gap[0], 5e-13, "a rod of 0 kg, after 2 s");
@@ -452,7 +446,7 @@ LAW(law_the_driven_damped_pendulum_doubles_its_period_where_its_multiplier_is_mi
                  {doubles[2] + 2e-4, 8},
                  {1.105, 0}};
     for (int i = 0; i < 7; i++) {
-        struct rig r;
+        OWN(rig, close) r;
         double w = 1.5 * 2 * M_PI;
         rig_open(&r, 1, w * w, 1, (int[]){0});
         r.phi[0] = -M_PI;
@@ -461,7 +455,6 @@ LAW(law_the_driven_damped_pendulum_doubles_its_period_where_its_multiplier_is_mi
         rig_harmonic(&r, 0, tries[i].gamma * w * w, 2 * M_PI, 0);
         int every = repeats(&r, 1, 600);
         CHECK_SAYING(every == tries[i].every, "gamma %g repeats after %d", tries[i].gamma, every);
-        rig_close(&r);
     }
 }
 
@@ -481,7 +474,7 @@ LAW(law_the_pendulum_of_baker_and_gollub_goes_to_chaos_and_back) {
                  {turning_doubles[1] + 2e-3, 4},
                  {1.5, 0}};
     for (size_t i = 0; i < sizeof tries / sizeof *tries; i++) {
-        struct rig r;
+        OWN(rig, close) r;
         rig_open(&r, 1, 1, 1, (int[]){0});
         r.phi[0] += 0.2;
         *rig_term(&r, PEND_TERM_DAMPING, 0) = 0.5;
@@ -489,6 +482,5 @@ LAW(law_the_pendulum_of_baker_and_gollub_goes_to_chaos_and_back) {
         rig_harmonic(&r, 0, tries[i].b, 2.0 / 3, 0);
         int every = repeats(&r, 3 * M_PI, 400);
         CHECK_SAYING(every == tries[i].every, "b %g repeats after %d", tries[i].b, every);
-        rig_close(&r);
     }
 }

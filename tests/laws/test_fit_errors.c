@@ -216,7 +216,7 @@ struct tally {
 };
 
 static void tally_draw(struct tally *tally, struct study *s, int draw) {
-    struct pend_fit *fit = fit_of(s);
+    OWN(pend_fit, free) *fit = fit_of(s);
     struct pend_fit_result result = pend_fit_result(fit);
     tally->fits++, tally->converged += result.end == PEND_FIT_CONVERGED;
     CHECK_SAYING(result.blind == 0, "%s: %d directions", s->model->name, result.blind);
@@ -233,7 +233,6 @@ static void tally_draw(struct tally *tally, struct study *s, int draw) {
         tally->least = fmin(tally->least, rise), tally->most = fmax(tally->most, rise);
         CHECK_SAYING(fabs(rise - 1) < 0.15, "%s: unknown %d rises by %g", s->model->name, j, rise);
     }
-    pend_fit_free(&fit);
 }
 
 TEST(the_truth_is_within_one_standard_error_of_fits_as_often_as_the_law_of_errors_says) {

@@ -52,11 +52,11 @@ static void last_state(const struct test_record *record, const struct pend_tree 
 
 TEST(integration_there_and_back_ends_where_it_began) {
     unsigned long long seed = 1;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.3, &seed);
     for (int m = 0; m < LAW_METHODS; m++) {
         double phi[ARMS], rate[ARMS], moved = 0, gap = 0;
-        struct test_record there, back;
+        OWN(test_record, clear) there, back;
         struct pend_problem problem = law_problem(&t, m, 1, 3);
         test_record(&there, law_method[m].name, &problem);
         last_state(&there, t.tree, phi, rate);
@@ -71,25 +71,20 @@ TEST(integration_there_and_back_ends_where_it_began) {
             gap = fmax(gap, fmax(fabs(phi[k] - t.phi[k]), fabs(rate[k] - t.rate[k])));
         CHECK(moved > 0.5);
         CHECK_RESIDUAL(gap, law_method[m].back, law_method[m].name);
-        test_record_clear(&there);
-        test_record_clear(&back);
     }
-    test_tree_clear(&t);
 }
 
 TEST(integration_keeps_the_energy_to_its_tolerance) {
     unsigned long long seed = 2;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_LIMBS, ARMS, 0.3, &seed);
     for (int m = 0; m < LAW_METHODS; m++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         struct pend_problem problem = law_problem(&t, m, 2, 21);
         test_record(&record, law_method[m].name, &problem);
         CHECK_INT(record.status, PEND_OK);
         CHECK_RESIDUAL(record.stats.energy_drift, law_method[m].drift, law_method[m].name);
-        test_record_clear(&record);
     }
-    test_tree_clear(&t);
 }
 
 /* ---- a single pendulum, theta = phi + pi/2, w = sqrt(g/l): Jacobi's elliptic functions */
@@ -108,10 +103,10 @@ static void single_init(struct test_tree *t, double theta, double rate) {
 
 TEST(integration_of_a_swinging_pendulum_is_elliptic) {
     const double theta = 2.5, w = sqrt(9.81 / law_length), k = sin(theta / 2), m1 = cos(theta / 2);
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     single_init(&t, theta, 0);
     for (int m = 0; m < LAW_METHODS; m++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         struct pend_problem problem = law_problem(&t, m, 6, 121);
         double angle = 0, rate = 0;
         test_record(&record, law_method[m].name, &problem);
@@ -125,19 +120,17 @@ TEST(integration_of_a_swinging_pendulum_is_elliptic) {
         }
         CHECK_RESIDUAL(angle, law_method[m].swing, law_method[m].name);
         CHECK_RESIDUAL(rate, 10 * law_method[m].swing, law_method[m].name);
-        test_record_clear(&record);
     }
-    test_tree_clear(&t);
 }
 
 /* with enough energy it turns over: theta = 2 am(v t), v half the rate at the bottom, modulus
  * w/v */
 TEST(integration_of_a_turning_pendulum_is_elliptic) {
     const double w = sqrt(9.81 / law_length), v = 1.2 * w;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     single_init(&t, 0, 2 * v);
     for (int m = 0; m < LAW_METHODS; m++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         struct pend_problem problem = law_problem(&t, m, 4, 81);
         double gap = 0, largest = 0;
         test_record(&record, law_method[m].name, &problem);
@@ -150,9 +143,7 @@ TEST(integration_of_a_turning_pendulum_is_elliptic) {
         }
         CHECK(largest > 8);
         CHECK_RESIDUAL(gap, law_method[m].swing, law_method[m].name);
-        test_record_clear(&record);
     }
-    test_tree_clear(&t);
 }
 
 /* ---- order of convergence: the error against the number of steps */
@@ -167,7 +158,7 @@ static const struct {
 
 /* error at the last instant, and steps */
 static double order_error(const struct test_tree *t, int i, double rtol, double *steps) {
-    struct test_record got, exact;
+    OWN(test_record, clear) got, exact;
     struct pend_problem problem = law_problem(t, 0, 6, 2);
     test_record(&exact, "taylor", &problem);
     problem.rtol = rtol;
@@ -175,13 +166,11 @@ static double order_error(const struct test_tree *t, int i, double rtol, double 
     test_record(&got, law_order[i].name, &problem);
     double error = test_record_gap(&got, &exact).phi;
     *steps = (double)got.stats.steps;
-    test_record_clear(&got);
-    test_record_clear(&exact);
     return error;
 }
 
 TEST(integration_converges_with_the_order_of_its_method) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     single_init(&t, 2.5, 1);
     for (size_t i = 0; i < sizeof law_order / sizeof *law_order; i++) {
         double steps[2], coarse = order_error(&t, (int)i, law_order[i].rtol[0], &steps[0]);
@@ -190,17 +179,16 @@ TEST(integration_converges_with_the_order_of_its_method) {
         CHECK_SAYING(order > law_order[i].least && order < law_order[i].most,
                      "%s: order %.2f (%g, %g steps)", law_order[i].name, order, steps[0], steps[1]);
     }
-    test_tree_clear(&t);
 }
 
 /* ---- units and origins: powers of two, so that not one bit may change */
 
 TEST(integration_does_not_care_for_the_unit_of_mass) {
     unsigned long long seed = 4;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_CATERPILLAR, ARMS, 0.3, &seed);
     for (int m = 0; m < LAW_METHODS; m++) {
-        struct test_record light, heavy;
+        OWN(test_record, clear) light, heavy;
         struct pend_problem problem = law_problem(&t, m, 1, 11);
         test_record(&light, law_method[m].name, &problem);
         for (int k = 0; k < ARMS; k++) t.mass[k] *= 1024;
@@ -214,18 +202,15 @@ TEST(integration_does_not_care_for_the_unit_of_mass) {
                      gap.rate);
         for (int i = 0; i < 11 * ARMS; i++)
             CHECK(heavy.samples.force[i] == 1024 * light.samples.force[i]);
-        test_record_clear(&light);
-        test_record_clear(&heavy);
     }
-    test_tree_clear(&t);
 }
 
 TEST(integration_does_not_care_when_it_begins) {
     unsigned long long seed = 5;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_BINARY, ARMS, 0.3, &seed);
     for (int m = 0; m < LAW_METHODS; m++) {
-        struct test_record early, late;
+        OWN(test_record, clear) early, late;
         struct pend_problem problem = law_problem(&t, m, 1, 65);
         test_record(&early, law_method[m].name, &problem);
         problem.times.start = 4096;
@@ -233,20 +218,17 @@ TEST(integration_does_not_care_when_it_begins) {
         CHECK(late.samples.t[0] == 4096 && late.samples.t[64] == 4097);
         struct test_record_gap gap = test_record_gap(&early, &late);
         CHECK_SAYING(gap.phi == 0 && gap.rate == 0 && gap.force == 0, "%s", law_method[m].name);
-        test_record_clear(&early);
-        test_record_clear(&late);
     }
-    test_tree_clear(&t);
 }
 
 /* a quarter of the gravity, half of the rates: the same motion in twice the time, up to the
  * tolerance for the rates */
 TEST(integration_does_not_care_for_the_unit_of_time) {
     unsigned long long seed = 6;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_STAR, ARMS, 0.3, &seed);
     for (int m = 0; m < LAW_METHODS; m++) {
-        struct test_record fast, slow;
+        OWN(test_record, clear) fast, slow;
         struct pend_problem problem = law_problem(&t, m, 1, 11);
         problem.loads.gravity = 8;
         test_record(&fast, law_method[m].name, &problem);
@@ -257,10 +239,7 @@ TEST(integration_does_not_care_for_the_unit_of_time) {
         for (int k = 0; k < ARMS; k++) t.rate[k] *= 2;
         CHECK_RESIDUAL(fmax(test_record_gap(&fast, &slow).phi, 1e-16), law_method[m].unit,
                        law_method[m].name);
-        test_record_clear(&fast);
-        test_record_clear(&slow);
     }
-    test_tree_clear(&t);
 }
 
 /* ---- against each other */
@@ -269,10 +248,10 @@ TEST(integration_by_any_method_gives_one_motion) {
     unsigned long long seed = 7;
     double phi = 0, force = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)kind, 8, 0.3, &seed);
         struct pend_problem problem = law_problem(&t, 0, 0.5, 6);
-        struct test_record taylor, rk8pd;
+        OWN(test_record, clear) taylor, rk8pd;
         test_record(&taylor, "taylor", &problem);
         problem.atol = 1e-15;
         test_record(&rk8pd, "rk8pd", &problem);
@@ -281,9 +260,6 @@ TEST(integration_by_any_method_gives_one_motion) {
                      gap.phi);
         phi = fmax(phi, gap.phi);
         force = fmax(force, gap.force);
-        test_record_clear(&taylor);
-        test_record_clear(&rk8pd);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(phi, 1e-13, "phi of taylor and rk8pd, every kind of tree");
     CHECK_RESIDUAL(force, 1e-10, "force of taylor and rk8pd, every kind of tree");

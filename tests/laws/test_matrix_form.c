@@ -83,12 +83,11 @@ static struct worst worst_of_random(double spread, int trees, int largest,
                                     unsigned long long seed) {
     struct worst worst = {0};
     for (int i = 0; i < trees; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         unsigned long long begin = seed;
         int n = 1 + test_random_int(&seed, largest);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, spread, &seed);
         worst_of(&worst, &t, begin);
-        test_tree_clear(&t);
     }
     return worst;
 }
@@ -106,11 +105,10 @@ TEST(law_fast_form_is_the_matrix_form_for_random_trees_of_200_arms) {
     struct worst narrow = {0}, wide = {0};
     unsigned long long seed = 6;
     for (int i = 0; i < 2 * TEST_TREE_KINDS; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         unsigned long long begin = seed;
         test_tree_random(&t, (enum test_tree_kind)(i / 2), MOST, i % 2 ? 8 : 0.3, &seed);
         worst_of(i % 2 ? &wide : &narrow, &t, begin);
-        test_tree_clear(&t);
     }
     WORST_CHECK(&narrow, 1e-13, 1e-13, "masses of 10^+-0.3, 200 arms");
     WORST_CHECK(&wide, 3e-13, 3e-13, "masses of 10^+-8, 200 arms");
@@ -159,7 +157,7 @@ TEST(law_of_the_matrix_form_knows_the_papers_pendulums) {
 TEST(law_of_the_matrix_form_notices_wrong_variants) {
     // each variant correctly computes something slightly different
     unsigned long long seed = 9;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double acc[8], force[8];
     test_quad exact_acc[8], exact_force[8];
     test_tree_random(&t, TEST_TREE_ATTACHED, 8, 0.3, &seed);
@@ -176,5 +174,4 @@ TEST(law_of_the_matrix_form_notices_wrong_variants) {
                  "an angle that is off by 1e-9 goes unseen");
     CHECK_SAYING(test_quad_gap(8, force, exact_force) > 1e-12,
                  "an angle that is off by 1e-9 goes unseen");
-    test_tree_clear(&t);
 }

@@ -43,7 +43,7 @@ TEST(law_newtons_second_law_holds_at_every_tip) {
     unsigned long long seed = 1;
     double worst = 0, spoilt = INFINITY;
     for (int i = 0; i < 20 * TEST_TREE_KINDS; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc[N], force[N];
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
                          2 + test_random_int(&seed, N - 1), 0.3, &seed);
@@ -53,7 +53,6 @@ TEST(law_newtons_second_law_holds_at_every_tip) {
         double swap = force[0];
         force[0] = force[1], force[1] = swap;
         spoilt = fmin(spoilt, newton_miss(&t, 9.81, acc, force));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-12, "m (z'' + i g) = B [lambda u]");
     CHECK_SAYING(spoilt > 1e-9, "exchanged forces go unseen: %g", spoilt);
@@ -77,7 +76,7 @@ TEST(law_the_accelerations_conserve_the_energy) {
     unsigned long long seed = 2;
     double worst = 0, spoilt = 0;
     for (int i = 0; i < 20 * TEST_TREE_KINDS; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc[N], force[N];
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
                          1 + test_random_int(&seed, N), 0.3, &seed);
@@ -85,7 +84,6 @@ TEST(law_the_accelerations_conserve_the_energy) {
         worst = fmax(worst, power_miss(&t, 9.81, acc));
         for (int k = 0; k < t.n; k++) acc[k] *= 1 + 1e-9;
         spoilt = fmax(spoilt, power_miss(&t, 9.81, acc));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "dE/dt = 0");
     CHECK_SAYING(spoilt > 1e-11, "accelerations off by 1e-9 go unseen: %g", spoilt);
@@ -98,7 +96,7 @@ TEST(law_the_energy_stays_along_a_short_step) {
     double ratio_least = INFINITY, ratio_most = 0;
     for (int i = 0; i < 4 * TEST_TREE_KINDS; i++) {
         enum { SMALL = 6 };
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc[SMALL], force[SMALL], change[2], scale = 0;
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), SMALL, 0.3, &seed);
         test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
@@ -122,7 +120,6 @@ TEST(law_the_energy_stays_along_a_short_step) {
             ratio_least = fmin(ratio_least, change[0] / change[1]);
             ratio_most = fmax(ratio_most, change[0] / change[1]);
         }
-        test_tree_clear(&t);
     }
     CHECK_SAYING(ratio_least > 7 && ratio_most < 9,
                  "halving h divides the change by %g to %g, expected 8", ratio_least, ratio_most);
@@ -133,7 +130,7 @@ TEST(law_small_motions_about_hanging_are_the_linearization) {
     double worst = 0, spoilt = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
         enum { SMALL = 20 };
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double a[SMALL * SMALL], acc[SMALL], force[SMALL], want[SMALL], theta[SMALL];
         test_tree_random(&t, (enum test_tree_kind)kind, SMALL, 0.3, &seed);
         for (int k = 0; k < SMALL; k++) {
@@ -151,7 +148,6 @@ TEST(law_small_motions_about_hanging_are_the_linearization) {
         worst = fmax(worst, test_gap(SMALL, acc, want));
         for (int i = 0; i < SMALL; i++) want[i] = -want[i];
         spoilt = fmax(spoilt, test_gap(SMALL, acc, want));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 2e-11, "theta'' = -A theta for theta of 1e-7");
     CHECK_SAYING(spoilt > 1, "theta'' = +A theta goes unseen");

@@ -148,9 +148,9 @@ static void compare(const int parent[], const double bound[], int *events) {
     const unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_INPUT] = 1, [PEND_TERM_SLIDE] = 1},
                         ones[PEND_TERM_ONES] = {[PEND_TERM_PIECE] = 1};
     struct truth t = {0};
-    struct pend_tree *tree;
-    struct pend_terms *terms;
-    struct test_record record;
+    OWN(pend_tree, free) *tree;
+    OWN(pend_terms, free) *terms = NULL;
+    OWN(test_record, clear) record = {0};
     double worst = 0;
     REQUIRE(pend_tree_new(&tree, ARMS, length, mass, parent, NULL) == PEND_OK);
     REQUIRE(pend_terms_new(&terms, ARMS, rows, ones, 0, NULL, NULL) == PEND_OK);
@@ -179,9 +179,6 @@ static void compare(const int parent[], const double bound[], int *events) {
     }
     CHECK_RESIDUAL(worst, 2e-14, "three arms that stick and slide");
     *events += t.events;
-    test_record_clear(&record);
-    pend_terms_free(&terms);
-    pend_tree_free(&tree);
 }
 
 TEST(three_arms_stick_and_slide_as_in_33_digits) {

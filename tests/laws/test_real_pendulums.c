@@ -57,7 +57,7 @@ static void motion_run(const char *method, double span, const struct test_tree *
                                    .heat = m->heat,
                                    .cart_place = m->cart_place,
                                    .cart_speed = m->cart_speed};
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     struct pend_error error = {0};
     int done = 0;
     if (!strcmp(method, "taylor")) problem.accuracy = 1e-6;
@@ -68,7 +68,6 @@ static void motion_run(const char *method, double span, const struct test_tree *
         if (pend_run_next(run, &samples, 1e9, &done, &error) != PEND_OK) break;
     CHECK_SAYING(done, "%s", error.text);
     m->stats = pend_run_stats(run);
-    pend_run_free(&run);
 }
 
 /* the terms of test number i: each kind alone, then all, then a cart with all terms that it
@@ -88,8 +87,8 @@ TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
     double gap = 0, drift = 0, ends = 0, exchange = 0;
     for (int i = 0; i < 10; i++) {
         for (int n = i < 9 ? 1 : 4; n <= 10; n += 3) {
-            struct test_tree t;
-            struct test_bodies b;
+            OWN(test_tree, clear) t;
+            OWN(test_bodies, clear) b;
             struct motion taylor, other;
             test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
             test_bodies_random(&b, t.tree, motion_terms(i), &seed);
@@ -108,8 +107,6 @@ TEST(motions_of_real_pendulums_agree_with_gsl_and_keep_their_energys_balance) {
             double scale = taylor.kinetic[0] + fabs(taylor.potential[0]) + taylor.heat[2] + 1;
             double sum = taylor.kinetic[2] + taylor.potential[2] - taylor.work[2] + taylor.heat[2];
             ends = fmax(ends, fabs(sum - taylor.kinetic[0] - taylor.potential[0]) / scale);
-            test_bodies_clear(&b);
-            test_tree_clear(&t);
         }
     }
     CHECK_RESIDUAL(gap, 1e-12, "angles by taylor and by rk8pd after a second");
@@ -122,8 +119,8 @@ TEST(the_balance_of_energy_holds_over_a_thousand_seconds_with_everything_on) {
     unsigned long long seed = 3;
     double drift = 0;
     for (int n = 1; n <= 4; n++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct motion m;
         test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
         test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
@@ -131,8 +128,6 @@ TEST(the_balance_of_energy_holds_over_a_thousand_seconds_with_everything_on) {
         CHECK_SAYING(m.heat[INSTANTS - 1] > 0 && m.work[INSTANTS - 1] != 0, "heat %g, work %g",
                      m.heat[INSTANTS - 1], m.work[INSTANTS - 1]);
         drift = fmax(drift, m.stats.energy_drift);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(drift, 1e-13, "drift of the energy's balance");
 }
@@ -142,8 +137,8 @@ TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
     double worst = 0, place = 0;
     for (int i = 0; i < 10; i++) {
         enum { N = 5 };
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct motion m;
         test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
         test_bodies_random(&b, t.tree, motion_terms(i), &seed);
@@ -180,8 +175,6 @@ TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
                 worst = fmax(worst, gap / most);
             }
         }
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 2e-12, "accelerations and forces of samples");
     CHECK(place == 0);
@@ -190,8 +183,8 @@ TEST(samples_of_real_pendulums_have_the_dense_forms_forces) {
 TEST(methods_without_terms_refuse_real_pendulums_in_words) {
     static const char *const name[] = {"symplectic", "linear"};
     unsigned long long seed = 3;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
     test_bodies_random(&b, t.tree, TEST_TERMS_DAMPING, &seed);
     for (int i = 0; i < 2; i++) {
@@ -205,8 +198,6 @@ TEST(methods_without_terms_refuse_real_pendulums_in_words) {
         CHECK(pend_run_new(&run, pend_method_find(name[i]), &problem, &error) == PEND_INVALID);
         CHECK(strstr(error.text, "use method taylor") != NULL);
     }
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }
 
 /* jobs are carried from part to part: the work, the heat and the drift of the balance too */
@@ -215,8 +206,8 @@ TEST(motions_of_real_pendulums_carried_after_every_call_have_the_same_bits) {
                                           pend_method_find("rk8pd"), pend_method_find("ode23"),
                                           pend_method_find("taylor")->extended};
     unsigned long long seed = 17;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     test_tree_random(&t, TEST_TREE_LIMBS, 3, 0.3, &seed);
     test_bodies_random(&b, t.tree, TEST_TERMS_ALL, &seed);
     for (int i = 0; i < 5; i++) {
@@ -226,16 +217,12 @@ TEST(motions_of_real_pendulums_carried_after_every_call_have_the_same_bits) {
                                        .rate = t.rate,
                                        .times = {.count = 9, .start = 3, .span = 1, .divisor = 8},
                                        .rtol = i == 3 ? 1e-5 : 1e-9};
-        struct test_record whole, carried;
+        OWN(test_record, clear) whole, carried;
         test_record_blocks(&whole, method[i], &problem, 2, 1);
         test_record_carried(&carried, method[i], &problem, 2, 1);
         CHECK_SAYING(whole.status == PEND_OK && test_record_same(&whole, &carried), "%d", i);
         CHECK_SAYING(
             carried.stats.energy_drift == whole.stats.energy_drift && whole.stats.energy_drift > 0,
             "%s: %g, %g", method[i]->name, carried.stats.energy_drift, whole.stats.energy_drift);
-        test_record_clear(&whole);
-        test_record_clear(&carried);
     }
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }

@@ -98,19 +98,17 @@ static void rods_spread(const struct test_bodies *b, double decades, unsigned lo
 static double trees_gap(unsigned terms, double decades, int count, unsigned long long *seed) {
     double worst = 0;
     for (int i = 0; i < count; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         int n = 2 + test_random_int(seed, 12);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, decades, seed);
         if (terms) {
-            struct test_bodies b;
+            OWN(test_bodies, clear) b;
             test_bodies_random(&b, t.tree, terms, seed);
             rods_spread(&b, decades, seed);
             worst = worse(worst, run_gap(&t, &b.loads));
-            test_bodies_clear(&b);
         } else {
             worst = worse(worst, run_gap(&t, TEST_LOADS(9.81)));
         }
-        test_tree_clear(&t);
     }
     return worst;
 }
@@ -196,8 +194,8 @@ TEST(law_rows_and_extremes_of_members_have_the_forces_of_quadruple_precision) {
     for (size_t j = 0; j < sizeof far / sizeof *far; j++) {
         struct watched w = {NULL, 0, 0};
         for (int i = 0; i < TREES; i++) {
-            struct test_tree t;
-            struct pend_ensemble *e;
+            OWN(test_tree, clear) t;
+            OWN(pend_ensemble, free) *e;
             test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
                              2 + test_random_int(&seed, 11), far[j].decades, &seed);
             w.t = &t;
@@ -214,8 +212,6 @@ TEST(law_rows_and_extremes_of_members_have_the_forces_of_quadruple_precision) {
                                                           .context = &w};
             if (!CHECK(pend_ensemble_new(&e, &problem, pend_isa_best(), NULL) == PEND_OK)) return;
             CHECK(test_ensemble_run(e, 0, 3) == PEND_OK);
-            pend_ensemble_free(&e);
-            test_tree_clear(&t);
         }
         CHECK_RESIDUAL(w.rows, far[j].bound, far[j].told[0]);
         CHECK_RESIDUAL(w.ends, far[j].bound, far[j].told[1]);

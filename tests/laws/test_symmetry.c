@@ -47,7 +47,7 @@ TEST(law_names_of_arms_do_not_matter) {
     unsigned long long seed = 1;
     double worst = 0, spoilt = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t, other;
+        OWN(test_tree, clear) t, other;
         int name[N], parent[N];
         tree_number(&t, i, 0.3, &seed);
         // name: a random permutation, arm j becomes arm name[j]
@@ -72,8 +72,6 @@ TEST(law_names_of_arms_do_not_matter) {
         }
         worst = fmax(worst, answer_gap(t.n, &renamed, &want));
         spoilt = fmax(spoilt, answer_gap(t.n, &got, &want));
-        test_tree_clear(&t);
-        test_tree_clear(&other);
     }
     CHECK_RESIDUAL(worst, 1e-13, "renaming the arms renames the answers");
     CHECK_SAYING(spoilt > 0.1, "answers under the wrong names go unseen");
@@ -83,7 +81,7 @@ TEST(law_units_of_length_mass_and_time_do_not_matter) {
     unsigned long long seed = 2;
     double worst[4] = {0}, spoilt = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double length = 3.7, mass = 0.013, time = 7.1;
         tree_number(&t, i, 1, &seed);
         struct answer base = answer_of(&t, GRAVITY), want = base, got;
@@ -119,7 +117,6 @@ TEST(law_units_of_length_mass_and_time_do_not_matter) {
         for (int k = 0; k < t.n; k++) t.rate[k] = -t.rate[k];
         got = answer_of(&t, GRAVITY);
         worst[3] = fmax(worst[3], answer_gap(t.n, &back, &got));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst[0], 1e-13, "unit of length");
     CHECK_RESIDUAL(worst[1], 1e-13, "unit of mass");
@@ -132,7 +129,7 @@ TEST(law_without_gravity_no_direction_is_special) {
     unsigned long long seed = 3;
     double worst = 0, spoilt = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         tree_number(&t, i, 0.3, &seed);
         struct answer want = answer_of(&t, 0), heavy = answer_of(&t, GRAVITY);
         double turn = 6 * test_random(&seed);
@@ -140,7 +137,6 @@ TEST(law_without_gravity_no_direction_is_special) {
         struct answer got = answer_of(&t, 0), heavy_got = answer_of(&t, GRAVITY);
         worst = fmax(worst, answer_gap(t.n, &got, &want));
         spoilt = fmax(spoilt, answer_gap(t.n, &heavy_got, &heavy));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "turning a tree without gravity");
     CHECK_SAYING(spoilt > 0.1, "turning a tree with gravity goes unseen");
@@ -150,7 +146,7 @@ TEST(law_a_mirror_image_moves_as_the_mirror_image) {
     unsigned long long seed = 4;
     double worst = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         tree_number(&t, i, 0.3, &seed);
         struct answer want = answer_of(&t, GRAVITY);
         answer_scale(&want, -1, 1);
@@ -158,7 +154,6 @@ TEST(law_a_mirror_image_moves_as_the_mirror_image) {
             t.phi[k] = 3.141592653589793 - t.phi[k], t.rate[k] = -t.rate[k];
         struct answer got = answer_of(&t, GRAVITY);
         worst = fmax(worst, answer_gap(t.n, &got, &want));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "phi -> pi - phi");
 }
@@ -184,7 +179,7 @@ TEST(law_an_arm_that_weighs_nothing_changes_nothing) {
     unsigned long long seed = 5;
     double worst = 0, worst_guest = 0, spoilt = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t, more;
+        OWN(test_tree, clear) t, more;
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
                          1 + test_random_int(&seed, N - 1), 0.3, &seed);
         struct answer want = answer_of(&t, GRAVITY);
@@ -197,8 +192,6 @@ TEST(law_an_arm_that_weighs_nothing_changes_nothing) {
         tree_join(&more, &t, host, 1e-3, &seed);
         got = answer_of(&more, GRAVITY);
         spoilt = fmax(spoilt, answer_gap(t.n, &got, &want));
-        test_tree_clear(&more);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "joining an arm of 1e-300 kg");
     CHECK(worst_guest > 0 && worst_guest < 1e-295);
@@ -210,7 +203,7 @@ TEST(law_gravity_is_the_acceleration_of_the_pivot) {
     unsigned long long seed = 6;
     double worst = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         tree_number(&t, i, 0.3, &seed);
         struct answer none = answer_of(&t, 0), one = answer_of(&t, 5), two = answer_of(&t, 10);
         for (int j = 0; j < t.n; j++) {
@@ -218,7 +211,6 @@ TEST(law_gravity_is_the_acceleration_of_the_pivot) {
             one.force[j] = 2 * one.force[j] - none.force[j];
         }
         worst = fmax(worst, answer_gap(t.n, &one, &two));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "answers are affine in gravity");
 }

@@ -52,14 +52,13 @@ enum atol_kind { ATOL_ZERO, ATOL_RTOL, ATOL_DEFAULT, ATOL_KINDS };
 static double motion_error(const struct motion *m, const struct pend_method *method, double rtol,
                            enum atol_kind atol) {
     struct pend_problem problem = m->problem;
-    struct test_record record;
+    OWN(test_record, clear) record;
     problem.rtol = rtol;
     problem.atol = atol == ATOL_RTOL ? rtol : 0;
     problem.atol_given = atol != ATOL_DEFAULT;
     test_record_blocks(&record, method, &problem, INSTANTS, INFINITY);
     double gap = record.status == PEND_OK ? test_record_gap(&record, &m->exact).phi : INFINITY;
     CHECK_SAYING(record.status == PEND_OK, "%s, %s: %s", method->name, m->name, record.error.text);
-    test_record_clear(&record);
     return gap;
 }
 
@@ -94,11 +93,11 @@ TEST(tolerances_bound_the_error_of_a_run) {
 
 /* even the smallest tolerance of a method is met as far as doubles allow, and the run ends */
 TEST(tolerances_can_be_the_tightest_of_a_method) {
-    struct motion motion = {.name = "double pendulum",
-                            .n = 2,
-                            .phi = 2 - M_PI_2,
-                            .phi_next = 2.5 - M_PI_2,
-                            .stop = 2.5};
+    OWN(motion, clear) motion = {.name = "double pendulum",
+                                 .n = 2,
+                                 .phi = 2 - M_PI_2,
+                                 .phi_next = 2.5 - M_PI_2,
+                                 .stop = 2.5};
     REQUIRE(motion_init(&motion));
     const struct pend_method *method;
     for (int k = 0; (method = pend_method_at(k)); k++) {
@@ -106,28 +105,25 @@ TEST(tolerances_can_be_the_tightest_of_a_method) {
         double error = motion_error(&motion, method, method->rtol_min, ATOL_ZERO);
         CHECK_SAYING(error <= 3e-12, "%s: %g", method->name, error);
     }
-    motion_clear(&motion);
 }
 
 /* an absolute tolerance of a radian is loose, but the result is still a motion */
 TEST(tolerances_as_loose_as_they_may_be_end_a_run_well) {
-    struct motion motion = {.name = "double pendulum",
-                            .n = 2,
-                            .phi = 2 - M_PI_2,
-                            .phi_next = 2.5 - M_PI_2,
-                            .stop = 2.5};
+    OWN(motion, clear) motion = {.name = "double pendulum",
+                                 .n = 2,
+                                 .phi = 2 - M_PI_2,
+                                 .phi_next = 2.5 - M_PI_2,
+                                 .stop = 2.5};
     REQUIRE(motion_init(&motion));
     const struct pend_method *method;
     for (int k = 0; (method = pend_method_at(k)); k++) {
         if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
-        struct test_record record;
+        OWN(test_record, clear) record;
         motion.problem.atol = method->atol_max;
         test_record(&record, method->name, &motion.problem);
         CHECK_SAYING(record.status == PEND_OK, "%s: %s", method->name, record.error.text);
         CHECK(record.stats.energy_drift < 0.5);
-        test_record_clear(&record);
     }
-    motion_clear(&motion);
 }
 
 /* ---- the same rule in lanes: members and 32 digits */
@@ -160,11 +156,11 @@ static double member_gap(const struct member_end *end) {
 }
 
 TEST(tolerances_of_members_and_of_32_digits_are_those_of_taylor) {
-    struct motion motion = {.name = "double pendulum",
-                            .n = 2,
-                            .phi = 2 - M_PI_2,
-                            .phi_next = 2.5 - M_PI_2,
-                            .stop = 2.5};
+    OWN(motion, clear) motion = {.name = "double pendulum",
+                                 .n = 2,
+                                 .phi = 2 - M_PI_2,
+                                 .phi_next = 2.5 - M_PI_2,
+                                 .stop = 2.5};
     REQUIRE(motion_init(&motion));
     for (int e = 4; e <= 12; e += 4) {
         double rtol = pow(10, -e);
@@ -178,7 +174,7 @@ TEST(tolerances_of_members_and_of_32_digits_are_those_of_taylor) {
                                                 .deliver = member_deliver,
                                                 .context = &end};
         struct pend_ensemble *ensemble;
-        struct pend_extended *extended;
+        OWN(pend_extended, free) *extended = NULL;
         double rate[ARMS_MAX] = {0};
         struct pend_extended_state start = {.phi = motion.start, .rate = rate};
         REQUIRE(pend_ensemble_new(&ensemble, &problem, pend_isa_best(), NULL) == PEND_OK);
@@ -193,7 +189,5 @@ TEST(tolerances_of_members_and_of_32_digits_are_those_of_taylor) {
         pend_extended_end(extended, &(struct pend_extended_state){.phi = end.phi, .rate = rate});
         CHECK_SAYING(member_gap(&end) <= 30 * rtol, "32 digits, %g: %g", rtol,
                      member_gap(&end) / rtol);
-        pend_extended_free(&extended);
     }
-    motion_clear(&motion);
 }

@@ -71,14 +71,12 @@ TEST(whole_turns_do_not_matter_to_any_method) {
             for (int extended = 0; extended <= (pend_method_at(m)->extended != NULL); extended++) {
                 const struct pend_method *method =
                     extended ? pend_method_at(m)->extended : pend_method_at(m);
-                struct test_record huge, rest;
+                OWN(test_record, clear) huge, rest;
                 struct pend_problem problem = pair_problem(&pair, huge_phi[i], 2);
                 test_record_blocks(&huge, method, &problem, INSTANTS, INFINITY);
                 problem = pair_problem(&pair, pair.rest, 2);
                 test_record_blocks(&rest, method, &problem, INSTANTS, INFINITY);
                 check_turned(&huge, &rest, huge_phi[i], method->name);
-                test_record_clear(&huge);
-                test_record_clear(&rest);
             }
         pend_tree_free(&pair.tree);
     }
@@ -175,14 +173,13 @@ static double first_passage(const struct pair *pair, const double phi[ARMS],
                                            .arm = 1,
                                            .angle = -M_PI_2,
                                            .ways = PEND_WAY_UP | PEND_WAY_DOWN};
-    struct pend_section *section;
+    OWN(pend_section, free) *section;
     struct pend_passage passage = {0};
     enum pend_found found = PEND_FOUND_NOTHING;
     if (pend_section_new(&section, &problem, NULL) != PEND_OK) return NAN;
     enum pend_status status = PEND_OK;
     while (status == PEND_OK && found == PEND_FOUND_NOTHING)
         status = pend_section_next(section, 100, &found, &passage, state, state + ARMS, NULL);
-    pend_section_free(&section);
     return found == PEND_FOUND_PASSAGE ? passage.time : NAN;
 }
 
@@ -193,13 +190,12 @@ static double exponent(const struct pair *pair, const double phi[ARMS]) {
                                             .rate = huge_rate,
                                             .interval = 0.5,
                                             .count = 1};
-    struct pend_lyapunov *lyapunov;
+    OWN(pend_lyapunov, free) *lyapunov;
     int done = 0;
     double found = NAN;
     if (pend_lyapunov_new(&lyapunov, &problem, NULL) != PEND_OK) return NAN;
     if (pend_lyapunov_go(lyapunov, 100000, &done, NULL) == PEND_OK && done)
         pend_lyapunov_exponents(lyapunov, &found);
-    pend_lyapunov_free(&lyapunov);
     return found;
 }
 
@@ -241,19 +237,18 @@ static int spin_deliver(void *context, long i, const struct pend_outcome *outcom
 TEST(whole_turns_of_a_free_spin_add_up) {
     const double one = 1, start = 0.5, spin = 1.25, end = 1000000.5;
     const int parent = -1;
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     double phi = 0;
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &parent, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = tree, .phi = &start, .rate = &spin};
     problem.times = (struct pend_times){.count = 3, .span = 8e5, .divisor = 2};
     for (int extended = 0; extended < 2; extended++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         test_record_blocks(&record, extended ? pend_method_taylor.extended : &pend_method_taylor,
                            &problem, 3, INFINITY);
         CHECK_INT(record.status, PEND_OK);
         CHECK_SAYING(record.samples.phi[2] == end, "%.17g", record.samples.phi[2]);
         CHECK(record.samples.phi[1] == 500000.5 && record.samples.rate[2] == spin);
-        test_record_clear(&record);
     }
     struct pend_ensemble_problem many = {.tree = tree,
                                          .duration = 8e5,
@@ -261,12 +256,10 @@ TEST(whole_turns_of_a_free_spin_add_up) {
                                          .fetch = spin_fetch,
                                          .deliver = spin_deliver,
                                          .context = &phi};
-    struct pend_ensemble *ensemble;
+    OWN(pend_ensemble, free) *ensemble;
     REQUIRE(pend_ensemble_new(&ensemble, &many, pend_isa_best(), NULL) == PEND_OK);
     CHECK_INT(test_ensemble_run(ensemble, 0, 1), PEND_OK);
     CHECK_SAYING(phi == end, "%.17g", phi);
-    pend_ensemble_free(&ensemble);
-    pend_tree_free(&tree);
 }
 
 /* Arms in one line rotate like one rigid body without gravity: every step is like the last, with
@@ -277,8 +270,8 @@ TEST(arms_that_turn_as_one_do_so_to_rounding) {
                  phi[MOST] = {0.3, 0.3, 0.3}, rate[MOST] = {1, 1, 1};
     const int parent[MOST] = {-1, 0, 1};
     for (int n = 2; n <= MOST; n++) {
-        struct pend_tree *tree;
-        struct test_record record;
+        OWN(pend_tree, free) *tree;
+        OWN(test_record, clear) record = {0};
         REQUIRE(pend_tree_new(&tree, n, length, mass, parent, NULL) == PEND_OK);
         struct pend_problem problem = {.tree = tree, .phi = phi, .rate = rate};
         problem.times = (struct pend_times){.count = 2, .span = 2e5, .divisor = 1};
@@ -289,7 +282,5 @@ TEST(arms_that_turn_as_one_do_so_to_rounding) {
             CHECK_SAYING(fabs(off) <= 1e-9, "arm %d of %d: %g rad", k + 1, n, off);
         }
         CHECK_SAYING(record.stats.energy_drift < 1e-14, "%g", record.stats.energy_drift);
-        test_record_clear(&record);
-        pend_tree_free(&tree);
     }
 }

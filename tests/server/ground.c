@@ -52,16 +52,14 @@ struct srv_store *ground_open(const struct ground *ground) {
 }
 
 void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_store *store)) {
-    struct ground ground;
+    OWN(ground, clear) ground = {0};
     if (postgres && access("/usr/lib/postgresql", F_OK)) {
         test_skip("PostgreSQL is not installed");
         return;
     }
     REQUIRE(ground_begin(&ground, postgres));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     if (store) test(&ground, store);
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 enum srv_stored ground_claim_whole(struct srv_store *store, const char *worker, int64_t lease_us,

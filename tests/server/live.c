@@ -77,18 +77,15 @@ int live_post(const struct srv_daemon *daemon, struct test_client *client, const
 }
 
 int live_status(const struct srv_daemon *daemon, const char *text) {
-    struct test_client client;
-    struct test_reply reply;
+    OWN(test_client, close) client;
+    OWN(test_reply, clear) reply = {0};
     if (!live_say(daemon, &client, text)) return 0;
-    int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
-    test_reply_clear(&reply);
-    test_client_close(&client);
-    return status;
+    return test_client_receive(&client, &reply, 0, TEST_PATIENCE);
 }
 
 double live_metric(const struct srv_daemon *daemon, const char *sample) {
-    struct test_client client;
-    struct test_reply reply;
+    OWN(test_client, close) client;
+    OWN(test_reply, clear) reply = {0};
     double value = NAN;
     if (!live_say(daemon, &client, "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n")) return value;
     if (CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200)) {
@@ -98,8 +95,6 @@ double live_metric(const struct srv_daemon *daemon, const char *sample) {
         if (CHECK_SAYING(at != NULL, "no sample %s", sample))
             value = strtod(at + strlen(line), NULL);
     }
-    test_reply_clear(&reply);
-    test_client_close(&client);
     return value;
 }
 

@@ -32,7 +32,7 @@ static int daemon_drained(struct srv_daemon *daemon) {
 }
 
 TEST(a_daemon_starts_answers_and_ends) {
-    struct srv_daemon *daemon = live_start(NULL);
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
     struct test_client client;
     struct test_reply reply;
     REQUIRE(daemon && live_say(daemon, &client, HEALTH));
@@ -48,7 +48,6 @@ TEST(a_daemon_starts_answers_and_ends) {
     test_client_close(&client);
     srv_daemon_free(&daemon);
     CHECK(daemon == NULL);
-    srv_daemon_free(&daemon);
 }
 
 TEST(a_request_id_is_taken_over_or_given_and_never_twice) {
@@ -63,8 +62,8 @@ TEST(a_request_id_is_taken_over_or_given_and_never_twice) {
          NULL},
         {"X-Request-Id: \"quoted\"\r\n", NULL},
     };
-    struct srv_daemon *daemon = live_start(NULL);
-    struct test_client client;
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
     struct test_reply reply;
     char text[512], last[64] = "";
     REQUIRE(daemon && test_client_open(&client, live_port(daemon)));
@@ -80,8 +79,6 @@ TEST(a_request_id_is_taken_over_or_given_and_never_twice) {
         snprintf(last, sizeof last, "%s", id);
         test_reply_clear(&reply);
     }
-    test_client_close(&client);
-    srv_daemon_free(&daemon);
 }
 
 TEST(the_front_refuses_behind_good_requests_and_within_bodies) {
@@ -97,10 +94,10 @@ TEST(the_front_refuses_behind_good_requests_and_within_bodies) {
         {"GET /v1/presets HTTP/1.1\r\nHost: x\r\n\r\nGET : HTTP/1.1\r\n\r\n" HEALTH, {200, 400}},
         {"GET /healthz HTTP/1.1\r\nHost: x\r\nX : y\r\n\r\n" HEALTH, {400}},
     };
-    struct srv_daemon *daemon = live_start(NULL);
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
     REQUIRE(daemon != NULL);
     for (size_t i = 0; i < sizeof said / sizeof *said; i++) {
-        struct test_client client;
+        OWN(test_client, close) client;
         struct test_reply reply;
         if (!live_say(daemon, &client, said[i].text)) continue;
         for (int k = 0; k < 3 && said[i].status[k]; k++) {
@@ -113,19 +110,17 @@ TEST(the_front_refuses_behind_good_requests_and_within_bodies) {
             test_reply_clear(&reply);
         }
         CHECK_SAYING(test_client_ended(&client, TEST_PATIENCE), "stream %zu goes on", i);
-        test_client_close(&client);
     }
     CHECK_INT(live_status(daemon, HEALTH), 200);
-    srv_daemon_free(&daemon);
 }
 
 TEST(an_early_no_reaches_a_client_that_is_still_sending) {
     static const char *const options[] = {"--max-body-bytes", "1024", NULL};
     static char rubbish[65536];
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     REQUIRE(daemon != NULL);
     for (int chunked = 0; chunked < 2; chunked++) {
-        struct test_client client;
+        OWN(test_client, close) client;
         struct test_reply reply;
         if (!live_say(
                 daemon, &client,
@@ -142,22 +137,19 @@ TEST(an_early_no_reaches_a_client_that_is_still_sending) {
         CHECK(strstr(reply.body, "max-body-bytes") != NULL);
         test_reply_clear(&reply);
         CHECK(test_client_ended(&client, TEST_PATIENCE));
-        test_client_close(&client);
     }
-    srv_daemon_free(&daemon);
 }
 
 TEST(connections_beyond_the_cap_are_told_so) {
     static const char *const options[] = {"--max-connections", "4", "--max-client-connections", "8",
                                           NULL};
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client client[4];
     REQUIRE(daemon != NULL);
     for (int i = 0; i < 4; i++) {
-        struct test_reply reply;
+        OWN(test_reply, clear) reply = {0};
         REQUIRE(live_say(daemon, &client[i], HEALTH));
         CHECK_INT(test_client_receive(&client[i], &reply, 0, TEST_PATIENCE), 200);
-        test_reply_clear(&reply);
     }
     CHECK_INT(live_status(daemon, HEALTH), 503);
     CHECK_INT(live_status(daemon, HEALTH), 503);
@@ -166,7 +158,6 @@ TEST(connections_beyond_the_cap_are_told_so) {
     for (double until = test_clock() + TEST_PATIENCE; status == 503 && test_clock() < until;)
         status = live_status(daemon, HEALTH);
     CHECK_INT(status, 200);
-    srv_daemon_free(&daemon);
 }
 
 TEST(bodies_together_stay_within_their_memory) {
@@ -174,7 +165,7 @@ TEST(bodies_together_stay_within_their_memory) {
     static const char *const options[] = {"--max-held-bytes", "2400K", "--max-client-held-bytes",
                                           "2400K", NULL};
     static char body[BYTES];
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client client[BODIES + 1], *last = &client[BODIES];
     struct test_reply reply;
     static const char head[] =
@@ -207,7 +198,6 @@ TEST(bodies_together_stay_within_their_memory) {
     CHECK_INT(test_client_receive(last, &reply, 0, TEST_PATIENCE), 415);
     test_reply_clear(&reply);
     test_client_close(last);
-    srv_daemon_free(&daemon);
 }
 
 TEST(times_for_heads_bodies_and_silence_are_totals) {
@@ -225,10 +215,10 @@ TEST(times_for_heads_bodies_and_silence_are_totals) {
         {"G", "", 408, 0.3},
         {"", "", 0, 0.9},
     };
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     REQUIRE(daemon != NULL);
     for (size_t i = 0; i < sizeof slow / sizeof *slow; i++) {
-        struct test_client client;
+        OWN(test_client, close) client;
         struct test_reply reply;
         double begin = test_clock();
         if (!live_say(daemon, &client, slow[i].say)) continue;
@@ -242,33 +232,28 @@ TEST(times_for_heads_bodies_and_silence_are_totals) {
         CHECK(test_client_ended(&client, TEST_PATIENCE));
         double seconds = test_clock() - begin;
         CHECK_SAYING(seconds > slow[i].least, "%zu: after %.2f s", i, seconds);
-        test_client_close(&client);
     }
-    srv_daemon_free(&daemon);
 }
 
 TEST(between_requests_a_connection_may_be_as_old_as_it_likes) {
     static const char *const options[] = {"--header-seconds", "60", "--body-seconds", "60", NULL};
-    struct srv_daemon *daemon = live_start(options);
-    struct test_client client;
+    OWN(srv_daemon, free) *daemon = live_start(options);
+    OWN(test_client, close) client = {.fd = -1};
     REQUIRE(daemon && test_client_open(&client, live_port(daemon)));
     for (int i = 0; i < 2; i++) {
-        struct test_reply reply;
+        OWN(test_reply, clear) reply;
         srv_clock_advance(srv_clock_span(3600));
         test_sleep(0.3); /* the watch checks once in this time */
         test_client_say(&client, HEALTH);
         CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
-        test_reply_clear(&reply);
     }
-    test_client_close(&client);
-    srv_daemon_free(&daemon);
 }
 
 TEST(an_answer_that_is_not_taken_is_given_up) {
     static const char *const options[] = {"--send-seconds", "0.3", "--least-rate", "1G", NULL};
     static const char body[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
                                "\"times\":{\"start\":0,\"stop\":1,\"count\":200001}}";
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client client;
     REQUIRE(daemon && live_post(daemon, &client, "/v1/trajectories", body));
     /* about 20 MB, more than the sockets hold; nothing is read until the server gives up */
@@ -280,15 +265,14 @@ TEST(an_answer_that_is_not_taken_is_given_up) {
     test_reply_clear(&reply);
     test_client_close(&client);
     daemon_drained(daemon);
-    srv_daemon_free(&daemon);
 }
 
 TEST(a_client_that_went_away_frees_its_worker_at_once) {
     /* a slow machine would refuse the request by its own estimate */
     static const char *const options[] = {"--workers", "1", "--max-compute-seconds", "86400", NULL};
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client gone, waiting, next;
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(daemon && live_post(daemon, &gone, "/v1/trajectories", LIVE_ENDLESS));
     live_await(daemon, "pendulumd_workers_busy ", 1);
     REQUIRE(live_post(daemon, &waiting, "/v1/trajectories", LIVE_LONG));
@@ -301,22 +285,18 @@ TEST(a_client_that_went_away_frees_its_worker_at_once) {
     printf("  a vanished client's worker was free after %.0f ms\n", 1e3 * (test_clock() - begin));
     REQUIRE(live_post(daemon, &next, "/v1/trees", LIVE_SHORT));
     CHECK_INT(test_client_receive(&next, &reply, 0, TEST_PATIENCE), 200);
-    test_reply_clear(&reply);
     test_client_close(&next);
-    srv_daemon_free(&daemon);
 }
 
 TEST(a_client_that_only_shuts_its_side_still_gets_a_short_answer) {
-    struct srv_daemon *daemon = live_start(NULL);
-    struct test_client client;
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
     struct test_reply reply;
     REQUIRE(daemon && live_post(daemon, &client, "/v1/trees", LIVE_SHORT));
     shutdown(client.fd, SHUT_WR);
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     test_reply_clear(&reply);
     CHECK(test_client_ended(&client, TEST_PATIENCE));
-    test_client_close(&client);
-    srv_daemon_free(&daemon);
 }
 
 /* a body that is computed for about this many seconds, on any machine and build */
@@ -380,8 +360,8 @@ static int daemon_listens(const struct srv_daemon *daemon) {
 
 TEST(a_drain_lets_nobody_in_and_answers_who_is_there) {
     struct test_client running, open;
-    struct test_reply reply;
-    struct srv_daemon *daemon = daemon_draining(&running, &open);
+    OWN(test_reply, clear) reply = {0};
+    OWN(srv_daemon, free) *daemon = daemon_draining(&running, &open);
     char text[512];
     REQUIRE(daemon != NULL);
     /* at once, while it computes: a client that is refused a connection tries another process */
@@ -402,9 +382,7 @@ TEST(a_drain_lets_nobody_in_and_answers_who_is_there) {
     daemon_drained(daemon);
     CHECK_INT(test_client_receive(&running, &reply, 0, TEST_PATIENCE), 200);
     CHECK(!reply.keep_alive);
-    test_reply_clear(&reply);
     test_client_close(&running);
-    srv_daemon_free(&daemon);
 }
 
 TEST(who_waits_to_be_accepted_at_the_end_is_answered) {
@@ -428,7 +406,7 @@ TEST(who_waits_to_be_accepted_at_the_end_is_answered) {
 
 TEST(a_connection_that_a_proxy_keeps_is_answered_once_more_in_a_drain) {
     static const char *const options[] = {"--drain-idle-seconds", "3600", NULL};
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client kept;
     struct test_reply reply;
     REQUIRE(daemon && live_say(daemon, &kept, RELAYED));
@@ -443,13 +421,12 @@ TEST(a_connection_that_a_proxy_keeps_is_answered_once_more_in_a_drain) {
     test_reply_clear(&reply);
     test_client_close(&kept);
     daemon_drained(daemon);
-    srv_daemon_free(&daemon);
 }
 
 TEST(a_browsers_silent_connection_does_not_hold_up_a_drain) {
     static const char *const options[] = {"--drain-idle-seconds", "3600", NULL};
     struct srv_daemon *daemon = live_start(options);
-    struct test_client kept;
+    OWN(test_client, close) kept = {.fd = -1};
     struct test_reply reply;
     REQUIRE(daemon && live_say(daemon, &kept, HEALTH));
     CHECK_INT(test_client_receive(&kept, &reply, 0, TEST_PATIENCE), 200);
@@ -458,7 +435,6 @@ TEST(a_browsers_silent_connection_does_not_hold_up_a_drain) {
     daemon_drained(daemon);
     srv_daemon_free(&daemon);
     CHECK(test_client_ended(&kept, TEST_PATIENCE));
-    test_client_close(&kept);
 }
 
 TEST(a_drain_in_a_hurry_answers_503_and_ends_at_once) {
@@ -500,7 +476,7 @@ static void *daemon_client(void *argument) {
              "application/json\r\nContent-Length: %zu\r\n\r\n%s",
              strlen(LIVE_SHORT), LIVE_SHORT);
     for (;;) {
-        struct test_client client = {.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+        OWN(test_client, close) client = {.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
         struct test_reply reply;
         if (connect(client.fd, (struct sockaddr *)&address, sizeof address)) {
             close(client.fd);
@@ -516,7 +492,6 @@ static void *daemon_client(void *argument) {
             more = status && reply.keep_alive;
             test_reply_clear(&reply);
         }
-        test_client_close(&client);
     }
 }
 
@@ -552,7 +527,7 @@ TEST(a_drain_under_load_loses_no_request) {
 }
 
 TEST(heads_at_the_front_s_limits_fit_into_the_connection_s_memory) {
-    struct srv_daemon *daemon = live_start(NULL);
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
     static char text[12000];
     REQUIRE(daemon != NULL);
     /* the maximum of everything at once: target, parameters, fields, cookies */
@@ -567,7 +542,7 @@ TEST(heads_at_the_front_s_limits_fit_into_the_connection_s_memory) {
     strcpy(text + at + rest, "\r\n\r\n");
     CHECK_INT(live_status(daemon, text), 200);
     /* and with a body that arrived at the same time */
-    char *both = malloc(60000);
+    OWN_MEMORY char *both = malloc(60000);
     REQUIRE(both != NULL);
     sprintf(both, "POST%s", text + 3);
     strcpy(strstr(both, "\r\nX: ") + 2, "Content-Length: 40000\r\n\r\n");
@@ -575,8 +550,6 @@ TEST(heads_at_the_front_s_limits_fit_into_the_connection_s_memory) {
     memset(both + bytes, ' ', 40000);
     both[bytes + 40000] = 0;
     CHECK_INT(live_status(daemon, both), 405);
-    free(both);
-    srv_daemon_free(&daemon);
 }
 
 TEST(a_daemon_that_cannot_start_says_why_and_leaves_nothing) {
@@ -603,12 +576,12 @@ TEST(a_daemon_that_cannot_start_says_why_and_leaves_nothing) {
 }
 
 TEST(requests_survive_want_of_memory) {
-    struct srv_daemon *daemon = live_start(NULL);
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
     REQUIRE(daemon != NULL);
     int good = 0;
     for (long fail = 1; fail < 400 && good < 3; fail += 1 + fail / 20) {
-        struct test_client client;
-        struct test_reply reply;
+        OWN(test_client, close) client;
+        OWN(test_reply, clear) reply = {0};
         if (!live_post(daemon, &client, "/v1/trees", "{")) break;
         test_client_close(&client);
         if (!test_client_open(&client, live_port(daemon))) break;
@@ -626,9 +599,6 @@ TEST(requests_survive_want_of_memory) {
         CHECK_SAYING(status == 200 || status == 503 || status == 0 || status == 500,
                      "allocation %ld: %d", fail, status);
         good = status == 200 ? good + 1 : 0;
-        test_reply_clear(&reply);
-        test_client_close(&client);
     }
     CHECK_INT(live_status(daemon, HEALTH), 200);
-    srv_daemon_free(&daemon);
 }

@@ -78,7 +78,7 @@ int ask_await(const struct test_server *server, const char *name, double least, 
 }
 
 double ask_metric(const struct test_server *server, const char *name) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     double value = -1;
     char line[96];
     snprintf(line, sizeof line, "\n%s ", name);
@@ -86,7 +86,6 @@ double ask_metric(const struct test_server *server, const char *name) {
         const char *at = strstr(reply.body, line);
         if (at) value = atof(at + strlen(line));
     }
-    test_reply_clear(&reply);
     return value;
 }
 

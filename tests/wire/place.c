@@ -68,26 +68,24 @@ enum { PLACE_FIRST = 0, PLACE_LAST = 1 };
 
 void place_on_both(void (*drill)(struct place *place)) {
     for (int postgres = PLACE_FIRST; postgres <= PLACE_LAST; postgres++) {
-        struct place place;
+        OWN(place, end) place = {0};
         if (postgres && access("/usr/lib/postgresql", F_OK)) {
             test_skip("PostgreSQL is not installed");
             return;
         }
         if (place_begin(&place, postgres)) drill(&place);
-        place_end(&place);
     }
 }
 
 int submit(const struct test_server *server, const char *path, const char *headers,
            const char *body, char id[ID + 1]) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     id[0] = 0;
     int status = test_request(server, &reply, "POST", path, headers, body);
     const char *location = test_reply_header(&reply, "Location");
     if (status == 202 &&
         CHECK(location && strlen(location) == 9 + ID && !strncmp(location, "/v1/jobs/", 9)))
         memcpy(id, location + 9, ID + 1);
-    test_reply_clear(&reply);
     return status;
 }
 

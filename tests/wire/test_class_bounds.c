@@ -35,17 +35,16 @@ static int from(const struct test_server *server, const char *address, const cha
 
 static int does(const struct test_server *server, const char *address, const char *method,
                 const char *rest, const char *fields, const char *body) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = from(server, address, method, rest, fields, body, &reply);
     if (status >= 400) ask_problem(&reply, status, NULL);
-    test_reply_clear(&reply);
     return status;
 }
 
 /* creates a room; returns the status */
 static int make(const struct test_server *server, const char *address, const char *fields,
                 struct room *room) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = from(server, address, "POST", "", fields, "{\"hours\":2}", &reply);
     *room = (struct room){.code = ""};
     if (status == 201) {
@@ -57,7 +56,6 @@ static int make(const struct test_server *server, const char *address, const cha
         CHECK(cJSON_GetObjectItemCaseSensitive(json, "ends") != NULL);
         cJSON_Delete(json);
     }
-    test_reply_clear(&reply);
     return status;
 }
 
@@ -82,10 +80,8 @@ static int teaches(const struct test_server *server, const char *address, const 
 static int teaches_from(const struct test_server *server, const char *address,
                         const struct room *room, const char *method, const char *rest,
                         const char *body) {
-    struct test_reply reply;
-    int status = teaches(server, address, room, method, rest, body, &reply);
-    test_reply_clear(&reply);
-    return status;
+    OWN(test_reply, clear) reply;
+    return teaches(server, address, room, method, rest, body, &reply);
 }
 
 static int teacher(const struct test_server *server, const struct room *room, const char *method,
@@ -117,7 +113,7 @@ static int make_from(const struct test_server *server, const char *address, stru
 static void guesses(struct place *place) {
     struct room room, made, taught, joined;
     char address[32];
-    struct test_server *server = serve(place, NULL, NULL);
+    OWN(test_server, stop) *server = serve(place, NULL, NULL);
     if (!server || !make_from(server, "203.0.113.1", &room) ||
         !make_from(server, "203.0.113.1", &taught) || !make_from(server, "203.0.113.1", &joined) ||
         !make_from(server, "192.0.2.9", &made))
@@ -148,7 +144,6 @@ static void guesses(struct place *place) {
     CHECK_INT(join(server, "192.0.2.9", made.code, "Dan"), 201);
     CHECK_INT(join(server, "192.0.2.9", joined.code, "Dan"), 201);
     CHECK_INT(join(server, "192.0.2.9", taught.code, "Dan"), 201);
-    test_server_stop(&server);
 }
 
 TEST(a_right_code_gets_in_after_wrong_ones_which_alone_are_slowed) { place_on_both(guesses); }
@@ -158,11 +153,10 @@ TEST(a_right_code_gets_in_after_wrong_ones_which_alone_are_slowed) { place_on_bo
 /* how often a text occurs in what the teacher reads */
 static int reads(const struct test_server *server, const struct room *room, const char *rest,
                  const char *text) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int count = 0;
     CHECK_INT(teaches(server, "203.0.113.1", room, "GET", rest, NULL, &reply), 200);
     for (const char *at = reply.body; at && (at = strstr(at, text)); at++) count++;
-    test_reply_clear(&reply);
     return count;
 }
 
@@ -171,7 +165,7 @@ static void names(struct place *place) {
                                        "\xef\xbc\xa1nna"};
     struct room room;
     struct test_reply reply;
-    struct test_server *server = serve(place, NULL, NULL);
+    OWN(test_server, stop) *server = serve(place, NULL, NULL);
     if (!server || !CHECK_INT(make(server, "203.0.113.1", "", &room), 201)) return;
     for (int i = 0; i < 5; i++) CHECK_INT(join(server, "203.0.113.2", room.code, anna[i]), 201);
     CHECK_INT(join(server, "203.0.113.2", room.code, "\xe2\x80\x8b\xe2\x81\xa0"), 422);
@@ -198,14 +192,13 @@ static void names(struct place *place) {
     CHECK(reply.body && !strncmp(reply.body, "\xef\xbb\xbfitem,", 8));
     test_reply_clear(&reply);
     CHECK_INT(teacher(server, &room, "GET", "/table?decimal=dot", NULL), 422);
-    test_server_stop(&server);
 }
 
 TEST(a_nickname_that_looks_like_another_is_numbered_wherever_it_is_read) { place_on_both(names); }
 
 static void crowds(struct place *place) {
     struct room room;
-    struct test_server *server = serve(place, "--max-class-pupils", "100");
+    OWN(test_server, stop) *server = serve(place, "--max-class-pupils", "100");
     if (!server || !CHECK_INT(make(server, "203.0.113.1", "", &room), 201)) return;
     for (int i = 0; i < 40; i++) CHECK_INT(join(server, "198.51.100.1", room.code, "Anna"), 201);
     CHECK_INT(join(server, "198.51.100.1", room.code, "Anna"), 429);
@@ -225,7 +218,6 @@ static void crowds(struct place *place) {
     CHECK_INT(reads(server, &room, "", "\"nickname\":"), 2);
     CHECK_INT(reads(server, &room, "", "\"pupils\":2,"), 1);
     CHECK_INT(join(server, "198.51.100.1", room.code, "Eli"), 201);
-    test_server_stop(&server);
 }
 
 TEST(an_address_has_a_share_of_a_room_and_many_pupils_go_at_once) { place_on_both(crowds); }
@@ -332,10 +324,9 @@ static int streams(const struct test_server *server, const char *root, int count
     snprintf(line, sizeof line, "\npendulumd_event_streams %d\n", count);
     for (double end = test_clock() + TEST_PATIENCE; !there && test_clock() < end;
          test_sleep(0.02)) {
-        struct test_reply reply;
+        OWN(test_reply, clear) reply;
         CHECK_INT(test_request(server, &reply, "GET", "/metrics", root, NULL), 200);
         there = reply.body && strstr(reply.body, line) != NULL;
-        test_reply_clear(&reply);
     }
     return CHECK_SAYING(there, "%s", line);
 }

@@ -39,10 +39,9 @@ static int as(const struct test_server *server, const struct member *who, const 
 /* the same, of which only the status is used */
 static int does(const struct test_server *server, const struct member *who, const char *method,
                 const char *rest, const char *body) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = as(server, who, method, rest, body, &reply);
     if (status >= 400) ask_problem(&reply, status, NULL);
-    test_reply_clear(&reply);
     return status;
 }
 
@@ -59,35 +58,32 @@ static void member_read(const struct test_reply *reply, struct member *who) {
 }
 
 static int open_room(const struct test_server *server, struct member *teacher) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     *teacher = (struct member){.path = "/v1/classes"};
     int status = as(server, teacher, "POST", "", "{\"hours\":1}", &reply);
     if (CHECK_INT(status, 201)) member_read(&reply, teacher);
-    test_reply_clear(&reply);
     return status == 201;
 }
 
 static int join(const struct test_server *server, const struct member *teacher,
                 const char *nickname, struct member *who) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     char body[160];
     *who = (struct member){.pupil = 0};
     memcpy(who->path, teacher->path, sizeof who->path);
     snprintf(body, sizeof body, "{\"nickname\":\"%s\"}", nickname);
     int status = as(server, who, "POST", "/pupils", body, &reply);
     if (status == 201) member_read(&reply, who);
-    test_reply_clear(&reply);
     return status;
 }
 
 /* how often a text occurs in what a member reads */
 static int reads(const struct test_server *server, const struct member *who, const char *rest,
                  const char *text) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int count = 0;
     CHECK_INT(as(server, who, "GET", rest, NULL, &reply), 200);
     for (const char *at = reply.body; (at = strstr(at, text)); at++) count++;
-    test_reply_clear(&reply);
     return count;
 }
 
@@ -179,7 +175,7 @@ static void lesson_hands_in(const struct test_server *server, const struct membe
 
 static void a_lesson(struct place *place) {
     struct member teacher, pupil[3];
-    struct test_server *server = serve(place);
+    OWN(test_server, stop) *server = serve(place);
     if (!server || !open_room(server, &teacher)) return;
     static const char *const names[] = {"Ada", "<script>alert(1)</script>", "Z\xc3\xb6\xc3\xab"};
     for (int i = 0; i < 3; i++) {
@@ -218,7 +214,6 @@ static void a_lesson(struct place *place) {
     }
     CHECK(!strstr(ear[2].text, "stages/2") && !strstr(ear[2].text, "pupils/2"));
     CHECK_INT(does(server, &teacher, "GET", "", NULL), 404);
-    test_server_stop(&server);
 }
 
 TEST(a_lesson_goes_through_with_the_mistakes_of_a_teacher) { place_on_both(a_lesson); }
@@ -265,10 +260,10 @@ TEST(a_class_loses_nothing_when_a_process_dies) { place_on_both(two_processes); 
 static void twice(struct place *place) {
     struct member teacher = {.path = "/v1/classes", .token = "0123456789abcdef0123456789abcdef"},
                   again = teacher, pupil = {.token = "fedcba9876543210fedcba9876543210"};
-    struct test_server *server = serve(place);
+    OWN(test_server, stop) *server = serve(place);
     if (!server) return;
     for (int i = 0; i < 2; i++) {
-        struct test_reply reply;
+        OWN(test_reply, clear) reply;
         struct member *who = i ? &again : &teacher;
         CHECK_INT(test_request(server, &reply, "POST", "/v1/classes",
                                "Authorization: Bearer 0123456789abcdef0123456789abcdef\r\n"
@@ -276,22 +271,20 @@ static void twice(struct place *place) {
                                "{}"),
                   201);
         member_read(&reply, who);
-        test_reply_clear(&reply);
     }
     CHECK_TEXT(again.path, teacher.path);
     memcpy(pupil.path, teacher.path, sizeof pupil.path);
     for (int i = 0; i < 2; i++) {
-        struct test_reply reply;
+        OWN(test_reply, clear) reply;
         CHECK_INT(as(server, &pupil, "POST", "/pupils", "{\"nickname\":\"Ada\"}", &reply), 201);
         CHECK(strstr(reply.body, "\"pupil\":1,") && !strstr(reply.body, "token\""));
         test_reply_clear(&reply);
         CHECK_INT(as(server, &pupil, "PUT", "/stages/own", "{\"state\":\"done\"}", &reply), 200);
         CHECK_TEXT(reply.body, "{\"version\":2}");
-        test_reply_clear(&reply);
     }
     CHECK_INT(does(server, &teacher, "POST", "/pupils", "{\"nickname\":\"T\"}"), 403);
     /* if Authorization is used for something else, a room's token has a field of its own */
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     char path[80];
     snprintf(path, sizeof path, "%s/pupils", teacher.path);
     static const char both[] = "Authorization: Bearer 0123456789abcdef0123456789abcdef\r\n"
@@ -303,8 +296,6 @@ static void twice(struct place *place) {
     }
     CHECK_INT(test_request(server, &reply, "GET", teacher.path, "Class-Token: x\r\n", NULL), 401);
     ask_problem(&reply, 401, NULL);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(what_a_class_sends_twice_is_done_once) { place_on_both(twice); }
@@ -376,10 +367,10 @@ out:
 TEST(a_stream_of_a_room_is_whole_when_the_room_is_gone) {
     struct member teacher;
     struct test_reply reply;
-    struct place place;
+    OWN(place, end) place;
     char path[80];
     if (!place_begin(&place, 0)) return;
-    struct test_server *server = serve(&place);
+    OWN(test_server, stop) *server = serve(&place);
     if (server && open_room(server, &teacher)) {
         CHECK_INT(does(server, &teacher, "PUT", "/stages/class", "{\"frozen\":true}"), 200);
         CHECK(ear_open(&ear[0], server, &teacher, NULL));
@@ -395,16 +386,12 @@ TEST(a_stream_of_a_room_is_whole_when_the_room_is_gone) {
         ask_problem(&reply, 422, "/hours");
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }
 
 TEST(a_server_that_keeps_nothing_has_no_rooms) {
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     CHECK_INT(ask(server, &reply, "/v1/classes", "{}"), 404);
     ask_problem(&reply, 404, NULL);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }

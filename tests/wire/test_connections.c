@@ -20,17 +20,16 @@ static char *message(const char *path, const char *body) {
 }
 
 static int still_healthy(struct test_server *server) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = ask(server, &reply, "/v1/trees", ASK_LITTLE);
-    test_reply_clear(&reply);
     return status == 200;
 }
 
 TEST(one_connection_serves_many_requests) {
-    struct test_server *server = test_server_start(NULL);
-    struct test_client client;
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
     struct test_reply reply;
-    char *text = message("/v1/trees", ASK_LITTLE);
+    OWN_MEMORY char *text = message("/v1/trees", ASK_LITTLE);
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
     for (int i = 0; i < 200; i++) {
@@ -39,24 +38,20 @@ TEST(one_connection_serves_many_requests) {
         CHECK(reply.keep_alive);
         test_reply_clear(&reply);
     }
-    free(text);
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(pipelined_requests_are_answered_in_their_order) {
-    struct test_server *server = test_server_start(NULL);
-    struct test_client client;
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
     struct test_reply reply;
     enum { COUNT = 20 };
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
     /* slow and fast ones mixed: the fast ones must not overtake */
     for (int i = 0; i < COUNT; i++) {
-        char *text =
+        OWN_MEMORY char *text =
             i % 5 ? message("/v1/trees", ASK_LITTLE) : message("/v1/trajectories", ASK_EXAMPLE);
         test_client_say(&client, text);
-        free(text);
     }
     for (int i = 0; i < COUNT; i++) {
         if (!CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200)) break;
@@ -64,13 +59,11 @@ TEST(pipelined_requests_are_answered_in_their_order) {
                      "answer %d is another's", i);
         test_reply_clear(&reply);
     }
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(an_answer_to_http_1_0_ends_with_the_connection) {
-    struct test_server *server = test_server_start(NULL);
-    struct test_client client;
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
     struct test_reply reply;
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
@@ -79,14 +72,12 @@ TEST(an_answer_to_http_1_0_ends_with_the_connection) {
     CHECK(!test_reply_header(&reply, "Transfer-Encoding"));
     test_reply_clear(&reply);
     CHECK(test_client_ended(&client, TEST_PATIENCE));
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(expect_100_continue_is_answered_before_the_body) {
-    struct test_server *server = test_server_start(NULL);
-    struct test_client client;
-    struct test_reply reply;
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
+    OWN(test_reply, clear) reply = {0};
     char head[256];
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
@@ -101,16 +92,13 @@ TEST(expect_100_continue_is_answered_before_the_body) {
     test_client_say(&client, ASK_LITTLE);
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK_INT(reply.interim, 1);
-    test_reply_clear(&reply);
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(a_request_that_drips_in_is_answered_all_the_same) {
-    struct test_server *server = test_server_start(NULL);
-    struct test_client client;
-    struct test_reply reply;
-    char *text = message("/v1/trees", ASK_LITTLE);
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
+    OWN(test_reply, clear) reply = {0};
+    OWN_MEMORY char *text = message("/v1/trees", ASK_LITTLE);
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
     for (size_t i = 0; text[i]; i++) {
@@ -118,14 +106,10 @@ TEST(a_request_that_drips_in_is_answered_all_the_same) {
         if (i % 16 == 0) test_sleep(0.002);
     }
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
-    test_reply_clear(&reply);
-    free(text);
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(many_half_requests_hold_nobody_up) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     enum { COUNT = 100 };
     struct test_client slow[COUNT];
     REQUIRE(server != NULL);
@@ -139,13 +123,12 @@ TEST(many_half_requests_hold_nobody_up) {
     }
     for (int i = 0; i < 20; i++) CHECK(still_healthy(server));
     for (int i = 0; i < COUNT; i++) test_client_close(&slow[i]);
-    test_server_stop(&server);
 }
 
 TEST(a_client_that_vanishes_leaves_no_computation_behind) {
     static const char *const options[] = {
         "--workers", "1", "--max-compute-seconds", "86400", "--max-steps", "1000000000000", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     REQUIRE(server != NULL);
     /* six that would take more than an hour each */
     for (int i = 0; i < 6; i++) {
@@ -159,14 +142,13 @@ TEST(a_client_that_vanishes_leaves_no_computation_behind) {
         ask_await(server, "pendulumd_computations", 0, 0);
     }
     CHECK(still_healthy(server));
-    test_server_stop(&server);
 }
 
 TEST(a_client_that_stops_reading_stalls_only_itself) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     enum { COUNT = 8 };
     struct test_client lazy[COUNT];
-    char *text =
+    OWN_MEMORY char *text =
         message("/v1/trajectories", "{\"pendulum\":" ASK_DOUBLE
                                     ",\"times\":{\"start\":0,\"stop\":10,\"count\":20001}}");
     REQUIRE(server != NULL);
@@ -180,8 +162,6 @@ TEST(a_client_that_stops_reading_stalls_only_itself) {
     CHECK_INT(test_client_receive(&lazy[0], &reply, 0, TEST_PATIENCE), 200);
     test_reply_clear(&reply);
     for (int i = 0; i < COUNT; i++) test_client_close(&lazy[i]);
-    free(text);
-    test_server_stop(&server);
 }
 
 struct crowd {
@@ -192,7 +172,7 @@ struct crowd {
 
 static void *crowd_member(void *context) {
     struct crowd *crowd = context;
-    struct test_client client;
+    OWN(test_client, close) client;
     struct test_reply reply;
     if (!test_client_open(&client, test_server_port(crowd->server))) return NULL;
     for (int i = 0; i < 10; i++) {
@@ -201,7 +181,6 @@ static void *crowd_member(void *context) {
             __atomic_add_fetch(&crowd->good, 1, __ATOMIC_RELAXED);
         test_reply_clear(&reply);
     }
-    test_client_close(&client);
     return NULL;
 }
 
@@ -226,7 +205,7 @@ TEST(requests_that_come_at_the_same_moment_are_all_answered) {
     static const int counts[] = {127, 128, 129, 256};
     enum { MOST = 256 };
     static struct test_client client[MOST];
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         int good = 0;
@@ -250,11 +229,10 @@ TEST(requests_that_come_at_the_same_moment_are_all_answered) {
                      counts[i], good - counts[i]);
         for (int k = 0; k < counts[i]; k++) test_client_close(&client[k]);
     }
-    test_server_stop(&server);
 }
 
 TEST(a_head_without_end_is_refused) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     struct test_client client;
     struct test_reply reply;
     char line[1024];
@@ -271,5 +249,4 @@ TEST(a_head_without_end_is_refused) {
     test_reply_clear(&reply);
     test_client_close(&client);
     CHECK(still_healthy(server));
-    test_server_stop(&server);
 }

@@ -98,9 +98,8 @@ static struct test_server *downloads_serve(const struct place *place, char id[ID
 /* others are computed for */
 static void downloads_compute(struct test_server *server) {
     for (int i = 0; i < 5; i++) {
-        struct test_reply reply;
+        OWN(test_reply, clear) reply;
         CHECK_INT(ask(server, &reply, "/v1/forces", ASK_LITTLE), 200);
-        test_reply_clear(&reply);
     }
 }
 
@@ -152,7 +151,7 @@ static void leaving(struct place *place, struct test_server *server, const char 
 
 /* the process that must end soon ends with a download in progress from a silent database */
 static void hurry(struct place *place, struct test_server *server, const char *id) {
-    struct download last;
+    OWN(download, end) last;
     REQUIRE(download_begin(&last, server, id));
     test_postgres_freeze(place->postgres, 1);
     CHECK(!download_read(&last, 0.3));
@@ -162,7 +161,6 @@ static void hurry(struct place *place, struct test_server *server, const char *i
     test_server_signal(server, SIGTERM);
     CHECK(download_read(&last, TEST_PATIENCE));
     test_postgres_freeze(place->postgres, 0);
-    download_end(&last);
 }
 
 /* the database ends, and restarts: the download is truncated, and can be repeated afterwards */
@@ -170,7 +168,7 @@ static void absence(struct place *place, struct test_server *server, const char 
                     const struct test_reply *whole) {
     const char *body;
     struct download download;
-    struct test_reply again;
+    OWN(test_reply, clear) again = {0};
     REQUIRE(download_begin(&download, server, id));
     test_postgres_halt(place->postgres, SIGQUIT);
     CHECK(download_read(&download, TEST_PATIENCE));
@@ -182,14 +180,13 @@ static void absence(struct place *place, struct test_server *server, const char 
     CHECK_INT(job_get(server, &again, id, "/results", OCTETS), 200);
     CHECK(again.body_bytes == whole->body_bytes &&
           !memcmp(again.body, whole->body, whole->body_bytes));
-    test_reply_clear(&again);
 }
 
 /* on PostgreSQL, which alone can stop responding: one job of many pieces is used for all of it */
 TEST(downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits) {
-    struct place place;
+    OWN(place, end) place = {0};
     struct test_server *server = NULL;
-    struct test_reply whole = {0};
+    OWN(test_reply, clear) whole = {0};
     char id[ID + 1];
     if (access("/usr/lib/postgresql", F_OK)) {
         test_skip("PostgreSQL is not installed");
@@ -205,8 +202,6 @@ TEST(downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits) 
         hurry(&place, server, id);
         stop_after_deaths(&server);
     }
-    test_reply_clear(&whole);
-    place_end(&place);
 }
 
 /* the job is deleted in the middle of the download: it is truncated, and missing for the next */
@@ -215,7 +210,7 @@ static void deletion(struct place *place) {
     const char *body;
     struct download download;
     struct test_reply reply;
-    struct test_server *server = downloads_serve(place, id);
+    OWN(test_server, stop) *server = downloads_serve(place, id);
     if (!server) return;
     REQUIRE(download_begin(&download, server, id));
     /* the figures are a second old */
@@ -231,7 +226,6 @@ static void deletion(struct place *place) {
     CHECK_INT(job_get(server, &reply, id, "/results", OCTETS), 409);
     test_reply_clear(&reply);
     downloads_compute(server);
-    test_server_stop(&server);
 }
 
 TEST(a_job_that_is_deleted_in_mid_download_cuts_it) { place_on_both(deletion); }

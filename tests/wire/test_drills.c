@@ -87,7 +87,7 @@ static void *drill_client(void *context) {
     int kind = 0;
     while (drill_open(&client, drill->port)) {
         for (int more = 1; more;) {
-            struct test_reply reply;
+            OWN(test_reply, clear) reply = {0};
             int number = count_up(&drill->number);
             if (!drill_say(drill, &client, kind++ % KINDS, number)) break;
             int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
@@ -97,7 +97,6 @@ static void *drill_client(void *context) {
             if (!status && !reply.head)
                 drill->number_untold[count_up(&drill->untold) % UNTOLD] = number;
             more = status && reply.keep_alive;
-            test_reply_clear(&reply);
         }
         test_client_close(&client);
     }
@@ -107,7 +106,7 @@ static void *drill_client(void *context) {
 TEST(told_to_end_under_load_it_answers_everything_that_it_took) {
     static struct drill drill;
     pthread_t thread[CLIENTS];
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     drill = (struct drill){
         .port = test_server_port(server),
@@ -137,13 +136,12 @@ TEST(told_to_end_under_load_it_answers_everything_that_it_took) {
         snprintf(id, sizeof id, "\"drill-%06d\"", drill.number_untold[i]);
         CHECK_SAYING(!strstr(log, id), "request %s was taken and not answered", id);
     }
-    test_server_stop(&server);
 }
 
 /* --- killed --- */
 
 TEST(killed_under_load_it_starts_again_on_its_port) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     struct test_client client[8];
     struct test_reply reply;
     char address[40], text[2048];
@@ -162,7 +160,6 @@ TEST(killed_under_load_it_starts_again_on_its_port) {
     CHECK_INT(ask(server, &reply, "/v1/trajectories", ASK_EXAMPLE), 200);
     test_reply_clear(&reply);
     for (int i = 0; i < 8; i++) test_client_close(&client[i]);
-    test_server_stop(&server);
 }
 
 /* --- asked often --- */
@@ -171,7 +168,7 @@ TEST(killed_under_load_it_starts_again_on_its_port) {
  * in the middle of an answer */
 static int ask_often(struct test_server *server, char text[][2048], const int status[], int kinds,
                      int count) {
-    struct test_client client = {.fd = -1};
+    OWN(test_client, close) client = {.fd = -1};
     struct test_reply reply;
     int good = 0;
     for (int i = 0; i < count; i++) {
@@ -186,7 +183,6 @@ static int ask_often(struct test_server *server, char text[][2048], const int st
         if (!reply.keep_alive || i % 41 == 40) test_client_close(&client);
         test_reply_clear(&reply);
     }
-    test_client_close(&client);
     return good;
 }
 
@@ -213,7 +209,7 @@ TEST(twenty_thousand_mixed_requests_leave_no_memory_behind) {
     };
     static const char *const options[] = {"--access-log", "off", NULL};
     int status[KINDS_ASKED];
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     REQUIRE(server != NULL);
     for (int i = 0; i < KINDS_ASKED; i++) {
         message(text[i], sizeof text[i], kind[i].path, kind[i].accept, kind[i].body);
@@ -225,7 +221,6 @@ TEST(twenty_thousand_mixed_requests_leave_no_memory_behind) {
     double grown = resident(server) - before;
     CHECK(before > 0);
     if (!SANITIZED) CHECK_SAYING(grown < 1e6, "%.0f bytes more after the second half", grown);
-    test_server_stop(&server);
 }
 
 /* --- streams that nobody reads --- */
@@ -233,7 +228,7 @@ TEST(twenty_thousand_mixed_requests_leave_no_memory_behind) {
 TEST(streams_that_nobody_reads_hold_little_and_end_with_their_clients) {
     static const char *const options[] = {"--workers", "2", "--max-samples", "10000000", NULL};
     enum { COUNT = 6 };
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     struct test_client lazy[COUNT];
     struct test_reply reply;
     char text[2048];
@@ -281,5 +276,4 @@ TEST(streams_that_nobody_reads_hold_little_and_end_with_their_clients) {
     printf("  %d streams that nobody read held %.1f MB, and were over %.0f ms after their clients "
            "left\n",
            COUNT, held / 1e6, gone * 1e3);
-    test_server_stop(&server);
 }

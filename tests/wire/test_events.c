@@ -120,7 +120,7 @@ TEST(a_listener_hears_every_step_of_a_job_and_its_end) { place_on_both(a_course)
 static void a_silence(struct place *place) {
     char id[ID + 1];
     struct test_reply reply;
-    struct test_server *api = place_serve(place, "api", "0.1", NULL, NULL);
+    OWN(test_server, stop) *api = place_serve(place, "api", "0.1", NULL, NULL);
     if (!api) return;
     CHECK_INT(submit(api, "/v1/trajectories", ASYNC, JOB, id), 202);
     CHECK(ear_open(&ear[0], api, id, "") &&
@@ -139,13 +139,11 @@ static void a_silence(struct place *place) {
           ear_hear(&ear[1], "\"status\":\"dismissed\""));
     CHECK(ear_hear(&ear[0], NULL) && ear_hear(&ear[1], NULL));
     for (int i = 0; i < 2; i++) test_client_close(&ear[i].client);
-    test_server_stop(&api);
 }
 
 TEST(a_silent_stream_has_a_heartbeat) {
-    struct place place;
+    OWN(place, end) place;
     if (place_begin(&place, 0)) a_silence(&place);
-    place_end(&place);
 }
 
 static double here_of(const struct test_server *server, double wanted) {
@@ -157,7 +155,7 @@ static double here_of(const struct test_server *server, double wanted) {
 }
 
 TEST(streams_are_counted_and_a_client_has_its_share) {
-    struct place place;
+    OWN(place, end) place;
     char id[ID + 1];
     enum { SHARE = 2, MOST = 8 };
     static struct ear crowd[MOST];
@@ -166,7 +164,7 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
     const char *const options[] = {
         "--store", place.url,         "--role",      "api", "--max-event-streams",
         "8",       "--trusted-proxy", "127.0.0.0/8", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, drop) *server = test_server_start(options);
     if (server && CHECK_INT(submit(server, "/v1/trajectories", ASYNC, JOB, id), 202)) {
         for (int i = 0; i < MOST; i++) {
             char from[64];
@@ -203,18 +201,17 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
         test_client_close(&crowd[0].client);
         CHECK_INT(test_server_wait(server), 0);
     }
-    test_server_drop(&server);
-    place_end(&place);
 }
 
 /* many who do not read what they requested: the job and others do not wait for them */
 TEST(listeners_that_do_not_read_cost_nothing) {
-    struct place place;
+    OWN(place, end) place;
     char id[ID + 1], word[WORDS];
     enum { MANY = 30 };
     static struct test_client deaf[MANY];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, "all", "0.01", "--max-event-streams", "200");
+    OWN(test_server, stop) *server =
+        place_serve(&place, "all", "0.01", "--max-event-streams", "200");
     if (server && CHECK_INT(submit(server, "/v1/trajectories", ASYNC, JOB, id), 202)) {
         for (int i = 0; i < MANY; i++) {
             char text[256];
@@ -229,6 +226,4 @@ TEST(listeners_that_do_not_read_cost_nothing) {
         for (int i = 0; i < MANY; i++) test_client_close(&deaf[i]);
         CHECK(here_of(server, 0) == 0);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }

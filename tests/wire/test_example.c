@@ -41,9 +41,9 @@ TEST(paper_example_over_http_agrees_with_the_reference_at_all_its_instants) {
     static double row[ROWS][COLUMNS];
     static const char *const name[] = {"phi", "phid", "lambda"};
     static const double tolerance[] = {2e-10, 5e-10, 8e-10};
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(golden(row));
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     CHECK_INT(ask(server, &reply, "/v1/trajectories", ASK_EXAMPLE), 200);
     cJSON *answer = ask_json(&reply);
@@ -61,13 +61,11 @@ TEST(paper_example_over_http_agrees_with_the_reference_at_all_its_instants) {
         CHECK(largest > 1);
     }
     cJSON_Delete(answer);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(paper_example_comes_bit_for_bit_the_same_twice) {
-    struct test_reply first, second;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) first = {0}, second = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     ask(server, &first, "/v1/trajectories", ASK_EXAMPLE);
     ask(server, &second, "/v1/trajectories", ASK_EXAMPLE);
@@ -77,16 +75,13 @@ TEST(paper_example_comes_bit_for_bit_the_same_twice) {
     CHECK(end_first && end_second && end_first - first.body == end_second - second.body);
     CHECK(end_first && end_second &&
           !memcmp(first.body, second.body, (size_t)(end_first - first.body)));
-    test_reply_clear(&first);
-    test_reply_clear(&second);
-    test_server_stop(&server);
 }
 
 TEST(ode23_with_its_defaults_is_as_far_off_as_matlab_is) {
     static double row[ROWS][COLUMNS];
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(golden(row));
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     CHECK_INT(ask(server, &reply, "/v1/trajectories",
                   "{\"pendulum\":" ASK_FOUR_ARMS
@@ -99,6 +94,4 @@ TEST(ode23_with_its_defaults_is_as_far_off_as_matlab_is) {
     for (int k = 0; k < ARMS; k++) off = fmax(off, fabs(ask_at(phi, 500, k) - row[50][1 + k]));
     CHECK_SAYING(off > 0.02 && off < 0.5, "at t = 5 phi is off by %.3f", off);
     cJSON_Delete(answer);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }

@@ -23,29 +23,27 @@ static int post(const struct test_server *server, const char *headers, int span,
 
 static int drop(const struct test_server *server, const char *kind, const char *id,
                 const char *headers) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     char path[96];
     snprintf(path, sizeof path, "/v1/%s/%s", kind, id);
     int status = test_request(server, &reply, "DELETE", path, headers, NULL);
     if (status == 401) CHECK(test_reply_header(&reply, "WWW-Authenticate") != NULL);
     if (status >= 400) ask_problem(&reply, status, NULL);
-    test_reply_clear(&reply);
     return status;
 }
 
 /* the status of a list; checks that it contains so many of these ids */
 static int listed(const struct test_server *server, const char *headers, const char *id) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = test_request(server, &reply, "GET", "/v1/jobs", headers, NULL);
     int there = status == 200 && strstr(reply.body, id) != NULL;
-    test_reply_clear(&reply);
     return status == 200 ? there : -status;
 }
 
 static void two_tokens(struct place *place) {
     struct test_reply reply;
     char alices[ID + 1], bobs[ID + 1], again[ID + 1], word[WORDS];
-    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", NULL, NULL);
     if (!server) return;
     /* one key of two clients is two keys, even with another request */
     CHECK_INT(post(server, ALICE KEYED, 1, alices), 202);
@@ -85,14 +83,13 @@ static void two_tokens(struct place *place) {
     CHECK(strcmp(again, alices) != 0);
     job_wait(server, again, word);
     CHECK_TEXT(word, "successful");
-    test_server_stop(&server);
 }
 
 TEST(two_tokens_cannot_see_or_end_each_others_jobs) { place_on_both(two_tokens); }
 
 static int scene(const struct test_server *server, const char *headers, const char *title,
                  char id[ID + 1]) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     char body[400];
     snprintf(body, sizeof body, "{\"title\":\"%s\",\"request\":{\"pendulum\":%s,\"times\":[0,1]}}",
              title, ASK_DOUBLE);
@@ -101,22 +98,19 @@ static int scene(const struct test_server *server, const char *headers, const ch
     id[0] = 0;
     if (status == 201 && CHECK(location && strlen(location) == 11 + ID))
         memcpy(id, location + 11, ID + 1);
-    test_reply_clear(&reply);
     return status;
 }
 
 static int scene_there(const struct test_server *server, const char *id) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     char path[96];
     snprintf(path, sizeof path, "/v1/scenes/%s", id);
-    int status = test_request(server, &reply, "GET", path, "", NULL);
-    test_reply_clear(&reply);
-    return status;
+    return test_request(server, &reply, "GET", path, "", NULL);
 }
 
 static void scenes_of_two(struct place *place) {
     char one[ID + 1], two[ID + 1], open[ID + 1], again[ID + 1];
-    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", NULL, NULL);
     if (!server) return;
     CHECK_INT(scene(server, ALICE, "one", one), 201);
     CHECK_INT(scene(server, "", "open", open), 201);
@@ -139,7 +133,6 @@ static void scenes_of_two(struct place *place) {
     CHECK_INT(scene(server, BOB, "one", again), 201);
     CHECK_INT(scene_there(server, again), 200);
     CHECK_INT(scene_there(server, open), 200);
-    test_server_stop(&server);
 }
 
 TEST(a_scene_is_taken_away_by_its_makers_and_nobody_else) { place_on_both(scenes_of_two); }
@@ -164,8 +157,8 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
         "Bearer abcdefghijklmnopqrstuv", "BEARER   0123456789abcdef0123456789abcdef",
         "bearer eyJhbGciOi.eyJzdWIiOiIx_~+/-MjM0NTY3ODkw==", "Basic YWxhZGRpbjpvcGVuc2VzYW1l",
         "Digest x"};
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     char headers[160];
     if (!server) return;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -191,8 +184,6 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
         test_reply_clear(&reply);
     }
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", ALICE BOB, ASK_LITTLE), 400);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 #define KKK                                                                                        \
@@ -209,9 +200,9 @@ static struct test_server *behind(const struct place *place, const char *header,
 }
 
 static void accounts(struct place *place) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     char alices[ID + 1], bobs[ID + 1];
-    struct test_server *server = behind(place, "X-Account", NULL, NULL);
+    OWN(test_server, stop) *server = behind(place, "X-Account", NULL, NULL);
     if (!server) return;
     CHECK_INT(post(server, "X-Account: " KKK "alice\r\n", 1, alices), 202);
     CHECK_INT(post(server, "X-Account: " KKK "bob\r\n", 1, bobs), 202);
@@ -230,15 +221,13 @@ static void accounts(struct place *place) {
     ask_problem(&reply, 400, NULL);
     test_reply_clear(&reply);
     CHECK_INT(test_request(server, &reply, "GET", "/readyz", "", NULL), 200);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(accounts_of_a_proxy_are_compared_whole) { place_on_both(accounts); }
 
 static void addresses(struct place *place) {
     char first[ID + 1], second[ID + 1], third[ID + 1];
-    struct test_server *server = behind(place, "X-Forwarded-For", NULL, NULL);
+    OWN(test_server, stop) *server = behind(place, "X-Forwarded-For", NULL, NULL);
     if (!server) return;
     CHECK_INT(post(server, "X-Forwarded-For: 192.0.2.1\r\n", 1, first), 202);
     CHECK_INT(post(server, "X-Forwarded-For: 2001:db8:1:2::1\r\n", 1, second), 202);
@@ -255,7 +244,6 @@ static void addresses(struct place *place) {
     /* a token is the same client from any address */
     CHECK_INT(listed(server, "X-Forwarded-For: 198.51.100.7\r\n" ALICE, third), 1);
     CHECK_INT(drop(server, "jobs", third, "X-Forwarded-For: 198.51.100.7\r\n" ALICE), 200);
-    test_server_stop(&server);
 }
 
 TEST(a_job_without_a_token_is_its_addresss_and_a_token_is_nobodys_address) {
@@ -281,7 +269,7 @@ static int listens(const struct test_server *server, struct test_client *client,
 }
 
 TEST(event_streams_are_counted_by_client_and_by_network) {
-    struct place place;
+    OWN(place, end) place;
     struct test_client client[12];
     char id[ID + 1], headers[128];
     REQUIRE(place_begin(&place, 0));
@@ -289,7 +277,7 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
     const char *const options[] = {
         "--store", place.url,         "--role",    "api", "--max-event-streams",
         "8",       "--trusted-proxy", "127.0.0.1", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     if (server) {
         CHECK_INT(post(server, "", 1, id), 202);
         /* a quarter of eight for a client; eight addresses of one network are one */
@@ -309,8 +297,6 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
         CHECK_INT(listens(server, &client[8], id, "X-Forwarded-For: 2001:db8:1:3::1\r\n"), 200);
         for (int i = 0; i < 9; i++) test_client_close(&client[i]);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }
 
 /* 1 if a file, or its write-ahead log, contains a text */
@@ -338,11 +324,11 @@ static int file_has(const char *path, const char *text) {
 
 TEST(tokens_accounts_and_addresses_are_nowhere_in_clear_but_addresses_in_the_log) {
     static const char *const secrets[] = {"alice-Zm9v", KKK};
-    struct place place;
+    OWN(place, end) place;
     struct test_reply reply;
     char id[ID + 1], path[128], sought[ID + 8];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = behind(&place, "X-Account", NULL, NULL);
+    OWN(test_server, drop) *server = behind(&place, "X-Account", NULL, NULL);
     if (server) {
         CHECK_INT(post(server, "X-Account: " KKK "alice\r\n" ALICE, 1, id), 202);
         CHECK_INT(scene(server, "X-Account: " KKK "alice\r\n" KEYED, "mine", id), 201);
@@ -366,18 +352,17 @@ TEST(tokens_accounts_and_addresses_are_nowhere_in_clear_but_addresses_in_the_log
                      "%s", log);
         CHECK(strstr(log, "\"client\":\"127.0.0.1\"") != NULL);
     }
-    test_server_drop(&server);
-    place_end(&place);
 }
 
 /* a list and a deletion cost the store something: they count like computations; reading by id does
  * not */
 TEST(lists_and_ends_count_for_the_quota_of_requests) {
-    struct place place;
+    OWN(place, end) place;
     struct test_reply reply;
     char id[ID + 1];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, "all", "1", "--max-requests-a-minute", "3");
+    OWN(test_server, stop) *server =
+        place_serve(&place, "all", "1", "--max-requests-a-minute", "3");
     if (server) {
         CHECK_INT(post(server, ALICE, 1, id), 202);
         CHECK_INT(listed(server, ALICE, id), 1);
@@ -392,6 +377,4 @@ TEST(lists_and_ends_count_for_the_quota_of_requests) {
         /* another token of the address has a quota of its own */
         CHECK_INT(listed(server, BOB, id), 0);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }

@@ -61,7 +61,7 @@ static void check_same(struct test_reply *one, struct test_reply *two, const cha
 /* one request whose reply, possibly not text, is not recorded; with a body it is a POST */
 static int fetch(const struct test_server *server, struct test_reply *reply, const char *path,
                  const char *accept, const char *body) {
-    struct test_client client;
+    OWN(test_client, close) client;
     static char text[16384];
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, test_server_port(server))) return 0;
@@ -71,9 +71,7 @@ static int fetch(const struct test_server *server, struct test_reply *reply, con
              "Content-Length: %zu\r\n\r\n%s",
              body ? "POST" : "GET", path, accept, body ? strlen(body) : 0, body ? body : "");
     test_client_say(&client, text);
-    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
-    test_client_close(&client);
-    return status;
+    return test_client_receive(&client, reply, 0, TEST_PATIENCE);
 }
 
 static const struct {
@@ -125,7 +123,7 @@ static const struct {
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static void answers_are_the_same(struct place *place) {
-    struct test_server *server = place_serve(place, "all", "0.05", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "all", "0.05", NULL, NULL);
     if (!server) return;
     for (int i = 0; i < KINDS; i++) {
         char id[ID + 1], word[WORDS];
@@ -136,7 +134,7 @@ static void answers_are_the_same(struct place *place) {
         CHECK_INT(job_get(server, &reply, id, "/results", ""), 200);
         test_reply_clear(&reply);
         for (int a = 0; a < 5 && kinds[i].accept[a]; a++) {
-            struct test_reply now, kept;
+            OWN(test_reply, clear) now, kept;
             const char *accept = kinds[i].accept[a];
             char path[96];
             snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
@@ -150,18 +148,15 @@ static void answers_are_the_same(struct place *place) {
                   !strcmp(tag + 2, test_reply_header(&kept, "ETag")));
             CHECK_TEXT(test_reply_header(&kept, "Accept-Ranges"), "bytes");
             check_same(&now, &kept, kinds[i].accept[a]);
-            test_reply_clear(&now);
-            test_reply_clear(&kept);
         }
     }
-    test_server_stop(&server);
 }
 
 /* the HTTP side of a range: fields, conditions, and that a coding is omitted */
 static void ranges(struct place *place) {
     char id[ID + 1], word[WORDS], headers[256], text[64];
-    struct test_reply whole, reply;
-    struct test_server *server = place_serve(place, "all", "0.05", NULL, NULL);
+    OWN(test_reply, clear) whole = {0}, reply = {0};
+    OWN(test_server, stop) *server = place_serve(place, "all", "0.05", NULL, NULL);
     if (!server) return;
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id), 202);
     job_wait(server, id, word);
@@ -228,9 +223,6 @@ static void ranges(struct place *place) {
                       "Accept: application/octet-stream\r\nRange: bytes=8-15\r\n"),
               206);
     CHECK(reply.body_bytes == 8 && !reply.trailer && test_reply_header(&reply, "Content-Length"));
-    test_reply_clear(&reply);
-    test_reply_clear(&whole);
-    test_server_stop(&server);
 }
 
 TEST(results_come_in_ranges_as_well) { place_on_both(ranges); }
@@ -240,16 +232,15 @@ TEST(results_of_a_job_are_those_of_a_request_bit_for_bit) { place_on_both(answer
 /* a problem of that status for a method and a path */
 static void refused(const struct test_server *server, const char *method, const char *path,
                     const char *headers, const char *body, int status) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     test_request(server, &reply, method, path, headers, body);
     ask_problem(&reply, status, NULL);
-    test_reply_clear(&reply);
 }
 
 static void refusals(struct place *place) {
     char id[ID + 1], again[ID + 1], path[64], word[WORDS];
     struct test_reply reply;
-    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", NULL, NULL);
     if (!server) return;
     CHECK_INT(
         submit(server, "/v1/trajectories", ASYNC "Idempotency-Key: \"one\"\r\n", ask_long(1e6), id),
@@ -288,13 +279,12 @@ static void refusals(struct place *place) {
     CHECK_TEXT(word, "dismissed");
     path[9 + ID] = '/';
     refused(server, "GET", path, "", NULL, 409);
-    test_server_stop(&server);
 }
 
 static void failures(struct place *place) {
     char id[ID + 1], word[WORDS];
-    struct test_reply reply;
-    struct test_server *server = place_serve(place, "all", "1", "--max-client-jobs", "1");
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", "--max-client-jobs", "1");
     if (!server) return;
     /* found during the computation */
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
@@ -328,8 +318,6 @@ static void failures(struct place *place) {
     CHECK_TEXT(word, "failed");
     CHECK_INT(job_get(server, &reply, id, "", ""), 200);
     CHECK_SAYING(strstr(reply.body, "max-client-bytes") != NULL, "it says %s", reply.body);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(a_job_that_fails_says_why) { place_on_both(failures); }
@@ -393,7 +381,7 @@ static void forgotten(struct place *place) {
     char id[ID + 1];
     struct test_reply reply;
     int status = 0;
-    struct test_server *server = place_serve(place, "all", "1", "--keep-seconds", "1");
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", "--keep-seconds", "1");
     if (!server) return;
     CHECK_INT(submit(server, "/v1/forces", ASYNC, ASK_LITTLE, id), 202);
     for (double end = test_clock() + TEST_PATIENCE; status != 404 && test_clock() < end;
@@ -402,7 +390,6 @@ static void forgotten(struct place *place) {
         test_reply_clear(&reply);
     }
     CHECK_INT(status, 404);
-    test_server_stop(&server);
 }
 
 TEST(a_job_is_forgotten_when_it_was_kept_for_its_time) { place_on_both(forgotten); }
@@ -413,7 +400,7 @@ static void padding(struct place *place) {
     char id[ID + 1], path[64];
     struct test_reply reply;
     const char *little = ASK_LITTLE;
-    struct test_server *server = place_serve(place, "api", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "api", "1", NULL, NULL);
     if (!server) return;
     memset(body, ' ', sizeof body - 1);
     memcpy(body, little, 1);
@@ -425,7 +412,6 @@ static void padding(struct place *place) {
     CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
     test_reply_clear(&reply);
     CHECK(ask_await(server, "pendulumd_store_bytes", 1024, 1024));
-    test_server_stop(&server);
 }
 
 TEST(a_request_is_kept_without_its_blanks_and_not_after_its_job) { place_on_both(padding); }
@@ -474,10 +460,10 @@ TEST(ensembles_that_make_no_sense_make_no_job) {
          "/grid/0/arm"},
         {"\"states\":[{}],\"observables\":[\"colour\"]", "/observables/0"},
     };
-    struct place place;
+    OWN(place, end) place;
     struct test_reply reply;
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(&place, "all", "1", NULL, NULL);
     for (size_t i = 0; server && i < sizeof bad / sizeof *bad; i++) {
         char body[512];
         snprintf(body, sizeof body, "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,%s}", bad[i].rest);
@@ -486,8 +472,6 @@ TEST(ensembles_that_make_no_sense_make_no_job) {
         test_reply_clear(&reply);
     }
     if (server) CHECK_INT((int)ask_metric(server, "pendulumd_jobs{state=\"accepted\"}"), 0);
-    test_server_stop(&server);
-    place_end(&place);
 }
 
 /* the undisturbed answer of FLIPS */
@@ -499,7 +483,7 @@ static void flips_now(const struct test_server *server, struct test_reply *reply
 static void check_flips(const struct test_server *server, const char *id,
                         struct test_reply *right) {
     char word[WORDS];
-    struct test_reply kept;
+    OWN(test_reply, clear) kept = {0};
     job_wait(server, id, word);
     if (strcmp(word, "successful") != 0 && job_get(server, &kept, id, "", "") == 200) {
         CHECK_SAYING(0, "%s", kept.body);
@@ -507,17 +491,14 @@ static void check_flips(const struct test_server *server, const char *id,
     }
     CHECK_INT(job_get(server, &kept, id, "/results", "Accept: text/csv\r\n"), 200);
     check_same(right, &kept, "what was disturbed");
-    test_reply_clear(&kept);
 }
 
 /* whether a job waits or runs */
 static int is_open(const struct test_server *server, const char *id) {
-    struct test_reply reply;
-    int open = job_get(server, &reply, id, "", "") == 200 &&
-               (strstr(reply.body, "\"status\":\"running\"") ||
-                strstr(reply.body, "\"status\":\"accepted\""));
-    test_reply_clear(&reply);
-    return open;
+    OWN(test_reply, clear) reply;
+    return job_get(server, &reply, id, "", "") == 200 &&
+           (strstr(reply.body, "\"status\":\"running\"") ||
+            strstr(reply.body, "\"status\":\"accepted\""));
 }
 
 /* waits until this life of a server has stored so many parts, or no job is left: three lives in a
@@ -536,7 +517,7 @@ static void until_kept(const struct test_server *server, int parts, char id[][ID
 static void kills(struct place *place) {
     unsigned long long random = (unsigned long long)(test_clock() * 1e6);
     char id[KILLS + 1][ID + 1];
-    struct test_reply right;
+    OWN(test_reply, clear) right = {0};
     place->lease = "0.7";
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
     if (!server) return;
@@ -554,7 +535,6 @@ static void kills(struct place *place) {
         for (int i = 0; i < KILLS; i++) check_flips(server, id[i], &right);
         stop_after_deaths(&server);
     }
-    test_reply_clear(&right);
 }
 
 TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { place_on_both(kills); }
@@ -591,7 +571,7 @@ static int kill_running(struct place *place, const char *path, const char *body,
 /* the parts of a chain begin where the one before ended, in any process; those in between were
  * killed. If a job was over before it could be killed, another one is tried */
 static void chained_kills(struct place *place, const char *path, const char *body) {
-    struct test_reply right;
+    OWN(test_reply, clear) right = {0};
     int killed_running = 0;
     place->lease = "0.7";
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
@@ -601,7 +581,6 @@ static void chained_kills(struct place *place, const char *path, const char *bod
     for (int i = 0; i < 10 && !killed_running; i++)
         killed_running = kill_running(place, path, body, &right);
     CHECK_SAYING(killed_running > 0, "every job was over before it was killed once");
-    test_reply_clear(&right);
 }
 
 static void trajectory_kills(struct place *place) {
@@ -620,7 +599,7 @@ TEST(a_branch_of_orbits_killed_in_mid_part_goes_on_with_the_same_bits) {
 
 static void drains(struct place *place) {
     char id[ID + 1];
-    struct test_reply right;
+    OWN(test_reply, clear) right = {0};
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
     if (!server) return;
     flips_now(server, &right);
@@ -635,7 +614,6 @@ static void drains(struct place *place) {
         check_flips(server, id, &right);
         test_server_stop(&server);
     }
-    test_reply_clear(&right);
 }
 
 TEST(a_daemon_that_drains_gives_its_parts_back) { place_on_both(drains); }
@@ -644,8 +622,8 @@ TEST(a_daemon_that_drains_gives_its_parts_back) { place_on_both(drains); }
  * continues, because it was stopped in the middle of a write. Returns whether there was one */
 static int written_meanwhile(const struct test_server *sleeper, const struct test_server *api) {
     char text[1024];
-    struct test_client client;
-    struct test_reply reply = {0};
+    OWN(test_client, close) client;
+    OWN(test_reply, clear) reply = {0};
     if (!test_client_open(&client, test_server_port(api))) return 0;
     snprintf(text, sizeof text,
              "POST /v1/forces HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n" ASYNC
@@ -656,8 +634,6 @@ static int written_meanwhile(const struct test_server *sleeper, const struct tes
     int answered = poll(&look, 1, 1000) > 0;
     if (!answered) test_server_signal(sleeper, SIGCONT);
     int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
-    test_reply_clear(&reply);
-    test_client_close(&client);
     return answered && status == 202;
 }
 
@@ -720,7 +696,7 @@ static int ready_in_time(const struct test_server *server, int wanted) {
 }
 
 TEST(a_daemon_starts_before_its_database_and_finds_it) {
-    struct place place;
+    OWN(place, end) place = {0};
     struct test_reply reply;
     char id[ID + 1], word[WORDS];
     if (access("/usr/lib/postgresql", F_OK)) {
@@ -748,11 +724,10 @@ TEST(a_daemon_starts_before_its_database_and_finds_it) {
     }
     /* its log reports the absence */
     stop_after_deaths(&server);
-    place_end(&place);
 }
 
 TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
-    struct place place;
+    OWN(place, end) place = {0};
     char id[3][ID + 1], path[96];
     struct test_reply right, reply;
     if (access("/usr/lib/postgresql", F_OK)) {
@@ -792,7 +767,6 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
         stop_after_deaths(&server);
         test_reply_clear(&right);
     }
-    place_end(&place);
 }
 
 /* --- doubled submissions --- */
@@ -812,8 +786,8 @@ static void *doubled_main(void *context) {
     for (int i = 0; i < ROUNDS; i++) {
         char headers[160];
         snprintf(headers, sizeof headers, ASYNC TOKEN "Idempotency-Key: round-%d\r\n", i);
-        struct test_client client;
-        struct test_reply reply = {0};
+        OWN(test_client, close) client;
+        OWN(test_reply, clear) reply = {0};
         char text[600];
         if (!test_client_open(&client, test_server_port(own->server))) return NULL;
         snprintf(text, sizeof text,
@@ -824,8 +798,6 @@ static void *doubled_main(void *context) {
         own->status[i] = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
         const char *location = test_reply_header(&reply, "Location");
         if (location && strlen(location) == 9 + ID) memcpy(own->id[i], location + 9, ID + 1);
-        test_reply_clear(&reply);
-        test_client_close(&client);
     }
     return NULL;
 }
@@ -834,7 +806,7 @@ static void doubles(struct place *place) {
     static struct doubled own[CLIENTS];
     pthread_t thread[CLIENTS];
     struct test_reply reply;
-    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", NULL, NULL);
     if (!server) return;
     memset(own, 0, sizeof own);
     for (int i = 0; i < CLIENTS; i++) {
@@ -867,28 +839,26 @@ static void doubles(struct place *place) {
         test_reply_clear(&reply);
     }
     CHECK_INT(seen, ROUNDS);
-    test_server_stop(&server);
 }
 
 TEST(eight_clients_with_one_key_make_one_job) { place_on_both(doubles); }
 
 TEST(a_server_without_a_store_answers_at_once_and_says_so_of_jobs) {
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/forces", ASYNC, ASK_LITTLE), 200);
     CHECK(!test_reply_header(&reply, "Preference-Applied"));
     test_reply_clear(&reply);
     refused(server, "GET", "/v1/jobs", "", NULL, 404);
-    test_server_stop(&server);
 }
 
 /* a form's numbers may be longer as canonical JSON, in which a job stores it, than as sent */
 TEST(a_form_whose_numbers_grow_is_a_job) {
     enum { ARMS = 60, BYTES = 4096 };
     char form[BYTES], mass[BYTES / 4] = "", length[BYTES / 4] = "", parent[BYTES / 4] = "";
-    struct test_reply reply;
-    struct place place;
+    OWN(test_reply, clear) reply = {0};
+    OWN(place, end) place;
     for (int i = 0; i < ARMS; i++) {
         snprintf(mass + strlen(mass), sizeof mass - strlen(mass), "%s1e15", i ? "," : "");
         snprintf(length + strlen(length), sizeof length - strlen(length), "%s1e15", i ? "," : "");
@@ -901,12 +871,9 @@ TEST(a_form_whose_numbers_grow_is_a_job) {
              "1,0.1\r\n\r\n--b--\r\n",
              mass, length, parent);
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, "api", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(&place, "api", "1", NULL, NULL);
     REQUIRE(server);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/fits",
                            ASYNC "Content-Type: multipart/form-data; boundary=b\r\n", form),
               202);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
-    place_end(&place);
 }

@@ -81,7 +81,7 @@ static int says(struct keyed *keyed, const char *word) {
 /* sends a request with a key; checks status, sentence and WWW-Authenticate of the answer */
 static void refused(struct keyed *keyed, const char *path, const char *field, int status,
                     const char *sentence, const char *asks) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int get = !strcmp(path, "/metrics") || !strcmp(path, "/v1/jobs");
     CHECK_INT(test_request(keyed->server, &reply, get ? "GET" : "POST", path, field,
                            get ? NULL : ASK_LITTLE),
@@ -91,19 +91,16 @@ static void refused(struct keyed *keyed, const char *path, const char *field, in
     const char *told = test_reply_header(&reply, "WWW-Authenticate");
     CHECK_SAYING(told && strstr(told, asks) && !strncmp(told, "Bearer realm=", 13), "%s: %s", asks,
                  told ? told : "nothing");
-    test_reply_clear(&reply);
 }
 
 static int status_of(const struct keyed *keyed, const char *path, const char *field,
                      const char *body) {
-    struct test_reply reply;
-    int status = test_request(keyed->server, &reply, body ? "POST" : "GET", path, field, body);
-    test_reply_clear(&reply);
-    return status;
+    OWN(test_reply, clear) reply;
+    return test_request(keyed->server, &reply, body ? "POST" : "GET", path, field, body);
 }
 
 TEST(each_bad_key_has_its_status_and_its_sentence) {
-    struct keyed keyed;
+    OWN(keyed, end) keyed;
     char good[FIELD], field[FIELD], text[1024];
     REQUIRE(keyed_begin(&keyed));
     REQUIRE(make(&keyed, "lab", "batch", "requests=50", good));
@@ -138,11 +135,10 @@ TEST(each_bad_key_has_its_status_and_its_sentence) {
     CHECK_INT(status_of(&keyed, "/v1/trees", "Authorization: Bearer abcdefghijklmnopqrstuv\r\n",
                         ASK_LITTLE),
               200);
-    keyed_end(&keyed);
 }
 
 TEST(each_role_may_what_it_may) {
-    struct keyed keyed;
+    OWN(keyed, end) keyed;
     char pupil[FIELD], batch[FIELD], operator[FIELD], text[1024], id[ID + 1], headers[2 * FIELD];
     REQUIRE(keyed_begin(&keyed));
     REQUIRE(make(&keyed, "7b", "pupil", NULL, pupil));
@@ -190,11 +186,10 @@ TEST(each_role_may_what_it_may) {
     refused(&keyed, "/v1/trees", "", 401, "may not send requests", "Bearer realm");
     CHECK_INT(status_of(&keyed, "/healthz", "", NULL), 200);
     CHECK_INT(status_of(&keyed, "/v1/trees", pupil, ASK_LITTLE), 200);
-    keyed_end(&keyed);
 }
 
 TEST(a_proxys_word_gives_an_account_its_role) {
-    struct keyed keyed;
+    OWN(keyed, end) keyed;
     REQUIRE(keyed_begin(&keyed));
     CHECK_INT(
         status_of(&keyed, "/metrics", "X-Account: anna\r\nX-Roles: staff, operator\r\n", NULL),
@@ -203,12 +198,11 @@ TEST(a_proxys_word_gives_an_account_its_role) {
             "your role is teacher", "insufficient_scope");
     refused(&keyed, "/metrics", "X-Account: anna\r\n", 403, "your role is pupil", "scope");
     refused(&keyed, "/metrics", "X-Roles: operator\r\n", 401, "operator", "Bearer realm");
-    keyed_end(&keyed);
 }
 
 TEST(limits_of_a_role_are_kept_to) {
-    struct keyed keyed;
-    struct test_reply reply;
+    OWN(keyed, end) keyed;
+    OWN(test_reply, clear) reply = {0};
     char slow[FIELD], small[FIELD], tired[FIELD];
     REQUIRE(keyed_begin(&keyed));
     REQUIRE(make(&keyed, "slow", "pupil", "requests=0.05", slow));
@@ -250,8 +244,6 @@ TEST(limits_of_a_role_are_kept_to) {
     CHECK_SAYING(strstr(reply.body, "0.001 seconds per minute") &&
                      test_reply_header(&reply, "Retry-After"),
                  "%s", reply.body);
-    test_reply_clear(&reply);
-    keyed_end(&keyed);
 }
 
 TEST(the_command_says_what_is_wrong) {
@@ -314,7 +306,7 @@ static int file_says(const char *path, const char *word, char text[], size_t cap
 }
 
 TEST(deeds_are_accounted_for_without_bodies_and_addresses_as_far_as_wanted) {
-    struct keyed keyed;
+    OWN(keyed, end) keyed;
     char audit[128], log[128], text[16384], teacher[FIELD], headers[2 * FIELD], id[ID + 1];
     struct test_reply reply;
     REQUIRE(place_begin(&keyed.place, 0));
@@ -363,7 +355,6 @@ TEST(deeds_are_accounted_for_without_bodies_and_addresses_as_far_as_wanted) {
                  "%s", text);
     unlink(audit);
     unlink(log);
-    keyed_end(&keyed);
 }
 
 /* the port in the log after a word */
@@ -373,18 +364,17 @@ static int port_behind(struct test_server *server, const char *word) {
 }
 
 static int probe(int port, const char *request, struct test_reply *reply) {
-    struct test_client client;
+    OWN(test_client, close) client;
     int status = 0;
     if (test_client_open(&client, port) && CHECK(test_client_say(&client, request)))
         status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
-    test_client_close(&client);
     return status;
 }
 
 TEST(probes_and_metrics_have_an_address_of_their_own) {
-    struct keyed keyed;
-    struct test_reply reply;
-    struct test_client held;
+    OWN(keyed, end) keyed;
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_client, close) held = {.fd = -1};
     char first[FIELD];
     REQUIRE(place_begin(&keyed.place, 0));
     snprintf(keyed.file, sizeof keyed.file, "%s/keys", keyed.place.directory);
@@ -407,13 +397,10 @@ TEST(probes_and_metrics_have_an_address_of_their_own) {
     CHECK_SAYING(strstr(reply.body, "--probe-listen") != NULL, "%s", reply.body);
     test_reply_clear(&reply);
     CHECK_INT(probe(port, "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", &reply), 400);
-    test_reply_clear(&reply);
-    test_client_close(&held);
-    keyed_end(&keyed);
 }
 
 TEST(where_the_store_is_may_stand_in_a_file_of_its_own) {
-    struct place place;
+    OWN(place, end) place;
     char path[128], text[1024];
     REQUIRE(place_begin(&place, 0));
     snprintf(path, sizeof path, "%s/url", place.directory);
@@ -442,16 +429,14 @@ TEST(where_the_store_is_may_stand_in_a_file_of_its_own) {
     CHECK_INT(test_server_run(options, text, sizeof text), 2);
     CHECK_SAYING(strstr(text, "must be none, sqlite") && !strstr(text, "secret"), "%s", text);
     unlink(path);
-    place_end(&place);
 }
 
 static int erases(const struct test_server *server, const char *name, const char *field) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     char path[128];
     snprintf(path, sizeof path, "/v1/clients/%s", name);
     int status = test_request(server, &reply, "DELETE", path, field, NULL);
     if (status >= 400) ask_problem(&reply, status, NULL);
-    test_reply_clear(&reply);
     return status;
 }
 
@@ -470,7 +455,7 @@ static void erasure(struct place *place) {
     const char *const options[] = {
         "--store",       place->url,          "--keep-seconds", "3600", "--max-job-steps",
         "1000000000000", "--max-job-seconds", "10000000",       NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     if (!server) return;
     CHECK_INT(submit(server, "/v1/lyapunov", ASYNC TOKEN_A, lyapunov, done), 202);
     CHECK_INT(submit(server, "/v1/lyapunov", ASYNC TOKEN_B, lyapunov, others), 202);
@@ -510,13 +495,12 @@ static void erasure(struct place *place) {
     CHECK_SAYING(strstr(reply.body, "\"jobs\":[]") != NULL, "%s", reply.body);
     test_reply_clear(&reply);
     CHECK(ask_await(server, "pendulumd_store_bytes", 0, 0));
-    test_server_stop(&server);
 }
 
 TEST(what_is_kept_of_a_client_is_erased_and_nothing_else) { place_on_both(erasure); }
 
 TEST(an_operator_erases_what_is_kept_of_others) {
-    struct keyed keyed;
+    OWN(keyed, end) keyed;
     struct test_reply reply;
     char operator[FIELD], teacher[FIELD], headers[2 * FIELD], text[1024], id[ID + 1], by[ID + 1];
     REQUIRE(keyed_begin(&keyed));
@@ -542,5 +526,4 @@ TEST(an_operator_erases_what_is_kept_of_others) {
     CHECK_INT(job_get(keyed.server, &reply, by, "", ""), 404);
     test_reply_clear(&reply);
     CHECK_INT(COMMAND(&keyed, "list", text, NULL), 0);
-    keyed_end(&keyed);
 }

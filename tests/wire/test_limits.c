@@ -24,8 +24,8 @@ static void check_retry_after(const struct test_reply *reply) {
 
 TEST(a_body_that_stops_in_the_middle_gets_408) {
     static const char *const options[] = {"--body-seconds", "0.3", NULL};
-    struct test_server *server = test_server_start(options);
-    struct test_client client;
+    OWN(test_server, stop) *server = test_server_start(options);
+    OWN(test_client, close) client = {.fd = -1};
     struct test_reply reply;
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
@@ -37,14 +37,12 @@ TEST(a_body_that_stops_in_the_middle_gets_408) {
     test_reply_record(&reply, "POST", "/v1/trees");
     test_reply_clear(&reply);
     CHECK(test_client_ended(&client, TEST_PATIENCE));
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(a_head_that_drips_runs_out_of_time) {
     static const char *const options[] = {"--header-seconds", "0.5", NULL};
-    struct test_server *server = test_server_start(options);
-    struct test_client client;
+    OWN(test_server, stop) *server = test_server_start(options);
+    OWN(test_client, close) client = {.fd = -1};
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
     test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nX: ");
@@ -55,17 +53,15 @@ TEST(a_head_that_drips_runs_out_of_time) {
         test_sleep(0.1);
     }
     CHECK_SAYING(gone, "the server listens to the head for ever");
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(a_full_queue_is_answered_503) {
     static const char *const options[] = {
         "--workers", "1",           "--max-queue",   "1", "--max-compute-seconds",
         "86400",     "--max-steps", "1000000000000", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     struct test_client busy, waiting;
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(server != NULL);
     REQUIRE(begin_long(&busy, server, 1e6));
     ask_await(server, "pendulumd_workers_busy", 1, 1);
@@ -78,29 +74,25 @@ TEST(a_full_queue_is_answered_503) {
     test_reply_clear(&reply);
     /* requests that need no worker are answered nevertheless */
     CHECK_INT(test_request(server, &reply, "GET", "/healthz", "", NULL), 200);
-    test_reply_clear(&reply);
     test_client_close(&busy);
     test_client_close(&waiting);
-    test_server_stop(&server);
 }
 
 TEST(a_computation_that_would_outrun_its_time_is_refused_before_it_runs) {
     static const char *const options[] = {"--max-compute-seconds", "1", NULL};
-    struct test_server *server = test_server_start(options);
-    struct test_reply reply;
+    OWN(test_server, stop) *server = test_server_start(options);
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(server != NULL);
     ask(server, &reply, "/v1/trajectories", ask_long(1000000));
     ask_problem(&reply, 422, NULL);
     CHECK_SAYING(strstr(reply.body, "max-compute-seconds") != NULL, "the limit is not named: %s",
                  reply.body);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
     static const char *const options[] = {"--max-compute-seconds", "86400", "--max-steps",
                                           "1000000000000", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     struct test_client open, busy;
     struct test_reply reply;
     REQUIRE(server != NULL);
@@ -124,7 +116,6 @@ TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
     test_client_close(&busy);
     test_client_close(&open);
     CHECK_INT(test_server_wait(server), 0);
-    test_server_stop(&server);
 }
 
 TEST(an_interface_that_ages_says_so_with_every_answer_below_v1) {
@@ -177,7 +168,7 @@ TEST(an_interface_that_ages_says_so_with_every_answer_below_v1) {
 
 TEST(requests_beyond_a_minutes_quota_are_answered_429) {
     static const char *const options[] = {"--max-requests-a-minute", "2", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     struct test_reply reply;
     REQUIRE(server != NULL);
     for (int i = 0; i < 3; i++) {
@@ -193,7 +184,6 @@ TEST(requests_beyond_a_minutes_quota_are_answered_429) {
         if (i == 2) check_retry_after(&reply);
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(an_answer_that_flows_has_no_limit_of_size) {
@@ -204,8 +194,8 @@ TEST(an_answer_that_flows_has_no_limit_of_size) {
                                           "Accept: text/csv\r\nAccept-Encoding: gzip\r\n"};
     static const char body[] =
         "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":50,\"step\":0.01}}";
-    struct test_server *server = test_server_start(options);
-    struct test_reply reply;
+    OWN(test_server, stop) *server = test_server_start(options);
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof flowing / sizeof *flowing; i++) {
         CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", flowing[i], body), 200);
@@ -213,6 +203,4 @@ TEST(an_answer_that_flows_has_no_limit_of_size) {
         test_reply_clear(&reply);
     }
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", "", body), 422);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }

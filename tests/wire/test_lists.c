@@ -11,7 +11,7 @@
 /* a client's list; the ids of its jobs, newest first, and the next page's path, "" = none */
 static int list(const struct test_server *server, const char *who, const char *path,
                 char id[][ID + 1], char next[1200]) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int count = 0;
     next[0] = 0;
     CHECK_INT(test_request(server, &reply, "GET", path, who, NULL), 200);
@@ -32,23 +32,20 @@ static int list(const struct test_server *server, const char *who, const char *p
         CHECK(!test_reply_header(&reply, "Link"));
     }
     cJSON_Delete(json);
-    test_reply_clear(&reply);
     return count;
 }
 
 /* a job's JSON */
 static cJSON *told(const struct test_server *server, const char *id) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     CHECK_INT(job_get(server, &reply, id, "", ""), 200);
-    cJSON *json = ask_json(&reply);
-    test_reply_clear(&reply);
-    return json;
+    return ask_json(&reply);
 }
 
 static void filters(struct place *place) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     char id[7][ID + 1], got[10][ID + 1], next[1200], path[1200], since[64];
-    struct test_server *server = place_serve(place, "api", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "api", "1", NULL, NULL);
     if (!server) return;
     for (int i = 0; i < 7; i++) {
         char headers[400];
@@ -108,8 +105,6 @@ static void filters(struct place *place) {
         test_reply_clear(&reply);
     }
     CHECK_INT(test_request(server, &reply, "GET", "/v1/jobs?status=accepted", "", NULL), 401);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(a_list_of_jobs_is_filtered_and_paged) { place_on_both(filters); }
@@ -121,7 +116,7 @@ static double number(const cJSON *job, const char *name) {
 static void telling(struct place *place) {
     struct test_reply reply;
     char id[ID + 1], other[ID + 1], word[WORDS];
-    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", NULL, NULL);
     if (!server) return;
     CHECK_INT(submit(server, "/v1/forces", ASYNC ANNA "Job-Title: two arms\r\n",
                      " { \"pendulum\" : " ASK_DOUBLE "}", id),
@@ -161,7 +156,6 @@ static void telling(struct place *place) {
         snprintf(headers, sizeof headers, ASYNC "Job-Title: %s\r\n", bad[i]);
         CHECK_SAYING(submit(server, "/v1/forces", headers, ASK_LITTLE, id) == 400, "%s", bad[i]);
     }
-    test_server_stop(&server);
 }
 
 TEST(a_job_tells_its_title_version_parts_bytes_and_request) { place_on_both(telling); }

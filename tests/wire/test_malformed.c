@@ -65,7 +65,7 @@ static void say_stream(struct test_client *client, const char *text, size_t byte
  * the last one's status in `status` */
 static int say_all(struct test_server *server, const char *what, const char *text, size_t bytes,
                    int at_once, int good, int *status) {
-    struct test_client client;
+    OWN(test_client, close) client;
     struct test_reply reply;
     int answers = 0, on = 1, off = 0;
     *status = 0;
@@ -87,14 +87,12 @@ static int say_all(struct test_server *server, const char *what, const char *tex
     if (!*status) test_reply_clear(&reply);
     CHECK_SAYING(test_client_ended(&client, TEST_PATIENCE),
                  "%s: the connection goes on, or there is more than one answer", what);
-    test_client_close(&client);
     return answers;
 }
 
 static int healthy(struct test_server *server) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = test_request(server, &reply, "GET", "/healthz", "", NULL);
-    test_reply_clear(&reply);
     return status == 200;
 }
 
@@ -105,7 +103,7 @@ static int count(const char *text, const char *part) {
 }
 
 TEST(malformed_messages_are_refused_and_the_connection_closed) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     int malformed = 0, lines = 0, refused = 0, status;
     REQUIRE(server != NULL);
     for (int turn = 0; turn < 2 * (STREAMS + UNSAID); turn++) {
@@ -134,11 +132,10 @@ TEST(malformed_messages_are_refused_and_the_connection_closed) {
     CHECK_INT(count(log, "{\"time\":"), lines);
     CHECK_INT(count(log, "\"outcome\":\"refused\""), refused);
     CHECK_INT(count(log, "\"target\":\"/healthz\",\"status\":200"), malformed);
-    test_server_stop(&server);
 }
 
 TEST(well_formed_streams_are_answered_request_by_request) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     int tried = 0;
     REQUIRE(server != NULL);
     for (int i = 0; i < STREAMS; i++) {
@@ -162,5 +159,4 @@ TEST(well_formed_streams_are_answered_request_by_request) {
         tried++;
     }
     CHECK(tried >= 10);
-    test_server_stop(&server);
 }

@@ -142,7 +142,7 @@ static int memory_status(const struct test_client *client) {
  * refused may be missing for a moment, so a refusal is retried some times; so is an answer that was
  * started, on a slow machine, and broke off for lack of memory. */
 static void memory_other_is_served(const struct test_server *server) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     for (int tries = 0;; tries++) {
         struct test_client other;
         if (!memory_send(&other, server, 99, "POST", "/v1/trajectories",
@@ -155,7 +155,6 @@ static void memory_other_is_served(const struct test_server *server) {
         test_sleep(0.02);
     }
     CHECK_INT(reply.status, 200);
-    test_reply_clear(&reply);
 }
 
 /* waits until all have a head, checking memory and another client; returns how many got 200 */
@@ -284,7 +283,7 @@ TEST(results_that_nobody_reads_leave_the_process_its_memory) {
     const char *const options[] = {
         "--max-held-bytes", HELD, "--cache-bytes", "0", "--store", url, NULL};
     struct test_client client[CROWD];
-    struct place place;
+    OWN(place, end) place;
     char path[64], id[ID + 1], word[WORDS];
     REQUIRE(place_begin(&place, 0));
     snprintf(url, sizeof url, "%s", place.url);
@@ -301,7 +300,6 @@ TEST(results_that_nobody_reads_leave_the_process_its_memory) {
     memory_close(client, CROWD);
     memory_await_base(server);
     memory_stop(&server);
-    place_end(&place);
 }
 
 /* a request as a job is refused, with the name of the limit; then one that fits is computed */
@@ -326,14 +324,13 @@ TEST(a_job_that_could_never_have_room_is_refused_when_it_is_submitted) {
     static char url[300], large[BODY];
     const char *const held[] = {"--max-held-bytes", HELD, "--store", url, NULL};
     const char *const answer[] = {"--max-answer-bytes", "1M", "--store", url, NULL};
-    struct place place;
+    OWN(place, end) place;
     REQUIRE(place_begin(&place, 0));
     snprintf(url, sizeof url, "%s", place.url);
     snprintf(large, sizeof large, "%s", memory_chain(4000, 1));
     memory_refuse_job(held, "max-held-bytes", "/v1/modes", large, memory_chain(100, 1));
     snprintf(large, sizeof large, "%s", memory_long(50000));
     memory_refuse_job(answer, "max-answer-bytes", "/v1/trajectories", large, memory_long(20000));
-    place_end(&place);
 }
 
 TEST(bodies_that_drip_leave_other_clients_their_memory) {
@@ -341,7 +338,7 @@ TEST(bodies_that_drip_leave_other_clients_their_memory) {
     struct test_server *server = memory_serve(memory_options);
     struct test_client client[SLOW];
     REQUIRE(server != NULL);
-    char *piece = malloc(SENT);
+    OWN_MEMORY char *piece = malloc(SENT);
     REQUIRE(piece != NULL);
     memset(piece, ' ', SENT);
     int refused = 0;
@@ -371,7 +368,6 @@ TEST(bodies_that_drip_leave_other_clients_their_memory) {
     CHECK(memory_resident(server) <= resident_most);
     memory_close(client, SLOW);
     memory_await_base(server);
-    free(piece);
     memory_stop(&server);
 }
 
@@ -381,7 +377,7 @@ TEST(idle_connections_of_one_client_leave_room_for_others) {
     static const char *const behind[] = {"--max-connections", "64", "--trusted-proxy", "127.0.0.2",
                                          NULL};
     struct test_client client[IDLE];
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     REQUIRE(server != NULL);
     for (int i = 0; i < IDLE; i++) REQUIRE(memory_open(&client[i], server, 2));
     for (int i = 0; i < 20; i++) memory_other_is_served(server);
@@ -412,14 +408,13 @@ TEST(idle_connections_of_one_client_leave_room_for_others) {
         test_reply_clear(&reply);
     }
     memory_close(client, 40);
-    test_server_stop(&server);
 }
 
 /* four addresses have their share each, which fill the table, and a few more that are refused */
 TEST(silent_connections_leave_room_for_who_asks_and_keep_that_of_who_has) {
     enum { ADDRESSES = 4, EACH = 20, ALL = ADDRESSES * EACH };
     static const char *const options[] = {"--max-connections", "64", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     struct test_client client[ALL];
     struct test_reply reply;
     REQUIRE(server != NULL);
@@ -437,7 +432,6 @@ TEST(silent_connections_leave_room_for_who_asks_and_keep_that_of_who_has) {
     CHECK_INT(reply.status, 200);
     test_reply_clear(&reply);
     memory_close(client, ALL);
-    test_server_stop(&server);
 }
 
 /* a stream of a job's events, requested by a proxy for an address of its client's network */
@@ -465,11 +459,11 @@ TEST(streams_of_events_are_counted_by_network) {
                                    url,
                                    NULL};
     struct test_client client[4];
-    struct place place;
+    OWN(place, end) place;
     char id[ID + 1];
     REQUIRE(place_begin(&place, 0));
     snprintf(url, sizeof url, "%s", place.url);
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     REQUIRE(server != NULL);
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC, memory_long(500000), id), 202);
     CHECK_INT(memory_listen(&client[0], server, id, 1), 200);
@@ -479,8 +473,6 @@ TEST(streams_of_events_are_counted_by_network) {
     memory_close(client, 4);
     ask_await(server, "pendulumd_event_streams", 0, 0);
     memory_await_base(server);
-    test_server_stop(&server);
-    place_end(&place);
 }
 
 TEST(nothing_is_held_for_who_went_away_whenever_that_was) {

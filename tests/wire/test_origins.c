@@ -13,19 +13,17 @@
 
 /* sends a request unchanged; returns its status */
 static int said(const struct test_server *server, struct test_reply *reply, const char *text) {
-    struct test_client client;
+    OWN(test_client, close) client;
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, test_server_port(server)) ||
         !CHECK(test_client_say(&client, text)))
         return 0;
-    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
-    test_client_close(&client);
-    return status;
+    return test_client_receive(&client, reply, 0, TEST_PATIENCE);
 }
 
 /* the status of a request to a host */
 static int told(const struct test_server *server, const char *path, const char *host) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     char text[512];
     snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n\r\n", path,
              host);
@@ -33,7 +31,6 @@ static int told(const struct test_server *server, const char *path, const char *
     if (status == 421) ask_problem(&reply, 421, NULL);
     test_reply_record(&reply, "GET", path);
     if (status == 421) CHECK_SAYING(strstr(reply.body, "--hosts") != NULL, "%s", reply.body);
-    test_reply_clear(&reply);
     return status;
 }
 
@@ -53,7 +50,7 @@ TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
                                       "192.0.2.1",
                                       "localhost:80.evil.x"};
     struct test_reply reply;
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     if (!server) return;
     for (size_t i = 0; i < sizeof good / sizeof *good; i++)
         CHECK_SAYING(told(server, "/v1/presets", good[i]) == 200, "%s: %d", good[i],
@@ -84,7 +81,6 @@ TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
     CHECK_INT(told(server, "/healthz", "pendulumd.default.svc"), 200);
     CHECK_INT(told(server, "/metrics", "evil.example"), 421);
     CHECK_INT(told(server, "/metrics", "10.1.2.3.evil.example"), 421);
-    test_server_stop(&server);
 }
 
 TEST(hosts_are_those_that_are_listed) {
@@ -148,12 +144,12 @@ static int sent(const struct test_server *server, struct test_reply *reply, cons
 #define MOTION "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1]}"
 
 TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
-    struct place place;
+    OWN(place, end) place;
     struct test_reply reply;
     const char *methods;
     char id[ID + 1], path[96];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(&place, "all", "1", NULL, NULL);
     if (server) {
         CHECK_INT(submit(server, "/v1/trajectories", ASYNC ALICE, MOTION, id), 202);
         snprintf(path, sizeof path, "/v1/jobs/%s", id);
@@ -227,17 +223,15 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
                   200);
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }
 
 TEST(a_page_whose_origin_is_listed_may_do_all) {
-    struct place place;
+    OWN(place, end) place;
     struct test_reply reply;
     const char *methods;
     char id[ID + 1], path[96];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server =
+    OWN(test_server, stop) *server =
         place_serve(&place, "all", "1", "--cors-origins", "*, https://good.example");
     if (server) {
         CHECK_INT(submit(server, "/v1/trajectories", "Origin: https://good.example\r\n" ASYNC ALICE,
@@ -266,6 +260,4 @@ TEST(a_page_whose_origin_is_listed_may_do_all) {
         CHECK_INT(sent(server, &reply, "GET", "/v1/jobs", EVIL ALICE, NULL), 403);
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }

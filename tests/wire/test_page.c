@@ -8,7 +8,7 @@
 /* the path of the page's files as a document contains it: relative to the document; "" with a
  * failed check if there is none */
 static void page_of(struct test_server *server, const char *path, char page[64]) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     page[0] = 0;
     CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
     const char *at = reply.body ? strstr(reply.body, "\"page/") : NULL;
@@ -16,13 +16,12 @@ static void page_of(struct test_server *server, const char *path, char page[64])
     if (at) snprintf(page, 64, "/%.21s", at + 1);
     CHECK(strspn(page + 6, "0123456789abcdef") == 16);
     CHECK(!strstr(reply.body, "@PAGE@"));
-    test_reply_clear(&reply);
 }
 
 TEST(documents_of_the_page_may_load_from_this_server_only) {
     static const char *const path[] = {"/", "/docs"};
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (int i = 0; i < 2; i++) {
         CHECK_INT(test_request(server, &reply, "GET", path[i], "", NULL), 200);
@@ -40,7 +39,6 @@ TEST(documents_of_the_page_may_load_from_this_server_only) {
         CHECK(reply.body && !strstr(reply.body, "=\"http") && !strstr(reply.body, "=\"//"));
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(the_code_of_a_room_leads_to_the_page_in_it_and_nothing_else_does) {
@@ -60,7 +58,7 @@ TEST(the_code_of_a_room_leads_to_the_page_in_it_and_nothing_else_does) {
                {"POST", "/PK7TRA", 405, NULL},
                {"POST", "/nowhere", 404, NULL}};
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         CHECK_INT(test_request(server, &reply, row[i].method, row[i].path, "", NULL),
@@ -69,7 +67,6 @@ TEST(the_code_of_a_room_leads_to_the_page_in_it_and_nothing_else_does) {
         CHECK_TEXT(to ? to : "", row[i].to ? row[i].to : "");
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(only_the_embed_view_may_be_framed_and_only_by_whom_the_option_lists) {
@@ -88,20 +85,19 @@ TEST(only_the_embed_view_may_be_framed_and_only_by_whom_the_option_lists) {
     struct test_reply reply;
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         const char *options[] = {"--frame-ancestors", row[i].list, NULL};
-        struct test_server *server = test_server_start(options);
+        OWN(test_server, stop) *server = test_server_start(options);
         REQUIRE(server != NULL);
         CHECK_INT(test_request(server, &reply, "GET", row[i].path, "", NULL), 200);
         const char *policy = test_reply_header(&reply, "Content-Security-Policy");
         const char *frames = policy ? strstr(policy, "frame-ancestors") : NULL;
         CHECK_TEXT(frames ? frames : "", row[i].frames);
         test_reply_clear(&reply);
-        test_server_stop(&server);
     }
 }
 
 TEST(the_service_worker_is_asked_for_anew_and_names_the_files_of_the_page) {
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     char page[64];
     REQUIRE(server != NULL);
     page_of(server, "/", page);
@@ -111,23 +107,19 @@ TEST(the_service_worker_is_asked_for_anew_and_names_the_files_of_the_page) {
     CHECK_TEXT(test_reply_header(&reply, "Service-Worker-Allowed"), "/");
     CHECK(reply.body && strstr(reply.body, page + 1) && strstr(reply.body, "lib/katex.js"));
     CHECK(reply.body && !strstr(reply.body, "@FILES@") && !strstr(reply.body, "index.html"));
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 /* one request whose reply, not text, is not recorded */
 static int fetch(struct test_server *server, struct test_reply *reply, const char *path,
                  const char *headers) {
-    struct test_client client;
+    OWN(test_client, close) client;
     char text[400];
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, test_server_port(server))) return 0;
     snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n%s\r\n", path,
              headers);
     test_client_say(&client, text);
-    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
-    test_client_close(&client);
-    return status;
+    return test_client_receive(&client, reply, 0, TEST_PATIENCE);
 }
 
 /* of lib/, so that the page's own files do not matter here */
@@ -149,7 +141,7 @@ TEST(files_of_the_page_are_kept_for_ever_and_come_gzipped_to_who_takes_that) {
     static const char *const accept[] = {"", "Accept-Encoding: gzip, deflate, br, zstd\r\n",
                                          "Accept-Encoding: gzip;q=0, zstd\r\n"};
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     char page[64], path[160];
     REQUIRE(server != NULL);
     page_of(server, "/", page);
@@ -171,12 +163,11 @@ TEST(files_of_the_page_are_kept_for_ever_and_come_gzipped_to_who_takes_that) {
             test_reply_clear(&reply);
         }
     }
-    test_server_stop(&server);
 }
 
 TEST(a_file_of_the_page_that_the_browser_has_is_not_sent_again) {
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     char page[64], path[2][160], headers[160];
     REQUIRE(server != NULL);
     page_of(server, "/docs", page);
@@ -192,7 +183,6 @@ TEST(a_file_of_the_page_that_the_browser_has_is_not_sent_again) {
         CHECK(test_reply_header(&reply, "ETag") != NULL);
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(what_is_no_file_of_the_page_is_not_found) {
@@ -208,8 +198,8 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
                                        "/package.json",
                                        "/lib/katex.js/",
                                        "//lib/katex.js"};
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     char page[64], path[160];
     REQUIRE(server != NULL);
     page_of(server, "/", page);
@@ -225,8 +215,6 @@ TEST(what_is_no_file_of_the_page_is_not_found) {
     snprintf(path, sizeof path, "%s/lib/katex.js", page);
     test_request(server, &reply, "GET", path, "", NULL);
     ask_problem(&reply, 404, NULL);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 /* the value after `name` in a document, up to the next quotation mark, with its &amp; decoded; ""
@@ -246,8 +234,8 @@ static void value_of(const char *document, const char *name, char value[], size_
 TEST(a_readable_link_tells_of_its_frame_which_is_one_of_the_embed_view) {
     static const char link[] = "/?length=1,1&theta=90,45&lang=de";
     char href[600], frame[600];
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     CHECK_INT(test_request(server, &reply, "GET", link, "", NULL), 200);
     CHECK(reply.body && strstr(reply.body, "</html>") && strstr(reply.body, "main.js"));
@@ -265,29 +253,25 @@ TEST(a_readable_link_tells_of_its_frame_which_is_one_of_the_embed_view) {
     policy = test_reply_header(&reply, "Content-Security-Policy");
     CHECK(policy && strstr(policy, "frame-ancestors *"));
     CHECK(reply.body && !strstr(reply.body, "oembed"));
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(the_scheme_of_a_frame_is_that_of_a_trusted_proxy_and_nobody_else_says_it) {
     static const char ask[] = "X-Forwarded-Proto: https\r\n";
     const char *trusting[] = {"--trusted-proxy", "127.0.0.1", NULL};
     for (int trusted = 0; trusted < 2; trusted++) {
-        struct test_reply reply;
-        struct test_server *server = test_server_start(trusted ? trusting : NULL);
+        OWN(test_reply, clear) reply = {0};
+        OWN(test_server, stop) *server = test_server_start(trusted ? trusting : NULL);
         REQUIRE(server != NULL);
         CHECK_INT(test_request(server, &reply, "GET", "/?length=1", ask, NULL), 200);
         CHECK(reply.body && strstr(reply.body, trusted ? "href=\"https://localhost/oembed?"
                                                        : "href=\"http://localhost/oembed?"));
-        test_reply_clear(&reply);
-        test_server_stop(&server);
     }
 }
 
 TEST(a_server_that_nobody_may_frame_describes_no_frames) {
     const char *options[] = {"--frame-ancestors", "none", NULL};
-    struct test_reply reply;
-    struct test_server *server = test_server_start(options);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(options);
     REQUIRE(server != NULL);
     CHECK_INT(test_request(server, &reply, "GET", "/?length=1", "", NULL), 200);
     CHECK(reply.body && !strstr(reply.body, "oembed"));
@@ -301,6 +285,4 @@ TEST(a_server_that_nobody_may_frame_describes_no_frames) {
     CHECK_INT(
         test_request(server, &reply, "GET", "/oembed?url=http://localhost/&format=xml", "", NULL),
         501);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }

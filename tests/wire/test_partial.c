@@ -26,7 +26,7 @@ enum { ALL = 90000000, ROW = 8 * 6 /* member, status, final phi and phid of two 
 static int partial_begin(const struct place *place, const char *path, const char *body,
                          const char *accept, char id[ID + 1]) {
     int over = 0, some = 0;
-    struct test_server *server = place_serve(place, "all", "0.05", "--workers", "1");
+    OWN(test_server, stop) *server = place_serve(place, "all", "0.05", "--workers", "1");
     if (!CHECK(server != NULL)) return 0;
     CHECK_INT(submit(server, path, ASYNC, body, id), 202);
     for (int tries = 0; !some && !over && tries < 100 * TEST_PATIENCE; tries++) {
@@ -38,7 +38,6 @@ static int partial_begin(const struct place *place, const char *path, const char
         test_reply_clear(&reply);
         if (!some) usleep(10000);
     }
-    test_server_stop(&server);
     return CHECK(some || over) && some;
 }
 
@@ -48,7 +47,7 @@ static void partial_read(struct place *place) {
     snprintf(body, sizeof body, MEMBERS, (long)ALL);
     if (!CHECK(partial_begin(place, "/v1/ensembles", body, OCTETS, id))) return;
     /* an api process computes no further part */
-    struct test_server *server = place_serve(place, "api", "0.05", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "api", "0.05", NULL, NULL);
     if (!CHECK(server != NULL)) return;
     CHECK_INT(job_get(server, &reply, id, "/results", OCTETS), 409);
     CHECK(strstr(reply.body, "partial=true") != NULL);
@@ -73,31 +72,27 @@ static void partial_read(struct place *place) {
     test_reply_clear(&reply);
     CHECK_INT(job_get(server, &reply, id, "/results?partial=yes", ""), 422);
     test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(what_is_done_of_a_job_is_read_before_its_end) { place_on_both(partial_read); }
 
 /* a representation that contains more than rows is available at the end */
 static void partial_apart(struct place *place) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     char id[ID + 1];
     if (!partial_begin(place, "/v1/orbits", BRANCH, RECORDS, id)) {
         test_skip("the job was over before it was looked at");
         return;
     }
-    struct test_server *server = place_serve(place, "api", "0.05", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "api", "0.05", NULL, NULL);
     if (!CHECK(server != NULL)) return;
     CHECK_INT(job_get(server, &reply, id, "/results?partial=true", RECORDS), 202);
     test_reply_clear(&reply);
     CHECK_INT(job_get(server, &reply, id, "/results?partial=true", ""), 422);
     CHECK_SAYING(strstr(reply.body, "x-ndjson") != NULL, "%s", reply.body);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(of_orbits_that_are_not_done_there_are_rows_and_no_json) {
-    struct place place;
+    OWN(place, end) place;
     if (place_begin(&place, 0)) partial_apart(&place);
-    place_end(&place);
 }

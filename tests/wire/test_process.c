@@ -27,14 +27,13 @@ TEST(help_and_version_are_told_on_standard_output) {
 /* both texts as in an answer's stats */
 static void stats_name(struct test_server *server, const char *path, const char *body,
                        const char *version, const char *engine) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     CHECK_INT(ask(server, &reply, path, body), 200);
     cJSON *answer = ask_json(&reply);
     const cJSON *stats = cJSON_GetObjectItemCaseSensitive(answer, "stats");
     CHECK_TEXT(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(stats, "version")), version);
     CHECK_TEXT(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(stats, "engine")), engine);
     cJSON_Delete(answer);
-    test_reply_clear(&reply);
 }
 
 TEST(program_answers_and_metrics_name_one_version_and_engine) {
@@ -50,7 +49,7 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
     CHECK_INT(test_server_run(option, text, sizeof text), 0);
     REQUIRE(sscanf(text, "pendulumd %63[0-9a-z.+~] (engine %63[0-9a-f])", version, engine) == 2);
     CHECK_INT((long long)strlen(engine), 16);
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server);
     CHECK_INT(test_request(server, &reply, "GET", "/version", "", NULL), 200);
     snprintf(want, sizeof want, "{\"version\":\"%s\",\"engine\":\"%s\"}", version, engine);
@@ -65,7 +64,6 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
     version[strcspn(version, "+")] = 0;
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
         stats_name(server, asked[i][0], asked[i][1], version, engine);
-    test_server_stop(&server);
 }
 
 /* of 1024 files, as many systems allow, an eighth is for sockets that linger and 128 for the
@@ -73,12 +71,11 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
 TEST(few_open_files_leave_most_of_them_to_connections) {
     if (getenv("TEST_UNDER")) return test_skip("the daemon runs under another program");
     setenv("TEST_UNDER", "prlimit --nofile=1024:1024", 1);
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, drop) *server = test_server_start(NULL);
     unsetenv("TEST_UNDER");
     REQUIRE(server);
     const char *log = test_server_log(server);
     CHECK_SAYING(strstr(log, "max-connections is 768, not 4096") != NULL, "%s", log);
-    test_server_drop(&server);
 }
 
 /* the process that a process has started */
@@ -100,7 +97,7 @@ TEST(a_terminal_shows_messages_and_no_requests_unless_asked) {
         /* a program that gives another one a terminal and passes on its output; words end with
          * blanks */
         setenv("TEST_UNDER", "/usr/bin/python3 -c import\tpty,sys;pty.spawn(sys.argv[1:])", 1);
-        struct test_server *server = test_server_start(wanted ? asked : NULL);
+        OWN(test_server, drop) *server = test_server_start(wanted ? asked : NULL);
         unsetenv("TEST_UNDER");
         REQUIRE(server);
         struct test_reply reply;
@@ -118,7 +115,6 @@ TEST(a_terminal_shows_messages_and_no_requests_unless_asked) {
         const char *log = test_server_log(server);
         CHECK_SAYING(strstr(log, "Ctrl-C ends it") != NULL, "%s", log);
         CHECK_SAYING(!strstr(log, "\"/healthz\"") == !wanted, "%s", log);
-        test_server_drop(&server);
     }
 }
 
@@ -145,14 +141,13 @@ TEST(a_bad_option_is_a_clear_message_and_status_2) {
 }
 
 TEST(a_port_in_use_is_a_clear_message) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     char address[40], text[4096];
     REQUIRE(server != NULL);
     snprintf(address, sizeof address, "127.0.0.1:%d", test_server_port(server));
     const char *const options[] = {"--listen", address, NULL};
     CHECK(test_server_run(options, text, sizeof text) > 0);
     CHECK_SAYING(strstr(text, address) && strstr(text, "in use"), "the message is: %s", text);
-    test_server_stop(&server);
 }
 
 TEST(it_listens_on_ipv6) {
@@ -165,23 +160,20 @@ TEST(it_listens_on_ipv6) {
         return;
     }
     close(probe);
-    struct test_server *server = test_server_start(options);
-    struct test_client client = {.fd = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-    struct test_reply reply;
+    OWN(test_server, stop) *server = test_server_start(options);
+    OWN(test_client, close) client = {.fd = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(server != NULL);
     CHECK(strstr(test_server_log(server), "listening on http://[::1]:") != NULL);
     address.sin6_port = htons((uint16_t)test_server_port(server));
     CHECK(connect(client.fd, (struct sockaddr *)&address, sizeof address) == 0);
     test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: [::1]\r\n\r\n");
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
-    test_reply_clear(&reply);
-    test_client_close(&client);
-    test_server_stop(&server);
 }
 
 TEST(every_request_leaves_one_json_line_in_the_log) {
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     ask(server, &reply, "/v1/trees", ASK_LITTLE);
     test_reply_clear(&reply);
@@ -205,20 +197,18 @@ TEST(every_request_leaves_one_json_line_in_the_log) {
         cJSON_Delete(entry);
     }
     CHECK_INT(lines, 2);
-    test_server_stop(&server);
 }
 
 /* how much of the long computation takes about a second here */
 static double span_of_a_second(struct test_server *server) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     double begin = test_clock();
     ask(server, &reply, "/v1/trajectories", ask_long(1));
-    test_reply_clear(&reply);
     return fmin(100, 1 / (test_clock() - begin));
 }
 
 TEST(a_drain_lets_the_running_request_finish) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     struct test_client client;
     struct test_reply reply;
     char head[256];
@@ -243,19 +233,16 @@ TEST(a_drain_lets_the_running_request_finish) {
     CHECK(test_client_ended(&client, TEST_PATIENCE));
     test_client_close(&client);
     CHECK_INT(test_server_wait(server), 0);
-    test_server_stop(&server);
 }
 
 TEST(an_idle_server_goes_at_once_on_sigterm_and_on_sigint) {
     for (int i = 0; i < 2; i++) {
-        struct test_server *server = test_server_start(NULL);
-        struct test_client idle;
+        OWN(test_server, stop) *server = test_server_start(NULL);
+        OWN(test_client, close) idle = {.fd = -1};
         REQUIRE(server != NULL);
         REQUIRE(test_client_open(&idle, test_server_port(server)));
         test_server_signal(server, i ? SIGINT : SIGTERM);
         CHECK_INT(test_server_wait(server), 0);
-        test_client_close(&idle);
-        test_server_stop(&server);
     }
 }
 

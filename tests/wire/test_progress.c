@@ -31,7 +31,7 @@ static double look_number(const cJSON *json, const char *name) {
 }
 
 static int look_take(const struct test_server *server, const char *id, struct look *look) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = job_get(server, &reply, id, "", "");
     look->at = test_clock();
     if (status == 200) {
@@ -42,7 +42,6 @@ static int look_take(const struct test_server *server, const char *id, struct lo
         look->left = look_number(json, "remaining_seconds");
         cJSON_Delete(json);
     }
-    test_reply_clear(&reply);
     return status == 200 && (!strcmp(look->word, "accepted") || !strcmp(look->word, "running"));
 }
 
@@ -96,10 +95,9 @@ static int progress_of(const struct test_server *server) {
  * tried */
 static void progress(struct place *place) {
     int good = 0;
-    struct test_server *server = place_serve(place, "all", "0.05", "--workers", "2");
+    OWN(test_server, stop) *server = place_serve(place, "all", "0.05", "--workers", "2");
     for (int i = 0; i < 6 && server && !good; i++) good = progress_of(server);
     CHECK_SAYING(good, "jobs do not keep what they say");
-    test_server_stop(&server);
 }
 
 TEST(a_job_says_how_long_it_will_take_and_means_it) { place_on_both(progress); }

@@ -58,16 +58,15 @@ static int house_reload(struct house *house, const char *word, int count) {
 }
 
 static int house_ask(const struct house *house, const char *fields, char origin[64]) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     int status = test_request(house->server, &reply, "POST", "/v1/trees", fields, ASK_LITTLE);
     const char *allowed = test_reply_header(&reply, "Access-Control-Allow-Origin");
     snprintf(origin, 64, "%s", allowed ? allowed : "");
-    test_reply_clear(&reply);
     return status;
 }
 
 TEST(a_reload_puts_new_options_in_force_and_names_those_that_want_a_restart) {
-    struct house house;
+    OWN(house, end) house;
     char origin[64];
     REQUIRE(house_begin(&house, "cache-bytes = 0\nmax-arms = 1\ncors-origins = none\n"));
     CHECK_INT(house_ask(&house, "Origin: https://a.example\r\n", origin), 422);
@@ -87,7 +86,6 @@ TEST(a_reload_puts_new_options_in_force_and_names_those_that_want_a_restart) {
     REQUIRE(house_reload(&house, "reload: 3 options have changed", 2));
     CHECK_INT(house_ask(&house, "Origin: https://a.example\r\n", origin), 422);
     CHECK_TEXT(origin, "*");
-    house_end(&house);
 }
 
 TEST(a_bad_file_changes_nothing) {
@@ -96,7 +94,7 @@ TEST(a_bad_file_changes_nothing) {
         "max-arms = 10\ntrusted-proxy = me\n", "max-arms = 10\nlog = /nowhere/log\n",
         "max-arms = 10\nhosts = a b\n",        "max-arms = 10\ncors-origins\n",
     };
-    struct house house;
+    OWN(house, end) house;
     char origin[64];
     REQUIRE(house_begin(&house, "max-arms = 1\n"));
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -107,7 +105,6 @@ TEST(a_bad_file_changes_nothing) {
     unlink(house.file);
     REQUIRE(house_reload(&house, "options: No such file", 1));
     CHECK_INT(house_ask(&house, "", origin), 422);
-    house_end(&house);
 }
 
 static long size_of(const char *path) {
@@ -127,7 +124,7 @@ static int grows(const struct house *house, const char *path, long bytes) {
 
 TEST(a_log_that_was_moved_away_is_opened_anew) {
     static const int told[] = {SIGUSR1, SIGHUP};
-    struct house house;
+    OWN(house, end) house;
     struct stat file;
     REQUIRE(house_begin(&house, "\n"));
     CHECK(grows(&house, house.log, 0));
@@ -144,11 +141,10 @@ TEST(a_log_that_was_moved_away_is_opened_anew) {
     }
     test_server_signal(house.server, SIGUSR2);
     CHECK(grows(&house, house.log, size_of(house.log)));
-    house_end(&house);
 }
 
 TEST(options_change_under_load_and_no_request_notices) {
-    struct house house;
+    OWN(house, end) house;
     REQUIRE(house_begin(&house, "max-arms = 10\n"));
     for (int i = 0; i < 20; i++) {
         char text[64], origin[64];
@@ -157,7 +153,6 @@ TEST(options_change_under_load_and_no_request_notices) {
         test_server_signal(house.server, SIGHUP);
         for (int k = 0; k < 10; k++) CHECK_INT(house_ask(&house, "", origin), 200);
     }
-    house_end(&house);
 }
 
 /* Signals are received before there is a socket, so the end is requested only then. */

@@ -72,7 +72,7 @@ enum { ROUTES = sizeof route / sizeof *route };
 
 TEST(every_route_answers) {
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (int i = 0; i < ROUTES; i++) {
         CHECK_INT(test_request(server, &reply, route[i].method, route[i].path, "", route[i].body),
@@ -83,12 +83,11 @@ TEST(every_route_answers) {
                      route[i].word);
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(every_preset_can_be_fetched_and_integrated) {
     struct test_reply reply, one;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     test_request(server, &reply, "GET", "/v1/presets", "", NULL);
     cJSON *answer = ask_json(&reply);
@@ -116,12 +115,11 @@ TEST(every_preset_can_be_fetched_and_integrated) {
     }
     cJSON_Delete(answer);
     test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(head_answers_what_get_does_without_a_body) {
     struct test_reply get, head;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (int i = 0; i < ROUTES; i++) {
         if (strcmp(route[i].method, "GET") != 0) continue;
@@ -134,7 +132,6 @@ TEST(head_answers_what_get_does_without_a_body) {
         test_reply_clear(&get);
         test_reply_clear(&head);
     }
-    test_server_stop(&server);
 }
 
 /* true if a comma-separated list contains a word */
@@ -152,7 +149,7 @@ static int listed(const char *list, const char *word) {
 TEST(options_and_wrong_methods_say_what_is_allowed) {
     static const char *const wrong[] = {"DELETE", "PUT", "PATCH"};
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (int i = 0; i < ROUTES; i++) {
         int status = test_request(server, &reply, "OPTIONS", route[i].path, "", NULL);
@@ -168,7 +165,6 @@ TEST(options_and_wrong_methods_say_what_is_allowed) {
             test_reply_clear(&reply);
         }
     }
-    test_server_stop(&server);
 }
 
 /* requests that are refused: what is sent, the status, and the pointer of the error */
@@ -246,7 +242,7 @@ static const struct {
 
 TEST(requests_that_cannot_be_answered_are_refused_with_their_problem) {
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
         test_request(server, &reply, refused[i].method, refused[i].path, refused[i].headers,
@@ -257,7 +253,6 @@ TEST(requests_that_cannot_be_answered_are_refused_with_their_problem) {
         ask_problem(&reply, refused[i].status, refused[i].pointer);
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(an_address_that_is_nearly_right_is_told_the_right_one) {
@@ -274,7 +269,7 @@ TEST(an_address_that_is_nearly_right_is_told_the_right_one) {
         {"/v1/weather", "see /openapi.json"},
     };
     struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         CHECK_INT(test_request(server, &reply, "POST", row[i][0], "", ASK_LITTLE), 404);
@@ -282,14 +277,13 @@ TEST(an_address_that_is_nearly_right_is_told_the_right_one) {
                      reply.body ? reply.body : "");
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     static const char *const options[] = {"--max-body-bytes", "4096", NULL};
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     struct test_client client;
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     REQUIRE(server != NULL);
     /* announced too large: the answer comes although no byte of the body is sent */
     REQUIRE(test_client_open(&client, test_server_port(server)));
@@ -318,13 +312,11 @@ TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     test_reply_clear(&reply);
     test_client_close(&client);
     CHECK_INT(ask(server, &reply, "/v1/trees", ASK_LITTLE), 200);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(csv_comes_when_it_is_asked_for) {
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", "Accept: text/csv\r\n",
                            ASK_EXAMPLE),
@@ -335,13 +327,11 @@ TEST(csv_comes_when_it_is_asked_for) {
     int lines = 0;
     for (const char *at = reply.body; at && *at; at++) lines += *at == '\n';
     CHECK_INT(lines, 502);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(an_answer_that_the_client_has_is_not_sent_again) {
-    struct test_server *server = test_server_start(NULL);
-    struct test_reply reply;
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
     char headers[256];
     REQUIRE(server != NULL);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "", ASK_LITTLE), 200);
@@ -355,13 +345,11 @@ TEST(an_answer_that_the_client_has_is_not_sent_again) {
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "If-None-Match: \"other\"\r\n",
                            ASK_LITTLE),
               200);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(what_is_counted_is_there_for_prometheus) {
-    struct test_server *server = test_server_start(NULL);
-    struct test_reply reply;
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(server != NULL);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "", ASK_LITTLE), 200);
     test_reply_clear(&reply);
@@ -371,6 +359,4 @@ TEST(what_is_counted_is_there_for_prometheus) {
     CHECK(strstr(reply.body,
                  "\npendulumd_requests_total{route=\"POST /v1/trees\",status=\"200\"} 1\n") !=
           NULL);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }

@@ -38,7 +38,7 @@ static struct test_server *sandboxed(void) {
 }
 
 TEST(a_live_server_has_no_privileges_and_a_filter) {
-    struct test_server *server = sandboxed();
+    OWN(test_server, stop) *server = sandboxed();
     if (!server) return;
     int pid = test_server_pid(server);
     CHECK_INT(ask_process(pid, "NoNewPrivs", 10), 1);
@@ -47,7 +47,6 @@ TEST(a_live_server_has_no_privileges_and_a_filter) {
     CHECK_INT(ask_process(pid, "CapPrm", 16), 0);
     CHECK_INT(ask_process(pid, "CapAmb", 16), 0);
     if (!geteuid()) CHECK_INT(ask_process(pid, "CapBnd", 16), 0);
-    test_server_stop(&server);
 }
 
 TEST(root_is_refused_unless_it_is_allowed) {
@@ -119,7 +118,7 @@ static long long opened(int pid, const char *path, long flags) {
 }
 
 TEST(a_call_that_is_not_listed_fails_and_is_told) {
-    struct test_server *server = sandboxed();
+    OWN(test_server, drop) *server = sandboxed();
     struct test_reply reply;
     if (!server) return;
     int pid = test_server_pid(server);
@@ -139,13 +138,12 @@ TEST(a_call_that_is_not_listed_fails_and_is_told) {
     char line[96];
     snprintf(line, sizeof line, "sandbox: refused the system call %04d,", SYS_sethostname);
     CHECK_SAYING(strstr(test_server_log(server), line) != NULL, "%s", test_server_log(server));
-    test_server_drop(&server);
 }
 
 TEST(a_call_that_only_an_intruder_makes_ends_the_process) {
     static const long calls[] = {SYS_execve, SYS_ptrace, SYS_setuid};
     for (size_t i = 0; i < sizeof calls / sizeof *calls; i++) {
-        struct test_server *server = sandboxed();
+        OWN(test_server, drop) *server = sandboxed();
         struct user_regs_struct before;
         if (!server) return;
         int pid = test_server_pid(server);
@@ -154,13 +152,12 @@ TEST(a_call_that_only_an_intruder_makes_ends_the_process) {
             int status = test_server_wait(server);
             CHECK_SAYING(status == 128 + SIGSYS, "call %ld: status %d", calls[i], status);
         }
-        test_server_drop(&server);
     }
 }
 
 TEST(files_that_no_option_names_stay_shut) {
     char own[PATH], made[PATH + 16];
-    struct test_server *server = sandboxed();
+    OWN(test_server, stop) *server = sandboxed();
     if (!server) return;
     int pid = test_server_pid(server);
     ssize_t bytes = readlink("/proc/self/exe", own, sizeof own - 1);
@@ -174,7 +171,6 @@ TEST(files_that_no_option_names_stay_shut) {
         ptrace(PTRACE_DETACH, pid, NULL, NULL);
     }
     CHECK(access(made, F_OK) != 0);
-    test_server_stop(&server);
 }
 
 #endif

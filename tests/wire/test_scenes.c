@@ -21,7 +21,7 @@ static struct test_server *serve(const struct place *place, const char *option, 
 
 /* stores a scene; returns its path, "" if there is none */
 static int put(const struct test_server *server, const char *body, char path[64], char **text) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     path[0] = 0;
     int status = ask((struct test_server *)server, &reply, "/v1/scenes", body);
     const char *location = test_reply_header(&reply, "Location");
@@ -29,17 +29,15 @@ static int put(const struct test_server *server, const char *body, char path[64]
         CHECK(location && strlen(location) == 11 + ID && !strncmp(location, "/v1/scenes/", 11)))
         strcpy(path, location);
     if (text) *text = strdup(reply.body);
-    test_reply_clear(&reply);
     return status;
 }
 
 /* checks that the scene at a path is that text, byte for byte */
 static void check_there(const struct test_server *server, const char *path, const char *text) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply;
     CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
     CHECK_TEXT(reply.body, text);
     CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "public, max-age=31536000, immutable");
-    test_reply_clear(&reply);
 }
 
 static void lasts(struct place *place) {
@@ -58,7 +56,7 @@ static void lasts(struct place *place) {
     test_server_stop(&server);
     for (int life = 0; life < 3 && (server = serve(place, NULL, NULL)); life++) {
         char body[400], other[64];
-        char *kept = NULL;
+        OWN_MEMORY char *kept = NULL;
         check_there(server, path, text);
         snprintf(body, sizeof body,
                  "{\"title\":\"life %d\",\"request\":{\"pendulum\":%s,\"times\":[0,1]}}", life,
@@ -72,7 +70,6 @@ static void lasts(struct place *place) {
         CHECK_INT(put(server, SCENE, again, NULL), 201);
         CHECK_TEXT(again, path);
         test_server_stop(&server);
-        free(kept);
     }
     free(text);
     free(second);
@@ -82,7 +79,7 @@ TEST(a_scene_is_the_same_for_ever_through_restarts_and_kills) { place_on_both(la
 
 static void two_servers(struct place *place) {
     char path[2][64];
-    char *text = NULL;
+    OWN_MEMORY char *text = NULL;
     struct test_server *one = serve(place, NULL, NULL), *two = serve(place, NULL, NULL);
     if (one && two) {
         CHECK_INT(put(one, SCENE, path[0], &text), 201);
@@ -90,7 +87,6 @@ static void two_servers(struct place *place) {
         CHECK_INT(put(two, SCENE_AGAIN, path[1], NULL), 201);
         CHECK_TEXT(path[1], path[0]);
     }
-    free(text);
     test_server_stop(&one);
     test_server_stop(&two);
 }
@@ -98,9 +94,9 @@ static void two_servers(struct place *place) {
 TEST(a_scene_that_one_server_kept_is_there_for_another) { place_on_both(two_servers); }
 
 static void refusals(struct place *place) {
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     char path[64], headers[160];
-    struct test_server *server = serve(place, "--max-client-scenes", "1");
+    OWN(test_server, stop) *server = serve(place, "--max-client-scenes", "1");
     if (!server) return;
     static const struct {
         const char *body, *pointer;
@@ -139,19 +135,17 @@ static void refusals(struct place *place) {
     CHECK_INT(test_request(server, &reply, "GET", path, headers, NULL), 304);
     CHECK_INT((long long)reply.body_bytes, 0);
     CHECK(test_reply_header(&reply, "ETag") && strstr(headers, test_reply_header(&reply, "ETag")));
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(scenes_that_cannot_be_kept_are_refused_with_their_problem) { place_on_both(refusals); }
 
 TEST(a_scene_can_be_asked_for_its_motion) {
-    struct place place;
+    OWN(place, end) place;
     char path[64];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = serve(&place, NULL, NULL);
+    OWN(test_server, stop) *server = serve(&place, NULL, NULL);
     if (server) {
-        struct test_reply scene, kept, plain;
+        OWN(test_reply, clear) scene, kept, plain;
         CHECK_INT(put(server, SCENE, path, NULL), 201);
         CHECK_INT(test_request(server, &scene, "GET", path, "", NULL), 200);
         cJSON *json = ask_json(&scene);
@@ -163,17 +157,12 @@ TEST(a_scene_can_be_asked_for_its_motion) {
         CHECK(kept.body_bytes > 10000);
         cJSON_free(request);
         cJSON_Delete(json);
-        test_reply_clear(&scene);
-        test_reply_clear(&kept);
-        test_reply_clear(&plain);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }
 
 TEST(a_server_without_a_store_says_that_it_keeps_no_scenes) {
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     ask(server, &reply, "/v1/scenes", SCENE);
     ask_problem(&reply, 404, NULL);
@@ -181,15 +170,13 @@ TEST(a_server_without_a_store_says_that_it_keeps_no_scenes) {
     test_reply_clear(&reply);
     test_request(server, &reply, "GET", "/v1/scenes/00000000000000000000000000", "", NULL);
     ask_problem(&reply, 404, NULL);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 TEST(a_scene_beyond_its_bytes_is_refused) {
-    struct place place;
+    OWN(place, end) place;
     struct test_reply reply;
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = serve(&place, "--max-scene-bytes", "1024");
+    OWN(test_server, stop) *server = serve(&place, "--max-scene-bytes", "1024");
     if (server) {
         char *body = malloc(5000), *at = body;
         at += sprintf(at, "{\"request\":{\"pendulum\":%s,\"times\":[0", ASK_DOUBLE);
@@ -200,6 +187,4 @@ TEST(a_scene_beyond_its_bytes_is_refused) {
         test_reply_clear(&reply);
         free(body);
     }
-    test_server_stop(&server);
-    place_end(&place);
 }

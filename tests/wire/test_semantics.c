@@ -13,14 +13,12 @@ static int answer(const struct test_server *server, const char *method, const ch
 
 static int answered(const struct test_server *server, const char *method, const char *path,
                     const char *fields, const char *body) {
-    struct test_reply reply;
-    int status = answer(server, method, path, fields, body, &reply);
-    test_reply_clear(&reply);
-    return status;
+    OWN(test_reply, clear) reply;
+    return answer(server, method, path, fields, body, &reply);
 }
 
 TEST(a_query_is_a_post_that_changes_nothing) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     struct test_reply posted, queried;
     char etag[256];
     REQUIRE(server != NULL);
@@ -44,11 +42,10 @@ TEST(a_query_is_a_post_that_changes_nothing) {
               204);
     CHECK_TEXT(test_reply_header(&queried, "Access-Control-Allow-Methods"), "POST, QUERY, OPTIONS");
     test_reply_clear(&queried);
-    test_server_stop(&server);
 }
 
 TEST(if_none_match_is_304_for_safe_methods_and_412_for_others) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     struct test_reply reply;
     char fields[2][256] = {"", "If-None-Match: *\r\n"};
     REQUIRE(server != NULL);
@@ -73,13 +70,12 @@ TEST(if_none_match_is_304_for_safe_methods_and_412_for_others) {
     }
     CHECK_INT(answered(server, "POST", "/v1/trees", "If-None-Match: \"x\"\r\n", ASK_LITTLE), 200);
     CHECK_INT(answered(server, "GET", "/v1/presets", "If-None-Match: *\r\n", ""), 304);
-    test_server_stop(&server);
 }
 
 TEST(a_body_in_a_coding_or_of_another_type_is_415_and_says_what_is_taken) {
     static const char *const coding[] = {"gzip", "rot13", "identity, gzip", "zstd"};
-    struct test_server *server = test_server_start(NULL);
-    struct test_reply reply;
+    OWN(test_server, stop) *server = test_server_start(NULL);
+    OWN(test_reply, clear) reply = {0};
     char fields[128];
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof coding / sizeof *coding; i++) {
@@ -101,8 +97,6 @@ TEST(a_body_in_a_coding_or_of_another_type_is_415_and_says_what_is_taken) {
         test_request(server, &reply, "POST", "/v1/fits", "Content-Type: text/csv\r\n", "t,x\n"),
         415);
     CHECK_TEXT(test_reply_header(&reply, "Accept-Post"), "application/json, multipart/form-data");
-    test_reply_clear(&reply);
-    test_server_stop(&server);
 }
 
 /* a table as a file beside the JSON, as `curl -F request=@fit.json -F csv=@track.csv` sends it */
@@ -121,7 +115,7 @@ TEST(a_form_of_files_is_the_request_that_it_says) {
                  "\"data\":{\"unit\":\"deg\",\"csv\":\"t,theta_1\\r\\n0,20\\r\\n0.2,16.6"
                  "\\r\\n0.4,7.7\\r\\n0.6,-3.3\\r\\n\"}}";
     static const char *const options[] = {"--cors-origins", "none", NULL};
-    struct test_server *server = test_server_start(options);
+    OWN(test_server, stop) *server = test_server_start(options);
     struct test_reply reply, again;
     char fields[256];
     REQUIRE(server != NULL);
@@ -146,7 +140,6 @@ TEST(a_form_of_files_is_the_request_that_it_says) {
         CHECK_INT(test_request(server, &reply, "POST", "/v1/fits", fields, form), own ? 200 : 403);
         test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(a_trace_of_zeros_is_none) {
@@ -160,22 +153,20 @@ TEST(a_trace_of_zeros_is_none) {
         {"00-0af7651916cd43dd8448eb211c80319c-0000000000000000-01", 0},
         {"ff-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01", 0},
     };
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
-        struct test_reply reply;
+        OWN(test_reply, clear) reply;
         char fields[128];
         snprintf(fields, sizeof fields, "Traceparent: %s\r\n", told[i].trace);
         CHECK_INT(test_request(server, &reply, "GET", "/healthz", fields, NULL), 200);
         CHECK_SAYING(!test_reply_header(&reply, "Traceparent") == !told[i].taken, "%s",
                      told[i].trace);
-        test_reply_clear(&reply);
     }
-    test_server_stop(&server);
 }
 
 TEST(the_description_is_kept_and_packed) {
-    struct test_server *server = test_server_start(NULL);
+    OWN(test_server, stop) *server = test_server_start(NULL);
     struct test_reply plain, packed;
     char fields[128];
     REQUIRE(server != NULL);
@@ -193,5 +184,4 @@ TEST(the_description_is_kept_and_packed) {
     test_reply_clear(&packed);
     CHECK_INT(test_request(server, &plain, "GET", "/openapi.json", fields, NULL), 304);
     test_reply_clear(&plain);
-    test_server_stop(&server);
 }

@@ -90,16 +90,14 @@ static int sweep_run(const struct sweep *sweep, const char *body, char path[PATH
 /* the results in a representation that may not be text; it is not recorded */
 static int sweep_fetch(const struct sweep *sweep, struct test_reply *reply, const char *path,
                        const char *accept) {
-    struct test_client client;
+    OWN(test_client, close) client;
     char text[256];
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, test_server_port(sweep->server))) return 0;
     snprintf(text, sizeof text,
              "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\n\r\n", path, accept);
     test_client_say(&client, text);
-    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
-    test_client_close(&client);
-    return status;
+    return test_client_receive(&client, reply, 0, TEST_PATIENCE);
 }
 
 static unsigned png_whole(const char *at) {
@@ -113,8 +111,8 @@ TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
                                "\"grid\":[" AXIS("1") "," AXIS(
                                    "2") "],\"picture\":{\"of\":\"first_flip\",\"scale\":\"log\"}}";
     const unsigned side = (unsigned)atoi(SIDE);
-    struct sweep sweep;
-    struct test_reply reply;
+    OWN(sweep, end) sweep;
+    OWN(test_reply, clear) reply = {0};
     char path[PATH];
     REQUIRE(sweep_begin(&sweep, "1000000000"));
     /* a slow reader, on a busy machine, sees little of it */
@@ -129,8 +127,6 @@ TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
     CHECK_INT(sweep_fetch(&sweep, &reply, path, "application/x-npz"), 200);
     /* four columns of doubles: member, status, time, arm */
     CHECK(reply.body_bytes > 4 * 8 * side * side && !memcmp(reply.body, "PK\3\4", 4));
-    test_reply_clear(&reply);
-    sweep_end(&sweep);
 }
 
 /* calls `row` for every line of a CSV except the first, with its numbers; returns their count */
@@ -167,8 +163,8 @@ TEST(ten_thousand_trees_of_varied_masses_are_a_job) {
         "[\"parameters\",\"energy_drift\"],\"random\":{\"count\":10000,\"seed\":7,\"draw\":[{"
         "\"vary\":\"mass\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0.5,\"high\":2},{"
         "\"vary\":\"mass\",\"arm\":2,\"distribution\":\"normal\",\"mean\":1,\"deviation\":0.05}]}}";
-    struct sweep sweep;
-    struct test_reply reply;
+    OWN(sweep, end) sweep;
+    OWN(test_reply, clear) reply = {0};
     struct spread spread = {.least = INFINITY};
     char path[PATH];
     REQUIRE(sweep_begin(&sweep, "1000000000"));
@@ -178,8 +174,6 @@ TEST(ten_thousand_trees_of_varied_masses_are_a_job) {
     CHECK_INT(spread.failed, 0);
     CHECK(spread.least >= 0.5 && spread.least < 0.51 && spread.most <= 2 && spread.most > 1.99);
     CHECK_SAYING(spread.drift > 0 && spread.drift < 1e-9, "energy drifts by %g", spread.drift);
-    test_reply_clear(&reply);
-    sweep_end(&sweep);
 }
 
 /* at most four rows */
@@ -198,7 +192,7 @@ TEST(members_that_fail_are_told_and_others_stand) {
     static const char good[] = "{\"pendulum\":" ASK_DOUBLE
                                ",\"duration\":5,\"states\":[{\"theta\":[2,2.5]},{\"theta\":[3,1]}],"
                                "\"observables\":[\"final\"]}";
-    struct sweep sweep;
+    OWN(sweep, end) sweep;
     struct test_reply reply, right;
     char path[PATH];
     double all[4][6] = {{0}}, alone[2][6] = {{0}};
@@ -220,5 +214,4 @@ TEST(members_that_fail_are_told_and_others_stand) {
     CHECK_INT(sweep_fetch(&sweep, &reply, path, "application/json"), 200);
     CHECK(strstr(reply.body, "\"members\":4,\"failed\":2,") != NULL);
     test_reply_clear(&reply);
-    sweep_end(&sweep);
 }

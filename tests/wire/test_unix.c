@@ -20,13 +20,12 @@ static int connects(struct test_client *client, const char *path) {
 }
 
 static int asks(const char *path, const char *headers, struct test_reply *reply) {
-    struct test_client client;
+    OWN(test_client, close) client;
     char text[256];
     snprintf(text, sizeof text, "GET /v1/presets HTTP/1.1\r\nHost: anything\r\n%s\r\n", headers);
     int status = 0;
     if (connects(&client, path) && CHECK(test_client_say(&client, text)))
         status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
-    test_client_close(&client);
     return status;
 }
 

@@ -42,10 +42,9 @@ static void waits_for_results(const struct test_server *server) {
 }
 
 static void a_quick_job(struct place *place) {
-    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    OWN(test_server, stop) *server = place_serve(place, "all", "1", NULL, NULL);
     if (!server) return;
     waits_for_results(server);
-    test_server_stop(&server);
 }
 
 TEST(who_waits_for_a_quick_job_is_led_to_its_results) { place_on_both(a_quick_job); }
@@ -53,9 +52,9 @@ TEST(who_waits_for_a_quick_job_is_led_to_its_results) { place_on_both(a_quick_jo
 /* nobody works: only time, another client or the end of the process ends a wait */
 static void a_job_at_rest(struct place *place) {
     char id[ID + 1], path[96], waits[192];
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     struct test_client client, gone;
-    struct test_server *api = place_serve(place, "api", "1", NULL, NULL);
+    OWN(test_server, stop) *api = place_serve(place, "api", "1", NULL, NULL);
     if (!api) return;
     double begin = test_clock();
     CHECK_INT(submit(api, "/v1/trajectories", "Prefer: respond-async;x=1 ,wait=1\r\n", LITTLE, id),
@@ -103,9 +102,7 @@ static void a_job_at_rest(struct place *place) {
     snprintf(waits, sizeof waits, "GET %s?wait=60 HTTP/1.1\r\nHost: x\r\n\r\n", path);
     CHECK(test_client_say(&client, waits));
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
-    test_reply_clear(&reply);
     test_client_close(&client);
-    test_server_stop(&api);
 }
 
 TEST(a_wait_ends_with_its_time_or_the_job) { place_on_both(a_job_at_rest); }
@@ -115,7 +112,7 @@ static void a_drain(struct place *place) {
     char id[ID + 1], path[128];
     struct test_reply reply;
     struct test_client client;
-    struct test_server *api = place_serve(place, "api", "1", NULL, NULL);
+    OWN(test_server, stop) *api = place_serve(place, "api", "1", NULL, NULL);
     if (!api) return;
     CHECK_INT(submit(api, "/v1/trajectories", ASYNC, LITTLE, id), 202);
     snprintf(path, sizeof path, "/v1/jobs/%s?wait=60", id);
@@ -129,7 +126,6 @@ static void a_drain(struct place *place) {
     test_client_close(&client);
     CHECK_INT(test_server_wait(api), 0);
     CHECK_SAYING(test_clock() - begin < 20, "%.1f s", test_clock() - begin);
-    test_server_stop(&api);
 }
 
 TEST(a_drain_answers_who_waits) { place_on_both(a_drain); }

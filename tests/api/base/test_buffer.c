@@ -11,13 +11,12 @@ static int holds(const struct api_buffer *buffer, const char *text) {
 }
 
 TEST(buffer_begins_empty_and_allocates_nothing) {
-    struct api_buffer buffer;
+    OWN(api_buffer, clear) buffer;
     long before = test_alloc_count();
     api_buffer_init(&buffer, 100);
     CHECK(!buffer.data && !buffer.bytes && !buffer.cap && buffer.limit == 100);
     CHECK_INT(api_buffer_add(&buffer, NULL, 0), PEND_OK);
     CHECK_INT(test_alloc_count(), before);
-    api_buffer_clear(&buffer);
 }
 
 TEST(buffer_keeps_what_is_appended_in_order) {
@@ -33,7 +32,7 @@ TEST(buffer_keeps_what_is_appended_in_order) {
 }
 
 TEST(buffer_goes_to_its_limit_and_not_beyond) {
-    struct api_buffer buffer;
+    OWN(api_buffer, clear) buffer;
     api_buffer_init(&buffer, 10);
     CHECK_INT(api_buffer_text(&buffer, "12345678"), PEND_OK);
     CHECK_INT(api_buffer_text(&buffer, "901"), PEND_LIMIT);
@@ -45,11 +44,10 @@ TEST(buffer_goes_to_its_limit_and_not_beyond) {
     CHECK_INT(api_buffer_text(&buffer, "1"), PEND_LIMIT);
     CHECK_INT(api_buffer_text(&buffer, ""), PEND_OK);
     CHECK(holds(&buffer, "1234567890"));
-    api_buffer_clear(&buffer);
 }
 
 TEST(buffer_grows_by_few_allocations) {
-    struct api_buffer buffer;
+    OWN(api_buffer, clear) buffer;
     long before = test_alloc_count();
     int failed = 0;
     api_buffer_init(&buffer, 1 << 24);
@@ -58,11 +56,10 @@ TEST(buffer_grows_by_few_allocations) {
     CHECK_INT(failed, 0);
     CHECK_INT((long long)buffer.bytes, 1 << 24);
     CHECK_SAYING(test_alloc_count() - before < 20, "%ld allocations", test_alloc_count() - before);
-    api_buffer_clear(&buffer);
 }
 
 TEST(buffer_formats_a_text_of_any_length) {
-    struct api_buffer buffer;
+    OWN(api_buffer, clear) buffer;
     int faults = 0;
     api_buffer_init(&buffer, 1 << 20);
     for (int width = 0; width < 3000; width += 7) {
@@ -72,12 +69,11 @@ TEST(buffer_formats_a_text_of_any_length) {
                   buffer.data[buffer.bytes - 1] != '|';
     }
     CHECK_INT(faults, 0);
-    api_buffer_clear(&buffer);
 }
 
 TEST(buffer_keeps_its_contents_when_memory_fails) {
     for (int for_good = 0; for_good < 2; for_good++) {
-        struct api_buffer buffer;
+        OWN(api_buffer, clear) buffer;
         api_buffer_init(&buffer, 1 << 20);
         CHECK_INT(api_buffer_text(&buffer, "kept"), PEND_OK);
         char *data = buffer.data;
@@ -100,6 +96,5 @@ TEST(buffer_keeps_its_contents_when_memory_fails) {
         CHECK_INT(api_buffer_format(&buffer, "%*d", 200000, 7), PEND_NO_MEMORY);
         test_alloc_faults_off();
         CHECK(holds(&buffer, "kept"));
-        api_buffer_clear(&buffer);
     }
 }

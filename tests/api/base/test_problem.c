@@ -9,9 +9,9 @@
 /* the problem as text, NUL-terminated, in static memory; checked to be JSON */
 static const char *text_of(const struct api_problem *problem) {
     static char text[100000];
-    struct api_buffer out;
-    struct api_json *document = NULL;
-    struct api_problem reading;
+    OWN(api_buffer, clear) out;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) reading;
     api_problem_init(&reading);
     api_buffer_init(&out, sizeof text - 1);
     text[0] = 0;
@@ -20,9 +20,6 @@ static const char *text_of(const struct api_problem *problem) {
                  reading.detail);
     memcpy(text, out.data, out.bytes);
     text[out.bytes] = 0;
-    api_json_free(&document);
-    api_problem_clear(&reading);
-    api_buffer_clear(&out);
     return text;
 }
 
@@ -39,7 +36,7 @@ TEST(problem_that_was_set_is_written) {
 }
 
 TEST(problem_has_the_type_in_front_of_its_format_and_no_other) {
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     api_problem_set(&problem, 413, API_TYPE_LIMIT "%s", "\1Q is text of the client");
     CHECK_TEXT(problem.type, "over-limit");
@@ -47,22 +44,20 @@ TEST(problem_has_the_type_in_front_of_its_format_and_no_other) {
     api_problem_clear(&problem);
     api_problem_set(&problem, 404, "%s", API_TYPE_LIMIT);
     CHECK(!problem.type);
-    api_problem_clear(&problem);
 }
 
 TEST(problem_keeps_what_was_stated_first) {
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     api_problem_set(&problem, 413, "first");
     api_problem_set(&problem, 400, "second");
     CHECK_INT(problem.status, 413);
     CHECK_TEXT(problem.detail, "first");
     CHECK_TEXT(problem.title, "Content Too Large");
-    api_problem_clear(&problem);
 }
 
 TEST(problem_of_faults_is_a_422_with_pointers) {
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     api_problem_fault(&problem, "/pendulum/arms/3/mass",
                       API_CODE_OUT_OF_RANGE "must be greater than %d, got %g", 0, -1.0);
@@ -73,7 +68,6 @@ TEST(problem_of_faults_is_a_422_with_pointers) {
                "\"errors\":[{\"pointer\":\"/pendulum/arms/3/mass\",\"detail\":\"must be greater "
                "than 0, got -1\",\"code\":\"out_of_range\"},{\"pointer\":\"\",\"detail\":\"has "
                "\\\"no\\\" arms\",\"code\":\"invalid\"}]}");
-    api_problem_clear(&problem);
 }
 
 TEST(problem_has_a_status_for_every_result) {
@@ -87,17 +81,16 @@ TEST(problem_has_a_title_for_every_status_that_is_used) {
     static const int statuses[] = {400, 404, 405, 406, 408, 413, 414, 415,
                                    417, 422, 429, 431, 500, 501, 503, 505};
     for (size_t i = 0; i < sizeof statuses / sizeof *statuses; i++) {
-        struct api_problem problem;
+        OWN(api_problem, clear) problem;
         api_problem_init(&problem);
         api_problem_set(&problem, statuses[i], "x");
         CHECK_SAYING(!strstr(problem.title, "Error") || statuses[i] == 500, "%d: %s", statuses[i],
                      problem.title);
-        api_problem_clear(&problem);
     }
 }
 
 TEST(problem_keeps_a_hundred_faults_and_counts_the_rest) {
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     for (int i = 0; i < 250; i++) {
         char pointer[20];
@@ -110,7 +103,6 @@ TEST(problem_keeps_a_hundred_faults_and_counts_the_rest) {
     CHECK(strstr(text, "\"250 errors in the request: see errors\"") != NULL);
     CHECK(strstr(text, "\"errors_omitted\":150}") != NULL);
     CHECK(strstr(text, "/99\"") && !strstr(text, "/100\""));
-    api_problem_clear(&problem);
 }
 
 TEST(problem_cuts_long_texts_where_a_character_ends) {
@@ -131,7 +123,7 @@ TEST(problem_cuts_long_texts_where_a_character_ends) {
 }
 
 TEST(problem_with_hostile_text_is_valid_json) {
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     char hostile[256];
     for (int i = 0; i < 255; i++) hostile[i] = (char)(i + 1);
     hostile[255] = 0;
@@ -139,12 +131,11 @@ TEST(problem_with_hostile_text_is_valid_json) {
     api_problem_set(&problem, 400, "%s", hostile);
     api_problem_fault(&problem, hostile + 128, "%s", hostile + 128);
     CHECK(strlen(text_of(&problem)) > 300);
-    api_problem_clear(&problem);
 }
 
 TEST(problem_counts_faults_for_which_there_is_no_memory) {
-    struct api_problem problem;
-    struct api_buffer out;
+    OWN(api_problem, clear) problem;
+    OWN(api_buffer, clear) out;
     api_problem_init(&problem);
     test_alloc_fail(1, 1);
     api_problem_fault(&problem, "/a", "lost");
@@ -162,6 +153,4 @@ TEST(problem_counts_faults_for_which_there_is_no_memory) {
     for (out.limit = 6; out.limit < 220; out.limit++)
         if (api_problem_write(&problem, &out) == PEND_OK) break;
     CHECK(out.limit > 100 && out.bytes == out.limit && !memcmp(out.data, "before{", 7));
-    api_buffer_clear(&out);
-    api_problem_clear(&problem);
 }

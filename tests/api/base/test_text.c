@@ -50,12 +50,11 @@ TEST(text_is_cut_between_characters) {
 }
 
 static void quoted(const char *text, size_t bytes, const char *want) {
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1000);
     CHECK_INT(api_text_quote(&out, text, bytes), PEND_OK);
     CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
     CHECK_TEXT(out.data, want);
-    api_buffer_clear(&out);
 }
 
 TEST(text_is_quoted_as_json) {
@@ -76,9 +75,8 @@ TEST(text_that_is_no_utf8_is_replaced) {
 
 TEST(text_stops_at_the_limit_of_the_buffer) {
     for (size_t limit = 0; limit < 8; limit++) {
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, limit);
         CHECK_INT(api_text_quote(&out, "a\nb\"", 4), limit < 8 ? PEND_LIMIT : PEND_OK);
-        api_buffer_clear(&out);
     }
 }

@@ -70,12 +70,11 @@ static void check_envelope(struct api_request request, int status, const char *p
         request.body = "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}";
         request.body_bytes = strlen(request.body);
     }
-    struct test_reply reply = test_send(&request, NULL);
+    OWN(test_reply, free) reply = test_send(&request, NULL);
     CHECK_INT(reply.status, status);
     CHECK_TEXT(reply.media_type, status == 200 ? "application/json" : "application/problem+json");
     CHECK_SAYING(strstr(reply.out.data, piece), "no \"%s\" in %s", piece, reply.out.data);
     if (status != 200) CHECK(test_reply_number(&reply, "/status") == status);
-    test_reply_free(&reply);
 }
 
 TEST(the_envelope_is_checked_before_the_body) {
@@ -114,10 +113,9 @@ TEST(json_is_answered_where_the_preferred_representation_cannot_carry_the_answer
          "application/problem+json"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = test_post_as(rows[i].op, rows[i].body, rows[i].accept, NULL);
+        OWN(test_reply, free) reply = test_post_as(rows[i].op, rows[i].body, rows[i].accept, NULL);
         CHECK_TEXT(reply.media_type, rows[i].type);
         CHECK_INT(reply.status, strstr(rows[i].type, "problem") ? 422 : 200);
-        test_reply_free(&reply);
     }
 }
 
@@ -132,12 +130,11 @@ TEST(bytes_that_are_no_json_are_refused_with_their_place) {
         {"{\"a\":01}", "JSON"}, {"{\"a\":\"\xff\"}", "UTF-8"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        struct test_reply reply = test_post(API_OP_TREES, bad[i].body);
+        OWN(test_reply, free) reply = test_post(API_OP_TREES, bad[i].body);
         CHECK_INT(reply.status, 400);
         CHECK_SAYING(test_reply_text(&reply, "/detail") &&
                          strstr(test_reply_text(&reply, "/detail"), bad[i].piece),
                      "%s gives %s", bad[i].body, reply.out.data);
-        test_reply_free(&reply);
     }
 }
 
@@ -145,10 +142,9 @@ TEST(a_body_beyond_the_limit_is_too_large) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.body_bytes = 10;
-    struct test_reply reply = test_post_as(API_OP_TREES, "{\"pendulum\":{}}", NULL, &limits);
+    OWN(test_reply, free) reply = test_post_as(API_OP_TREES, "{\"pendulum\":{}}", NULL, &limits);
     CHECK_INT(reply.status, 413);
     CHECK(strstr(reply.out.data, "max-body-bytes of 10"));
-    test_reply_free(&reply);
 }
 
 /* runs a call to its end with a clock; returns the number of runs */
@@ -176,7 +172,7 @@ static int run_timed(struct clock *clock, struct api_buffer *out) {
 }
 
 TEST(a_clock_cuts_the_work_but_does_not_change_the_answer) {
-    struct api_buffer none, slow, fast;
+    OWN(api_buffer, clear) none, slow, fast;
     struct clock slow_clock = {0, 1}, fast_clock = {0, 1e-9};
     api_buffer_init(&none, 10000000);
     api_buffer_init(&slow, 10000000);
@@ -193,9 +189,6 @@ TEST(a_clock_cuts_the_work_but_does_not_change_the_answer) {
     *slow_seconds = *fast_seconds = 0;
     CHECK_TEXT(slow.data, fast.data);
     CHECK(!strncmp(none.data, slow.data, strlen(slow.data)));
-    api_buffer_clear(&none);
-    api_buffer_clear(&slow);
-    api_buffer_clear(&fast);
 }
 
 static int in_hurry(void *company) {
@@ -213,8 +206,8 @@ TEST(a_hurried_call_comes_back_after_a_quarter_of_a_millisecond) {
     api_limits_init(&limits);
     for (int hurried = 0; hurried < 2; hurried++) {
         struct clock clock = {0, 0.0003}; /* a tick after each piece */
-        struct api_call *call;
-        struct api_buffer out;
+        OWN(api_call, free) *call;
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, 10000000);
         REQUIRE(api_call_new(&call, &limits) == PEND_OK);
         api_call_clock(call, clock_now, &clock);
@@ -222,8 +215,6 @@ TEST(a_hurried_call_comes_back_after_a_quarter_of_a_millisecond) {
         enum api_progress progress = api_call_open(call, &request, &out);
         for (; progress == API_MORE; runs[hurried]++) progress = api_call_run(call, &out);
         CHECK(progress == API_DONE);
-        api_call_free(&call);
-        api_buffer_clear(&out);
     }
     CHECK_SAYING(runs[1] > runs[0] && runs[1] <= 4 * runs[0], "%d runs, %d in hurry", runs[0],
                  runs[1]);
@@ -233,8 +224,8 @@ TEST(a_hurried_call_comes_back_after_a_quarter_of_a_millisecond) {
 TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
     for (int runs = 0; runs < 3; runs++) {
         struct api_limits limits;
-        struct api_call *call;
-        struct api_buffer out;
+        OWN(api_call, free) *call;
+        OWN(api_buffer, clear) out;
         struct api_request request = {.op = API_OP_TRAJECTORIES,
                                       .content_type = "application/json",
                                       .accept = "text/csv",
@@ -255,8 +246,6 @@ TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
         CHECK(!strncmp(out.data, "before|{\"type\":", 15) &&
               strstr(out.data, "outran max-compute-seconds"));
         CHECK_INT(api_call_run(call, &out), API_DONE);
-        api_call_free(&call);
-        api_buffer_clear(&out);
     }
 }
 
@@ -278,13 +267,13 @@ TEST(an_answer_that_was_promised_comes_in_pieces_that_make_up_the_whole) {
     for (int f = 0; api_format_at(f); f++) {
         const char *accept = api_format_at(f)->media_type;
         if (api_format_at(f)->picture) continue;
-        struct test_reply whole = test_post_as(API_OP_TRAJECTORIES, trajectory, accept, NULL);
+        OWN(test_reply, free) whole = test_post_as(API_OP_TRAJECTORIES, trajectory, accept, NULL);
         struct api_limits limits;
-        struct api_buffer out, sum;
+        OWN(api_buffer, clear) out, sum;
         api_limits_init(&limits);
         api_buffer_init(&out, 10000000);
         api_buffer_init(&sum, 10000000);
-        struct api_call *call = open_as(trajectory, accept, &limits, &out);
+        OWN(api_call, free) *call = open_as(trajectory, accept, &limits, &out);
         REQUIRE(call && api_call_streams(call));
         struct api_answer head = api_call_answer(call);
         CHECK_INT(head.status, 200);
@@ -303,10 +292,6 @@ TEST(an_answer_that_was_promised_comes_in_pieces_that_make_up_the_whole) {
         CHECK_INT(progress, API_DONE);
         CHECK(pieces > 1);
         CHECK(sum.bytes == whole.out.bytes && !memcmp(sum.data, whole.out.data, sum.bytes));
-        api_call_free(&call);
-        api_buffer_clear(&out);
-        api_buffer_clear(&sum);
-        test_reply_free(&whole);
     }
 }
 
@@ -315,10 +300,10 @@ TEST(what_fails_after_the_promise_is_broken_off) {
         const struct api_format *format = api_format_at(f);
         if (format->picture) continue;
         struct api_limits limits;
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         api_limits_init(&limits);
         api_buffer_init(&out, 10000000);
-        struct api_call *call = open_as(trajectory, format->media_type, &limits, &out);
+        OWN(api_call, free) *call = open_as(trajectory, format->media_type, &limits, &out);
         REQUIRE(call);
         api_call_promise(call);
         CHECK_INT(api_call_run(call, &out), API_MORE);
@@ -333,19 +318,17 @@ TEST(what_fails_after_the_promise_is_broken_off) {
                   strstr(out.data + before, "no more"));
         CHECK_INT(api_call_run(call, &out), API_BROKEN);
         CHECK_INT(api_call_stop(call, 503, "no more", &out), API_BROKEN);
-        api_call_free(&call);
-        api_buffer_clear(&out);
     }
 }
 
 TEST(a_computation_that_fails_after_the_promise_says_so_in_a_last_line) {
     struct api_limits limits;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_limits_init(&limits);
     limits.steps = 100;
     api_buffer_init(&out, 10000000);
-    struct api_call *call = open_as("{" TREE ",\"times\":{\"stop\":90,\"step\":0.01}}",
-                                    "application/x-ndjson", &limits, &out);
+    OWN(api_call, free) *call = open_as("{" TREE ",\"times\":{\"stop\":90,\"step\":0.01}}",
+                                        "application/x-ndjson", &limits, &out);
     REQUIRE(call);
     api_call_promise(call);
     enum api_progress progress = API_MORE;
@@ -360,8 +343,6 @@ TEST(a_computation_that_fails_after_the_promise_says_so_in_a_last_line) {
     for (char *at = out.data; at < last; at = strchr(at, '\n') + 1, lines++)
         CHECK(!strncmp(at, "{\"t\":", 5));
     CHECK(lines > 10);
-    api_call_free(&call);
-    api_buffer_clear(&out);
 }
 
 TEST(only_answers_that_are_held_have_a_size) {
@@ -370,8 +351,8 @@ TEST(only_answers_that_are_held_have_a_size) {
         const struct api_format *format = api_format_at(f);
         if (format->picture) continue;
         struct api_limits limits;
-        struct api_buffer out;
-        struct api_call *call;
+        OWN(api_buffer, clear) out;
+        OWN(api_call, free) *call;
         struct api_request request = {.op = API_OP_TRAJECTORIES,
                                       .content_type = "application/json",
                                       .accept = format->media_type,
@@ -393,8 +374,6 @@ TEST(only_answers_that_are_held_have_a_size) {
                                 "application/vnd.apache.parquet, application/x-hdf5\",") != NULL,
                          "%s", out.data);
         }
-        api_call_free(&call);
-        api_buffer_clear(&out);
     }
 }
 
@@ -402,16 +381,14 @@ TEST(only_answers_that_are_held_have_a_size) {
 static struct etag { char text[80]; } etag_of(const char *body, const char *accept) {
     struct etag etag;
     struct api_limits limits;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_limits_init(&limits);
     api_buffer_init(&out, 10000000);
-    struct api_call *call = open_as(body, accept, &limits, &out);
+    OWN(api_call, free) *call = open_as(body, accept, &limits, &out);
     snprintf(etag.text, sizeof etag.text, "%s",
              call && api_call_etag(call) ? api_call_etag(call) : "none");
     CHECK_INT((long long)strlen(etag.text), 64);
     CHECK_TEXT(api_call_answer(call).etag, etag.text);
-    api_call_free(&call);
-    api_buffer_clear(&out);
     return etag;
 }
 
@@ -448,8 +425,8 @@ TEST(the_etag_depends_on_what_was_asked_and_not_on_how_it_was_written) {
 static struct etag digest_of(enum api_op_id op, const char *body) {
     struct etag digest = {"refused"};
     struct api_limits limits;
-    struct api_buffer out;
-    struct api_call *call;
+    OWN(api_buffer, clear) out;
+    OWN(api_call, free) *call;
     struct api_request request = {
         .op = op, .content_type = "application/json", .body = body, .body_bytes = strlen(body)};
     api_limits_init(&limits);
@@ -457,8 +434,6 @@ static struct etag digest_of(enum api_op_id op, const char *body) {
     if (api_call_new(&call, &limits) != PEND_OK) return digest;
     if (CHECK_SAYING(api_call_open(call, &request, &out) == API_MORE, "%s", body))
         snprintf(digest.text, sizeof digest.text, "%s", api_call_etag(call));
-    api_call_free(&call);
-    api_buffer_clear(&out);
     return digest;
 }
 

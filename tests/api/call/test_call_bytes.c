@@ -43,8 +43,8 @@ static int bytes_hold(enum api_op_id op, const char *accept, const char *body, d
                                   .body = body,
                                   .body_bytes = strlen(body)};
     struct api_limits limits;
-    struct api_buffer out;
-    struct api_call *call;
+    OWN(api_buffer, clear) out;
+    OWN(api_call, free) *call;
     int held = 1;
     api_limits_init(&limits);
     api_buffer_init(&out, (size_t)limits.answer_bytes);
@@ -66,8 +66,6 @@ static int bytes_hold(enum api_op_id op, const char *accept, const char *body, d
         now += api_call_streams(call) || turn ? 0 : (double)out.cap;
         if (now > *taken) *taken = now;
     }
-    api_call_free(&call);
-    api_buffer_clear(&out);
     return held;
 }
 

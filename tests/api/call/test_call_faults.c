@@ -86,13 +86,11 @@ TEST(whichever_allocation_fails_a_call_ends_cleanly) {
 
 TEST(the_same_request_gives_the_same_bytes) {
     for (int i = 0; i < TEST_REQUESTS; i++) {
-        struct api_buffer a, b;
+        OWN(api_buffer, clear) a, b;
         api_buffer_init(&a, MOST_BYTES);
         api_buffer_init(&b, MOST_BYTES);
         CHECK_INT(faults_call(i, NO_FAULT, 0, &a), faults_call(i, NO_FAULT, 0, &b));
         CHECK(a.bytes == b.bytes && !memcmp(a.data, b.data, a.bytes));
-        api_buffer_clear(&a);
-        api_buffer_clear(&b);
     }
 }
 
@@ -123,7 +121,7 @@ static void faults_job_clear(struct faults_job *job) {
 static enum pend_status faults_part(struct faults_job *job, const struct api_request *request,
                                     const struct api_limits *limits, long number, long parts) {
     struct pend_error error = {.text = ""};
-    struct api_part *part;
+    OWN(api_part, free) *part;
     int done = 0;
     enum pend_status status = api_part_new(&part, request, limits, number, parts, &error);
     if (status != PEND_OK) return part ? PEND_BUG : status;
@@ -131,7 +129,6 @@ static enum pend_status faults_part(struct faults_job *job, const struct api_req
     job->carry.bytes = 0;
     while (status == PEND_OK && !done) status = api_part_run(part, &job->kept, &done, &error);
     if (status == PEND_OK) status = api_part_carry(part, &job->carry);
-    api_part_free(&part);
     return status;
 }
 
@@ -150,20 +147,19 @@ static void faults_again(void *context) { ((struct faults_job *)context)->read =
 static void faults_answer(struct faults_job *job, const struct api_request *request,
                           const struct api_limits *limits) {
     struct api_source source = {faults_fetch, faults_again, job, NULL, 0};
-    struct api_call *call;
+    OWN(api_call, free) *call;
     job->http = 503;
     if (api_call_new(&call, limits) != PEND_OK) return;
     enum api_progress progress = api_call_results(call, request, &source, &job->answer);
     while (progress == API_MORE) progress = api_call_run(call, &job->answer);
     job->http = api_call_answer(call).status;
-    api_call_free(&call);
 }
 
 static void faults_run(struct faults_job *job, int i, long count, int for_good) {
     struct api_request request = faults_request(&test_requests[i]);
     struct api_limits limits;
     struct api_plan plan;
-    struct api_buffer body;
+    OWN(api_buffer, clear) body;
     api_limits_init(&limits);
     api_buffer_init(&body, MOST_BYTES);
     test_alloc_fail(count, for_good);
@@ -177,7 +173,6 @@ static void faults_run(struct faults_job *job, int i, long count, int for_good) 
         if (job->status == PEND_OK) faults_answer(job, &request, &limits);
     }
     test_alloc_faults_off();
-    api_buffer_clear(&body);
 }
 
 TEST(whichever_allocation_fails_a_job_is_computed_or_fails_for_want_of_memory) {
@@ -186,14 +181,14 @@ TEST(whichever_allocation_fails_a_job_is_computed_or_fails_for_want_of_memory) {
         if (!api_op_at(test_requests[i].op)->table) continue;
         jobs++;
         for (int for_good = 0; for_good < 2; for_good++) {
-            struct faults_job whole;
+            OWN(faults_job, clear) whole;
             int over = 0;
             faults_job_init(&whole);
             faults_run(&whole, i, NO_FAULT, 0);
             CHECK_SAYING(whole.http == 200, "request %d: %d %d %.*s", i, whole.http, whole.status,
                          (int)whole.answer.bytes, whole.answer.data);
             for (long count = 1; !over; count = faults_next(count)) {
-                struct faults_job job;
+                OWN(faults_job, clear) job;
                 faults_job_init(&job);
                 long before = test_alloc_count();
                 faults_run(&job, i, count, for_good);
@@ -203,9 +198,7 @@ TEST(whichever_allocation_fails_a_job_is_computed_or_fails_for_want_of_memory) {
                 CHECK_SAYING(same || job.http == 503 || job.status == PEND_NO_MEMORY,
                              "request %d, allocation %ld: %d, %d %.*s", i, count, job.http,
                              job.status, (int)job.answer.bytes, job.answer.data);
-                faults_job_clear(&job);
             }
-            faults_job_clear(&whole);
         }
     }
     CHECK(jobs > 10);

@@ -21,7 +21,7 @@ static int foresight_run(enum api_op_id op, const char *body, const struct api_l
                                   .accept = "application/json",
                                   .body = body,
                                   .body_bytes = strlen(body)};
-    struct api_call *call;
+    OWN(api_call, free) *call;
     double clock = 0;
     api_buffer_init(out, 1 << 24);
     if (!CHECK(api_call_new(&call, limits) == PEND_OK)) return 0;
@@ -31,7 +31,6 @@ static int foresight_run(enum api_op_id op, const char *body, const struct api_l
     int status = api_call_answer(call).status;
     *steps = api_call_steps(call);
     CHECK(api_buffer_add(out, "", 1) == PEND_OK);
-    api_call_free(&call);
     return status;
 }
 
@@ -45,7 +44,7 @@ enum { HOW = sizeof foresight_how / sizeof *foresight_how };
 /* how long a hopeless computation took before it was refused */
 static void foresight_hopeless(enum api_op_id op, const char *rest, const char *name) {
     struct api_limits limits;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     char body[512];
     long steps = 0;
     api_limits_init(&limits);
@@ -56,7 +55,6 @@ static void foresight_hopeless(enum api_op_id op, const char *rest, const char *
     CHECK_SAYING(steps <= 500000, "%s: %ld of 5000000 steps were taken", rest, steps);
     CHECK_SAYING(strstr(out.data, name) && strstr(out.data, "respond-async"), "%s: %s", rest,
                  out.data);
-    api_buffer_clear(&out);
 }
 
 TEST(what_takes_far_too_many_steps_is_refused_as_it_begins) {
@@ -73,7 +71,7 @@ TEST(what_takes_far_too_many_steps_is_refused_as_it_begins) {
 
 TEST(what_takes_far_too_long_is_refused_as_it_begins) {
     struct api_limits limits;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     long steps = 0;
     api_limits_init(&limits);
     limits.compute_seconds = 1;
@@ -83,13 +81,12 @@ TEST(what_takes_far_too_long_is_refused_as_it_begins) {
               422);
     CHECK(strstr(out.data, "max-compute-seconds") != NULL);
     CHECK_SAYING(steps < 4000000, "%ld steps were taken", steps);
-    api_buffer_clear(&out);
 }
 
 /* a branch with many folds, which the estimate takes for a short one */
 TEST(orbits_that_take_far_too_long_are_refused_as_they_begin) {
     struct api_limits limits;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     long steps = 0;
     api_limits_init(&limits);
     limits.compute_seconds = 1;
@@ -100,7 +97,6 @@ TEST(orbits_that_take_far_too_long_are_refused_as_they_begin) {
                   &limits, &steps, &out),
               422);
     CHECK_SAYING(strstr(out.data, "would compute for about") != NULL, "%.200s", out.data);
-    api_buffer_clear(&out);
 }
 
 /* by the estimate alone; the suggestions are those of the request */

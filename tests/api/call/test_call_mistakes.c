@@ -32,13 +32,12 @@ TEST(what_modes_and_sections_do_not_have_is_no_nameless_fault) {
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         char body[600];
         snprintf(body, sizeof body, "{%s%s}", arm, row[i].rest);
-        struct test_reply reply = test_post(row[i].op, body);
+        OWN(test_reply, free) reply = test_post(row[i].op, body);
         const char *code = test_reply_text(&reply, "/errors/0/code"),
                    *pointer = test_reply_text(&reply, "/errors/0/pointer");
         CHECK_SAYING(reply.status == 422 && pointer && !strcmp(pointer, row[i].pointer) && code &&
                          !strcmp(code, row[i].code),
                      "%s: %s", body, reply.out.data);
-        test_reply_free(&reply);
     }
 }
 
@@ -61,13 +60,12 @@ TEST(what_is_not_json_is_told_what_json_has) {
         {"", "the body is empty"},
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, row[i].body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, row[i].body);
         const char *type = test_reply_text(&reply, "/type");
         CHECK_SAYING(reply.status == 400 && type &&
                          !strcmp(type, "urn:pendulumd:problem-not-json") &&
                          strstr(test_reply_text(&reply, "/detail"), row[i].meant),
                      "%s: %s", row[i].body, reply.out.data);
-        test_reply_free(&reply);
     }
 }
 
@@ -91,11 +89,10 @@ TEST(what_is_wrong_beside_the_body_is_told_too) {
                                       .query = row[i].query,
                                       .body = body,
                                       .body_bytes = strlen(body)};
-        struct test_reply reply = test_send(&request, NULL);
+        OWN(test_reply, free) reply = test_send(&request, NULL);
         const char *detail = test_reply_text(&reply, "/detail");
         CHECK_SAYING(reply.status == row[i].status && detail && strstr(detail, row[i].meant),
                      "%zu: %s", i, reply.out.data);
-        test_reply_free(&reply);
     }
 }
 
@@ -118,12 +115,10 @@ TEST(one_arm_is_given_by_numbers_as_well_as_by_lists) {
                 "\"thetad\":[1],\"theta\":[0]")},
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
-        struct test_reply number = test_post(API_OP_TRAJECTORIES, row[i][0]),
-                          list = test_post(API_OP_TRAJECTORIES, row[i][1]);
+        OWN(test_reply, free) number = test_post(API_OP_TRAJECTORIES, row[i][0]),
+                              list = test_post(API_OP_TRAJECTORIES, row[i][1]);
         CHECK_SAYING(number.status == 200 && list.status == 200, "%s", number.out.data);
         double a = test_reply_number(&number, "/phi/2/0"), b = test_reply_number(&list, "/phi/2/0");
         CHECK_SAYING(a == b, "%s: %.17g and %.17g", row[i][0], a, b);
-        test_reply_free(&number);
-        test_reply_free(&list);
     }
 }

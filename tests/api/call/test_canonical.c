@@ -8,8 +8,8 @@ enum { DEPTH = 16 };
 
 /* the canonical form of a text; "" with a failed check if it is not JSON */
 static void canonical(const char *text, struct api_buffer *out) {
-    struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     api_buffer_init(out, 1 << 20);
     if (CHECK_SAYING(api_json_new(&document, text, strlen(text), DEPTH, &problem) == PEND_OK,
@@ -18,18 +18,14 @@ static void canonical(const char *text, struct api_buffer *out) {
         CHECK(api_canonical_write(&root, out) == PEND_OK);
     }
     CHECK(api_buffer_add(out, "", 1) == PEND_OK);
-    api_json_free(&document);
-    api_problem_clear(&problem);
 }
 
 static void check(const char *text, const char *wanted) {
-    struct api_buffer once, twice;
+    OWN(api_buffer, clear) once, twice;
     canonical(text, &once);
     CHECK_TEXT(once.data, wanted);
     canonical(once.data, &twice);
     CHECK_TEXT(twice.data, wanted);
-    api_buffer_clear(&once);
-    api_buffer_clear(&twice);
 }
 
 TEST(canonical_form_heeds_neither_order_nor_spelling) {
@@ -48,8 +44,8 @@ TEST(canonical_form_tells_the_order_of_items_and_the_sign_of_zero) {
 }
 
 TEST(canonical_form_that_finds_no_room_says_so) {
-    struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) problem;
     struct api_buffer out;
     const char *text = "{\"a\":[1,2,{\"b\":\"text\"}]}";
     api_problem_init(&problem);
@@ -68,6 +64,4 @@ TEST(canonical_form_that_finds_no_room_says_so) {
         failed++;
     }
     CHECK(failed >= (int)strlen(text));
-    api_json_free(&document);
-    api_problem_clear(&problem);
 }

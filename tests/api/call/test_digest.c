@@ -12,14 +12,13 @@ struct text {
 static struct text digest_of(const char *json) {
     static const char *const parts[] = {"a", "", NULL};
     struct text text = {""};
-    struct api_json *document = NULL;
+    OWN(api_json, free) *document = NULL;
     struct api_problem problem;
     api_problem_init(&problem);
     CHECK_SAYING(api_json_new(&document, json, strlen(json), 16, &problem) == PEND_OK, "%s", json);
     if (!document) return text;
     struct api_value root = api_json_root(document);
     api_digest(text.digest, parts, &root);
-    api_json_free(&document);
     return text;
 }
 

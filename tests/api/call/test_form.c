@@ -43,13 +43,11 @@ static enum pend_status form_json(const char *body, size_t bytes, struct api_buf
 }
 
 static void check_json(const char *body, const char *json) {
-    struct api_buffer out;
-    struct api_problem problem;
+    OWN(api_buffer, clear) out;
+    OWN(api_problem, clear) problem;
     CHECK(form_json(body, strlen(body), &out, &problem) == PEND_OK);
     CHECK_SAYING(out.bytes == strlen(json) && !memcmp(out.data, json, out.bytes), "%.*s",
                  (int)out.bytes, out.bytes ? out.data : "");
-    api_buffer_clear(&out);
-    api_problem_clear(&problem);
 }
 
 TEST(forms_are_the_request_with_its_tables) {
@@ -113,15 +111,13 @@ TEST(forms_become_json_as_jobs) {
         .op = API_OP_FITS, .content_type = TYPE, .body = form, .body_bytes = strlen(form)};
     struct api_limits limits;
     struct api_plan plan;
-    struct api_buffer body, out;
+    OWN(api_buffer, clear) body, out;
     api_limits_init(&limits);
     api_buffer_init(&body, 2 * strlen(form));
     api_buffer_init(&out, 1 << 16);
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
     CHECK(!api_buffer_text(&body, "") && body.bytes && body.data[0] == '{');
     CHECK(memmem(body.data, body.bytes, "\"csv\":\"t,theta_1 (deg)\\r\\n0,20\\r\\n", 33));
-    api_buffer_clear(&body);
-    api_buffer_clear(&out);
 }
 
 /* its size as JSON is limited by that of bodies; the refusal differs from those of other limits */
@@ -137,15 +133,13 @@ TEST(forms_that_grow_beyond_the_limit_are_refused) {
         .op = API_OP_FITS, .content_type = TYPE, .body = form, .body_bytes = strlen(form)};
     struct api_limits limits;
     struct api_plan plan;
-    struct api_buffer body, out;
+    OWN(api_buffer, clear) body, out;
     api_limits_init(&limits);
     limits.body_bytes = (double)strlen(form);
     api_buffer_init(&body, 1 << 16);
     api_buffer_init(&out, 1 << 16);
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 422);
     CHECK(memmem(out.data, out.bytes, "bytes of JSON", 13));
-    api_buffer_clear(&body);
-    api_buffer_clear(&out);
 }
 
 TEST(forms_are_refused_where_they_are_malformed) {
@@ -185,11 +179,10 @@ TEST(forms_are_refused_where_they_are_malformed) {
         {PART("csv") "\x93NUMPY\r\n" END, 422, "numpy.savetxt"},
     };
     for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
-        struct test_reply reply = post_form(TYPE, tried[i].body, strlen(tried[i].body));
+        OWN(test_reply, free) reply = post_form(TYPE, tried[i].body, strlen(tried[i].body));
         const char *detail = test_reply_text(&reply, "/detail");
         CHECK_SAYING(reply.status == tried[i].status && strstr(detail, tried[i].says), "%zu: %d %s",
                      i, reply.status, detail);
-        test_reply_free(&reply);
     }
     static const struct {
         const char *body, *pointer, *says;
@@ -209,11 +202,10 @@ TEST(forms_are_refused_where_they_are_malformed) {
          "has no number"},
     };
     for (size_t i = 0; i < sizeof faulty / sizeof *faulty; i++) {
-        struct test_reply reply = post_form(TYPE, faulty[i].body, strlen(faulty[i].body));
+        OWN(test_reply, free) reply = post_form(TYPE, faulty[i].body, strlen(faulty[i].body));
         CHECK_INT(reply.status, 422);
         CHECK_SAYING(test_reply_has_fault(&reply, faulty[i].pointer, faulty[i].says), "%zu: %s", i,
                      reply.out.data);
-        test_reply_free(&reply);
     }
 }
 
@@ -225,11 +217,10 @@ TEST(forms_need_a_boundary) {
         ("multipart/form-data; boundary="
          "12345678901234567890123456789012345678901234567890123456789012345678901")};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
-        struct test_reply reply = post_form(types[i], END, strlen(END));
+        OWN(test_reply, free) reply = post_form(types[i], END, strlen(END));
         CHECK_INT(reply.status, 400);
         CHECK_SAYING(strstr(test_reply_text(&reply, "/detail"), "boundary of 1 to 70"), "%s",
                      types[i]);
-        test_reply_free(&reply);
     }
 }
 
@@ -239,7 +230,7 @@ TEST(forms_are_bounded) {
     char *at = body + sprintf(body, PART("request") "{}\r\n");
     for (int i = 0; i <= API_FORM_TABLES; i++) at += sprintf(at, ONE_TABLE);
     sprintf(at, END);
-    struct test_reply reply = post_form(TYPE, body, strlen(body));
+    OWN(test_reply, free) reply = post_form(TYPE, body, strlen(body));
     CHECK_INT(reply.status, 422);
     CHECK(strstr(test_reply_text(&reply, "/detail"), "more than 64 parts named csv"));
     test_reply_free(&reply);
@@ -260,7 +251,6 @@ TEST(forms_are_bounded) {
     reply = test_send(&request, &limits);
     // names of columns are in the first lines
     CHECK(test_reply_has_fault(&reply, "/data/csv", "no row of two or more"));
-    test_reply_free(&reply);
 }
 
 /* a table that a spreadsheet saves as "Unicode text": both byte orders, and a letter of each
@@ -281,12 +271,11 @@ TEST(forms_take_tables_in_utf16) {
             body[at++] = (char)(low ? code >> 8 : code);
         }
         int end = sprintf(body + at, "\r\n" END);
-        struct test_reply reply = post_form(TYPE, body, (size_t)(at + end));
+        OWN(test_reply, free) reply = post_form(TYPE, body, (size_t)(at + end));
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/1/is"), "theta 1");
         CHECK_TEXT(test_reply_text(&reply, "/tables/0/columns/1/name"),
                    "Winkel \316\270 \342\200\211(deg)");
-        test_reply_free(&reply);
     }
 }
 
@@ -294,15 +283,13 @@ TEST(forms_survive_without_memory) {
     static const char body[] =
         PART("request") "{\"data\":{\"runs\":[{},{}]}}\r\n" ONE_TABLE PART("csv") "\xb0\r\n" END;
     for (long count = 1, over = 0; !over; count++) {
-        struct api_buffer out;
-        struct api_problem problem;
+        OWN(api_buffer, clear) out;
+        OWN(api_problem, clear) problem;
         test_alloc_fail(count, 1);
         enum pend_status status = form_json(body, strlen(body), &out, &problem);
         test_alloc_faults_off();
         over = status == PEND_OK;
         CHECK(over || status == PEND_NO_MEMORY || problem.status == 503);
         CHECK(count < 1000);
-        api_buffer_clear(&out);
-        api_problem_clear(&problem);
     }
 }

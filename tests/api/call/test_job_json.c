@@ -12,14 +12,13 @@ TEST(an_instant_that_is_written_is_read_as_it_was) {
         random = random * 6364136223846793005u + 1442695040888963407u;
         /* to the year 9999, in the milliseconds that are written */
         int64_t us = (int64_t)(random >> 11) % INT64_C(253402300800000) * 1000 + 1000, back = 0;
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         char text[64] = "";
         api_buffer_init(&out, 4096);
         CHECK(api_job_time(&out, "t", us) == PEND_OK && out.bytes > 6);
         snprintf(text, sizeof text, "%.*s", (int)out.bytes - 6, (const char *)out.data + 5);
         CHECK_SAYING(api_job_instant(text, &back) && back == us, "%s: %lld for %lld", text,
                      (long long)back, (long long)us);
-        api_buffer_clear(&out);
     }
 }
 

@@ -13,12 +13,11 @@ enum { DEPTH = 64, STEPS = 12 };
 
 static struct api_json *document_new(void) {
     struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     enum pend_status status =
         api_json_new(&document, api_openapi[0].json, api_openapi[0].bytes, DEPTH, &problem);
     CHECK_SAYING(status == PEND_OK, "%s", problem.detail);
-    api_problem_clear(&problem);
     return document;
 }
 
@@ -39,15 +38,14 @@ static const char *text_at(const struct api_json *document, const char *const ke
 }
 
 TEST(openapi_document_is_json_of_version_3_1) {
-    struct api_json *document = document_new();
+    OWN(api_json, free) *document = document_new();
     REQUIRE(document);
     CHECK(!strncmp(text_at(document, (const char *const[]){"openapi", NULL}), "3.1.", 4));
     CHECK_INT((long long)strlen(api_openapi[0].json), (long long)api_openapi[0].bytes);
-    api_json_free(&document);
 }
 
 TEST(openapi_document_tells_every_limit_as_the_table_has_it) {
-    struct api_json *document = document_new();
+    OWN(api_json, free) *document = document_new();
     REQUIRE(document);
     const char *text = text_at(document, (const char *const[]){"info", "description", NULL});
     int rows = 0;
@@ -62,11 +60,10 @@ TEST(openapi_document_tells_every_limit_as_the_table_has_it) {
     for (const char *at = text; (at = strstr(at, "| `max-")); at++) told++;
     CHECK_SAYING(told >= rows, "%d of %d limits", told,
                  rows); /* besides these, limits of the server */
-    api_json_free(&document);
 }
 
 TEST(openapi_document_names_the_methods_that_there_are) {
-    struct api_json *document = document_new();
+    OWN(api_json, free) *document = document_new();
     struct api_value steps[STEPS];
     REQUIRE(document);
     const struct api_value *names = find(
@@ -85,7 +82,6 @@ TEST(openapi_document_names_the_methods_that_there_are) {
     CHECK_TEXT(text_at(document,
                        (const char *const[]){"components", "schemas", "Method", "default", NULL}),
                pend_method_at(0)->name);
-    api_json_free(&document);
 }
 
 /* "| `taylor` | 1e-12 | 1e-16 to 0.1 |" */
@@ -98,7 +94,7 @@ static void check_tolerance(const char *text, const char *method, const char *st
 }
 
 TEST(openapi_document_tells_the_tolerances_of_every_method) {
-    struct api_json *document = document_new();
+    OWN(api_json, free) *document = document_new();
     REQUIRE(document);
     static const char *const rtol[] = {
         "components", "schemas", "TrajectoryRequest", "properties", "rtol", "description", NULL};
@@ -119,7 +115,6 @@ TEST(openapi_document_tells_the_tolerances_of_every_method) {
         check_tolerance(text_at(document, atol), method->name, start, method->atol_min,
                         method->atol_max);
     }
-    api_json_free(&document);
 }
 
 TEST(openapi_document_of_some_tags_is_json_with_their_paths_and_what_these_refer_to) {
@@ -140,11 +135,11 @@ TEST(openapi_document_of_some_tags_is_json_with_their_paths_and_what_these_refer
         {"tag=service", 0, 0},
         {"tag=compute,classes", 1, 1},
     };
-    struct api_buffer text;
+    OWN(api_buffer, clear) text;
     api_buffer_init(&text, 4 << 20);
     for (size_t i = 0; i < 2 * sizeof cases / sizeof *cases; i++) {
-        struct api_json *document = NULL;
-        struct api_problem problem;
+        OWN(api_json, free) *document = NULL;
+        OWN(api_problem, clear) problem;
         api_problem_init(&problem);
         text.bytes = 0;
         int good =
@@ -160,8 +155,5 @@ TEST(openapi_document_of_some_tags_is_json_with_their_paths_and_what_these_refer
         CHECK_INT(strstr(text.data, "\"/v1/modes\":{") != NULL, cases[i / 2].compute);
         CHECK_INT(strstr(text.data, "\"FitRequest\":{") != NULL, cases[i / 2].compute);
         CHECK_INT(strstr(text.data, "\"/v1/classes\":{") != NULL, cases[i / 2].classes);
-        api_json_free(&document);
-        api_problem_clear(&problem);
     }
-    api_buffer_clear(&text);
 }

@@ -125,14 +125,14 @@ static int compute_some(int i, long parts, long some, struct api_buffer *kept) {
     struct api_request request = request_of(i, NULL);
     struct api_limits limits;
     struct pend_error error;
-    struct api_buffer carried;
-    char *body = malloc(request.body_bytes + 1);
+    OWN(api_buffer, clear) carried = {0};
+    OWN_MEMORY char *body = malloc(request.body_bytes + 1);
     if (!CHECK(body != NULL)) return 0;
     request.body = body;
     api_limits_init(&limits);
     api_buffer_init(&carried, 1 << 28);
     for (long p = 0; p < some; p++) {
-        struct api_part *part;
+        OWN(api_part, free) *part;
         int done = 0;
         strcpy(body, cases[i].body);
         if (!CHECK_SAYING(api_part_new(&part, &request, &limits, p, parts, &error) == PEND_OK, "%s",
@@ -152,10 +152,7 @@ static int compute_some(int i, long parts, long some, struct api_buffer *kept) {
         CHECK(kept->bytes > before);
         CHECK(api_part_carry(part, &carried) == PEND_OK);
         CHECK(!!carried.bytes == (chained(i) && p + 1 < parts));
-        api_part_free(&part);
     }
-    api_buffer_clear(&carried);
-    free(body);
     return kept->bytes > 0;
 }
 
@@ -207,7 +204,7 @@ static struct api_answer fetch_range(const struct api_request *request,
     struct pieces pieces = {data, bytes, 0, random, 0};
     struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready, partial};
     struct api_answer answer = {.status = 503};
-    struct api_call *call;
+    OWN(api_call, free) *call;
     if (api_call_new(&call, limits) != PEND_OK) return answer;
     enum api_progress progress = api_call_results(call, request, &source, out);
     if (progress == API_MORE && range) progress = api_call_range(call, *range, out);
@@ -218,7 +215,6 @@ static struct api_answer fetch_range(const struct api_request *request,
     }
     answer = api_call_answer(call);
     answer.columns = answer.file_name = answer.etag = NULL;
-    api_call_free(&call);
     return answer;
 }
 
@@ -301,7 +297,7 @@ static void check_range(int i, const char *accept, const struct api_buffer *kept
                         const struct api_buffer *whole, struct api_range range,
                         unsigned long long *random) {
     struct api_limits limits;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     struct api_request request = request_of(i, accept);
     long long total = (long long)whole->bytes, first = range.first, last = range.last;
     if (first < 0) first = last < total ? total - last : 0, last = total - 1;
@@ -322,19 +318,18 @@ static void check_range(int i, const char *accept, const struct api_buffer *kept
         CHECK(out.bytes > 20 && !memcmp(out.data, "{\"type\"", 7));
     }
     CHECK_INT(head.total, total);
-    api_buffer_clear(&out);
 }
 
 TEST(a_range_of_an_answer_is_those_bytes_of_it) {
     unsigned long long random = 17;
     for (int i = 0; i < CASES; i++) {
-        struct api_buffer kept;
+        OWN(api_buffer, clear) kept;
         api_buffer_init(&kept, 1 << 28);
         if (!compute_parts(i, cases[i].parts > 1 ? 3 : 1, &kept)) return;
         for (int a = 0; a < (cases[i].json_only ? 1 : ACCEPTS); a++) {
             struct api_request request = request_of(i, accepts[a]);
             struct api_limits limits;
-            struct api_buffer whole;
+            OWN(api_buffer, clear) whole;
             api_limits_init(&limits);
             api_buffer_init(&whole, 1 << 28);
             CHECK_INT(fetch(&request, &limits, kept.data, kept.bytes, &random, &whole).status, 200);
@@ -345,16 +340,14 @@ TEST(a_range_of_an_answer_is_those_bytes_of_it) {
                 {some, -1}, {some, some},    {some / 2, some}};
             for (size_t r = 0; r < sizeof ranges / sizeof *ranges; r++)
                 check_range(i, accepts[a], &kept, &whole, ranges[r], &random);
-            api_buffer_clear(&whole);
         }
-        api_buffer_clear(&kept);
     }
 }
 
 TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     struct api_limits limits;
     struct api_plan plan, again;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
     for (int i = 0; i < CASES; i++) {
@@ -376,7 +369,6 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     struct api_request tree = {
         .op = API_OP_TREES, .content_type = "application/json", .body = "{}", .body_bytes = 2};
     CHECK_INT(api_plan_read(&plan, &tree, &limits, 1, NULL, &out), 422);
-    api_buffer_clear(&out);
 }
 
 TEST(a_part_has_results_of_a_few_megabytes_however_quickly_they_are_computed) {
@@ -396,7 +388,7 @@ TEST(a_part_has_results_of_a_few_megabytes_however_quickly_they_are_computed) {
         char body[500];
         struct api_limits limits;
         struct api_plan plan;
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         struct api_request request = {
             .op = jobs[i].op, .content_type = "application/json", .body = body};
         int bytes = snprintf(body, sizeof body,
@@ -408,7 +400,6 @@ TEST(a_part_has_results_of_a_few_megabytes_however_quickly_they_are_computed) {
         CHECK_INT(api_plan_read(&plan, &request, &limits, 1e9, NULL, &out), 0);
         CHECK_SAYING(plan.kept <= 1 << 24 && plan.kept * (double)plan.parts == jobs[i].bytes,
                      "job %zu: %ld parts of %.0f bytes", i, plan.parts, plan.kept);
-        api_buffer_clear(&out);
     }
 }
 
@@ -416,7 +407,7 @@ TEST(a_job_is_the_same_whichever_engine_computes_it) {
     static const char body[] = "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]}}";
     struct api_limits limits;
     struct api_plan plan;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     struct api_request request = {.op = API_OP_MODES,
                                   .content_type = "application/json",
                                   .body = body,
@@ -426,13 +417,12 @@ TEST(a_job_is_the_same_whichever_engine_computes_it) {
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, NULL, &out), 0);
     /* the digest of these bytes, for any version of the sources */
     CHECK_TEXT(plan.digest, "e76ae203115218c53e13a1e22bd7b5ba6ce3116bf73dc8ae638c0dc421e32166");
-    api_buffer_clear(&out);
 }
 
 TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
     struct api_limits limits;
-    struct api_part *part;
-    struct api_buffer kept, carried;
+    OWN(api_part, free) *part;
+    OWN(api_buffer, clear) kept, carried;
     struct pend_error error;
     struct api_request request = request_of(1, NULL), other = request_of(0, NULL);
     int done = 0;
@@ -447,7 +437,7 @@ TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
     /* without it, with less of it, with more, with another version's */
     for (int way = 0; way < 5; way++) {
         size_t bytes = carried.bytes - (way == 1) + (way == 2) - (way == 3 ? carried.bytes / 2 : 0);
-        char *copy = calloc(1, carried.bytes + 1);
+        OWN_MEMORY char *copy = calloc(1, carried.bytes + 1);
         REQUIRE(copy && api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
         memcpy(copy, carried.data, carried.bytes);
         copy[0] = (char)(copy[0] + (way == 4));
@@ -458,7 +448,6 @@ TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
             CHECK_INT(api_part_run(part, &kept, &done, &error), PEND_INVALID);
             CHECK_SAYING(strstr(error.text, "the checkpoint of"), "%s", error.text);
         }
-        free(copy);
         api_part_free(&part);
     }
     /* with any byte of it altered, and as another part's */
@@ -477,9 +466,6 @@ TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
     api_part_free(&part);
     REQUIRE(api_part_new(&part, &other, &limits, 1, 3, &error) == PEND_OK);
     CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
-    api_part_free(&part);
-    api_buffer_clear(&kept);
-    api_buffer_clear(&carried);
 }
 
 TEST(parts_that_were_damaged_are_refused_not_believed) {
@@ -494,7 +480,7 @@ TEST(parts_that_were_damaged_are_refused_not_believed) {
         struct api_request request = request_of(1, accepts[round % ACCEPTS]);
         size_t bytes = kept.bytes;
         api_buffer_init(&out, 1 << 28);
-        char *copy = malloc(bytes);
+        OWN_MEMORY char *copy = malloc(bytes);
         REQUIRE(copy);
         memcpy(copy, kept.data, bytes);
         /* truncated, or some bits of a head changed */
@@ -504,7 +490,6 @@ TEST(parts_that_were_damaged_are_refused_not_believed) {
             copy[test_random_int(&random, 8)] ^= (char)(1 << test_random_int(&random, 8));
         struct api_answer answer = fetch(&request, &limits, copy, bytes, &random, &out);
         refused += answer.status == 500 && out.bytes > 0;
-        free(copy);
         api_buffer_clear(&out);
     }
     CHECK_INT(refused, 300);
@@ -514,7 +499,7 @@ TEST(parts_that_were_damaged_are_refused_not_believed) {
 TEST(results_in_a_form_that_nobody_serves_or_that_is_too_large_are_refused) {
     unsigned long long random = 3;
     struct api_limits limits;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
     struct api_request request = request_of(1, "text/html");
@@ -523,7 +508,6 @@ TEST(results_in_a_form_that_nobody_serves_or_that_is_too_large_are_refused) {
     limits.answer_bytes = 1000;
     request.accept = "application/json";
     CHECK_INT(fetch(&request, &limits, NULL, 0, &random, &out).status, 422);
-    api_buffer_clear(&out);
 }
 
 TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
@@ -533,8 +517,8 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
     for (long count = 1; !good && count < 2000; count++) {
         struct api_request request = request_of(0, "text/csv");
         struct api_answer answer = {.status = 0};
-        struct api_buffer kept, out;
-        struct api_part *part;
+        OWN(api_buffer, clear) kept, out;
+        OWN(api_part, free) *part;
         struct pend_error error;
         unsigned long long random = 1;
         int done = 0;
@@ -551,9 +535,6 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
             CHECK_INT(status, PEND_NO_MEMORY);
         else
             CHECK(answer.status == 200 || answer.status == 503);
-        api_part_free(&part);
-        api_buffer_clear(&kept);
-        api_buffer_clear(&out);
     }
     CHECK(good);
 }
@@ -563,8 +544,8 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
 TEST(a_part_believes_no_number_of_orbits_beyond_what_was_asked_for) {
     for (int i = 0; i < CASES; i++) {
         struct api_limits limits;
-        struct api_part *part;
-        struct api_buffer kept, carried;
+        OWN(api_part, free) *part = NULL;
+        OWN(api_buffer, clear) kept = {0}, carried = {0};
         struct pend_error error;
         struct api_request request = request_of(i, NULL);
         struct api_plan plan;
@@ -590,9 +571,6 @@ TEST(a_part_believes_no_number_of_orbits_beyond_what_was_asked_for) {
         api_seal((unsigned char *)carried.data + held, place, 1, carried.data, held);
         REQUIRE(api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
         CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
-        api_part_free(&part);
-        api_buffer_clear(&kept);
-        api_buffer_clear(&carried);
     }
 }
 
@@ -604,7 +582,7 @@ TEST(a_request_is_kept_without_its_padding) {
     api_limits_init(&limits);
     for (int i = 0; i < CASES; i++) {
         struct api_request request = request_of(i, NULL);
-        struct api_buffer body, again, out;
+        OWN(api_buffer, clear) body, again, out;
         struct api_plan plan, same;
         size_t bytes = 0;
         /* blanks after each colon and comma outside of texts; no text of the cases has one */
@@ -625,18 +603,13 @@ TEST(a_request_is_kept_without_its_padding) {
         CHECK_INT(api_plan_read(&same, &request, &limits, 1, &again, &out), 0);
         CHECK_TEXT(same.digest, plan.digest);
         CHECK(again.bytes == body.bytes && !memcmp(again.data, body.data, body.bytes));
-        api_buffer_clear(&body);
-        api_buffer_clear(&again);
-        api_buffer_clear(&out);
     }
     /* numbers that are spelt shorter than their normal form stay as they are */
     struct api_request request = request_of(0, NULL);
-    struct api_buffer body, out;
+    OWN(api_buffer, clear) body, out;
     struct api_plan plan;
     api_buffer_init(&body, request.body_bytes);
     api_buffer_init(&out, 1 << 20);
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
     CHECK(body.bytes <= request.body_bytes);
-    api_buffer_clear(&body);
-    api_buffer_clear(&out);
 }

@@ -52,8 +52,8 @@ static void made_again(void *context) {
 static size_t digest_of(struct made *made, int turns, unsigned long long *digest) {
     const struct api_source source = {
         .fetch = made_fetch, .again = turns ? made_again : NULL, .context = made};
-    struct api_results *results = NULL;
-    struct api_buffer out;
+    OWN(api_results, free) *results = NULL;
+    OWN(api_buffer, clear) out;
     size_t bytes = 0, most = 0;
     int all = 0, done = 0;
     *digest = 14695981039346656037U;
@@ -75,8 +75,6 @@ static size_t digest_of(struct made *made, int turns, unsigned long long *digest
     }
     CHECK(status == PEND_OK && done);
     CHECK_SAYING(most < 1 << 18, "%zu bytes at once", most);
-    api_results_free(&results);
-    api_buffer_clear(&out);
     return bytes;
 }
 

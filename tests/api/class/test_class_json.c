@@ -37,18 +37,16 @@ static void body_clear(struct body *body) {
 
 /* a body is valid, and stored as that text */
 static struct api_class_facts good(enum api_class_kind kind, const char *text, const char *kept) {
-    struct body body = body_of(kind, text);
+    OWN(body, clear) body = body_of(kind, text);
     CHECK_SAYING(!body.http, "%s: %s", text, body.problem.data);
     if (kept) CHECK_TEXT(body.value.data, kept);
-    struct api_class_facts facts = body.facts;
-    body_clear(&body);
-    return facts;
+    return body.facts;
 }
 
 /* a body is refused, with an error at a pointer and some words */
 static void bad(enum api_class_kind kind, int http, const char *text, const char *pointer,
                 const char *words) {
-    struct body body = body_of(kind, text);
+    OWN(body, clear) body = body_of(kind, text);
     char wanted[80];
     CHECK_INT(body.http, http);
     snprintf(wanted, sizeof wanted, "\"pointer\":\"%s\"", pointer ? pointer : "");
@@ -56,7 +54,6 @@ static void bad(enum api_class_kind kind, int http, const char *text, const char
     CHECK_SAYING(!strstr(body.problem.data, "\"code\":\"invalid\""), "%s: %s", text,
                  body.problem.data);
     CHECK_SAYING(strstr(body.problem.data, words) != NULL, "%s: %s", text, body.problem.data);
-    body_clear(&body);
 }
 
 TEST(what_stands_in_a_room_is_kept_in_one_form) {
@@ -189,7 +186,7 @@ TEST(a_room_is_told) {
                                         .shut = 1};
     const struct api_class_item item = {"answers/q/3", 7, 1769851800125000, "{\"value\":1}", 11},
                                 gone = {"stages/3", 8, 1769851800125000, "", 0};
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 4096);
     CHECK_INT(api_class_room_write(&room, &out), PEND_OK);
     CHECK_INT(api_buffer_text(&out, ",\"items\":["), PEND_OK);
@@ -203,5 +200,4 @@ TEST(a_room_is_told) {
                "\"name\":\"answers/q/3\",\"version\":7,\"changed\":\"2026-01-31T09:30:00.125Z\","
                "\"value\":{\"value\":1}},{\"name\":\"stages/3\",\"version\":8,\"changed\":"
                "\"2026-01-31T09:30:00.125Z\",\"value\":null}]}");
-    api_buffer_clear(&out);
 }

@@ -26,8 +26,8 @@ TEST(a_table_has_a_row_for_each_answer) {
         {"handins/w/1", "{\"answers\":[{\"step\":\"a\",\"value\":-2},{\"step\":\"b\",\"value\":"
                         "\"-\"}]}"},
     };
-    struct api_class_names names = {0};
-    struct api_buffer out;
+    OWN(api_class_names, clear) names = {0};
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1 << 16);
     CHECK_INT(api_class_table_begin(&names, &out), PEND_OK);
     for (size_t i = 0; i < sizeof items / sizeof *items; i++) {
@@ -44,8 +44,6 @@ TEST(a_table_has_a_row_for_each_answer) {
                          "handins,w,b,1,\"Ada \"\"L\"\"\",\"'-\"," NOW_TEXT);
     struct api_class_item damaged = item("answers/q/1", "{\"value\":");
     CHECK_INT(api_class_table_add(&damaged, &names, &out), PEND_INVALID);
-    api_class_names_clear(&names);
-    api_buffer_clear(&out);
 }
 
 /* a text as the cell of each kind of table */
@@ -55,7 +53,7 @@ static void check_cell(const char *text, const char *want) {
     struct api_class_item at = item("answers/q/1", body);
     for (int sheet = API_CLASS_SHEET_PLAIN; sheet <= API_CLASS_SHEET_COMMA; sheet++) {
         struct api_class_names names = {.sheet = (enum api_class_sheet)sheet};
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, 1 << 16);
         CHECK_INT(api_class_table_add(&at, &names, &out), PEND_OK);
         CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
@@ -63,7 +61,6 @@ static void check_cell(const char *text, const char *want) {
         snprintf(row, sizeof row, "answers%sq%s%s1%s%s\"%s\"%s" NOW_TEXT, part, part, part, part,
                  part, want, part);
         CHECK_TEXT(out.data, row);
-        api_buffer_clear(&out);
     }
 }
 
@@ -93,21 +90,20 @@ TEST(a_table_for_spreadsheets_has_their_signs) {
     for (int sheet = API_CLASS_SHEET_PLAIN; sheet <= API_CLASS_SHEET_COMMA; sheet++) {
         struct api_class_names names = {.sheet = (enum api_class_sheet)sheet};
         struct api_class_item at = item("answers/q/1", "{\"value\":-0.25}");
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, 1 << 16);
         CHECK_INT(api_class_table_begin(&names, &out), PEND_OK);
         CHECK(!strncmp(out.data, begin[sheet], strlen(begin[sheet])));
         CHECK_INT(api_class_table_add(&at, &names, &out), PEND_OK);
         CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
         CHECK_SAYING(strstr(out.data, row[sheet]) != NULL, "%s", out.data);
-        api_buffer_clear(&out);
     }
 }
 
 /* the histogram of some answers */
 static void check_tally(const char *const value[], int count, const char *text) {
-    struct api_class_tally tally = {0};
-    struct api_buffer out;
+    OWN(api_class_tally, clear) tally = {0};
+    OWN(api_buffer, clear) out;
     char body[64];
     api_buffer_init(&out, 1 << 16);
     for (int i = 0; i < count; i++) {
@@ -118,8 +114,6 @@ static void check_tally(const char *const value[], int count, const char *text) 
     CHECK_INT(api_class_tally_write(&tally, &out), PEND_OK);
     CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
     CHECK_TEXT(out.data, text);
-    api_class_tally_clear(&tally);
-    api_buffer_clear(&out);
 }
 
 TEST(a_histogram_counts_values) {
@@ -136,8 +130,8 @@ TEST(a_histogram_counts_values) {
 
 /* 0, 1, ..., 120: ten in each bin, and the greatest in the last one */
 TEST(a_histogram_of_many_numbers_has_twelve_bins) {
-    struct api_class_tally tally = {0};
-    struct api_buffer out;
+    OWN(api_class_tally, clear) tally = {0};
+    OWN(api_buffer, clear) out;
     char body[64];
     int bins = 0;
     api_buffer_init(&out, 1 << 16);
@@ -152,6 +146,4 @@ TEST(a_histogram_of_many_numbers_has_twelve_bins) {
     CHECK_INT(bins, 11);
     CHECK(strstr(out.data, "\"values\":[]") && strstr(out.data, "{\"from\":0,\"to\":10,"));
     CHECK(strstr(out.data, "\"to\":120,\"count\":11}]}"));
-    api_class_tally_clear(&tally);
-    api_buffer_clear(&out);
 }

@@ -53,7 +53,7 @@ static const double *const data[] = {t, phi, re, im, energy};
 TEST(a_table_becomes_one_object_of_arrays) {
     struct api_table table = table_of(2, 0);
     struct api_stats stats = {0};
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 10000);
     api_stats_text(&stats, "method", "taylor");
     api_stats_whole(&stats, "steps", 100000);
@@ -63,39 +63,35 @@ TEST(a_table_becomes_one_object_of_arrays) {
                "{\"t\":[0,0.5],\"phi\":[[1,-2.5,1e-7],[4,5,0.3333333333333333]],"
                "\"z\":{\"re\":[[1,2],[3,4]],\"im\":[[5,6],[7,8]]},\"energy\":[-9.81,1e300],"
                "\"stats\":{\"method\":\"taylor\",\"steps\":100000,\"drift\":2.5e-16}}");
-    api_buffer_clear(&out);
 }
 
 TEST(a_single_row_stands_without_the_outer_array) {
     struct api_table table = table_of(1, 4);
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 10000);
     table.single = 1;
     CHECK(!encode(&api_format_json, &table, data, 1, NULL, &out, NULL));
     CHECK_TEXT(
         out.data,
         "{\"t\":0,\"phi\":[1,-2.5,1e-7],\"z\":{\"re\":[1,2],\"im\":[5,6]},\"energy\":-9.81}");
-    api_buffer_clear(&out);
 }
 
 TEST(a_table_without_rows_has_empty_arrays) {
     struct api_table table = table_of(0, 0);
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 10000);
     CHECK(!encode(&api_format_json, &table, data, 1, NULL, &out, NULL));
     CHECK_TEXT(out.data, "{\"t\":[],\"phi\":[],\"z\":{\"re\":[],\"im\":[]},\"energy\":[]}");
-    api_buffer_clear(&out);
 }
 
 TEST(csv_has_a_header_and_a_line_a_row) {
     struct api_table table = table_of(2, 3);
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 10000);
     CHECK(!encode(&api_format_csv, &table, data, 1, NULL, &out, NULL));
     CHECK_TEXT(out.data, "t,phi_1,phi_2,phi_3,z_re_1,z_re_2,z_im_1,z_im_2,energy\n"
                          "0,1,-2.5,1e-7,1,2,5,6,-9.81\n"
                          "0.5,4,5,0.333,3,4,7,8,1e300\n");
-    api_buffer_clear(&out);
 }
 
 TEST(the_bytes_do_not_depend_on_the_blocks_and_stay_below_the_estimate) {
@@ -111,7 +107,7 @@ TEST(the_bytes_do_not_depend_on_the_blocks_and_stay_below_the_estimate) {
         for (int f = 0; api_format_at(f); f++) {
             if (api_format_at(f)->picture) continue;
             struct api_table table = table_of(ROWS, digits);
-            struct api_buffer whole, cut;
+            OWN(api_buffer, clear) whole, cut;
             api_buffer_init(&whole, 1000000);
             api_buffer_init(&cut, 1000000);
             CHECK(!encode(api_format_at(f), &table, columns, ROWS, NULL, &whole, NULL));
@@ -121,8 +117,6 @@ TEST(the_bytes_do_not_depend_on_the_blocks_and_stay_below_the_estimate) {
             double bytes = (double)whole.bytes - 1, most = format->bytes(&table);
             CHECK_SAYING(format->exact ? bytes == most : bytes <= most,
                          "%.0f bytes of %s, estimated %.0f", bytes, format->media_type, most);
-            api_buffer_clear(&whole);
-            api_buffer_clear(&cut);
         }
 }
 
@@ -132,8 +126,8 @@ TEST(every_double_reads_back_from_json_and_csv) {
     double numbers[3 * ROWS];
     const double *columns[] = {numbers};
     struct api_table table = {.rows = ROWS};
-    struct api_buffer json, csv;
-    struct api_json *document;
+    OWN(api_buffer, clear) json, csv;
+    OWN(api_json, free) *document = NULL;
     struct api_problem problem;
     int count = 0;
     for (int i = 0; i < 3 * ROWS; i++) numbers[i] = test_wild(&seed);
@@ -159,9 +153,6 @@ TEST(every_double_reads_back_from_json_and_csv) {
                           "number %d is %.17g, not %.17g", i, back, numbers[i]))
             break;
     }
-    api_json_free(&document);
-    api_buffer_clear(&json);
-    api_buffer_clear(&csv);
 }
 
 TEST(a_number_that_is_not_finite_ends_a_table_by_its_place) {
@@ -169,7 +160,7 @@ TEST(a_number_that_is_not_finite_ends_a_table_by_its_place) {
     for (int i = 0; i < 3; i++) {
         struct api_table table = table_of(2, 0);
         struct pend_error error = {0};
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         double wrong[6];
         memcpy(wrong, phi, sizeof wrong);
         wrong[4] = bad[i];
@@ -182,7 +173,6 @@ TEST(a_number_that_is_not_finite_ends_a_table_by_its_place) {
         table.column[0].name = "x";
         CHECK_INT(encode(&api_format_csv, &table, columns, 1, NULL, &out, &error), PEND_NOT_FINITE);
         CHECK(strstr(error.text, "phi of arm 2 in row 2"));
-        api_buffer_clear(&out);
     }
 }
 
@@ -190,12 +180,11 @@ TEST(a_table_beyond_the_buffers_limit_fails_cleanly) {
     for (int f = 0; api_format_at(f) && !api_format_at(f)->picture; f++)
         for (size_t limit = 0; limit < 400; limit += 7) {
             struct api_table table = table_of(2, 0);
-            struct api_buffer out;
+            OWN(api_buffer, clear) out;
             api_buffer_init(&out, limit);
             enum pend_status status = encode(api_format_at(f), &table, data, 2, NULL, &out, NULL);
             CHECK(status == PEND_LIMIT || status == PEND_OK);
             CHECK(out.bytes <= limit);
-            api_buffer_clear(&out);
         }
 }
 
@@ -215,9 +204,9 @@ TEST(what_never_comes_is_nan_and_numbers_are_floats_where_that_is_asked_for) {
 #define FORM ",\"number\":\"float32\",\"columns\":[\"member\",\"first_flip_time\"]"
     double full[2][4];
     float narrow[2][2];
-    struct test_reply plain = flips(",\"none\":\"nan\"", "application/octet-stream"),
-                      asked = flips(FORM, "application/octet-stream"),
-                      npz = flips(FORM, "application/x-npz"), json = flips(FORM, NULL);
+    OWN(test_reply, free) plain = flips(",\"none\":\"nan\"", "application/octet-stream"),
+                          asked = flips(FORM, "application/octet-stream"),
+                          npz = flips(FORM, "application/x-npz"), json = flips(FORM, NULL);
     CHECK_INT((int)plain.out.bytes, 64);
     CHECK_INT((int)asked.out.bytes, 16);
     memcpy(full, plain.out.data, sizeof full);
@@ -227,10 +216,6 @@ TEST(what_never_comes_is_nan_and_numbers_are_floats_where_that_is_asked_for) {
     CHECK(npz.status == 200 && npz.out.bytes < 4000);
     CHECK(test_reply_count(&json, "/first_flip") == 1 && test_reply_count(&json, "/status") == -1);
     CHECK(test_reply_number(&json, "/first_flip/time/0") == full[0][2]);
-    test_reply_free(&plain);
-    test_reply_free(&asked);
-    test_reply_free(&npz);
-    test_reply_free(&json);
 }
 
 TEST(floats_that_cannot_hold_a_number_and_columns_that_are_none_are_refused) {
@@ -243,11 +228,10 @@ TEST(floats_that_cannot_hold_a_number_and_columns_that_are_none_are_refused) {
     CHECK(test_table_encode(&table, &api_format_npz, 2, &out) == PEND_NOT_FINITE);
     api_buffer_clear(&out);
     test_table_clear(&table);
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[1],\"mass\":[1e100],\"parent\":[0]},\"times\":[0,1],"
         "\"number\":\"float32\"}",
         "application/octet-stream", NULL);
     CHECK_SAYING(reply.out.bytes && strstr(reply.out.data, "float64"), "%s", reply.out.data);
-    test_reply_free(&reply);
 }

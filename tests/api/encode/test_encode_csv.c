@@ -10,8 +10,8 @@
 TEST(csv_of_short_and_long_rows_reads_back) {
     static const int arms[] = {1, 2, 7, 169, 170, 171, 400};
     for (size_t a = 0; a < sizeof arms / sizeof *arms; a++) {
-        struct test_table table = test_table_new(40, arms[a]);
-        struct api_buffer out;
+        OWN(test_table, clear) table = test_table_new(40, arms[a]);
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, 10000000);
         REQUIRE(!test_table_encode(&table, &api_format_csv, 16, &out) &&
                 !api_buffer_add(&out, "", 1));
@@ -27,7 +27,5 @@ TEST(csv_of_short_and_long_rows_reads_back) {
                 }
             }
         CHECK(!*at);
-        api_buffer_clear(&out);
-        test_table_clear(&table);
     }
 }

@@ -66,8 +66,8 @@ static struct api_buffer encoded(const struct test_table *table, long cut) {
 
 TEST(hdf5_of_few_rows_has_each_array_in_one_place) {
     enum { ROWS = 300, ARMS = 2 };
-    struct test_table table = test_table_new(ROWS, ARMS);
-    struct api_buffer out = encoded(&table, 64);
+    OWN(test_table, clear) table = test_table_new(ROWS, ARMS);
+    OWN(api_buffer, clear) out = encoded(&table, 64);
     const char *phi = array(&out, "phi"), *im = array(&out, "z_im");
     REQUIRE(phi && im && array(&out, "energy_total"));
     const char *space = message(phi, 1, NULL), *layout = message(phi, 8, NULL);
@@ -79,15 +79,13 @@ TEST(hdf5_of_few_rows_has_each_array_in_one_place) {
     const char *type = message(im, 3, NULL), *parts = message(im, 8, NULL);
     REQUIRE(type && parts && whole(type, 4) == 0x3f2011 && whole(type + 4, 4) == 8);
     CHECK(!memcmp(out.data + whole(parts + 2, 8), table.data[TEST_IM], ROWS * ARMS * 8));
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }
 
 TEST(hdf5_of_many_rows_has_pieces_that_its_trees_find_however_the_rows_are_cut) {
     // a row of 3 + 3 * 3000 numbers, seven of which are a piece: more pieces than a node holds
     enum { ROWS = 701, ARMS = 3000 };
-    struct test_table table = test_table_new(ROWS, ARMS);
-    struct api_buffer out = encoded(&table, ROWS), cut = encoded(&table, 3);
+    OWN(test_table, clear) table = test_table_new(ROWS, ARMS);
+    OWN(api_buffer, clear) out = encoded(&table, ROWS), cut = encoded(&table, 3);
     CHECK(out.bytes == cut.bytes && !memcmp(out.data, cut.data, out.bytes));
     const char *phi = array(&out, "phi"), *t = array(&out, "t");
     REQUIRE(phi && t);
@@ -104,15 +102,12 @@ TEST(hdf5_of_many_rows_has_pieces_that_its_trees_find_however_the_rows_are_cut) 
         CHECK(!memcmp(at, &table.data[TEST_PHI][row * ARMS], ARMS * 8));
         CHECK(!memcmp(time + row % rows * 8, &table.data[TEST_T][row], 8));
     }
-    api_buffer_clear(&out);
-    api_buffer_clear(&cut);
-    test_table_clear(&table);
 }
 
 TEST(hdf5_of_a_row_wider_than_a_piece_has_a_piece_a_row) {
     enum { ROWS = 3, ARMS = 30000 };
-    struct test_table table = test_table_new(ROWS, ARMS);
-    struct api_buffer out = encoded(&table, 2);
+    OWN(test_table, clear) table = test_table_new(ROWS, ARMS);
+    OWN(api_buffer, clear) out = encoded(&table, 2);
     const char *phi = array(&out, "phi");
     const char *layout = phi ? message(phi, 8, NULL) : NULL;
     REQUIRE(layout && whole(layout + 11, 4) == 1);
@@ -120,13 +115,11 @@ TEST(hdf5_of_a_row_wider_than_a_piece_has_a_piece_a_row) {
         const char *at = piece(&out, layout, row, 2);
         CHECK(at && !memcmp(at, &table.data[TEST_PHI][row * ARMS], ARMS * 8));
     }
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }
 
 TEST(hdf5_has_figures_as_attributes_of_its_root) {
-    struct test_table table = test_table_new(2, 1);
-    struct api_buffer out = encoded(&table, 1);
+    OWN(test_table, clear) table = test_table_new(2, 1);
+    OWN(api_buffer, clear) out = encoded(&table, 1);
     const char *root = out.data + whole(out.data + 36, 8), *at = NULL;
     int found = 0;
     while ((at = message(root, 12, at ? at + whole(at - 3, 2) : NULL)) != NULL) {
@@ -137,8 +130,6 @@ TEST(hdf5_has_figures_as_attributes_of_its_root) {
         if (!strcmp(at + 9, "drift")) found += !memcmp(value, &drift, 8);
     }
     CHECK_INT(found, 3);
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }
 
 TEST(a_tree_of_pieces_has_as_many_nodes_as_its_levels_take) {
@@ -153,7 +144,7 @@ TEST(pieces_beyond_three_levels_of_a_tree_are_found) {
     size_t bytes = api_hdf5_node_bytes(1);
     uint64_t nodes = api_hdf5_nodes(4100);
     REQUIRE(nodes == 68);
-    char *tree = calloc(nodes, bytes);
+    OWN_MEMORY char *tree = calloc(nodes, bytes);
     REQUIRE(tree != NULL);
     for (uint64_t i = 0; i < nodes; i++) api_hdf5_node(tree + i * bytes, &facts, i, 0, 48, 80);
     for (uint64_t i = 0; i < 4100; i++) {
@@ -168,5 +159,4 @@ TEST(pieces_beyond_three_levels_of_a_tree_are_found) {
         CHECK(whole(node + 24 + 32 * (i % 64) + 8, 8) == i * 10);
         CHECK(whole(node + 24 + 32 * (i % 64) + 24, 8) == 48 + 80 * i);
     }
-    free(tree);
 }

@@ -90,8 +90,8 @@ static int field(const struct matrix *matrix, const char *name, struct matrix *f
 }
 
 TEST(mat_holds_every_array_under_its_name) {
-    struct test_table table = test_table_new(3000, 5);
-    struct api_buffer mat;
+    OWN(test_table, clear) table = test_table_new(3000, 5);
+    OWN(api_buffer, clear) mat;
     struct matrix found, part;
     api_buffer_init(&mat, 10000000);
     REQUIRE(!test_table_encode(&table, &api_format_mat, 256, &mat));
@@ -111,14 +111,12 @@ TEST(mat_holds_every_array_under_its_name) {
     REQUIRE(field(&found, "total", &part));
     check_part(&part, part.rest, table.data[TEST_TOTAL]);
     CHECK(part.end == found.end);
-    api_buffer_clear(&mat);
-    test_table_clear(&table);
 }
 
 TEST(mat_tells_the_statistics_as_a_structure) {
     static const double steps = 100000, drift = 2.5e-16;
-    struct test_table table = test_table_new(1, 1);
-    struct api_buffer mat;
+    OWN(test_table, clear) table = test_table_new(1, 1);
+    OWN(api_buffer, clear) mat;
     struct matrix stats, part;
     api_buffer_init(&mat, 1000000);
     REQUIRE(!test_table_encode(&table, &api_format_mat, 1, &mat));
@@ -132,6 +130,4 @@ TEST(mat_tells_the_statistics_as_a_structure) {
     REQUIRE(field(&stats, "drift", &part));
     check_part(&part, part.rest, &drift);
     CHECK(part.end == stats.end);
-    api_buffer_clear(&mat);
-    test_table_clear(&table);
 }

@@ -9,10 +9,10 @@
 TEST(ndjson_is_an_object_a_row) {
     static double t[] = {0, 0.5}, phi[] = {1, -2.5, 3, 1e-7}, re[] = {1, 2, 3, 4},
                   im[] = {5, 6, 7, 8}, e[] = {9, 1e300};
-    struct test_table table = test_table_new(2, 2);
+    OWN(test_table, clear) table = test_table_new(2, 2);
     struct test_table shown = {
         .table = table.table, .stats = table.stats, .data = {t, phi, re, im, e, e}};
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 10000);
     REQUIRE(!test_table_encode(&shown, &api_format_ndjson, 1, &out));
     CHECK(!api_buffer_add(&out, "", 1));
@@ -22,13 +22,11 @@ TEST(ndjson_is_an_object_a_row) {
                "{\"t\":0.5,\"phi\":[3,1e-7],\"z\":{\"re\":[3,4],\"im\":[7,8]},"
                "\"energy\":{\"kinetic\":1e300,\"total\":1e300}}\n"
                "{\"stats\":{\"method\":\"taylor\",\"steps\":100000,\"drift\":2.5e-16}}\n");
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }
 
 TEST(every_line_of_ndjson_reads_back) {
-    struct test_table table = test_table_new(300, 2);
-    struct api_buffer out;
+    OWN(test_table, clear) table = test_table_new(300, 2);
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 10000000);
     REQUIRE(!test_table_encode(&table, &api_format_ndjson, 64, &out));
     const char *at = out.data, *end = out.data + out.bytes;
@@ -50,6 +48,4 @@ TEST(every_line_of_ndjson_reads_back) {
         at = line_end + 1;
     }
     CHECK(!memcmp(at, "{\"stats\":{", 10) && memchr(at, '\n', (size_t)(end - at)) == end - 1);
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }

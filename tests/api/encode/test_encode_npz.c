@@ -71,8 +71,8 @@ static const char *array(const struct api_buffer *zip, const char *name, const c
 }
 
 TEST(npz_holds_every_array_under_its_name) {
-    struct test_table table = test_table_new(300, 2);
-    struct api_buffer zip;
+    OWN(test_table, clear) table = test_table_new(300, 2);
+    OWN(api_buffer, clear) zip;
     api_buffer_init(&zip, 10000000);
     REQUIRE(!test_table_encode(&table, &api_format_npz, 64, &zip));
     const char *t = array(&zip, "t.npy",
@@ -93,13 +93,11 @@ TEST(npz_holds_every_array_under_its_name) {
         CHECK(!memcmp(z + 16 * i + 8, &table.data[TEST_IM][i], 8));
     }
     CHECK(!member(&zip, "re.npy").data && !member(&zip, "z_re.npy").data);
-    api_buffer_clear(&zip);
-    test_table_clear(&table);
 }
 
 TEST(npz_tells_the_statistics_as_arrays_without_an_axis) {
-    struct test_table table = test_table_new(2, 1);
-    struct api_buffer zip;
+    OWN(test_table, clear) table = test_table_new(2, 1);
+    OWN(api_buffer, clear) zip;
     double drift;
     api_buffer_init(&zip, 1000000);
     REQUIRE(!test_table_encode(&table, &api_format_npz, 1, &zip));
@@ -114,27 +112,23 @@ TEST(npz_tells_the_statistics_as_arrays_without_an_axis) {
     CHECK_INT((long long)whole(steps, 8), 100000);
     memcpy(&drift, size, 8);
     CHECK(drift == 2.5e-16);
-    api_buffer_clear(&zip);
-    test_table_clear(&table);
 }
 
 TEST(npz_of_a_single_row_has_no_axis_for_rows) {
-    struct test_table table = test_table_new(1, 3);
-    struct api_buffer zip;
+    OWN(test_table, clear) table = test_table_new(1, 3);
+    OWN(api_buffer, clear) zip;
     api_buffer_init(&zip, 1000000);
     table.table.single = 1;
     REQUIRE(!test_table_encode(&table, &api_format_npz, 1, &zip));
     CHECK(array(&zip, "t.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (), }", 8));
     CHECK(array(&zip, "z.npy", "{'descr': '<c16', 'fortran_order': False, 'shape': (3,), }", 48));
-    api_buffer_clear(&zip);
-    test_table_clear(&table);
 }
 
 /* encodes in turns of at most `most` bytes, or from memory; returns the number of passes over the
  * rows */
 static int encode_turns(const struct test_table *table, int turns, double most, long cut,
                         struct api_buffer *zip) {
-    struct api_writer *writer;
+    OWN(api_writer, free) *writer;
     int done = 0, passed = 1;
     if (!CHECK(api_writer_new(&writer, &api_format_npz, &table->table, zip) == PEND_OK)) return 0;
     writer->most = most;
@@ -160,13 +154,12 @@ static int encode_turns(const struct test_table *table, int turns, double most, 
         }
     }
     CHECK(status == PEND_OK);
-    api_writer_free(&writer);
     return passed;
 }
 
 TEST(npz_in_turns_has_the_bytes_that_it_has_from_memory) {
     enum { ROWS = 3000, ARMS = 3 };
-    struct test_table table = test_table_new(ROWS, ARMS);
+    OWN(test_table, clear) table = test_table_new(ROWS, ARMS);
     /* bytes that are stored: none, an array of one number per row, two of these, all */
     const double most[] = {0, 8 * ROWS, 8 * ROWS * (ARMS + 2), 8 * ROWS * (3 * ARMS + 3) - 1};
     const int turns[] = {5, 4, 2, 1};
@@ -174,7 +167,7 @@ TEST(npz_in_turns_has_the_bytes_that_it_has_from_memory) {
         table.table.float32 = 0;
         table.table.column[TEST_PHI].sparse = nan;
         for (size_t i = 0; i < sizeof most / sizeof *most; i++) {
-            struct api_buffer kept, turned;
+            OWN(api_buffer, clear) kept, turned;
             api_buffer_init(&kept, 10000000);
             api_buffer_init(&turned, 10000000);
             CHECK_INT(encode_turns(&table, 0, most[i], 100, &kept), 1);
@@ -187,15 +180,12 @@ TEST(npz_in_turns_has_the_bytes_that_it_has_from_memory) {
             size_t from = 30 + 5 + 20, bytes = 128 + 8 * ROWS;
             CHECK(whole(local + 14, 4) == 0 && whole(local + from + bytes, 4) == 0x08074b50);
             CHECK(whole(local + from + bytes + 4, 4) == crc(local + from, bytes));
-            api_buffer_clear(&kept);
-            api_buffer_clear(&turned);
         }
     }
-    test_table_clear(&table);
 }
 
 TEST(only_tables_whose_rows_are_many_and_known_have_turns) {
-    struct test_table table = test_table_new(10, 3);
+    OWN(test_table, clear) table = test_table_new(10, 3);
     CHECK(!api_format_turns(&api_format_npz, &table.table));
     table.table.rows = 1 << 21;
     CHECK(api_format_turns(&api_format_npz, &table.table));
@@ -203,5 +193,4 @@ TEST(only_tables_whose_rows_are_many_and_known_have_turns) {
     table.table.rows_later = 1;
     CHECK(!api_format_turns(&api_format_npz, &table.table));
     table.table.rows = 10;
-    test_table_clear(&table);
 }

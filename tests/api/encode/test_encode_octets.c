@@ -6,8 +6,8 @@
 #include "tests/harness/test.h"
 
 TEST(octets_are_the_doubles_row_after_row) {
-    struct test_table table = test_table_new(700, 3);
-    struct api_buffer out;
+    OWN(test_table, clear) table = test_table_new(700, 3);
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 10000000);
     REQUIRE(!test_table_encode(&table, &api_format_octets, 64, &out));
     CHECK_INT((long long)out.bytes, 700 * 12 * 8);
@@ -18,14 +18,11 @@ TEST(octets_are_the_doubles_row_after_row) {
             if (!CHECK(!memcmp(at, (const char *)table.data[c] + (size_t)i * bytes, bytes))) return;
             at += bytes;
         }
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }
 
 TEST(the_columns_of_a_table_are_named_in_order) {
-    struct test_table table = test_table_new(1, 3);
+    OWN(test_table, clear) table = test_table_new(1, 3);
     char text[API_COLUMNS_TEXT];
     api_table_columns(&table.table, text);
     CHECK_TEXT(text, "t,phi[3],z_re[3],z_im[3],energy_kinetic,energy_total");
-    test_table_clear(&table);
 }

@@ -111,8 +111,8 @@ static const char *page(const struct api_buffer *out, const struct chunk *chunk)
 
 TEST(parquet_has_every_number_in_its_column_however_its_rows_are_cut) {
     enum { ROWS = 12000, ARMS = 3, WIDTH = 1 + ARMS + 2 * ARMS + 2 };
-    struct test_table table = test_table_new(ROWS, ARMS);
-    struct api_buffer whole, cut;
+    OWN(test_table, clear) table = test_table_new(ROWS, ARMS);
+    OWN(api_buffer, clear) whole, cut;
     api_buffer_init(&whole, 1 << 24);
     api_buffer_init(&cut, 1 << 24);
     CHECK(test_table_encode(&table, &api_format_parquet, ROWS, &whole) == PEND_OK);
@@ -141,9 +141,6 @@ TEST(parquet_has_every_number_in_its_column_however_its_rows_are_cut) {
         if (k == WIDTH - 1) row += chunk->values;
     }
     CHECK_INT(row, ROWS);
-    api_buffer_clear(&whole);
-    api_buffer_clear(&cut);
-    test_table_clear(&table);
 }
 
 TEST(parquet_of_no_rows_of_floats_and_of_rows_wider_than_a_group_is_read) {
@@ -152,8 +149,8 @@ TEST(parquet_of_no_rows_of_floats_and_of_rows_wider_than_a_group_is_read) {
         int arms, floats;
     } cases[] = {{0, 2, 0}, {3, 2, 1}, {2, 30000, 0}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        struct test_table table = test_table_new(cases[i].rows, cases[i].arms);
-        struct api_buffer out;
+        OWN(test_table, clear) table = test_table_new(cases[i].rows, cases[i].arms);
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, 1 << 26);
         table.table.float32 = cases[i].floats;
         for (int c = 0; c < TEST_COLUMNS; c++)
@@ -172,13 +169,11 @@ TEST(parquet_of_no_rows_of_floats_and_of_rows_wider_than_a_group_is_read) {
             memcpy(&third, page(&out, &walk.chunk[1]) + 8, 4);
             CHECK(third == 0.2f);
         }
-        api_buffer_clear(&out);
-        test_table_clear(&table);
     }
 }
 
 TEST(parquet_of_an_ensemble_has_nan_where_that_is_asked_for) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_ENSEMBLES,
         "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"theta\":["
         "2,2.5]},{\"theta\":[1,0]}],\"duration\":20,\"observables\":[\"first_flip\"],\"none\":"
@@ -190,12 +185,11 @@ TEST(parquet_of_an_ensemble_has_nan_where_that_is_asked_for) {
     CHECK_INT(walk.chunks, 1);
     memcpy(time, page(&reply.out, &walk.chunk[0]), sizeof time);
     CHECK(time[0] > 4 && time[0] < 5 && isnan(time[1]));
-    test_reply_free(&reply);
 }
 
 /* the first start has more potential energy than the members may have: it fails */
 TEST(parquet_has_nan_for_a_member_that_failed) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_ENSEMBLES,
         "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"theta\":["
         "3,3],\"thetad\":[1,0]},{\"theta\":[0.1,0],\"thetad\":[1,0]}],\"energy\":-20,\"duration\":"
@@ -211,5 +205,4 @@ TEST(parquet_has_nan_for_a_member_that_failed) {
         CHECK(i ? isnan(member[0]) : member[0] == 1);
         CHECK(i ? isfinite(member[1]) && member[1] != 0 : member[1] == 0);
     }
-    test_reply_free(&reply);
 }

@@ -79,7 +79,7 @@ TEST(only_json_is_served_where_there_are_no_samples) {
 }
 
 TEST(a_refusal_lists_what_is_served) {
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     api_negotiate_refuse(&problem, 1);
     CHECK_INT(problem.status, 406);
@@ -88,5 +88,4 @@ TEST(a_refusal_lists_what_is_served) {
     api_problem_clear(&problem);
     api_negotiate_refuse(&problem, 0);
     CHECK(strstr(problem.detail, "application/json") && !strstr(problem.detail, "text/csv"));
-    api_problem_clear(&problem);
 }

@@ -32,18 +32,16 @@ TEST(warnings_follow_the_stats_in_json) {
         "\"horizon\":8.5,\"trust_until\":8.75},\"warnings\":[\"digits are lost: beyond t = 8.5 s\","
         "\"energy is lost\"]}";
     const struct api_format *const formats[] = {&api_format_json, &api_format_ndjson};
-    struct test_table table = warned(3);
+    OWN(test_table, clear) table = warned(3);
     for (int i = 0; i < 2; i++) {
-        struct api_buffer out = encode(&table, formats[i]);
+        OWN(api_buffer, clear) out = encode(&table, formats[i]);
         CHECK_SAYING(strstr(out.data, want), "%s", out.data);
-        api_buffer_clear(&out);
     }
-    test_table_clear(&table);
 }
 
 TEST(warnings_are_comments_below_a_csv_table) {
-    struct test_table table = warned(3);
-    struct api_buffer out = encode(&table, &api_format_csv);
+    OWN(test_table, clear) table = warned(3);
+    OWN(api_buffer, clear) out = encode(&table, &api_format_csv);
     const char *at = strchr(out.data, '#');
     REQUIRE(at && at[-1] == '\n');
     CHECK_TEXT(at, "# trust_until: 8.75\n# warning: digits are lost: beyond t = 8.5 s\n# warning: "
@@ -53,14 +51,12 @@ TEST(warnings_are_comments_below_a_csv_table) {
     table = test_table_new(3, 2);
     out = encode(&table, &api_format_csv);
     CHECK(!strchr(out.data, '#'));
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }
 
 TEST(warnings_come_back_from_what_is_kept_of_a_part) {
-    struct test_table table = warned(3);
-    struct api_buffer out = encode(&table, &api_format_raw);
-    struct api_raw_figures *figures = calloc(1, sizeof *figures);
+    OWN(test_table, clear) table = warned(3);
+    OWN(api_buffer, clear) out = encode(&table, &api_format_raw);
+    OWN_MEMORY struct api_raw_figures *figures = calloc(1, sizeof *figures);
     struct api_stats stats;
     REQUIRE(figures);
     for (char *at = out.data; at < out.data + out.bytes - 1;) {
@@ -77,13 +73,10 @@ TEST(warnings_come_back_from_what_is_kept_of_a_part) {
     CHECK_INT(stats.count, table.stats.count);
     CHECK_TEXT(stats.stat[stats.count - 2].text, first);
     CHECK_TEXT(stats.stat[stats.count - 1].text, second);
-    free(figures);
-    api_buffer_clear(&out);
-    test_table_clear(&table);
 }
 
 TEST(fields_of_a_header_tell_figures_and_warnings) {
-    struct test_table table = warned(1);
+    OWN(test_table, clear) table = warned(1);
     struct api_stats_headers told;
     api_stats_fields(&told, &table.stats);
     REQUIRE(told.count == 4);
@@ -98,5 +91,4 @@ TEST(fields_of_a_header_tell_figures_and_warnings) {
     }
     api_stats_fields(&told, NULL);
     CHECK_INT(told.count, 0);
-    test_table_clear(&table);
 }

@@ -29,7 +29,7 @@ TEST(json_arena_gives_pieces_that_are_aligned_and_keep_their_bytes) {
 }
 
 TEST(json_arena_whose_memory_is_short_stays_as_it_was) {
-    struct api_arena arena = {0};
+    OWN(api_arena, clear) arena = {0};
     CHECK(!api_arena_take(&arena, SIZE_MAX) && !arena.last);
     char *piece = api_arena_take(&arena, 100);
     REQUIRE(piece);
@@ -37,5 +37,4 @@ TEST(json_arena_whose_memory_is_short_stays_as_it_was) {
     CHECK(!api_arena_take(&arena, SIZE_MAX));
     CHECK(!api_arena_take(&arena, SIZE_MAX - 20));
     CHECK(arena.left == left && api_arena_valid(&arena));
-    api_arena_clear(&arena);
 }

@@ -19,8 +19,8 @@ static void with_blanks(const char *text, size_t bytes, char spaced[2 * TEXT]) {
 
 /* 1 if a text is accepted, with its numbers if it contains nothing else */
 static int read(const char *text, size_t bytes, int *count, double number[TEXT]) {
-    struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_json, free) *document = NULL;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     int accepted = api_json_new(&document, text, bytes, DEPTH, &problem) == PEND_OK;
     *count = -1;
@@ -29,8 +29,6 @@ static int read(const char *text, size_t bytes, int *count, double number[TEXT])
         const double *found = api_value_numbers(&root, count);
         if (found) memcpy(number, found, (size_t)*count * sizeof *number);
     }
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return accepted;
 }
 

@@ -19,14 +19,13 @@ static char detail[API_DETAIL_BYTES];
 
 static struct api_json *parse_bytes(const char *text, size_t bytes, int depth, int *status) {
     struct api_json *document = NULL;
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
     enum pend_status code = api_json_new(&document, text, bytes, depth, &problem);
     CHECK((code == PEND_OK) == (document != NULL));
     CHECK((code == PEND_INVALID) == (problem.status != 0));
     snprintf(detail, sizeof detail, "%s", problem.detail);
     *status = problem.status;
-    api_problem_clear(&problem);
     return document;
 }
 
@@ -37,18 +36,14 @@ static struct api_json *parse(const char *text) {
     return document;
 }
 
-static void accepts(const char *text) {
-    struct api_json *document = parse(text);
-    api_json_free(&document);
-}
+static void accepts(const char *text) { OWN(api_json, free) *document = parse(text); }
 
 static void refuses_bytes(const char *text, size_t bytes, int want, const char *says) {
     int status;
-    struct api_json *document = parse_bytes(text, bytes, DEPTH, &status);
+    OWN(api_json, free) *document = parse_bytes(text, bytes, DEPTH, &status);
     CHECK_SAYING(!document && status == want, "%.60s: status %d, expected %d", text, status, want);
     CHECK_SAYING(strstr(detail, says) != NULL, "%.60s: \"%s\" does not say \"%s\"", text, detail,
                  says);
-    api_json_free(&document);
 }
 
 static void refuses(const char *text, const char *says) {
@@ -159,16 +154,15 @@ TEST(json_that_is_too_deep_is_a_422) {
     refuses_bytes(text, 1000, 422, "more than 16 levels of nesting at line 1, column 17 (byte 16)");
     for (int i = 0; i < 100; i++) memcpy(text + 5 * i, "{\"a\":", 5);
     refuses_bytes(text, 500, 422, "more than 16 levels of nesting");
-    struct api_json *document = parse_bytes("[[1]]", 5, 1, &status);
+    OWN(api_json, free) *document = parse_bytes("[[1]]", 5, 1, &status);
     CHECK(!document && status == 422);
     document = parse_bytes("[1]", 3, 1, &status);
     CHECK(document && !status);
-    api_json_free(&document);
 }
 
 /* keys of an object with a hundred thousand members would have to be compared with each other */
 TEST(json_objects_of_very_many_members_are_a_422) {
-    char *text = malloc(2000000);
+    OWN_MEMORY char *text = malloc(2000000);
     size_t used = 1;
     REQUIRE(text);
     text[0] = '{';
@@ -183,18 +177,16 @@ TEST(json_objects_of_very_many_members_are_a_422) {
     for (int i = 0; i < 256; i++) used += (size_t)sprintf(text + used, "\"%d\":[%d],", i, i);
     text[used - 1] = '}';
     text[used] = 0;
-    struct api_json *document = parse(text);
+    OWN(api_json, free) *document = parse(text);
     struct api_value root = api_json_root(document), last = api_value_member(&root, "255");
     CHECK_INT(api_value_count(&root), 256);
     CHECK_INT(api_value_count(&last), 1);
-    api_json_free(&document);
-    free(text);
 }
 
 TEST(json_of_very_many_tiny_values_is_a_422) {
     enum { ITEMS = 200000 };
     static const char *const items[] = {"[],", "{},", "\"\","};
-    char *text = malloc(4 * ITEMS);
+    OWN_MEMORY char *text = malloc(4 * ITEMS);
     REQUIRE(text);
     for (int kind = 0; kind < 3; kind++) {
         size_t used = 1;
@@ -207,7 +199,6 @@ TEST(json_of_very_many_tiny_values_is_a_422) {
     for (int i = 0; i < ITEMS; i++) used += (size_t)sprintf(text + used, "0,");
     memcpy(text + used, "null]", 6);
     refuses_bytes(text, used + 5, 422, "too many tiny values");
-    free(text);
 }
 
 /* values */
@@ -243,7 +234,7 @@ TEST(json_values_are_found) {
 }
 
 TEST(json_arrays_of_numbers_are_doubles) {
-    struct api_json *document =
+    OWN(api_json, free) *document =
         parse("{\"a\":[1,2.5,-3],\"b\":[[1,0],[],[7]],\"e\":[],\"m\":[1,2,null],\"x\":4}");
     struct api_value root = api_json_root(document), a = api_value_member(&root, "a"),
                      b = api_value_member(&root, "b");
@@ -267,7 +258,6 @@ TEST(json_arrays_of_numbers_are_doubles) {
     CHECK(api_value_number(&item) == 2.5);
     CHECK(!api_value_numbers(&item, &count));
     CHECK_INT(api_value_kind(&beyond), API_MISSING);
-    api_json_free(&document);
 }
 
 /* "0:1 1:null ..." of an array's items by iteration and by index */
@@ -276,7 +266,7 @@ TEST(json_items_are_walked) {
                                         "[[],[[]],{}]"};
     static const int counts[] = {0, 1, 4, 5, 3};
     for (int i = 0; i < 5; i++) {
-        struct api_json *document = parse(texts[i]);
+        OWN(api_json, free) *document = parse(texts[i]);
         struct api_value root = api_json_root(document), item = api_value_item(&root, 0);
         int seen = 0;
         for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item), seen++) {
@@ -288,12 +278,11 @@ TEST(json_items_are_walked) {
         CHECK_INT(api_value_count(&root), counts[i]);
         item = api_value_next(&item);
         CHECK_INT(api_value_kind(&item), API_MISSING);
-        api_json_free(&document);
     }
 }
 
 TEST(json_root_may_be_any_value) {
-    struct api_json *document = parse(" [1,2] ");
+    OWN(api_json, free) *document = parse(" [1,2] ");
     struct api_value root = api_json_root(document);
     int count;
     CHECK(api_value_numbers(&root, &count) && count == 2);
@@ -301,17 +290,15 @@ TEST(json_root_may_be_any_value) {
     document = parse("-7");
     root = api_json_root(document);
     CHECK(api_value_number(&root) == -7);
-    api_json_free(&document);
 }
 
 TEST(json_text_is_not_needed_afterwards) {
     char *text = strdup("{\"key\":\"value\",\"list\":[1,2]}");
-    struct api_json *document = parse(text);
+    OWN(api_json, free) *document = parse(text);
     memset(text, 'x', strlen(text));
     free(text);
     struct api_value root = api_json_root(document), key = api_value_member(&root, "key");
     CHECK_TEXT(api_value_text(&key), "value");
-    api_json_free(&document);
 }
 
 /* a random document, whose text is generated together with the expected values */
@@ -387,11 +374,10 @@ TEST(json_of_random_documents_is_read_as_it_was_written) {
         maker.used = again.used = 0;
         make(&maker, NULL, 5);
         if (maker.used > longest) longest = maker.used;
-        struct api_json *document = parse(maker.text);
+        OWN(api_json, free) *document = parse(maker.text);
         REQUIRE(document);
         struct api_value root = api_json_root(document);
         faults += make(&again, &root, 5);
-        api_json_free(&document);
     }
     CHECK_INT(faults, 0);
     CHECK(longest > 1000);
@@ -427,10 +413,9 @@ TEST(json_cut_anywhere_is_refused_without_reading_on) {
     int status, accepted = 0;
     REQUIRE(guarded.page && sizeof sample < guarded.bytes);
     for (size_t bytes = 0; bytes < sizeof sample - 1; bytes++) {
-        struct api_json *document =
+        OWN(api_json, free) *document =
             parse_bytes(guarded_text(&guarded, sample, bytes), bytes, DEPTH, &status);
         accepted += document != NULL || status != 400;
-        api_json_free(&document);
     }
     CHECK_INT(accepted, 0);
     struct api_json *document = parse_bytes(guarded_text(&guarded, sample, sizeof sample - 1),
@@ -467,8 +452,8 @@ TEST(json_without_memory_fails_cleanly_whichever_allocation_fails) {
         long count = 0, made;
         int faults = 0, failures = 0;
         do {
-            struct api_json *document = NULL;
-            struct api_problem problem;
+            OWN(api_json, free) *document = NULL;
+            OWN(api_problem, clear) problem;
             api_problem_init(&problem);
             long before = test_alloc_count();
             test_alloc_fail(++count, for_good);
@@ -478,8 +463,6 @@ TEST(json_without_memory_fails_cleanly_whichever_allocation_fails) {
             made = test_alloc_count() - before;
             faults += problem.status || (code == PEND_OK) != (document != NULL);
             failures += code == PEND_NO_MEMORY;
-            api_json_free(&document);
-            api_problem_clear(&problem);
         } while (made >= count);
         CHECK_INT(faults, 0);
         CHECK_SAYING(failures > 5 && failures < count, "%d failures of %ld", failures, count);
@@ -494,22 +477,20 @@ static size_t heap_bytes(void) {
 
 TEST(json_of_a_mebibyte_of_numbers_takes_little_more_than_the_doubles) {
     enum { BYTES = 1 << 20, COUNT = (BYTES - 1) / 2 };
-    char *text = malloc(BYTES);
+    OWN_MEMORY char *text = malloc(BYTES);
     int status, count = 0;
     REQUIRE(text);
     for (int i = 0; i < COUNT; i++) memcpy(text + 2 * i + 1, "0,", 2);
     text[0] = '[';
     text[2 * COUNT] = ']';
     size_t before = heap_bytes();
-    struct api_json *document = parse_bytes(text, 2 * COUNT + 1, DEPTH, &status);
+    OWN(api_json, free) *document = parse_bytes(text, 2 * COUNT + 1, DEPTH, &status);
     size_t taken = heap_bytes() - before;
     REQUIRE(document);
     struct api_value root = api_json_root(document);
     CHECK(api_value_numbers(&root, &count) != NULL);
     CHECK_INT(count, COUNT);
     CHECK_SAYING(taken < COUNT * sizeof(double) * 1.01, "%zu bytes for %d doubles", taken, COUNT);
-    api_json_free(&document);
-    free(text);
 }
 #endif
 
@@ -522,7 +503,7 @@ static void points(const struct api_value *value, const char *want) {
 }
 
 TEST(json_pointers_lead_to_the_value) {
-    struct api_json *document = parse("{\"a\":{\"b\":[1,[2,3],{\"c/d~e\":4}]}}");
+    OWN(api_json, free) *document = parse("{\"a\":{\"b\":[1,[2,3],{\"c/d~e\":4}]}}");
     struct api_value root = api_json_root(document), a = api_value_member(&root, "a"),
                      b = api_value_member(&a, "b");
     struct api_value row = api_value_item(&b, 1), number = api_value_item(&row, 1),
@@ -538,7 +519,6 @@ TEST(json_pointers_lead_to_the_value) {
     points(&deeper, "/a/b/2/c~1d~0e/none/3");
     CHECK(api_value_number(&odd) == 4);
     CHECK_INT(api_value_kind(&deeper), API_MISSING);
-    api_json_free(&document);
 }
 
 TEST(json_pointers_that_are_too_long_are_cut) {
@@ -581,32 +561,28 @@ TEST(json_fields_that_are_not_known_are_faulted_with_what_was_meant) {
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[100];
-        struct api_problem problem;
+        OWN(api_problem, clear) problem;
         api_problem_init(&problem);
         snprintf(text, sizeof text, "{\"mass\":1,\"%s\":2,\"L\":[]}", table[i].key);
-        struct api_json *document = parse(text);
+        OWN(api_json, free) *document = parse(text);
         struct api_value root = api_json_root(document);
         CHECK_INT(api_value_only(&root, allowed, &problem), 1);
         REQUIRE(problem.count == 1);
         CHECK_TEXT(problem.faults[0].detail, table[i].says);
         CHECK_TEXT(problem.faults[0].pointer + 1, table[i].key);
-        api_problem_clear(&problem);
-        api_json_free(&document);
     }
 }
 
 TEST(json_all_unknown_fields_are_counted) {
     static const char *const allowed[] = {"b", NULL};
-    struct api_problem problem;
+    OWN(api_problem, clear) problem;
     api_problem_init(&problem);
-    struct api_json *document = parse("{\"a\":1,\"b\":2,\"c\":[3],\"d\":{}}");
+    OWN(api_json, free) *document = parse("{\"a\":1,\"b\":2,\"c\":[3],\"d\":{}}");
     struct api_value root = api_json_root(document), member = api_value_member(&root, "b");
     CHECK_INT(api_value_only(&root, allowed, &problem), 3);
     CHECK_INT(api_value_only(&member, allowed, &problem), 0);
     CHECK_INT(problem.count, 3);
     CHECK_TEXT(problem.faults[2].pointer, "/d");
-    api_problem_clear(&problem);
-    api_json_free(&document);
 }
 
 TEST(json_numbers_are_read_with_their_range) {
@@ -635,10 +611,10 @@ TEST(json_numbers_are_read_with_their_range) {
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[60];
         double x = -77;
-        struct api_problem problem;
+        OWN(api_problem, clear) problem;
         api_problem_init(&problem);
         snprintf(text, sizeof text, "{\"x\":%s}", table[i].text);
-        struct api_json *document = parse(text);
+        OWN(api_json, free) *document = parse(text);
         struct api_value root = api_json_root(document), value = api_value_member(&root, "x");
         CHECK_INT(api_value_read_number(&value, table[i].least, table[i].greatest, table[i].unit,
                                         &x, &problem),
@@ -647,8 +623,6 @@ TEST(json_numbers_are_read_with_their_range) {
         CHECK((x != -77) == (table[i].result == 1));
         value = api_value_member(&root, "y");
         CHECK_INT(api_value_read_number(&value, 0, 1, "", &x, &problem), 0);
-        api_problem_clear(&problem);
-        api_json_free(&document);
     }
 }
 
@@ -665,23 +639,20 @@ static struct api_buffer small_arrays(int count) {
 
 TEST(a_document_may_have_so_many_values_besides_numbers_in_arrays) {
     for (int beyond = 0; beyond < 2; beyond++) {
-        struct api_buffer text = small_arrays(299999 + beyond); /* and the array of them */
-        struct api_problem problem;
-        struct api_json *document;
+        OWN(api_buffer, clear) text = small_arrays(299999 + beyond); /* and the array of them */
+        OWN(api_problem, clear) problem;
+        OWN(api_json, free) *document;
         api_problem_init(&problem);
         CHECK_INT(api_json_new(&document, text.data, text.bytes, 4, &problem),
                   beyond ? PEND_INVALID : PEND_OK);
         CHECK_INT(problem.status, beyond ? 422 : 0);
         CHECK(!beyond || strstr(problem.detail, "more than 300000 values"));
-        api_json_free(&document);
-        api_problem_clear(&problem);
-        api_buffer_clear(&text);
     }
 }
 
 TEST(members_and_items_are_walked_alike) {
     static const char text[] = "{\"a\":[1,2],\"b\":[[],3],\"c\":{}}";
-    struct api_json *document;
+    OWN(api_json, free) *document;
     struct api_problem problem;
     api_problem_init(&problem);
     REQUIRE(!api_json_new(&document, text, sizeof text - 1, 9, &problem));
@@ -700,5 +671,4 @@ TEST(members_and_items_are_walked_alike) {
                      behind = api_value_next(&number);
     CHECK(api_value_kind(&list) == API_ARRAY && api_value_number(&number) == 3);
     CHECK(api_value_kind(&behind) == API_MISSING && !number.key && number.index == 1);
-    api_json_free(&document);
 }

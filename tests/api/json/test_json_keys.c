@@ -10,7 +10,7 @@ enum { MOST = 200, BYTES = 40 };
 TEST(json_keys_are_refused_once_they_are_there_whatever_their_length) {
     char text[MOST * BYTES + 1];
     struct api_key key[MOST] = {{NULL, 0}};
-    struct api_keys keys = {0};
+    OWN(api_keys, clear) keys = {0};
     size_t bytes = 0;
     int added = 0, refused = 0;
     for (int i = 0; i < MOST; i++) {
@@ -25,7 +25,6 @@ TEST(json_keys_are_refused_once_they_are_there_whatever_their_length) {
         refused += api_keys_add(&keys, 0, MOST + 1, key[i]) == PEND_INVALID;
     CHECK_INT(added, MOST);
     CHECK_INT(refused, MOST);
-    api_keys_clear(&keys);
 }
 
 TEST(json_keys_of_another_object_do_not_count) {

@@ -13,7 +13,7 @@ static const char *written(struct api_buffer *out) {
 }
 
 TEST(commas_go_where_they_are_due) {
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1000);
     CHECK(!api_buffer_text(&out, "{"));
     CHECK(!api_out_whole(&out, "a", -3));
@@ -30,22 +30,20 @@ TEST(commas_go_where_they_are_due) {
         written(&out),
         "{\"a\":-3,\"b\":[[1,0.5],[]],\"c\\\"\":\"ends with a comma,\",\"d\":null,\"e\":0.333,"
         "\"f\":[[1,2],[3,4]]}");
-    api_buffer_clear(&out);
 }
 
 TEST(a_number_that_is_not_finite_is_not_written) {
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1000);
     CHECK_INT(api_out_number(&out, "a", NAN, 0), PEND_NOT_FINITE);
     CHECK_INT(api_out_number(&out, "a", -INFINITY, 0), PEND_NOT_FINITE);
     CHECK_INT(api_out_numbers(&out, "a", 2, (double[]){1, INFINITY}, 0), PEND_NOT_FINITE);
     CHECK_INT((long long)out.bytes, 0);
-    api_buffer_clear(&out);
 }
 
 TEST(no_number_is_longer_than_is_said) {
     unsigned long long seed = 3;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1000);
     CHECK(!api_buffer_room(&out, 100));
     for (int i = 0; i < 200000; i++) {
@@ -60,5 +58,4 @@ TEST(no_number_is_longer_than_is_said) {
                           "%.17g takes %ld bytes at %d digits", x, bytes, digits))
             break;
     }
-    api_buffer_clear(&out);
 }

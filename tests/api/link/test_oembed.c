@@ -26,13 +26,12 @@ TEST(links_to_the_page_become_frames_of_its_embed_view) {
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct api_oembed wanted = {.link = ""};
-        struct api_problem problem;
+        OWN(api_problem, clear) problem;
         api_problem_init(&problem);
         CHECK_INT(api_oembed_read(row[i].query, HOST, &wanted, &problem), PEND_OK);
         CHECK_TEXT(wanted.link, row[i].link);
         CHECK_INT(wanted.width, row[i].width);
         CHECK_INT(wanted.height, row[i].height);
-        api_problem_clear(&problem);
     }
 }
 
@@ -77,12 +76,11 @@ TEST(what_is_no_link_to_the_page_is_refused) {
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct api_oembed wanted = {.width = 7};
-        struct api_problem problem;
+        OWN(api_problem, clear) problem;
         api_problem_init(&problem);
         CHECK_INT(api_oembed_read(row[i].query, row[i].host, &wanted, &problem), PEND_INVALID);
         CHECK_INT(problem.status, row[i].status);
         CHECK(wanted.width == 7 && *problem.detail);
-        api_problem_clear(&problem);
     }
 }
 
@@ -91,7 +89,7 @@ TEST(a_link_as_long_as_a_request_may_be_fits_and_a_longer_one_is_refused) {
     char query[2048];
     for (int bytes = 1000; bytes < 2000; bytes++) {
         struct api_oembed wanted;
-        struct api_problem problem;
+        OWN(api_problem, clear) problem;
         memset(query, 'x', (size_t)bytes);
         memcpy(query, head, sizeof head - 1);
         query[bytes] = 0;
@@ -103,13 +101,12 @@ TEST(a_link_as_long_as_a_request_may_be_fits_and_a_longer_one_is_refused) {
             CHECK_INT((long)strlen(wanted.link), bytes - 4 + 8);
         else
             CHECK_INT(problem.status, 422);
-        api_problem_clear(&problem);
     }
 }
 
 TEST(the_answer_holds_a_frame_whose_attributes_nothing_ends) {
     struct api_oembed wanted = {.link = "http://h/?embed=1&length=1,1&theta=9#d=a\\b", 300, 200};
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1 << 16);
     CHECK_INT(api_oembed_write(&wanted, &out), PEND_OK);
     CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
@@ -123,7 +120,6 @@ TEST(the_answer_holds_a_frame_whose_attributes_nothing_ends) {
     api_buffer_clear(&out);
     api_buffer_init(&out, 100);
     CHECK_INT(api_oembed_write(&wanted, &out), PEND_LIMIT);
-    api_buffer_clear(&out);
 }
 
 TEST(a_link_has_the_title_that_it_names) {
@@ -141,7 +137,7 @@ TEST(a_link_has_the_title_that_it_names) {
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct api_oembed wanted = {.width = 300, .height = 200};
         char json[300], attribute[300];
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         snprintf(wanted.link, sizeof wanted.link, "%s", row[i].link);
         api_buffer_init(&out, 1 << 16);
         CHECK_INT(api_oembed_write(&wanted, &out), PEND_OK);
@@ -151,12 +147,11 @@ TEST(a_link_has_the_title_that_it_names) {
         snprintf(attribute, sizeof attribute, " title=\\\"%s\\\" style", held);
         CHECK_SAYING(strstr(out.data, json) && strstr(out.data, attribute), "%s: %s", json,
                      out.data);
-        api_buffer_clear(&out);
     }
 }
 
 TEST(the_tag_names_the_document_it_stands_in_and_a_strange_host_has_none) {
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_buffer_init(&out, 1 << 16);
     CHECK_INT(api_oembed_tag("https", "h:1", "length=1,1&a=\"><b>", &out), PEND_OK);
     CHECK_INT(api_buffer_add(&out, "", 1), PEND_OK);
@@ -168,7 +163,6 @@ TEST(the_tag_names_the_document_it_stands_in_and_a_strange_host_has_none) {
     CHECK_INT(api_oembed_tag("http", "h\"><script>", "length=1", &out), PEND_OK);
     CHECK_INT(api_oembed_tag("http", "", "length=1", &out), PEND_OK);
     CHECK_INT((long)out.bytes, 0);
-    api_buffer_clear(&out);
 }
 
 TEST(readable_links_and_worksheets_tell_what_is_shown_and_others_do_not) {

@@ -45,16 +45,15 @@ static void scene_end(struct scene *scene) {
 }
 
 static void check_refused(const char *body, int http, const char *word) {
-    struct scene scene = scene_of(body);
+    OWN(scene, end) scene = scene_of(body);
     CHECK_INT(scene.http, http);
     CHECK_SAYING(strstr(scene.problem.data, word) != NULL, "%s is not in %s", word,
                  scene.problem.data);
     CHECK_INT((long long)scene.text.bytes, 1);
-    scene_end(&scene);
 }
 
 TEST(scene_is_told_back_whole_in_one_form) {
-    struct scene scene =
+    OWN(scene, end) scene =
         scene_of("{\"view\":{\"speed\":1.50},\"request\":" REQUEST ",\"title\":\"A\"}");
     char wanted[600];
     CHECK_INT(scene.http, 0);
@@ -66,7 +65,6 @@ TEST(scene_is_told_back_whole_in_one_form) {
              "\"links\":{\"self\":\"/v1/scenes/%s\",\"page\":\"/#s=%s\"}}",
              scene.id, scene.id, scene.id);
     CHECK_TEXT(scene.text.data, wanted);
-    scene_end(&scene);
 }
 
 TEST(scene_has_the_same_id_however_it_is_spelt_and_another_if_anything_differs) {
@@ -88,18 +86,16 @@ TEST(scene_has_the_same_id_however_it_is_spelt_and_another_if_anything_differs) 
     enum { SAME = sizeof same / sizeof *same, OTHER = sizeof other / sizeof *other };
     char id[1 + OTHER][API_SCENE_ID];
     for (int i = 0; i < SAME; i++) {
-        struct scene scene = scene_of(same[i]);
+        OWN(scene, end) scene = scene_of(same[i]);
         CHECK_SAYING(!scene.http, "%s", scene.problem.data);
         if (!i) memcpy(id[0], scene.id, API_SCENE_ID);
         CHECK_TEXT(scene.id, id[0]);
-        scene_end(&scene);
     }
     for (int i = 0; i < OTHER; i++) {
-        struct scene scene = scene_of(other[i]);
+        OWN(scene, end) scene = scene_of(other[i]);
         CHECK_SAYING(!scene.http, "%s", scene.problem.data);
         memcpy(id[1 + i], scene.id, API_SCENE_ID);
         for (int k = 0; k <= i; k++) CHECK(strcmp(id[k], scene.id) != 0);
-        scene_end(&scene);
     }
 }
 
@@ -145,18 +141,15 @@ TEST(scene_is_bounded_in_its_title_its_view_and_all_of_it) {
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         size_t bytes;
-        char *body = letters(rows[i].title, rows[i].view, &bytes);
-        struct scene scene = scene_of_bytes(body, bytes, rows[i].most, NULL);
+        OWN_MEMORY char *body = letters(rows[i].title, rows[i].view, &bytes);
+        OWN(scene, end) scene = scene_of_bytes(body, bytes, rows[i].most, NULL);
         CHECK_INT(scene.http, rows[i].http);
         CHECK_SAYING(strstr(scene.problem.data, rows[i].word) != NULL, "%s", scene.problem.data);
-        scene_end(&scene);
-        free(body);
     }
 }
 
 TEST(scene_is_json_and_nothing_else) {
-    struct scene scene = scene_of_bytes("{\"request\":" REQUEST "}",
-                                        strlen("{\"request\":" REQUEST "}"), 1 << 18, "text/csv");
+    OWN(scene, end) scene = scene_of_bytes(
+        "{\"request\":" REQUEST "}", strlen("{\"request\":" REQUEST "}"), 1 << 18, "text/csv");
     CHECK_INT(scene.http, 406);
-    scene_end(&scene);
 }

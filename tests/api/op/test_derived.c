@@ -48,7 +48,7 @@ TEST(derivatives_of_requests_are_differences_of_requests) {
     char body[1000];
     double worst = 0;
     body_of(body, middle, BY);
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_INT(reply.status, 200);
     for (int j = 0; j < 4; j++) {
         struct test_reply side[2];
@@ -75,16 +75,15 @@ TEST(derivatives_of_requests_are_differences_of_requests) {
         for (int s = 0; s < 2; s++) test_reply_free(&side[s]);
     }
     CHECK_RESIDUAL(worst, 1e-7, "derivatives of requests");
-    test_reply_free(&reply);
 }
 
 TEST(derivatives_leave_the_motion_as_it_is) {
     const double x[4] = {1.5, 0.1, 9.81, 3};
     char body[1000];
     body_of(body, x, "");
-    struct test_reply plain = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) plain = test_post(API_OP_TRAJECTORIES, body);
     body_of(body, x, BY);
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 2; k++) {
             CHECK(number_at(&plain, "phi", i, k, -1) == number_at(&reply, "phi", i, k, -1));
@@ -92,8 +91,6 @@ TEST(derivatives_leave_the_motion_as_it_is) {
         }
     CHECK_INT(test_reply_count(&reply, "/derivatives"), 11);
     CHECK_INT(test_reply_count(&reply, "/derivatives/phi/0/1"), 4);
-    test_reply_free(&plain);
-    test_reply_free(&reply);
 }
 
 #define DOUBLE "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
@@ -113,25 +110,24 @@ TEST(derivatives_have_an_axis_in_every_representation) {
         {"application/x-npz", "'shape': (2, 3), }"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, SHORT, rows[i].accept, NULL);
+        OWN(test_reply, free) reply =
+            test_post_as(API_OP_TRAJECTORIES, SHORT, rows[i].accept, NULL);
         CHECK_INT(reply.status, 200);
         CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, rows[i].text, strlen(rows[i].text)),
                      "%s lacks %s", rows[i].accept, rows[i].text);
-        test_reply_free(&reply);
     }
     // by columns, the arms before the parameters: dimensions 2, 2, 3, then the numbers
     static const char sizes[] = {5, 0, 0, 0, 12, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0};
-    struct test_reply mat =
+    OWN(test_reply, free) mat =
         test_post_as(API_OP_TRAJECTORIES, SHORT, "application/x-matlab-data", NULL);
     CHECK(memmem(mat.out.data, mat.out.bytes, sizes, sizeof sizes));
-    test_reply_free(&mat);
 }
 
 TEST(derivatives_of_forces_are_those_of_each_state) {
     static const char body[] =
         DOUBLE "\"states\":[{\"theta\":[1,2]},{\"theta\":[0.5,-1],\"thetad\":[1,2]}],"
                "\"derivatives\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"gravity\"}]}";
-    struct test_reply reply = test_post(API_OP_FORCES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FORCES, body);
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/derivatives/zdd_re"), 2);
     // at rest accelerations are proportional to gravity
@@ -142,7 +138,6 @@ TEST(derivatives_of_forces_are_those_of_each_state) {
     // dV/dtheta_1 = 2 m g l sin theta_1
     double slope = number_at(&reply, "derivatives/energy_potential", 1, 0, -1);
     CHECK(fabs(slope - 2 * 9.81 * sin(0.5)) < 1e-13);
-    test_reply_free(&reply);
 }
 
 /* two arms on a cart of this mass, on a rail of this direction, from this position */
@@ -187,7 +182,7 @@ TEST(derivatives_on_a_cart_are_differences_of_requests) {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char more[300];
         snprintf(more, sizeof more, "%s," BY_CART, rows[i].more);
-        struct test_reply reply = on_a_cart(rows[i].op, middle, more);
+        OWN(test_reply, free) reply = on_a_cart(rows[i].op, middle, more);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         for (int j = 0; j < 3; j++) {
             double side[2];
@@ -195,9 +190,8 @@ TEST(derivatives_on_a_cart_are_differences_of_requests) {
             for (int s = 0; s < 2; s++) {
                 double x[3] = {middle[0], middle[1], middle[2]};
                 x[j] += s ? h : -h;
-                struct test_reply moved = on_a_cart(rows[i].op, x, rows[i].more);
+                OWN(test_reply, free) moved = on_a_cart(rows[i].op, x, rows[i].more);
                 side[s] = test_reply_number(&moved, rows[i].value);
-                test_reply_free(&moved);
             }
             snprintf(pointer, sizeof pointer, "%s/%d", rows[i].slope, j);
             double want = (side[1] - side[0]) / (2 * h), got = test_reply_number(&reply, pointer);
@@ -205,7 +199,6 @@ TEST(derivatives_on_a_cart_are_differences_of_requests) {
             CHECK_SAYING(gap < 1e-8, "%s is %g, not %g", pointer, got, want);
             worst = fmax(worst, gap);
         }
-        test_reply_free(&reply);
     }
     CHECK(worst > 0);
 }
@@ -217,10 +210,9 @@ TEST(derivatives_that_would_be_too_large_are_refused_before_they_run) {
                                     "\"times\":{\"stop\":1,\"count\":1000000},\"derivatives\":[");
     for (int i = 0; i < MANY; i++) at += sprintf(at, "%s{\"vary\":\"gravity\"}", i ? "," : "");
     strcpy(at, "]}");
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_INT(reply.status, 422);
     CHECK(test_reply_has_fault(&reply, "/times", "max-answer-bytes"));
-    test_reply_free(&reply);
 }
 
 /* eight derivatives of chains that hang at -1, -0.7 .. rad for 5 s, as in tests/bench/parts: the
@@ -235,8 +227,8 @@ TEST(derivatives_are_estimated_within_a_factor_of_four_of_what_was_measured) {
         int n = measured[i].arms;
         char body[2000], *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1");
         struct api_limits limits;
-        struct api_call *call;
-        struct api_buffer out;
+        OWN(api_call, free) *call;
+        OWN(api_buffer, clear) out;
         api_limits_init(&limits);
         for (int k = 0; k < n; k++) phi[k] = -1 + 0.3 * k, rate[k] = 0.2;
         for (int k = 1; k < n; k++) at = stpcpy(at, ",1");
@@ -261,7 +253,5 @@ TEST(derivatives_are_estimated_within_a_factor_of_four_of_what_was_measured) {
         CHECK_INT(api_call_open(call, &request, &out), API_MORE);
         double ratio = api_call_cost(call) / measured[i].seconds;
         CHECK_SAYING(ratio > 0.25 && ratio < 4, "%d arms: %g of what was measured", n, ratio);
-        api_call_free(&call);
-        api_buffer_clear(&out);
     }
 }

@@ -14,7 +14,7 @@
 #define ASK(events) "{" DOUBLE TIMES ",\"events\":" events "}"
 
 TEST(events_stand_beside_the_samples_of_a_trajectory) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES,
                   ASK("[{\"of\":\"theta\",\"arm\":1,\"value\":0},{\"of\":\"distance\",\"arm\":1,"
                       "\"to\":2,\"value\":2},{\"of\":\"kinetic\",\"value\":3,\"direction\":\"up\","
@@ -45,13 +45,12 @@ TEST(events_stand_beside_the_samples_of_a_trajectory) {
         kinetic += event == 3;
     }
     CHECK_INT(kinetic, 2);
-    test_reply_free(&reply);
 }
 
 TEST(events_end_the_motion_at_the_nth_and_no_sample_comes_after) {
-    struct test_reply all =
+    OWN(test_reply, free) all =
         test_post(API_OP_TRAJECTORIES, ASK("[{\"of\":\"theta\",\"arm\":1,\"value\":0}]"));
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TRAJECTORIES,
         ASK("[{\"of\":\"theta\",\"arm\":1,\"value\":0,\"stop\":3},{\"of\":\"y\",\"arm\":2,"
             "\"bound\":0.5,\"direction\":\"down\"}]"));
@@ -63,8 +62,6 @@ TEST(events_end_the_motion_at_the_nth_and_no_sample_comes_after) {
     CHECK_INT(test_reply_count(&reply, "/phi"), rows);
     // the samples are those of the whole motion
     CHECK(test_reply_number(&reply, "/phi/3/1") == test_reply_number(&all, "/phi/3/1"));
-    test_reply_free(&reply);
-    test_reply_free(&all);
 }
 
 TEST(events_are_rows_in_every_representation) {
@@ -79,7 +76,7 @@ TEST(events_are_rows_in_every_representation) {
                      "{" DOUBLE TIMES ",\"rows\":\"events\",\"events\":[{\"of\":\"theta\","
                      "\"arm\":1,\"value\":%s,\"unit\":\"rad\"}]}",
                      value[none]);
-            struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, body, accept[i], NULL);
+            OWN(test_reply, free) reply = test_post_as(API_OP_TRAJECTORIES, body, accept[i], NULL);
             CHECK_INT(reply.status, 200);
             CHECK(!strncmp(reply.media_type, accept[i], strlen(accept[i])));
             if (!i) CHECK((test_reply_count(&reply, "/event") > 4) == !none);
@@ -89,15 +86,13 @@ TEST(events_are_rows_in_every_representation) {
                 CHECK(
                     !strncmp(reply.out.data, "t,event,direction,phi_1,phi_2,phid_1,phid_2\n", 44));
             if (i == 3) CHECK(reply.out.bytes % (7 * 8) == 0 && (reply.out.bytes == 0) == none);
-            test_reply_free(&reply);
         }
 }
 
 TEST(events_that_make_no_sense_are_refused) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_TRAJECTORIES, ASK("[{\"of\":\"x\",\"arm\":1,\"value\":1}]"), "text/csv", NULL);
     CHECK(test_reply_has_fault(&reply, "/events", "\"rows\": \"events\""));
-    test_reply_free(&reply);
 }
 
 TEST(events_of_places_far_from_the_pivot_are_refused_where_there_are_many) {
@@ -112,23 +107,21 @@ TEST(events_of_places_far_from_the_pivot_are_refused_where_there_are_many) {
     for (int i = 0; i < 24; i++)
         at += sprintf(at, "%s{\"of\":\"y\",\"arm\":900,\"value\":-1,\"count\":1}", i ? "," : "");
     sprintf(at, "]}");
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK(test_reply_has_fault(&reply, "/events", "21600 arms"));
-    test_reply_free(&reply);
 }
 
 TEST(events_of_too_many_steps_are_refused) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.steps = 100;
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_TRAJECTORIES,
         "{" DOUBLE ",\"times\":[0,5000],\"rows\":\"events\",\"events\":[{\"of\":\"x\",\"arm\":1,"
         "\"value\":5}]}",
         NULL, &limits);
     CHECK_INT(reply.status, 422);
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
-    test_reply_free(&reply);
 }
 
 /* An arm on a free cart: the momentum along the rail stays 0, a small swing's period is that of the
@@ -139,9 +132,9 @@ TEST(events_on_a_cart_tell_where_it_is) {
     "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"pivot\":{\"cart\":{\"mass\":3}}}" \
     ","                                                                                            \
     "\"initial\":{\"theta\":[" theta "]},\"times\":[0,6]," rest "}"
-    struct test_reply small = test_post(
+    OWN(test_reply, free) small = test_post(
         API_OP_TRAJECTORIES, FREE("1e-5", "\"events\":[{\"of\":\"phid\",\"arm\":1,\"value\":0}]"));
-    struct test_reply rows = test_post(
+    OWN(test_reply, free) rows = test_post(
         API_OP_TRAJECTORIES,
         FREE("2", "\"rows\":\"events\",\"events\":[{\"of\":\"kinetic\",\"value\":8},{\"of\":"
                   "\"energy\",\"value\":0},{\"of\":\"x\",\"arm\":1,\"value\":0.6}]"));
@@ -175,8 +168,6 @@ TEST(events_on_a_cart_tell_where_it_is) {
     CHECK(kinetic > 1 && count > kinetic);
     CHECK_RESIDUAL(worst, 1e-12, "momentum, energy and place at passages on a cart");
 #undef FREE
-    test_reply_free(&rows);
-    test_reply_free(&small);
 }
 
 /* passages of a chaotic motion are certain for some seconds only, as for sections */
@@ -185,12 +176,12 @@ TEST(passages_as_rows_say_how_many_of_them_hold) {
                                  "\"initial\":{\"theta\":[2,2.5]}";
     char body[600];
     snprintf(body, sizeof body, "{%s,\"section\":{\"arm\":1,\"theta\":0},\"duration\":40}", motion);
-    struct test_reply section = test_post(API_OP_SECTIONS, body);
+    OWN(test_reply, free) section = test_post(API_OP_SECTIONS, body);
     snprintf(body, sizeof body,
              "{%s,\"times\":[0,40],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,"
              "\"value\":0}]}",
              motion);
-    struct test_reply all = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) all = test_post(API_OP_TRAJECTORIES, body);
     double held = test_reply_number(&all, "/stats/horizon");
     CHECK(held > 1 && held < 39 && held == test_reply_number(&section, "/stats/horizon"));
     int holding = (int)test_reply_number(&all, "/stats/holding"), count = 0;
@@ -207,11 +198,8 @@ TEST(passages_as_rows_say_how_many_of_them_hold) {
              "{%s,\"times\":[0,-40],\"rows\":\"events\",\"events\":[{\"of\":\"theta\",\"arm\":1,"
              "\"value\":0,\"stop\":1}]}",
              motion);
-    struct test_reply one = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) one = test_post(API_OP_TRAJECTORIES, body);
     CHECK(test_reply_number(&one, "/stats/horizon") == test_reply_number(&one, "/stats/stopped"));
     CHECK_INT((int)test_reply_number(&one, "/stats/holding"), 1);
     CHECK(!test_reply_text(&one, "/warnings/0"));
-    test_reply_free(&section);
-    test_reply_free(&all);
-    test_reply_free(&one);
 }

@@ -9,7 +9,8 @@
 #define THREE "\"pendulum\":{\"length\":[0.7,1,0.9],\"mass\":[2,1,3],\"parent\":[2,0,2]}"
 
 TEST(a_hanging_tree_at_rest_pulls_with_its_weight) {
-    struct test_reply reply = test_post(API_OP_FORCES, "{" THREE ",\"state\":{\"theta\":[0,0,0]}}");
+    OWN(test_reply, free) reply =
+        test_post(API_OP_FORCES, "{" THREE ",\"state\":{\"theta\":[0,0,0]}}");
     static const double weight[] = {2, 6, 3};
     CHECK_INT(reply.status, 200);
     for (int k = 0; k < 3; k++) {
@@ -23,12 +24,11 @@ TEST(a_hanging_tree_at_rest_pulls_with_its_weight) {
     CHECK(test_reply_number(&reply, "/energy/kinetic") == 0);
     CHECK(fabs(test_reply_number(&reply, "/energy/total") + 9.81 * (2 * 1.7 + 1 + 3 * 1.9)) <
           1e-13);
-    test_reply_free(&reply);
 }
 
 TEST(a_single_arm_obeys_its_formula) {
     double phi = -0.4, rate = 3, m = 1.5, l = 0.8, g = 1.62;
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_FORCES, "{\"pendulum\":{\"L\":[0.8],\"m\":[1.5],\"S\":[[1]],\"gravity\":1."
                                  "62},\"state\":{\"phi\":[-0.4],\"phid\":[3]}}");
     double gap =
@@ -41,11 +41,10 @@ TEST(a_single_arm_obeys_its_formula) {
                          l * (acc * cos(phi) - rate * rate * sin(phi))));
     gap = fmax(gap, fabs(test_reply_number(&reply, "/zd/im/0") - l * rate * cos(phi)));
     CHECK_RESIDUAL(gap, 1e-14, "single arm");
-    test_reply_free(&reply);
 }
 
 TEST(newtons_law_holds_at_every_tip) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FORCES, "{" THREE ",\"state\":{\"phi\":[0.3,-1.2,2],\"phid\":[1,-2,0.5]}}");
     /* arm 1: m z'' = lambda u - i g m */
     double gap = fabs(2 * test_reply_number(&reply, "/zdd/re/0") -
@@ -53,7 +52,6 @@ TEST(newtons_law_holds_at_every_tip) {
     gap = fmax(gap, fabs(2 * test_reply_number(&reply, "/zdd/im/0") + 2 * 9.81 -
                          test_reply_number(&reply, "/lambda/0") * sin(0.3)));
     CHECK_RESIDUAL(gap, 1e-13, "m z'' = lambda u - i g m");
-    test_reply_free(&reply);
 }
 
 TEST(states_give_one_row_each_in_their_order) {
@@ -63,28 +61,26 @@ TEST(states_give_one_row_each_in_their_order) {
     for (int i = 0; i < STATES; i++)
         at += sprintf(at, "%s{\"phi\":[%d,0.5,-1],\"phid\":[1,%d,0]}", i ? "," : "", i, i);
     strcpy(at, "]}");
-    struct test_reply many = test_post(API_OP_FORCES, body);
+    OWN(test_reply, free) many = test_post(API_OP_FORCES, body);
     CHECK_INT(many.status, 200);
     CHECK_INT(test_reply_count(&many, "/phidd"), STATES);
     CHECK_INT(test_reply_count(&many, "/energy/total"), STATES);
     for (int i = 0; i < STATES; i += 37) {
         char pointer[40];
         snprintf(body, 300, "{" THREE ",\"state\":{\"phi\":[%d,0.5,-1],\"phid\":[1,%d,0]}}", i, i);
-        struct test_reply one = test_post(API_OP_FORCES, body);
+        OWN(test_reply, free) one = test_post(API_OP_FORCES, body);
         for (int k = 0; k < 3; k++) {
             snprintf(pointer, sizeof pointer, "/lambda/%d/%d", i, k);
             double row = test_reply_number(&many, pointer);
             snprintf(pointer, sizeof pointer, "/lambda/%d", k);
             CHECK(row == test_reply_number(&one, pointer));
         }
-        test_reply_free(&one);
     }
-    test_reply_free(&many);
     free(body);
 }
 
 TEST(states_in_modes_stand_beside_states_by_angles) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_FORCES, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
                                  "\"states\":[{\"theta\":[0.01,0.0141421356]},{\"mode\":1,"
                                  "\"amplitude\":0.0141421356},{}]}");
@@ -93,27 +89,25 @@ TEST(states_in_modes_stand_beside_states_by_angles) {
           1e-8);
     CHECK(fabs(test_reply_number(&reply, "/phidd/1/0")) > 1e-3);
     CHECK(test_reply_number(&reply, "/z/re/2/1") == 2);
-    test_reply_free(&reply);
 }
 
 TEST(forces_as_csv_have_a_line_a_state) {
-    struct test_reply reply = test_post_as(API_OP_FORCES,
-                                           "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},"
-                                           "\"states\":[{},{\"phi\":[1]}],\"digits\":3}",
-                                           "text/csv", NULL);
+    OWN(test_reply, free) reply = test_post_as(API_OP_FORCES,
+                                               "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},"
+                                               "\"states\":[{},{\"phi\":[1]}],\"digits\":3}",
+                                               "text/csv", NULL);
     CHECK_TEXT(reply.out.data,
                "phidd_1,lambda_1,z_re_1,z_im_1,zd_re_1,zd_im_1,zdd_re_1,zdd_im_1,energy_kinetic,"
                "energy_potential,energy_total\n"
                "-9.81,0,1,0,-0.0,0,0,-9.81,0,0,0\n"
                "-5.3,8.25,0.54,0.841,-0.0,0,4.46,-2.86,0,8.25,8.25\n");
-    test_reply_free(&reply);
 }
 
 TEST(too_many_states_are_refused_by_the_limits_name) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.samples = 1;
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post_as(API_OP_FORCES, "{" THREE ",\"states\":[{},{}]}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/states",
                                "has 2 states, more than the limit max-samples of 1"));
@@ -122,15 +116,13 @@ TEST(too_many_states_are_refused_by_the_limits_name) {
     limits.answer_bytes = 500;
     reply = test_post_as(API_OP_FORCES, "{" THREE ",\"states\":[{},{}]}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "", "more than the limit max-answer-bytes of 500"));
-    test_reply_free(&reply);
 }
 
 TEST(forces_that_overflow_end_as_a_problem_with_their_place) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FORCES, "{" THREE ",\"states\":[{},{\"phi\":[0,0,0],\"phid\":[0,0,1e200]}]}");
     CHECK_INT(reply.status, 422);
     CHECK(strstr(test_reply_text(&reply, "/detail"), "in row 2 exceeds the range of a double"));
-    test_reply_free(&reply);
 }
 
 TEST(states_are_not_held_before_the_size_of_the_answer_is_known) {
@@ -145,11 +137,10 @@ TEST(states_are_not_held_before_the_size_of_the_answer_is_known) {
     at += sprintf(at, "]},\"states\":[{\"phi\":[1]}");
     for (int i = 1; i < STATES; i++) at += sprintf(at, ",{}");
     strcpy(at, "]}");
-    struct test_reply reply = test_post(API_OP_FORCES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FORCES, body);
     CHECK(test_reply_has_fault(&reply, "", "asks for 5000 states of 8003 numbers"));
     CHECK(test_reply_has_fault(&reply, "/states/0/phi", "must have 1000 numbers"));
     CHECK_INT(test_reply_faults(&reply), 2);
-    test_reply_free(&reply);
     free(body);
 }
 
@@ -164,7 +155,7 @@ TEST(forces_of_a_mode_that_is_beyond_all_numbers_are_a_problem) {
                      "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
                      "\"state\":{\"mode\":%d,\"amplitude\":1}}",
                      length[i], k);
-            struct test_reply reply = test_post(API_OP_FORCES, body);
+            OWN(test_reply, free) reply = test_post(API_OP_FORCES, body);
             CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status,
                          body);
             test_reply_free(&reply);
@@ -175,7 +166,6 @@ TEST(forces_of_a_mode_that_is_beyond_all_numbers_are_a_problem) {
             reply = test_post(API_OP_MODES, body);
             CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status,
                          body);
-            test_reply_free(&reply);
         }
     }
 }
@@ -238,11 +228,10 @@ TEST(forces_of_a_real_pendulum_hold_what_hangs_on_them) {
     CHECK(test_reply_number(&reply, "/lambda/0") == 0);
     CHECK(test_reply_number(&reply, "/tip_force/across/0") == 0);
     test_reply_free(&reply);
-    struct test_reply ideal =
+    OWN(test_reply, free) ideal =
         test_post(API_OP_FORCES, "{" THREE ",\"state\":{\"theta\":[0.1,0,0]},\"time\":3}");
     CHECK_INT(ideal.status, 200);
     CHECK_INT(test_reply_count(&ideal, "/joint_force/along"), -1);
-    test_reply_free(&ideal);
 }
 
 /* requests for an ideal pendulum, a real one, and one on a cart */

@@ -12,7 +12,7 @@
     "5]}"
 
 TEST(lyapunov_answers_rows_that_end_with_the_duration) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":20,\"samples\":150,\"count\":\"all\"}");
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/t"), 150);
@@ -25,47 +25,42 @@ TEST(lyapunov_answers_rows_that_end_with_the_duration) {
     CHECK_SAYING(first > 1 && first < 4 && last < -1, "%g and %g", first, last);
     CHECK(test_reply_number(&reply, "/stats/steps") > 500 &&
           test_reply_number(&reply, "/stats/interval") > 0);
-    test_reply_free(&reply);
 }
 
 TEST(lyapunov_of_few_samples_is_that_of_many_and_one_exponent_the_first_of_all) {
-    struct test_reply many =
+    OWN(test_reply, free) many =
         test_post(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":5,\"samples\":50,\"count\":4}");
-    struct test_reply few = test_post(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":5,\"samples\":1}");
+    OWN(test_reply, free) few =
+        test_post(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":5,\"samples\":1}");
     CHECK_INT(test_reply_count(&few, "/exponents/0"), 1);
     double off =
         test_reply_number(&few, "/exponents/0/0") - test_reply_number(&many, "/exponents/49/0");
     CHECK_RESIDUAL(fabs(off), 1e-7, "exponent of other intervals");
-    test_reply_free(&many);
-    test_reply_free(&few);
 }
 
 TEST(lyapunov_leaves_a_transient_out) {
-    struct test_reply plain =
+    OWN(test_reply, free) plain =
         test_post(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":5,\"samples\":5}");
-    struct test_reply late =
+    OWN(test_reply, free) late =
         test_post(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":5,\"samples\":5,\"transient\":3}");
     CHECK(test_reply_number(&late, "/t/4") == 5);
     CHECK(fabs(test_reply_number(&late, "/exponents/0/0") -
                test_reply_number(&plain, "/exponents/0/0")) > 0.01);
-    test_reply_free(&plain);
-    test_reply_free(&late);
 }
 
 TEST(lyapunov_comes_in_every_representation) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"samples\":2,\"count\":2,\"digits\":3}",
         "text/csv", NULL);
     CHECK_INT(reply.status, 200);
     CHECK(!strncmp(reply.out.data, "t,exponents_1,exponents_2,error_1,error_2\n0.5,", 46));
-    test_reply_free(&reply);
 }
 
 TEST(lyapunov_of_too_many_steps_is_refused) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.steps = 1000;
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post_as(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1000}", NULL, &limits);
     CHECK_INT(reply.status, 422);
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
@@ -74,13 +69,12 @@ TEST(lyapunov_of_too_many_steps_is_refused) {
                          &limits);
     CHECK_INT(reply.status, 422);
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
-    test_reply_free(&reply);
 }
 
 /* near equilibrium theta'' + c theta' + 9.81 theta = 0: if overdamped, the exponents are its two
  * roots, otherwise both are minus half of the damping */
 TEST(lyapunov_of_a_damped_pendulum_at_rest_has_the_roots_of_its_equation) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_LYAPUNOV,
                   "{\"pendulum\":{\"length\":[0.5],\"mass\":[4],\"parent\":[0],\"gravity\":4.905,"
                   "\"damping\":[10]},\"initial\":{\"theta\":[0]},\"duration\":8,\"transient\":6,"
@@ -99,13 +93,12 @@ TEST(lyapunov_of_a_damped_pendulum_at_rest_has_the_roots_of_its_equation) {
            second = test_reply_number(&reply, "/exponents/0/1");
     CHECK_RESIDUAL(fabs(first + second + 0.3), 1e-12, "their sum");
     CHECK_SAYING(fabs(first + 0.15) < 0.01, "%g", first);
-    test_reply_free(&reply);
 }
 
 /* Drag per mass acts equally on every pair of directions: exponents form pairs symmetric about
  * minus the drag (Dressler, Phys. Rev. A 38, 1988) */
 TEST(lyapunov_exponents_of_drag_per_mass_are_pairs_around_it) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_LYAPUNOV,
                   "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1],"
                   "\"drag_per_mass\":0.05,\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0.3,"
@@ -121,7 +114,6 @@ TEST(lyapunov_exponents_of_drag_per_mass_are_pairs_around_it) {
     // mass matrix, which is between 1 and 2, divided by the time
     CHECK_RESIDUAL(fabs(of[0] + of[1] + of[2] + of[3] + 0.2), 1.2e-2, "the sum of all four");
     CHECK_SAYING(of[0] > 0.5 && fabs(of[0] + of[3] + 0.1) < 0.05, "%g and %g", of[0], of[3]);
-    test_reply_free(&reply);
 }
 
 TEST(lyapunov_of_a_driven_pendulum_begins_at_its_start_and_agrees_with_the_ensembles) {
@@ -136,24 +128,22 @@ TEST(lyapunov_of_a_driven_pendulum_begins_at_its_start_and_agrees_with_the_ensem
                  "{" DRIVEN ",\"initial\":{\"theta\":[0.2]},\"start\":%s,\"duration\":100,"
                  "\"samples\":1}",
                  start[i]);
-        struct test_reply reply = test_post(API_OP_LYAPUNOV, body);
+        OWN(test_reply, free) reply = test_post(API_OP_LYAPUNOV, body);
         CHECK_INT(reply.status, 200);
         exponent[i] = test_reply_number(&reply, "/exponents/0/0");
-        test_reply_free(&reply);
     }
     CHECK(fabs(exponent[0] - exponent[1]) > 1e-4);
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_ENSEMBLES, "{" DRIVEN ",\"states\":[{\"theta\":[0.2]}],\"duration\":100,"
                                     "\"observables\":[\"lyapunov\"]}");
     double member = test_reply_number(&reply, "/lyapunov/0");
     CHECK_SAYING(fabs(member - exponent[0]) < 0.05 && exponent[0] > 0.05, "%g and %g", member,
                  exponent[0]);
-    test_reply_free(&reply);
 }
 
 /* a spring that is much faster than the swing: neighbours are measured by its frequency */
 TEST(lyapunov_of_stiff_springs_takes_no_shorter_pieces) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_LYAPUNOV, "{\"pendulum\":{\"length\":[1,0.1],\"mass\":[1,0.1],\"parent\":[0,1],"
                          "\"stiffness\":[0,100]},\"initial\":{\"theta\":[1,0.9]},"
                          "\"duration\":10,\"count\":\"all\",\"samples\":1}");
@@ -166,7 +156,6 @@ TEST(lyapunov_of_stiff_springs_takes_no_shorter_pieces) {
     CHECK_RESIDUAL(fabs(sum), 5e-5, "exponents of a stiff spring");
     CHECK_SAYING(test_reply_number(&reply, "/stats/steps") < 45000, "%g",
                  test_reply_number(&reply, "/stats/steps"));
-    test_reply_free(&reply);
 }
 
 TEST(lyapunov_warns_of_a_start_at_an_unstable_equilibrium) {
@@ -177,11 +166,10 @@ TEST(lyapunov_warns_of_a_start_at_an_unstable_equilibrium) {
                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
                  "\"theta\":[%s],\"unit\":\"deg\"},\"duration\":20}",
                  start[i]);
-        struct test_reply reply = test_post(API_OP_LYAPUNOV, body);
+        OWN(test_reply, free) reply = test_post(API_OP_LYAPUNOV, body);
         CHECK_INT(reply.status, 200);
         double horizon = test_reply_number(&reply, "/stats/horizon");
         CHECK(i ? horizon == 20 : horizon > 5 && horizon < 10);
         CHECK((strstr(reply.out.data, "an unstable equilibrium") == NULL) == i);
-        test_reply_free(&reply);
     }
 }

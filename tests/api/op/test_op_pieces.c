@@ -32,9 +32,10 @@ static double number(const struct test_reply *reply, const char *name, int i, in
 TEST(a_spring_with_coulomb_friction_swings_as_the_closed_form_has_it) {
     const double f = 0.11, k = 2, half = M_PI * sqrt(inertia / k);
     double middle = f / k, far = 1 - middle, worst = 0;
-    struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR ",\"stiffness\":2,\"friction\":{"
-                                  "\"torque\":0.11}}]",
-                                  "1", "\"times\":{\"start\":0,\"stop\":5,\"count\":501}");
+    OWN(test_reply, free) reply =
+        ask("\"gravity\":0,\"arms\":[{" BAR ",\"stiffness\":2,\"friction\":{"
+            "\"torque\":0.11}}]",
+            "1", "\"times\":{\"start\":0,\"stop\":5,\"count\":501}");
     for (int i = 0; i <= 500; i++) {
         double t = 5 * i / 500.0;
         int swing = (int)(t / half);
@@ -48,16 +49,16 @@ TEST(a_spring_with_coulomb_friction_swings_as_the_closed_form_has_it) {
     CHECK_RESIDUAL(fabs(number(&reply, "exchange/heat", 500, -1) - (1 - 0.01 * 0.01)), 1e-13,
                    "their heat");
     CHECK(number(&reply, "thetad/500", 0, -1) == 0);
-    test_reply_free(&reply);
 }
 
 /* flights between impacts are a geometric series; then the bar rests on its stop */
 TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
     const double a = 0.3 / inertia, e = 0.6;
     double begin = 0, v = 0, q = -0.25, worst = 0;
-    struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR
-                                  ",\"torque\":0.3,\"stop\":{\"max\":0.25,\"restitution\":0.6}}]",
-                                  "-0.25", "\"times\":{\"start\":0,\"stop\":2,\"count\":401}");
+    OWN(test_reply, free) reply =
+        ask("\"gravity\":0,\"arms\":[{" BAR
+            ",\"torque\":0.3,\"stop\":{\"max\":0.25,\"restitution\":0.6}}]",
+            "-0.25", "\"times\":{\"start\":0,\"stop\":2,\"count\":401}");
     for (int i = 0; i <= 400; i++) {
         double t = 2 * i / 400.0, flight;
         for (;;) {
@@ -72,43 +73,40 @@ TEST(a_bar_bounces_off_its_stop_as_the_closed_form_has_it) {
     CHECK_RESIDUAL(worst, 1e-13, "bounces");
     CHECK(fabs(number(&reply, "exchange/heat", 400, -1) - 0.15) < 1e-14);
     CHECK(number(&reply, "thetad/400", 0, -1) == 0);
-    test_reply_free(&reply);
 }
 
 /* a growing torque: the joint sticks up to its static friction, then slides against the smaller one
  */
 TEST(a_joint_slips_where_its_holding_torque_comes_to_its_bound) {
-    struct test_reply reply = ask("\"gravity\":0,\"arms\":[{" BAR
-                                  ",\"friction\":{\"torque\":0.2,\"static\":0.3},\"torque\":{"
-                                  "\"table\":{\"t\":[0,1],\"value\":[0,1],\"hold\":\"linear\"}}}]",
-                                  "0.4", "\"times\":[0,0.25,0.7,1]");
+    OWN(test_reply, free) reply = ask(
+        "\"gravity\":0,\"arms\":[{" BAR ",\"friction\":{\"torque\":0.2,\"static\":0.3},\"torque\":{"
+        "\"table\":{\"t\":[0,1],\"value\":[0,1],\"hold\":\"linear\"}}}]",
+        "0.4", "\"times\":[0,0.25,0.7,1]");
     double x = 0.7 - 0.3, place = 0.4 + (0.1 * x * x / 2 + x * x * x / 6) / inertia;
     CHECK(fabs(number(&reply, "theta", 1, 0) - 0.4) < 1e-15);
     CHECK_RESIDUAL(fabs(number(&reply, "theta/2", 0, -1) - place), 1e-15, "after the slip");
     CHECK(fabs(number(&reply, "phidd", 2, 0) - (0.7 - 0.2) / inertia) < 1e-14);
-    test_reply_free(&reply);
 }
 
 /* in contact, friction keeps the joint at its stop after its torque has changed sign */
 TEST(a_joint_with_friction_leaves_its_stop_late) {
-    struct test_reply reply = ask(
+    OWN(test_reply, free) reply = ask(
         "\"gravity\":0,\"arms\":[{" BAR ",\"friction\":{\"torque\":0.05},\"stop\":{\"max\":0.2},"
         "\"torque\":{\"table\":{\"t\":[0,2],\"value\":[0.3,-0.3],\"hold\":\"linear\"}}}]",
         "0.2", "\"times\":[0,1.1,2]");
     double x = 2 - 0.35 / 0.3, place = 0.2 - 0.3 * x * x * x / 6 / inertia;
     CHECK(fabs(number(&reply, "theta", 1, 0) - 0.2) < 1e-15);
     CHECK_RESIDUAL(fabs(number(&reply, "theta/2", 0, -1) - place), 2e-15, "after it has left");
-    test_reply_free(&reply);
 }
 
 /* a joint that never slips makes one rigid body of two arms, with forces inside it */
 TEST(a_joint_that_holds_is_as_a_rigid_body) {
-    struct test_reply held =
+    OWN(test_reply, free) held =
         ask("\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4},{\"name\":\"b\","
             "\"parent\":\"a\",\"length\":0.4,\"mass\":0.3,\"friction\":{\"torque\":99}},{\"name\":"
             "\"c\",\"parent\":\"b\",\"length\":0.3,\"mass\":0,\"rod\":0.2}]",
             "0.3,0.3,-0.4", "\"times\":[0,0.5,1]");
-    struct test_reply whole = ask(
+    OWN(test_reply, free) whole = ask(
         "\"arms\":[{\"name\":\"a\",\"length\":0.5,\"mass\":0.1,\"rod\":0.4,\"body\":{\"mass\":0.3,"
         "\"center\":0.9}},{\"name\":\"c\",\"parent\":\"a\",\"at\":0.9,\"length\":0.3,\"mass\":0,"
         "\"rod\":0.2}]",
@@ -128,8 +126,6 @@ TEST(a_joint_that_holds_is_as_a_rigid_body) {
     }
     CHECK_SAYING(gap < 1e-13, "%g", gap);
     CHECK_RESIDUAL(force, 1e-12, "forces at its joints");
-    test_reply_free(&held);
-    test_reply_free(&whole);
 }
 
 /* Three bars that stick, slide and hit: the digits of extrapolated midpoint steps in 40 digits with
@@ -142,7 +138,7 @@ TEST(three_bars_stick_slide_and_hit_as_in_40_digits) {
         {-0.0067768973665188727707, -0.10669748908369472808, 0.01198898875846514164},
         {1.034363942770082546, 1.2337572365915163292, 1.1748608122393911274},
         {0.14700404669288916031, -0.0047739107272493073355, -0.24411679130909551719}};
-    struct test_reply reply = ask(
+    OWN(test_reply, free) reply = ask(
         "\"arms\":[{\"name\":\"a\"," BAR ",\"friction\":{\"torque\":0.2}},{\"name\":\"b\","
         "\"parent\":\"a\",\"length\":0.4,\"mass\":0,\"rod\":0.6,\"friction\":{\"torque\":0.1,"
         "\"static\":0.15}},{\"name\":\"c\",\"parent\":\"b\",\"length\":0.3,\"mass\":0,\"rod\":0.6,"
@@ -156,15 +152,14 @@ TEST(three_bars_stick_slide_and_hit_as_in_40_digits) {
     CHECK_RESIDUAL(fabs(number(&reply, "exchange/heat", 5, -1) - 1.9882762285789358993), 1e-13,
                    "their heat");
     CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-14, "their balance");
-    test_reply_free(&reply);
 }
 
 /* an elastic bar with gravity between two stops, 1e4 impacts; a joint that sticks twice per period
  * of the torque that drives it, 1e3 times */
 TEST(work_heat_and_energy_balance_through_ten_thousand_bounces_and_a_thousand_sticks) {
-    struct test_reply reply = ask("\"arms\":[{" BAR ",\"stop\":{\"min\":-0.1,\"max\":0.1,"
-                                  "\"restitution\":1}}]",
-                                  "0],\"thetad\":[3", "\"times\":[0,1000]");
+    OWN(test_reply, free) reply = ask("\"arms\":[{" BAR ",\"stop\":{\"min\":-0.1,\"max\":0.1,"
+                                      "\"restitution\":1}}]",
+                                      "0],\"thetad\":[3", "\"times\":[0,1000]");
     CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-13, "bounces");
     test_reply_free(&reply);
     reply = ask("\"gravity\":0,\"arms\":[{\"name\":\"a\"," BAR
@@ -174,7 +169,6 @@ TEST(work_heat_and_energy_balance_through_ten_thousand_bounces_and_a_thousand_st
                 "0,0.3", "\"times\":[0,500]");
     CHECK_RESIDUAL(test_reply_number(&reply, "/stats/energy_drift"), 1e-13, "sticks");
     CHECK(number(&reply, "exchange/heat", 1, -1) > 20);
-    test_reply_free(&reply);
 }
 
 /* members side by side, each with the pieces of its table, end like single motions */
@@ -190,20 +184,18 @@ TEST(members_of_an_ensemble_follow_a_table_as_a_motion_alone_does) {
              ",\"start\":0.1,\"duration\":1,\"rtol\":1e-15,\"observables\":[\"final\","
              "\"energy_drift\"]}",
              pendulum);
-    struct test_reply many = test_post(API_OP_ENSEMBLES, body);
+    OWN(test_reply, free) many = test_post(API_OP_ENSEMBLES, body);
     CHECK_SAYING(many.status == 200, "%s", many.out.data);
     for (int i = 0; i < 3; i++) {
         char theta[20];
         snprintf(theta, sizeof theta, "%d,1", i);
-        struct test_reply alone = ask(pendulum, theta, "\"times\":[0.1,1.1]");
+        OWN(test_reply, free) alone = ask(pendulum, theta, "\"times\":[0.1,1.1]");
         for (int k = 0; k < 2; k++)
             worst = fmax(worst, fabs(number(&alone, "theta", 1, k) - M_PI_2 -
                                      number(&many, "final/phi", i, k)));
         CHECK(number(&many, "energy_drift", i, -1) < 1e-14);
-        test_reply_free(&alone);
     }
     CHECK_RESIDUAL(worst, 1e-13, "members by a table");
-    test_reply_free(&many);
 }
 
 /* a bar without gravity, driven from rest: theta - theta_0 is inversely proportional to its mass */
@@ -216,7 +208,7 @@ TEST(derivatives_and_fits_pass_through_tables) {
              "{\"pendulum\":{%s},\"initial\":{\"theta\":[0.1]},\"times\":[0,0.5,1.2],\"output\":["
              "\"theta\"],\"derivatives\":[{\"vary\":\"rod\",\"arm\":1}]}",
              pendulum);
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     for (int i = 1; i < 3; i++) {
         double want = -(number(&reply, "theta", i, 0) - 0.1) / 0.6;
         double found = test_reply_number(&reply, i == 1 ? "/derivatives/theta/1/0/0"
@@ -231,7 +223,6 @@ TEST(derivatives_and_fits_pass_through_tables) {
              pendulum);
     reply = test_post(API_OP_FITS, body);
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
-    test_reply_free(&reply);
 }
 
 /* a bar whose pivot follows a spline: the digits of a Taylor solver in 30 digits */
@@ -240,7 +231,7 @@ TEST(a_pivot_follows_the_natural_spline_through_its_places) {
                                    "0.25,0.75,1.25,2],\"value\":[0,0.25,-0.125,0.1875,0]}}}";
     static const double theta[] = {0.3449045917013090740826, 0.1574876200803062838502,
                                    -1.527024737902296395533, 2.068819005823300209106};
-    struct test_reply reply = ask(pendulum, "0.4", "\"times\":[0,0.25,0.75,1.25,2]");
+    OWN(test_reply, free) reply = ask(pendulum, "0.4", "\"times\":[0,0.25,0.75,1.25,2]");
     double worst = 0;
     for (int i = 0; i < 4; i++)
         worst = fmax(worst, fabs(number(&reply, "theta", i + 1, 0) - theta[i]));
@@ -253,7 +244,6 @@ TEST(a_pivot_follows_the_natural_spline_through_its_places) {
     snprintf(start, sizeof start, "%.17g],\"thetad\":[%.17g", theta0, rate);
     reply = ask(pendulum, start, "\"times\":{\"start\":2,\"stop\":0,\"count\":2}");
     CHECK_RESIDUAL(fabs(number(&reply, "theta", 1, 0) - 0.4), 1e-13, "and back");
-    test_reply_free(&reply);
 }
 
 /* derivatives with respect to numbers of the pendulum, members and positions along the spline,
@@ -270,11 +260,10 @@ TEST(derivatives_members_and_conditions_follow_a_pivot) {
         snprintf(rest, sizeof rest, "%s%s", tell,
                  i ? "" : ",\"derivatives\":[{\"vary\":\"length\",\"arm\":1}]");
         snprintf(body, sizeof body, form, i ? 0.5 + (i - 1.5) * 2e-4 : 0.5, rest);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         z[i] =
             i ? number(&reply, "z/re", 2, 0) : test_reply_number(&reply, "/derivatives/z_re/2/0/0");
-        test_reply_free(&reply);
     }
     CHECK_RESIDUAL(fabs((z[2] - z[1]) / 2e-4 - z[0]), 1e-7, "derivatives along a spline");
     snprintf(body, sizeof body, form, 0.5,
@@ -288,17 +277,15 @@ TEST(derivatives_members_and_conditions_follow_a_pivot) {
              "\"energy_drift\"]",
              t);
     snprintf(body, sizeof body, form, 0.5, rest);
-    struct test_reply many = test_post(API_OP_ENSEMBLES, body);
+    OWN(test_reply, free) many = test_post(API_OP_ENSEMBLES, body);
     CHECK(number(&many, "energy_drift", 1, -1) < 1e-14);
     snprintf(rest, sizeof rest,
              "\"initial\":{\"theta\":[0.4]},\"times\":[0,%.17g],\"output\":[\"theta\",\"z\"]", t);
     snprintf(body, sizeof body, form, 0.5, rest);
-    struct test_reply alone = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) alone = test_post(API_OP_TRAJECTORIES, body);
     CHECK_RESIDUAL(fabs(number(&alone, "z/re", 1, 0) + 0.3), 1e-14, "the condition");
     CHECK_RESIDUAL(fabs(number(&many, "final/phi", 1, 0) + M_PI_2 - number(&alone, "theta", 1, 0)),
                    1e-14, "a member along a spline");
-    test_reply_free(&many);
-    test_reply_free(&alone);
 }
 
 /* each impact is reported before and after it; the flights are the geometric series of the
@@ -308,7 +295,7 @@ TEST(impacts_are_events_before_and_after) {
         "{\"pendulum\":{\"gravity\":0,\"arms\":[{" BAR ",\"torque\":0.3,\"stop\":{\"max\":0.25,"
         "\"restitution\":0.6}}]},\"initial\":{\"theta\":[-0.25]},\"rtol\":1e-15,\"times\":[0,1.5],"
         "\"rows\":\"events\",\"events\":[{\"of\":\"impact\",\"arm\":1}]}";
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     const double a = 0.3 / inertia;
     double t = sqrt(1 / a), v = a * t, worst = 0;
@@ -323,7 +310,6 @@ TEST(impacts_are_events_before_and_after) {
         v *= 0.6, t += 2 * v / a;
     }
     CHECK_RESIDUAL(worst, 1e-13, "impacts");
-    test_reply_free(&reply);
 }
 
 TEST(answers_say_why_they_have_no_horizon) {
@@ -349,11 +335,10 @@ TEST(answers_say_why_they_have_no_horizon) {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char body[600];
         snprintf(body, sizeof body, "{\"pendulum\":{%s}", rows[i].body);
-        struct test_reply reply = test_post(rows[i].op, body);
+        OWN(test_reply, free) reply = test_post(rows[i].op, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         const char *why = test_reply_text(&reply, "/stats/no_horizon");
         CHECK(why && strstr(why, rows[i].why) && !strstr(reply.out.data, "\"horizon\""));
-        test_reply_free(&reply);
     }
 }
 
@@ -374,11 +359,10 @@ TEST(a_motor_in_one_joint_swings_two_arms_up_and_one_without_a_limit_ends) {
             "\"deg\"},\"times\":[0,10],\"output\":[\"theta\"]}",
             i ? 2 : 1, i < 2 ? "\"limit\":[-3,3]," : "", i < 2 ? 2 : 2000, gains[i > 0],
             i ? "57,0" : "10,90");
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(reply.status == (i == 2 ? 422 : 200), "%s", reply.out.data);
         for (int k = 0; k < 2 && i < 2; k++)
             CHECK(fabs(remainder(number(&reply, "theta", 1, k) - M_PI, 2 * M_PI)) < 1e-3);
         CHECK((i == 2) == (strstr(reply.out.data, "give them a \\\"limit\\\"") != NULL));
-        test_reply_free(&reply);
     }
 }

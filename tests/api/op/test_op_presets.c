@@ -31,7 +31,7 @@ static int is_slug(const char *name) {
 }
 
 TEST(the_list_has_every_preset_whole) {
-    struct test_reply reply = get(API_OP_PRESETS, NULL);
+    OWN(test_reply, free) reply = get(API_OP_PRESETS, NULL);
     CHECK_INT(reply.status, 200);
     int count = test_reply_count(&reply, "/presets");
     CHECK(count >= 20);
@@ -44,12 +44,10 @@ TEST(the_list_has_every_preset_whole) {
                      "%s says too little", name);
         CHECK_SAYING(samples >= 100 && samples <= 5000 && fabs(samples - round(samples)) < 1e-9,
                      "%s has %g samples", name, samples);
-        struct test_reply alone = get(API_OP_PRESET, name);
+        OWN(test_reply, free) alone = get(API_OP_PRESET, name);
         CHECK_INT(alone.status, 200);
         CHECK_SAYING(strstr(reply.out.data, alone.out.data) != NULL, "%s is not in the list", name);
-        test_reply_free(&alone);
     }
-    test_reply_free(&reply);
 }
 
 TEST(presets_of_the_contract_have_the_shapes_of_their_names) {
@@ -67,11 +65,10 @@ TEST(presets_of_the_contract_have_the_shapes_of_their_names) {
                   {"star", "\"parent\":[0,1,1,1,1,1,1,1,1]"},
                   {"binary-4", "\"parent\":[0,1,1,2,2,3,3,4,4,5,5,6,6,7,7]"}};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
-        struct test_reply reply = get(API_OP_PRESET, wanted[i].name);
+        OWN(test_reply, free) reply = get(API_OP_PRESET, wanted[i].name);
         CHECK_INT(reply.status, 200);
         CHECK_SAYING(strstr(reply.out.data, wanted[i].piece) != NULL, "%s: %s", wanted[i].name,
                      reply.out.data);
-        test_reply_free(&reply);
     }
 }
 
@@ -85,15 +82,13 @@ static char *request_of(const struct test_reply *preset, const char *more) {
 }
 
 TEST(preset_two_to_one_has_frequencies_in_that_ratio) {
-    struct test_reply preset = get(API_OP_PRESET, "two-to-one");
+    OWN(test_reply, free) preset = get(API_OP_PRESET, "two-to-one");
     char *body = request_of(&preset, ""), *initial = strstr(body, ",\"initial\":");
     strcpy(initial, "}");
-    struct test_reply modes = test_post(API_OP_MODES, body);
+    OWN(test_reply, free) modes = test_post(API_OP_MODES, body);
     double slow = test_reply_number(&modes, "/omega/0"),
            fast = test_reply_number(&modes, "/omega/1");
     CHECK_RESIDUAL(fabs(fast / slow - 2), 1e-15, "frequencies as 2 to 1");
-    test_reply_free(&modes);
-    test_reply_free(&preset);
     free(body);
 }
 
@@ -110,13 +105,13 @@ static double liveliest(const struct test_reply *run, int arms) {
 }
 
 TEST(every_preset_is_a_request_for_its_trajectory_and_moves) {
-    struct test_reply list = get(API_OP_PRESETS, NULL);
+    OWN(test_reply, free) list = get(API_OP_PRESETS, NULL);
     for (int i = 0; i < test_reply_count(&list, "/presets"); i++) {
         const char *name = text(&list, i, "name");
-        struct test_reply reply = get(API_OP_PRESET, name);
-        char *body =
+        OWN(test_reply, free) reply = get(API_OP_PRESET, name);
+        OWN_MEMORY char *body =
             request_of(&reply, ",\"times\":[0,0.01],\"output\":[\"phi\",\"phid\",\"phidd\"]");
-        struct test_reply run = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) run = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(run.status == 200, "%s: %.300s", name, run.out.data);
         CHECK(test_reply_number(&run, "/phi/0/0") == number(&list, i, "initial/phi/0"));
         CHECK_INT(test_reply_count(&run, "/phi/0"), (int)number(&list, i, "n"));
@@ -130,15 +125,11 @@ TEST(every_preset_is_a_request_for_its_trajectory_and_moves) {
         run = test_post_as(API_OP_TRAJECTORIES, body, NULL, &limits);
         CHECK(test_reply_faults(&run) == 1 &&
               test_reply_has_fault(&run, "/times", "max-answer-bytes"));
-        test_reply_free(&run);
-        free(body);
-        test_reply_free(&reply);
     }
-    test_reply_free(&list);
 }
 
 TEST(an_unknown_preset_is_not_found_and_a_near_name_is_offered) {
-    struct test_reply reply = get(API_OP_PRESET, "duble");
+    OWN(test_reply, free) reply = get(API_OP_PRESET, "duble");
     CHECK_INT(reply.status, 404);
     CHECK_TEXT(test_reply_text(&reply, "/detail"),
                "there is no preset \"duble\"; did you mean \"double\"?");
@@ -150,13 +141,12 @@ TEST(an_unknown_preset_is_not_found_and_a_near_name_is_offered) {
     test_reply_free(&reply);
     reply = get(API_OP_PRESET, NULL);
     CHECK_INT(reply.status, 404);
-    test_reply_free(&reply);
 }
 
 /* the motion of a real preset, with some of its text replaced */
 static struct test_reply motion(const char *name, const char *old, const char *new,
                                 const char *output) {
-    struct test_reply preset = get(API_OP_PRESET, name);
+    OWN(test_reply, free) preset = get(API_OP_PRESET, name);
     char *pendulum = strstr(preset.out.data, "\"pendulum\":"), *body = malloc(4000), *place;
     int bytes =
         snprintf(body, 4000, "{%.*s,\"output\":[%s]}", (int)strlen(pendulum) - 1, pendulum, output);
@@ -169,7 +159,6 @@ static struct test_reply motion(const char *name, const char *old, const char *n
     struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_SAYING(reply.status == 200, "%s: %.300s", name, reply.out.data);
     free(body);
-    test_reply_free(&preset);
     return reply;
 }
 
@@ -192,16 +181,13 @@ static const double pi = 3.14159265358979323846;
  * its sine. */
 TEST(kapitzas_pendulum_stays_up_and_falls_with_less) {
     static const char kept[] = "\"amplitude\":0.02";
-    struct test_reply up = motion("kapitza", NULL, NULL, "\"theta\"");
-    struct test_reply less = motion("kapitza", kept, "\"amplitude\":0.012", "\"theta\"");
-    struct test_reply down = motion("kapitza", kept, "\"amplitude\":0.0105", "\"theta\"");
+    OWN(test_reply, free) up = motion("kapitza", NULL, NULL, "\"theta\"");
+    OWN(test_reply, free) less = motion("kapitza", kept, "\"amplitude\":0.012", "\"theta\"");
+    OWN(test_reply, free) down = motion("kapitza", kept, "\"amplitude\":0.0105", "\"theta\"");
     CHECK(reach(&up, 0, 0, 3000, pi) < 0.4);
     CHECK(reach(&up, 0, 0, 3000, pi) > 0.2);
     CHECK(reach(&less, 0, 0, 3000, pi) < 0.6);
     CHECK(reach(&down, 0, 0, 3000, pi) > 2);
-    test_reply_free(&up);
-    test_reply_free(&less);
-    test_reply_free(&down);
 }
 
 /* Half a beat of the two slow modes, s, in closed form: the arms against each other with w^2 = g /
@@ -216,7 +202,7 @@ static double half_beat(void) {
 }
 
 TEST(coupled_pendulums_hand_their_motion_over) {
-    struct test_reply reply = motion("coupled", NULL, NULL, "\"theta\",\"energy\"");
+    OWN(test_reply, free) reply = motion("coupled", NULL, NULL, "\"theta\",\"energy\"");
     double first = reach(&reply, 1, 0, 100, 0), second = reach(&reply, 2, 0, 50, 0);
     double later = 1, most = 0, when = 0;
     for (int at = 300; at < 600; at += 25) {
@@ -228,7 +214,6 @@ TEST(coupled_pendulums_hand_their_motion_over) {
     CHECK(first > 0.18 && second < 0.08);
     CHECK_SAYING(later < 0.04 && most > 0.17, "the first has %g, the second %g", later, most);
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-11);
-    test_reply_free(&reply);
 }
 
 /* The pendulum of Baker and Gollub (Chaotic Dynamics, Cambridge 1990) with q = 2 and w = 2/3
@@ -249,7 +234,7 @@ TEST(the_driven_pendulum_repeats_itself_or_not_as_the_books_have_it) {
                  "0.6666666666666666}]}]},\"initial\":{\"theta\":[0.2]},\"output\":[\"theta\","
                  "\"thetad\"],\"times\":{\"stop\":942.47779607693793,\"count\":101}}",
                  tries[i].amplitude);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         double rate[3];
         for (int k = 0; k < 3; k++) {
             char pointer[40];
@@ -260,7 +245,6 @@ TEST(the_driven_pendulum_repeats_itself_or_not_as_the_books_have_it) {
                      tries[i].amplitude, rate[1], rate[2]);
         CHECK_SAYING((fabs(rate[0] - rate[2]) < 1e-6) == tries[i].twice, "%s: %g %g",
                      tries[i].amplitude, rate[0], rate[2]);
-        test_reply_free(&reply);
     }
 }
 
@@ -269,15 +253,14 @@ TEST(bars_keep_their_energy_and_the_laboratory_loses_it_as_told) {
     CHECK(test_reply_number(&bars, "/stats/energy_drift") < 1e-11);
     CHECK(reach(&bars, 1, 0, 2000, 0) > 2 * pi);
     test_reply_free(&bars);
-    struct test_reply rig = motion("laboratory-double", NULL, NULL, "\"theta\",\"exchange\"");
+    OWN(test_reply, free) rig = motion("laboratory-double", NULL, NULL, "\"theta\",\"exchange\"");
     CHECK(test_reply_number(&rig, "/stats/energy_drift") < 1e-11);
     CHECK(test_reply_number(&rig, "/exchange/work/2000") > 0.1);
     CHECK(test_reply_number(&rig, "/exchange/heat/2000") > 0.1);
-    test_reply_free(&rig);
 }
 
 TEST(a_metronome_on_a_cart_swings_about_up_and_moves_its_cart) {
-    struct test_reply reply = motion("metronome-cart", NULL, NULL, "\"theta\",\"cart\"");
+    OWN(test_reply, free) reply = motion("metronome-cart", NULL, NULL, "\"theta\",\"cart\"");
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-11);
     double most = 0, least = 0;
     for (int i = 0; i <= 200; i++) {
@@ -290,5 +273,4 @@ TEST(a_metronome_on_a_cart_swings_about_up_and_moves_its_cart) {
         CHECK(fabs(fabs(test_reply_number(&reply, path)) - pi) < 0.75);
     }
     CHECK(most - least > 0.01 && most - least < 0.05);
-    test_reply_free(&reply);
 }

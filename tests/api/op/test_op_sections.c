@@ -17,7 +17,7 @@
     "\"mass\":1}]},\"initial\":{\"theta\":[0.5,1]}"
 
 TEST(sections_answers_states_in_the_section_one_row_a_passage) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_SECTIONS,
         "{" DOUBLE ",\"duration\":20,\"section\":{\"arm\":1,\"theta\":0,\"direction\":\"both\"}}");
     CHECK_INT(reply.status, 200);
@@ -35,13 +35,12 @@ TEST(sections_answers_states_in_the_section_one_row_a_passage) {
         snprintf(at, sizeof at, "/direction/%d", i);
         CHECK(rate * test_reply_number(&reply, at) > 0);
     }
-    test_reply_free(&reply);
 }
 
 TEST(sections_arms_are_meant_by_name_and_angles_by_either_unit) {
-    struct test_reply number = test_post(
+    OWN(test_reply, free) number = test_post(
         API_OP_SECTIONS, "{" DOUBLE ",\"duration\":9,\"section\":{\"arm\":1,\"theta\":0.1}}");
-    struct test_reply name =
+    OWN(test_reply, free) name =
         test_post(API_OP_SECTIONS, "{" NAMED ",\"duration\":9,\"section\":{\"arm\":\"top\","
                                    "\"theta\":5.729577951308232,\"unit\":\"deg\"}}");
     CHECK_INT(name.status, 200);
@@ -51,8 +50,6 @@ TEST(sections_arms_are_meant_by_name_and_angles_by_either_unit) {
     /* the order of arms is the caller's */
     CHECK(fabs(test_reply_number(&name, "/phi/2/0") - test_reply_number(&number, "/phi/2/1")) <
           1e-11);
-    test_reply_free(&number);
-    test_reply_free(&name);
 }
 
 TEST(sections_end_at_their_count_and_may_be_empty) {
@@ -62,13 +59,12 @@ TEST(sections_end_at_their_count_and_may_be_empty) {
     CHECK_INT(test_reply_count(&few, "/t"), 300);
     CHECK(test_reply_number(&few, "/stats/until") == test_reply_number(&few, "/t/299"));
     test_reply_free(&few);
-    struct test_reply none = test_post(
+    OWN(test_reply, free) none = test_post(
         API_OP_SECTIONS,
         "{" DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":180,\"unit\":\"deg\"}}");
     CHECK_INT(none.status, 200);
     CHECK_INT(test_reply_count(&none, "/t"), 0);
     CHECK_INT(test_reply_count(&none, "/phi"), 0);
-    test_reply_free(&none);
 }
 
 TEST(sections_come_in_every_representation_however_many_rows_there_are) {
@@ -82,12 +78,11 @@ TEST(sections_come_in_every_representation_however_many_rows_there_are) {
             snprintf(body, sizeof body,
                      "{" DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":%s}}",
                      theta[empty]);
-            struct test_reply reply = test_post_as(API_OP_SECTIONS, body, accept[i], NULL);
+            OWN(test_reply, free) reply = test_post_as(API_OP_SECTIONS, body, accept[i], NULL);
             CHECK_INT(reply.status, 200);
             CHECK(!strncmp(reply.media_type, accept[i], strlen(accept[i])));
             if (!i) CHECK(!strncmp(reply.out.data, "t,phi_1,phi_2,phid_1,phid_2,direction\n", 38));
             if (i == 2) CHECK(reply.out.bytes % (6 * 8) == 0 && (reply.out.bytes == 0) == empty);
-            test_reply_free(&reply);
         }
 }
 
@@ -95,16 +90,15 @@ TEST(sections_of_too_many_steps_are_refused) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.steps = 100;
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1e4,\"section\":{\"arm\":1,\"theta\":0}}", NULL,
         &limits);
     CHECK_INT(reply.status, 422);
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
-    test_reply_free(&reply);
 }
 
 TEST(sections_say_how_many_of_their_passages_hold) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_SECTIONS, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
                          "\"initial\":{\"theta\":[2,2.5]},\"duration\":100,\"section\":{\"arm\":1,"
                          "\"theta\":0}}");
@@ -125,7 +119,6 @@ TEST(sections_say_how_many_of_their_passages_hold) {
     CHECK(test_reply_number(&reply, "/stats/horizon") == 3 && !strstr(reply.out.data, "warnings"));
     CHECK(test_reply_number(&reply, "/stats/holding") ==
           test_reply_number(&reply, "/stats/passages"));
-    test_reply_free(&reply);
 }
 
 /* the driven pendulum of textbooks, in its own units */
@@ -139,7 +132,7 @@ static int compared(const char *motion, const char *start, const char *section, 
     char body[3000], at[40];
     snprintf(body, sizeof body, "{%s,\"start\":%s,\"duration\":20,\"rtol\":1e-15,\"section\":%s}",
              motion, start, section);
-    struct test_reply found = test_post(API_OP_SECTIONS, body);
+    OWN(test_reply, free) found = test_post(API_OP_SECTIONS, body);
     int rows = test_reply_count(&found, "/t"), arms = test_reply_count(&found, "/phi/0");
     int used =
         snprintf(body, sizeof body,
@@ -150,7 +143,7 @@ static int compared(const char *motion, const char *start, const char *section, 
                          test_reply_number(&found, at));
     }
     snprintf(body + used, sizeof body - (size_t)used, "]}");
-    struct test_reply want = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) want = test_post(API_OP_TRAJECTORIES, body);
     CHECK_INT(found.status, 200);
     CHECK_INT(want.status, 200);
     *gap = 0;
@@ -163,8 +156,6 @@ static int compared(const char *motion, const char *start, const char *section, 
             double off = fabs(is - test_reply_number(&want, at));
             if (!(off <= *gap)) *gap = off;
         }
-    test_reply_free(&found);
-    test_reply_free(&want);
     return rows;
 }
 
@@ -182,7 +173,7 @@ TEST(sections_of_real_pendulums_have_the_states_of_trajectories_at_the_same_inst
 }
 
 TEST(sections_tell_times_of_the_requests_own_and_no_direction_without_an_arm) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_SECTIONS,
         "{" DRIVEN ",\"start\":-7,\"duration\":9,\"section\":{\"period\":2,\"first\":-1e3}}");
     CHECK_INT(reply.status, 200);
@@ -205,7 +196,6 @@ TEST(sections_tell_times_of_the_requests_own_and_no_direction_without_an_arm) {
     int lines = 0;
     for (const char *at = reply.out.data; *at; at++) lines += *at == '\n';
     CHECK_INT(lines, 4);
-    test_reply_free(&reply);
 }
 
 TEST(sections_of_an_ideal_pendulum_may_be_stroboscopic_too) {

@@ -22,7 +22,7 @@ static double compared(const char *section, int *rows) {
              "{" TEST_CART_TREE ",\"initial\":" START
              ",\"start\":2,\"duration\":9,\"rtol\":1e-15,\"section\":%s}",
              section);
-    struct test_reply found = test_post(API_OP_SECTIONS, body);
+    OWN(test_reply, free) found = test_post(API_OP_SECTIONS, body);
     CHECK_INT(found.status, 200);
     *rows = test_reply_count(&found, "/t");
     CHECK(*rows > 3 && *rows < 60);
@@ -35,7 +35,7 @@ static double compared(const char *section, int *rows) {
                          test_reply_number(&found, at));
     }
     snprintf(body + used, sizeof body - (size_t)used, "]}");
-    struct test_reply want = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) want = test_post(API_OP_TRAJECTORIES, body);
     CHECK_INT(want.status, 200);
     for (int i = 0; i < *rows; i++)
         for (int c = 0; c < 8; c++) {
@@ -46,8 +46,6 @@ static double compared(const char *section, int *rows) {
             double off = fabs(is - test_reply_number(&want, at));
             if (!(off <= gap)) gap = off;
         }
-    test_reply_free(&found);
-    test_reply_free(&want);
     return gap;
 }
 
@@ -57,12 +55,11 @@ TEST(sections_on_a_cart_have_the_states_of_trajectories_and_the_place_of_the_car
     CHECK(compared("{\"period\":\"drive\",\"first\":0.25}", &rows) == 0);
     double gap = compared("{\"arm\":3,\"theta\":0.1,\"direction\":\"both\"}", &rows);
     CHECK_RESIDUAL(gap, 1e-12, "passages of an arm on a cart");
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_SECTIONS, "{" TEST_CART_TREE ",\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
         "text/csv", NULL);
     CHECK(strstr(reply.out.data,
                  "t,phi_1,phi_2,phi_3,phid_1,phid_2,phid_3,direction,cart_x,cart_v\n") != NULL);
-    test_reply_free(&reply);
 }
 
 /* The exponents of a pendulum at rest are the real parts of the roots of its linear equations; the
@@ -71,8 +68,8 @@ TEST(exponents_on_a_cart_at_rest_are_the_roots_of_its_linear_equations) {
 #define STIFF                                                                                      \
     "\"pendulum\":{\"length\":[0.5],\"mass\":[4],\"parent\":[0],\"damping\":[14],\"pivot\":{"      \
     "\"cart\":{\"mass\":3,\"angle\":0.3,\"damping\":60,\"stiffness\":50}}}"
-    struct test_reply modes = test_post(API_OP_MODES, "{" STIFF "}");
-    struct test_reply reply =
+    OWN(test_reply, free) modes = test_post(API_OP_MODES, "{" STIFF "}");
+    OWN(test_reply, free) reply =
         test_post(API_OP_LYAPUNOV, "{" STIFF ",\"initial\":{\"theta\":[0],\"cart\":{\"x\":"
                                    "-0.40528}},\"duration\":20,\"transient\":30,\"count\":\"all\","
                                    "\"samples\":1}");
@@ -88,8 +85,6 @@ TEST(exponents_on_a_cart_at_rest_are_the_roots_of_its_linear_equations) {
         gap = fmax(gap, fabs(decay + test_reply_number(&reply, at)) / decay);
     }
     CHECK_RESIDUAL(gap, 1e-9, "exponents of a cart at rest");
-    test_reply_free(&reply);
-    test_reply_free(&modes);
 }
 
 /* Exponents do not depend on the unit of length: a pendulum a thousand times as long, with friction
@@ -106,10 +101,9 @@ TEST(exponents_on_a_cart_do_not_depend_on_the_unit_of_length) {
         char body[500];
         double l = length[i];
         snprintf(body, sizeof body, form, l, l, 9.81 * l, 5 * l);
-        struct test_reply reply = test_post(API_OP_LYAPUNOV, body);
+        OWN(test_reply, free) reply = test_post(API_OP_LYAPUNOV, body);
         CHECK_INT(reply.status, 200);
         first[i] = test_reply_number(&reply, "/exponents/0/0");
-        test_reply_free(&reply);
     }
     CHECK_SAYING(first[0] > 0.5, "%g", first[0]);
     CHECK_RESIDUAL(fmax(fabs(first[1] - first[0]), fabs(first[2] - first[0])), 1e-7,

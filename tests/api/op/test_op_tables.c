@@ -10,7 +10,7 @@
 #include "tests/harness/test.h"
 
 TEST(a_table_is_looked_at_without_a_pendulum) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TABLES, "{\"data\":{\"csv\":\"t;x_m2;y_m2;x_m1;r\\n0,5;1;2;;4\\n1,5;2;3;4;5\\n"
                        "1,5;2;3;4;5\\nend\\n\"}}");
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
@@ -25,11 +25,10 @@ TEST(a_table_is_looked_at_without_a_pendulum) {
     CHECK(test_reply_number(&reply, "/tables/0/first/0/0") == 0.5);
     CHECK(isnan(test_reply_number(&reply, "/tables/0/first/0/3")));
     CHECK_INT(test_reply_count(&reply, "/tables/0/first"), 3);
-    test_reply_free(&reply);
 }
 
 TEST(tables_of_several_runs_are_looked_at_and_a_fit_s_request_may_be_sent) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TABLES,
         "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"unknowns\":[{\"vary\":"
         "\"length\",\"arm\":1}],\"data\":{\"runs\":[{\"csv\":\"t,theta\\n0,1\\n\"},{\"csv\":"
@@ -37,7 +36,6 @@ TEST(tables_of_several_runs_are_looked_at_and_a_fit_s_request_may_be_sent) {
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     CHECK(test_reply_number(&reply, "/tables/0/columns/1/unit") == 1);
     CHECK(fabs(test_reply_number(&reply, "/tables/1/columns/1/unit") - 0.0174532925) < 1e-9);
-    test_reply_free(&reply);
 }
 
 TEST(what_is_missing_is_suggested_and_may_be_named) {
@@ -89,12 +87,11 @@ TEST(a_zero_elsewhere_and_y_downwards_are_suggested_before_a_fit) {
                 at += sprintf(at, "\\n%g,%.3f,%.3f", 0.1 * i, x, kind == 3 ? y : -y);
         }
         sprintf(at, "\\n\"}}");
-        struct test_reply reply = test_post(API_OP_TABLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TABLES, body);
         const char *said = test_reply_text(&reply, "/tables/0/suggestions/0");
         CHECK_INT(test_reply_count(&reply, "/tables/0/suggestions"), kind & 1);
         if (kind == 1) CHECK(said && strstr(said, "swing about 9") && strstr(said, "\"zero\""));
         if (kind == 3) CHECK(said && strstr(said, "\"down\": true"));
-        test_reply_free(&reply);
     }
 }
 

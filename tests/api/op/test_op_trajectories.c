@@ -23,7 +23,7 @@ static double at(const struct test_reply *reply, const char *name, int i, int k)
 TEST(the_papers_example_agrees_with_the_reference) {
     struct test_paper_row row[TEST_PAPER_ROWS];
     REQUIRE(test_paper_read(row));
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, example);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, example);
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/t"), 501);
     double phi = 0, rate = 0, force = 0;
@@ -42,7 +42,6 @@ TEST(the_papers_example_agrees_with_the_reference) {
     CHECK_RESIDUAL(force, 1e-9, "lambda of the paper's example");
     CHECK(test_reply_number(&reply, "/stats/steps") > 10 && reply.steps > 10);
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-12);
-    test_reply_free(&reply);
 }
 
 TEST(csv_has_the_digits_of_json) {
@@ -50,8 +49,8 @@ TEST(csv_has_the_digits_of_json) {
                                                   ",\"digits\":5,\"output\":[\"phi\",\"z\"]}"};
     static const int columns[] = {13, 13};
     for (int b = 0; b < 2; b++) {
-        struct test_reply json = test_post(API_OP_TRAJECTORIES, bodies[b]);
-        struct test_reply csv = test_post_as(API_OP_TRAJECTORIES, bodies[b], "text/csv", NULL);
+        OWN(test_reply, free) json = test_post(API_OP_TRAJECTORIES, bodies[b]);
+        OWN(test_reply, free) csv = test_post_as(API_OP_TRAJECTORIES, bodies[b], "text/csv", NULL);
         CHECK_INT(csv.status, 200);
         CHECK_TEXT(csv.media_type, "text/csv; charset=utf-8; header=present");
         static const char *const names[2][3] = {{"phi", "phid", "lambda"}, {"phi", "z/re", "z/im"}};
@@ -71,8 +70,6 @@ TEST(csv_has_the_digits_of_json) {
             if (!CHECK_SAYING(same, "row %d differs", rows)) break;
         }
         CHECK_INT(rows, 501);
-        test_reply_free(&json);
-        test_reply_free(&csv);
     }
 }
 
@@ -93,7 +90,7 @@ TEST(digits_are_significant_digits) {
         char body[400];
         snprintf(body, sizeof body,
                  "{" PAPER ",\"times\":[0,0.5,1],\"output\":[\"phi\"],\"digits\":%d}", digits);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         char *stats = strstr(reply.out.data, "\"stats\"");
         REQUIRE(stats);
         *stats = 0;
@@ -101,12 +98,11 @@ TEST(digits_are_significant_digits) {
                   digits < 16 ? digits : longest_mantissa(reply.out.data));
         CHECK(longest_mantissa(reply.out.data) <= digits);
         *stats = '"';
-        test_reply_free(&reply);
     }
 }
 
 TEST(backwards_in_time_leads_back) {
-    struct test_reply there =
+    OWN(test_reply, free) there =
         test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1],\"digits\":17}");
     char body[800];
     snprintf(body, sizeof body,
@@ -116,22 +112,20 @@ TEST(backwards_in_time_leads_back) {
              at(&there, "phi", 1, 0), at(&there, "phi", 1, 1), at(&there, "phi", 1, 2),
              at(&there, "phi", 1, 3), at(&there, "phid", 1, 0), at(&there, "phid", 1, 1),
              at(&there, "phid", 1, 2), at(&there, "phid", 1, 3));
-    struct test_reply back = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) back = test_post(API_OP_TRAJECTORIES, body);
     double gap = 0;
     CHECK(test_reply_number(&back, "/t/1") == 0.5);
     for (int k = 0; k < 4; k++)
         gap = fmax(gap, fabs(at(&back, "phi", 2, k)) + fabs(at(&back, "phid", 2, k)));
     CHECK_RESIDUAL(gap, 1e-11, "there and back");
     CHECK(fabs(at(&there, "phi", 1, 0)) > 1);
-    test_reply_free(&there);
-    test_reply_free(&back);
 }
 
 TEST(an_answer_beyond_the_limit_is_refused_before_it_is_computed) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.answer_bytes = 100000;
-    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, example, NULL, &limits);
+    OWN(test_reply, free) reply = test_post_as(API_OP_TRAJECTORIES, example, NULL, &limits);
     CHECK_INT(reply.status, 422);
     CHECK_INT(reply.runs, 0);
     CHECK(test_reply_has_fault(&reply, "/times", "asks for 501 rows of 13 numbers, up to"));
@@ -140,20 +134,18 @@ TEST(an_answer_beyond_the_limit_is_refused_before_it_is_computed) {
     reply = test_post_as(API_OP_TRAJECTORIES,
                          "{" PAPER "," TIMES ",\"digits\":5,\"output\":[\"phi\"]}", NULL, &limits);
     CHECK_INT(reply.status, 200);
-    test_reply_free(&reply);
 }
 
 TEST(a_run_beyond_the_step_limit_ends_as_a_problem) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.steps = 20;
-    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, example, "text/csv", &limits);
+    OWN(test_reply, free) reply = test_post_as(API_OP_TRAJECTORIES, example, "text/csv", &limits);
     CHECK_INT(reply.status, 422);
     CHECK_TEXT(reply.media_type, "application/problem+json");
     CHECK(strstr(
         reply.out.data,
         "the limit of 20 steps was reached before the last instant, 5 s (max-steps): ask for"));
-    test_reply_free(&reply);
 }
 
 TEST(numbers_that_overflow_end_as_a_problem) {
@@ -164,15 +156,14 @@ TEST(numbers_that_overflow_end_as_a_problem) {
         "\"energy\"]}",
     };
     for (int i = 0; i < 2; i++) {
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
         CHECK_SAYING(reply.status == 422, "%d %.300s", reply.status, reply.out.data);
         CHECK(!strstr(reply.out.data, "nan") && !strstr(reply.out.data, "inf"));
-        test_reply_free(&reply);
     }
 }
 
 TEST(all_faults_of_a_request_are_told_at_once) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES, "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":"
                                        "[0,1]},\"initial\":{\"phi\":[1,2,3]},\"times\":{"
                                        "\"start\":0,\"step\":0},\"method\":\"runge\","
@@ -187,7 +178,6 @@ TEST(all_faults_of_a_request_are_told_at_once) {
                      pointers[i], reply.out.data);
     CHECK_INT(test_reply_faults(&reply), 10);
     CHECK_TEXT(test_reply_text(&reply, "/detail"), "10 errors in the request: see errors");
-    test_reply_free(&reply);
 }
 
 /* ---- how long digits hold */
@@ -200,11 +190,9 @@ TEST(all_faults_of_a_request_are_told_at_once) {
 static double trust_until(const char *more) {
     char body[400];
     snprintf(body, sizeof body, TUMBLE "%s}", more);
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_SAYING(reply.status == 200, "%s: %s", more, reply.out.data);
-    double until = test_reply_number(&reply, "/stats/trust_until");
-    test_reply_free(&reply);
-    return until;
+    return test_reply_number(&reply, "/stats/trust_until");
 }
 
 TEST(trust_tells_how_long_a_chaotic_motion_is_known) {
@@ -220,7 +208,7 @@ TEST(trust_tells_how_long_a_chaotic_motion_is_known) {
 }
 
 TEST(trust_of_a_tame_motion_reaches_the_last_instant) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1,5],\"trust\":true}");
     CHECK(test_reply_number(&reply, "/stats/trust_until") == 5);
     test_reply_free(&reply);
@@ -229,7 +217,6 @@ TEST(trust_of_a_tame_motion_reaches_the_last_instant) {
     test_reply_free(&reply);
     reply = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1],\"trust\":false}");
     CHECK(reply.status == 200 && !strstr(reply.out.data, "trust_until"));
-    test_reply_free(&reply);
 }
 
 /* the double pendulum from (2, 2.5): compared with 90 digits, angles in 32 digits are accurate to
@@ -247,29 +234,27 @@ TEST(trust_judges_32_digits_too) {
             "[0.42920367320510344,0.92920367320510344]},\"times\":{\"stop\":60,\"step\":0.25},"
             "\"output\":[\"phi\"],\"precision\":\"extended\",\"trust\":true%s}",
             runs[i].rtol);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         double until = test_reply_number(&reply, "/stats/trust_until");
         CHECK_SAYING(until >= runs[i].least && until <= runs[i].most, "%g s with%s", until,
                      runs[i].rtol);
         CHECK_INT(strstr(reply.out.data, "which double precision reaches") != NULL, i == 2);
-        test_reply_free(&reply);
     }
 }
 
 TEST(an_energy_beyond_all_numbers_is_told_in_words) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"length\":[1000],\"mass\":[1e304],\"parent\":[0]},\"initial\":{"
                   "\"theta\":[0],\"thetad\":[1]},\"times\":[0,0.1],\"output\":[\"phi\"]}");
     CHECK_INT(reply.status, 200);
     CHECK_SAYING(strstr(reply.out.data, "the energy exceeds the range of a double") != NULL, "%s",
                  reply.out.data);
-    test_reply_free(&reply);
 }
 
 TEST(an_energy_that_was_lost_is_told_in_words) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES,
                   "{" PAPER ",\"times\":[0,100],\"method\":\"ode23\",\"output\":[\"phi\"]}");
     CHECK(test_reply_number(&reply, "/stats/energy_drift") > 0.01);
@@ -277,15 +262,14 @@ TEST(an_energy_that_was_lost_is_told_in_words) {
     test_reply_free(&reply);
     reply = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,2],\"output\":[\"phi\"]}");
     CHECK(strstr(reply.out.data, "energy was not conserved") == NULL);
-    test_reply_free(&reply);
 }
 
 TEST(extended_precision_follows_a_chaotic_motion_to_its_end) {
-    struct test_reply loose =
+    OWN(test_reply, free) loose =
         test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-26}");
-    struct test_reply tight =
+    OWN(test_reply, free) tight =
         test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-30}");
-    struct test_reply plain = test_post(API_OP_TRAJECTORIES, TUMBLE "\"rtol\":1e-16}");
+    OWN(test_reply, free) plain = test_post(API_OP_TRAJECTORIES, TUMBLE "\"rtol\":1e-16}");
     CHECK(tight.status == 200 && plain.status == 200);
     CHECK_TEXT(test_reply_text(&tight, "/stats/method"), "taylor");
     double a = test_reply_number(&loose, "/thetad/100/1"),
@@ -293,9 +277,6 @@ TEST(extended_precision_follows_a_chaotic_motion_to_its_end) {
     double off = fabs(test_reply_number(&plain, "/thetad/100/1") - b);
     CHECK_SAYING(fabs(a - b) < 1e-6 && fabs(b) > 0.01, "25 s: %g and %g", a, b);
     CHECK_SAYING(off > 1e-3, "doubles are right too, within %g", off);
-    test_reply_free(&loose);
-    test_reply_free(&tight);
-    test_reply_free(&plain);
 }
 
 /* two unit arms that tumble, to 20 s; `more` is the rest of the request */
@@ -309,7 +290,7 @@ static struct test_reply tumble(const char *accept, const char *more) {
 }
 
 TEST(horizon_is_told_by_default_and_in_words_where_it_falls_short) {
-    struct test_reply reply = tumble("application/json", "");
+    OWN(test_reply, free) reply = tumble("application/json", "");
     double usual = test_reply_number(&reply, "/stats/horizon");
     CHECK_SAYING(usual >= 7 && usual <= 9.7, "%g", usual); // the true value is 8.8 s
     CHECK(strstr(reply.out.data,
@@ -329,16 +310,13 @@ TEST(horizon_is_told_by_default_and_in_words_where_it_falls_short) {
     CHECK(strstr(reply.out.data, "}\n{\"stats\":{\"method\":\"taylor\"") &&
           strstr(reply.out.data, "],\"warnings\":") == NULL);
     CHECK(strstr(reply.out.data, "},\"warnings\":[\"accuracy"));
-    test_reply_free(&reply);
 }
 
 TEST(horizon_does_not_change_an_answers_rows) {
-    struct test_reply usual = tumble("application/octet-stream", ""),
-                      other = tumble("application/octet-stream", ",\"accuracy\":1e-12");
+    OWN(test_reply, free) usual = tumble("application/octet-stream", ""),
+                          other = tumble("application/octet-stream", ",\"accuracy\":1e-12");
     CHECK(usual.status == 200 && usual.out.bytes == other.out.bytes &&
           !memcmp(usual.out.data, other.out.data, usual.out.bytes));
-    test_reply_free(&usual);
-    test_reply_free(&other);
 }
 
 /* a swing of 1e-12 rad is lost next to pi/2; theta and phi' are as small, and have their digits */
@@ -358,7 +336,7 @@ TEST(small_angles_from_hanging_keep_their_digits) {
                      "\"theta\":[%s]},\"times\":[0,0.25,1,3],\"output\":[\"theta\",\"thetad\","
                      "\"phidd\"],%s}",
                      turned ? "-3.25e-12" : "1e-12", ways[w].body);
-            struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+            OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
             CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
             double times[] = {0, 0.25, 1, 3}, start = turned ? -3.25e-12 : 1e-12, worst = 0;
             CHECK(test_reply_number(&reply, "/theta/0/0") == start);
@@ -373,9 +351,8 @@ TEST(small_angles_from_hanging_keep_their_digits) {
             }
             CHECK_SAYING(worst <= ways[w].largest, "%s: off by %g of the swing", ways[w].body,
                          worst);
-            test_reply_free(&reply);
         }
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_FORCES, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
                                  "\"state\":{\"theta\":[1e-12]}}");
     double got = test_reply_number(&reply, "/phidd/0");
@@ -385,7 +362,6 @@ TEST(small_angles_from_hanging_keep_their_digits) {
                                     "\"initial\":{\"theta\":[1e-12]}}");
     got = test_reply_number(&reply, "/amplitude/0");
     CHECK_SAYING(fabs(got - 1e-12) < 1e-26, "%.17g", got);
-    test_reply_free(&reply);
 }
 
 /* the largest error of theta relative to the scale, against scale cos(frequency t), 16 rows */
@@ -416,28 +392,26 @@ TEST(small_angles_of_members_keep_their_digits) {
     for (size_t w = 0; w < sizeof ways / sizeof *ways; w++) {
         char body[500];
         snprintf(body, sizeof body, "{" ONE_ARM ",%s," SWING_ROWS "}", ways[w]);
-        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         for (int member = 0; member < 2; member++) {
             double error = swing_error(&reply, 16 * member, (1 + member) * 1e-12, frequency);
             CHECK_SAYING(error <= 2e-12, "%s, member %d: off by %g of the swing", ways[w], member,
                          error);
         }
-        test_reply_free(&reply);
     }
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_ENSEMBLES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]}],\"duration\":1,"
                                     "\"observables\":[\"final\"]}");
     double rate = test_reply_number(&reply, "/final/phid/0/0"),
            exact = -1e-12 * frequency * sin(frequency);
     CHECK_SAYING(fabs(rate - exact) <= 1e-11 * fabs(exact), "%.17g beside %.17g", rate, exact);
-    test_reply_free(&reply);
 }
 
 /* a swing of 1e-12 rad passes its lowest point every half period, and half its height in between */
 TEST(small_swings_pass_a_section_in_time) {
     const double half = M_PI / sqrt(9.81);
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_SECTIONS, "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":10,"
                                    "\"section\":{\"arm\":1,\"theta\":0,\"direction\":\"both\"}}");
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
@@ -454,12 +428,11 @@ TEST(small_swings_pass_a_section_in_time) {
                       "\"arm\":1,\"theta\":5e-13,\"direction\":\"both\"}}");
     double t = test_reply_number(&reply, "/t/0");
     CHECK_SAYING(fabs(t - half / 3) < 1e-11, "half its height at %.17g", t);
-    test_reply_free(&reply);
 }
 
 /* forces of a list of states have the same digits as those of each alone */
 TEST(small_angles_of_many_states_keep_their_digits) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_FORCES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]},{\"theta\":[1]},{"
                                  "\"theta\":[-3e-12]},{\"theta\":[1e17],\"unit\":\"rad\"}]}");
     double first = test_reply_number(&reply, "/phidd/0/0"),
@@ -471,7 +444,6 @@ TEST(small_angles_of_many_states_keep_their_digits) {
     CHECK(fabs(second + 9.81 * sin(1)) < 1e-14);
     CHECK_SAYING(fabs(fourth + 9.81 * sin(1e17)) < 1e-14, "%.17g beside %.17g", fourth,
                  -9.81 * sin(1e17));
-    test_reply_free(&reply);
 }
 
 /* degrees give angles of many turns that a double does not represent: the remainder counts wherever
@@ -485,7 +457,7 @@ TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
         snprintf(body, sizeof body,
                  "{" ONE_ARM ",\"states\":[%s],\"duration\":1,\"observables\":[\"final\"]}",
                  starts[i]);
-        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
         rate[i] = test_reply_number(&reply, "/final/phid/0/0");
         test_reply_free(&reply);
         snprintf(body, sizeof body, "{" ONE_ARM ",\"states\":[%s]}", starts[i]);
@@ -502,7 +474,6 @@ TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
                  starts[i]);
         reply = test_post(API_OP_LYAPUNOV, body);
         exponent[i] = test_reply_number(&reply, "/exponents/0/0");
-        test_reply_free(&reply);
     }
     CHECK_SAYING(fabs(rate[0] - rate[1]) < 1e-11, "%.17g beside %.17g", rate[0], rate[1]);
     CHECK_SAYING(fabs(acc[0] - acc[1]) < 1e-13, "%.17g beside %.17g", acc[0], acc[1]);
@@ -513,7 +484,7 @@ TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
 
 TEST(a_damped_arm_dies_away_as_its_closed_form) {
     // m l^2 theta'' + c theta' + m g l theta = 0, to the square of the angle
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[0.8],\"mass\":[1.5],\"parent\":[0],\"damping\":[0.3]},"
         "\"initial\":{\"theta\":[1e-5]},\"times\":{\"stop\":5,\"step\":1},\"output\":[\"theta\","
@@ -532,16 +503,14 @@ TEST(a_damped_arm_dies_away_as_its_closed_form) {
     CHECK(fabs(lost - test_reply_number(&reply, "/exchange/heat/5")) < 2e-14);
     CHECK(test_reply_number(&reply, "/exchange/work/5") == 0);
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-13);
-    test_reply_free(&reply);
 }
 
 TEST(symplectic_takes_of_real_pendulums_those_that_keep_their_energy) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1],\"rod\":[null,1],\"at\":["
         "null,[0.5,0.2]],\"stiffness\":[3,1],\"damping\":[0,0]},\"times\":{\"stop\":9,\"step\":1},"
         "\"method\":\"symplectic\"}");
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-13);
-    test_reply_free(&reply);
 }

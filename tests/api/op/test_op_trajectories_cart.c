@@ -17,7 +17,7 @@
 #define START "{\"phi\":[-1,0.5,-2],\"phid\":[0.3,0,1],\"cart\":{\"x\":0.1,\"v\":-0.4}}"
 
 TEST(a_tree_on_a_cart_is_told_as_it_was_given) {
-    struct test_reply reply = test_post(API_OP_TREES, "{" CART "}");
+    OWN(test_reply, free) reply = test_post(API_OP_TREES, "{" CART "}");
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/n") == 3);
     CHECK(test_reply_number(&reply, "/pivot/cart/mass") == 2);
@@ -32,7 +32,6 @@ TEST(a_tree_on_a_cart_is_told_as_it_was_given) {
     CHECK(test_reply_number(&reply, "/S/1/0") == 1 && test_reply_number(&reply, "/S/2/0") == 0);
     CHECK(strstr(reply.out.data, "\"S\":[[1,0,0],[1,1,0],[0,0,1]]"));
     CHECK(strstr(reply.out.data, "\"B\":[[1,-1,0],[0,1,0],[0,0,1]]"));
-    test_reply_free(&reply);
 }
 
 /* the answer of a method, or of 32 digits, at nine instants */
@@ -48,9 +47,9 @@ TEST(trust_on_a_cart_ends_where_the_angles_part) {
                                          "\"method\":\"rkf45\",\"rtol\":1e-5,\"trust\":1e-3",
                                          "\"method\":\"ode23\",\"trust\":0.01"};
     static const double bound[] = {1e-6, 1e-3, 0.01};
-    struct test_reply exact = long_run("\"precision\":\"extended\"");
+    OWN(test_reply, free) exact = long_run("\"precision\":\"extended\"");
     for (int m = 0; m < 3; m++) {
-        struct test_reply reply = long_run(method[m]);
+        OWN(test_reply, free) reply = long_run(method[m]);
         CHECK_INT(reply.status, 200);
         double until = 0;
         for (int i = 0, parted = 0; i < 9; i++) {
@@ -64,13 +63,11 @@ TEST(trust_on_a_cart_ends_where_the_angles_part) {
         }
         CHECK(until > 0 || m == 2);
         CHECK(test_reply_number(&reply, "/stats/trust_until") == until);
-        test_reply_free(&reply);
     }
-    test_reply_free(&exact);
 }
 
 TEST(a_trajectory_on_a_cart_agrees_with_the_forces_of_its_states) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES,
                   "{" CART ",\"initial\":" START ",\"times\":[0,0.001],\"rtol\":1e-14,\"output\":["
                   "\"phi\",\"cart\",\"z\",\"phid\",\"energy\",\"exchange\",\"joint_force\"]}");
@@ -81,7 +78,7 @@ TEST(a_trajectory_on_a_cart_agrees_with_the_forces_of_its_states) {
     // both arms of the pivot begin at the cart
     CHECK(fabs(test_reply_number(&reply, "/z/re/0/2") - 0.1 * cos(0.2) - 0.7 * cos(2)) < 1e-15);
     double speed = test_reply_number(&reply, "/cart/v/1"), sum = 0;
-    struct test_reply forces = test_post(API_OP_FORCES, "{" CART ",\"state\":" START "}");
+    OWN(test_reply, free) forces = test_post(API_OP_FORCES, "{" CART ",\"state\":" START "}");
     CHECK_INT(forces.status, 200);
     double acc = test_reply_number(&forces, "/cart/acceleration");
     CHECK(fabs((speed + 0.4) / 0.001 - acc) < 0.05);
@@ -93,8 +90,6 @@ TEST(a_trajectory_on_a_cart_agrees_with_the_forces_of_its_states) {
     static const double sign[] = {1, -1, -1, 1};
     for (int i = 0; i < 4; i++) sum += sign[i] * test_reply_number(&reply, part[i]);
     CHECK(fabs(sum) < 1e-13);
-    test_reply_free(&forces);
-    test_reply_free(&reply);
 }
 
 TEST(every_method_and_precision_gives_the_same_motion_on_a_cart) {
@@ -108,7 +103,7 @@ TEST(every_method_and_precision_gives_the_same_motion_on_a_cart) {
                  "{" CART ",\"initial\":" START
                  ",\"times\":[0.5,1],%s,%s\"output\":[\"cart\",\"phi\",\"energy\",\"exchange\"]}",
                  ways[i], i == 3 ? "\"rtol\":1e-9,\"atol\":1e-10," : "");
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(reply.status == 200, "%s: %.300s", ways[i], reply.out.data);
         double x = test_reply_number(&reply, "/cart/x/1"),
                phi = test_reply_number(&reply, "/phi/1/1");
@@ -121,12 +116,11 @@ TEST(every_method_and_precision_gives_the_same_motion_on_a_cart) {
                      test_reply_number(&reply, "/exchange/work/1") +
                      test_reply_number(&reply, "/exchange/heat/1");
         CHECK_SAYING(fabs(sum) < (i == 3 ? 1e-5 : 1e-8), "%s: balance %g", ways[i], sum);
-        test_reply_free(&reply);
     }
 }
 
 TEST(modes_on_a_cart_count_it) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_MODES, "{\"pendulum\":{\"length\":[0.4],\"mass\":[1],\"parent\":[0],\"pivot\":{"
                       "\"cart\":{\"mass\":3}}}}");
     CHECK_INT(reply.status, 200);
@@ -136,7 +130,6 @@ TEST(modes_on_a_cart_count_it) {
     CHECK(test_reply_number(&reply, "/cart/equilibrium") == 0);
     CHECK(fabs(test_reply_number(&reply, "/cart/re/1") + 0.1) < 1e-14);
     CHECK(test_reply_number(&reply, "/vectors/re/1/0") == 1);
-    test_reply_free(&reply);
 }
 
 TEST(members_on_a_cart_vary_in_its_numbers) {
@@ -150,31 +143,28 @@ TEST(members_on_a_cart_vary_in_its_numbers) {
             ",\"duration\":1,\"observables\":[\"final\",\"cart\",\"lyapunov\"],\"initial\":" START
             ",\"grid\":[{\"vary\":\"%s\",\"arm\":\"cart\",\"start\":1,\"stop\":2,\"count\":2}]}",
             names[i]);
-        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
         CHECK_SAYING(reply.status == 200, "%s: %.300s", names[i], reply.out.data);
         CHECK(test_reply_number(&reply, "/cart/x/0") != test_reply_number(&reply, "/cart/x/1"));
         CHECK(test_reply_number(&reply, "/final/phi/0/2") !=
               test_reply_number(&reply, "/final/phi/1/2"));
-        test_reply_free(&reply);
     }
     // a member ends where a trajectory does
-    struct test_reply one =
+    OWN(test_reply, free) one =
         test_post(API_OP_ENSEMBLES, "{" CART ",\"duration\":1,\"observables\":[\"cart\",\"final\"],"
                                     "\"states\":[" START "]}");
-    struct test_reply alone =
+    OWN(test_reply, free) alone =
         test_post(API_OP_TRAJECTORIES,
                   "{" CART ",\"initial\":" START ",\"times\":[0,1],\"output\":[\"cart\",\"phi\"]}");
     CHECK(fabs(test_reply_number(&one, "/cart/x/0") - test_reply_number(&alone, "/cart/x/1")) <
           1e-11);
     CHECK(fabs(test_reply_number(&one, "/final/phi/0/2") - test_reply_number(&alone, "/phi/1/2")) <
           1e-10);
-    test_reply_free(&alone);
-    test_reply_free(&one);
 }
 
 TEST(two_metronomes_on_a_cart_with_friction_end_against_each_other) {
     // Huygens' clocks: the motion that moves the cart decays
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[0.25,0.25],\"mass\":[0.1,0.1],\"parent\":[0,0],\"pivot\":{"
         "\"cart\":{\"mass\":0.6,\"damping\":0.3}}},\"initial\":{\"theta\":[0.4,0.05]},\"times\":{"
@@ -191,7 +181,6 @@ TEST(two_metronomes_on_a_cart_with_friction_end_against_each_other) {
         apart = fmax(apart, fabs(first - second));
     }
     CHECK_SAYING(together < 0.02 && apart > 0.3, "together %g, apart %g", together, apart);
-    test_reply_free(&reply);
 }
 
 TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
@@ -202,7 +191,7 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
         "\"stiffness\":50,\"damping\":0.3}}}";
     char body[900];
     snprintf(body, sizeof body, "{%s}", pendulum);
-    struct test_reply modes = test_post(API_OP_MODES, body);
+    OWN(test_reply, free) modes = test_post(API_OP_MODES, body);
     for (int i = 0; i < 4; i++) {
         // at the fourth time another mode's period is tested, which is not a period of this one
         char at[40];
@@ -215,7 +204,7 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
                  "{%s,\"initial\":{\"mode\":%d,\"amplitude\":1e-6},\"times\":[0,%.17g],\"output\":["
                  "\"theta\",\"cart\"]}",
                  pendulum, mode, 2 * M_PI / omega);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         double gap = fabs(test_reply_number(&reply, "/cart/x/1") -
                           shrunk * test_reply_number(&reply, "/cart/x/0"));
@@ -223,9 +212,7 @@ TEST(a_real_pendulum_that_starts_in_a_mode_stays_in_it) {
                              shrunk * test_reply_number(&reply, "/theta/0/1")));
         CHECK_SAYING(i == 3 || gap < 1e-11, "mode %d: %g", mode, gap);
         CHECK(i < 3 || gap > 1e-9);
-        test_reply_free(&reply);
     }
-    test_reply_free(&modes);
 }
 
 TEST(all_modes_of_an_arm_on_a_free_cart_can_be_started_in) {
@@ -236,14 +223,13 @@ TEST(all_modes_of_an_arm_on_a_free_cart_can_be_started_in) {
     for (int mode = 1; mode <= 2; mode++) {
         char asked[300];
         snprintf(asked, sizeof asked, body, mode);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, asked);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, asked);
         CHECK_INT(reply.status, 200);
         double theta = test_reply_number(&reply, "/theta/0/0");
         double place = test_reply_number(&reply, "/cart/x/0");
         CHECK(mode == 1 ? theta == 0 && place == 0.1 : fabs(fabs(theta) - 0.1) < 1e-15);
         // the common center of mass stays where it is
         CHECK(mode == 1 || fabs(2 * place + theta) < 1e-12);
-        test_reply_free(&reply);
     }
 }
 

@@ -29,8 +29,8 @@ TEST(a_pivot_that_accelerates_is_a_stronger_gravity_that_is_tilted) {
              "{\"pendulum\":{\"length\":[1,0.7],\"mass\":[1,2],\"parent\":[0,1],\"gravity\":%.17g},"
              "\"initial\":{\"phi\":[0.2,-1]},\"times\":{\"stop\":3,\"count\":4}}",
              pull);
-    struct test_reply a = test_post(API_OP_TRAJECTORIES, moved),
-                      b = test_post(API_OP_TRAJECTORIES, tilted);
+    OWN(test_reply, free) a = test_post(API_OP_TRAJECTORIES, moved),
+                          b = test_post(API_OP_TRAJECTORIES, tilted);
     CHECK_INT(a.status, 200);
     for (int i = 0; i < 2; i++) {
         gap = fmax(gap, fabs(last(&a, "phi", 4, i) - tilt - last(&b, "phi", 4, i)));
@@ -39,12 +39,10 @@ TEST(a_pivot_that_accelerates_is_a_stronger_gravity_that_is_tilted) {
     }
     CHECK_RESIDUAL(gap, 1e-10, "an accelerated pivot and a tilted gravity");
     CHECK(test_reply_number(&a, "/stats/energy_drift") < 1e-11);
-    test_reply_free(&a);
-    test_reply_free(&b);
 }
 
 TEST(a_constant_torque_gives_what_it_turns_through) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1],\"torque\":[12,"
                   "-3]},\"times\":{\"stop\":4,\"count\":3},\"output\":[\"phi\",\"energy\","
@@ -59,7 +57,6 @@ TEST(a_constant_torque_gives_what_it_turns_through) {
                    "the energy that it gave");
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-12);
     CHECK_INT(test_reply_count(&reply, "/warnings"), -1);
-    test_reply_free(&reply);
 }
 
 /* theta = a cos(w t), w^2 = 3 g / (2 l) */
@@ -74,10 +71,9 @@ TEST(a_bar_swings_as_a_uniform_bar_does) {
                  "{\"pendulum\":{\"length\":[0.8],\"parent\":[0],%s},\"initial\":{\"theta\":[1e-5]}"
                  ",\"times\":[0,%.17g],\"output\":[\"theta\"]}",
                  bars[i], period / 3);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         gap = fmax(gap, fabs(last(&reply, "theta", 2, 0) / 1e-5 + 0.5));
-        test_reply_free(&reply);
     }
     CHECK_RESIDUAL(gap, 1e-9, "a uniform bar's small swing");
 }
@@ -103,7 +99,7 @@ TEST(every_method_knows_work_and_heat_and_the_balance_is_its_check) {
                  ",\"initial\":{\"theta\":[1,2]},\"times\":{\"start\":1,\"stop\":"
                  "1.4,\"count\":9},\"output\":[\"exchange\"],%s}",
                  of[i].method);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         double given = test_reply_number(&reply, "/exchange/work/7"),
                lost = test_reply_number(&reply, "/exchange/heat/7"),
@@ -114,12 +110,11 @@ TEST(every_method_knows_work_and_heat_and_the_balance_is_its_check) {
         double gap = fmax(fabs(given / work - 1), fabs(lost / heat - 1));
         CHECK_SAYING(gap <= of[i].gap && drift < of[i].drift && (i >= 4 || gap > 0),
                      "%s: %g, drift %g", of[i].method, gap, drift);
-        test_reply_free(&reply);
     }
 }
 
 TEST(the_readmes_bar_stays_upside_down_on_its_shaken_pivot) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"arms\":[{\"name\":\"bar\",\"length\":1,\"mass\":0,\"rod\":1,"
         "\"damping\":0.02}],\"pivot\":{\"y\":{\"harmonics\":[{\"amplitude\":0.05,\"omega\":100}]}}}"
@@ -134,7 +129,6 @@ TEST(the_readmes_bar_stays_upside_down_on_its_shaken_pivot) {
     }
     CHECK(test_reply_number(&reply, "/exchange/heat/1000") > 0);
     CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-11);
-    test_reply_free(&reply);
 }
 
 /* if friction requires the steps, the answer says so and names the method that does not need them;
@@ -152,10 +146,9 @@ TEST(a_stiff_motion_is_told_which_method_suits_it) {
                  "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[%s]},"
                  "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":4,\"count\":3},%s}",
                  cases[i].damping, cases[i].how);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         CHECK_SAYING((strstr(reply.out.data, "steps of method radau") != NULL) == cases[i].told,
                      "%s: %s", body, reply.out.data);
-        test_reply_free(&reply);
     }
 }

@@ -5,7 +5,7 @@
 #include "tests/harness/test.h"
 
 TEST(trees_answers_the_papers_matrices) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TREES,
         "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]}}");
     CHECK_INT(reply.status, 200);
@@ -18,11 +18,10 @@ TEST(trees_answers_the_papers_matrices) {
         "\"subtree_mass\":[3.1,2.1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]],\"B\":[["
         "1,-1,0,0],[0,1,-1,-1],[0,0,1,0],[0,0,0,1]],\"stats\":{\"version\":\"";
     CHECK_SAYING(!strncmp(reply.out.data, expected, strlen(expected)), "%s", reply.out.data);
-    test_reply_free(&reply);
 }
 
 TEST(trees_keeps_the_callers_order_and_s_times_b_transposed_is_one) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TREES,
         "{\"pendulum\":{\"length\":[1,2,3,4,5],\"mass\":[1,2,3,4,5],\"parent\":[4,0,2,2,4]}}");
     for (int i = 0; i < 5; i++)
@@ -38,7 +37,6 @@ TEST(trees_keeps_the_callers_order_and_s_times_b_transposed_is_one) {
         }
     CHECK(test_reply_number(&reply, "/subtree_mass/3") == 10);
     CHECK(test_reply_number(&reply, "/arms/4/length") == 5);
-    test_reply_free(&reply);
 }
 
 TEST(trees_leaves_out_matrices_beyond_their_limit) {
@@ -46,25 +44,22 @@ TEST(trees_leaves_out_matrices_beyond_their_limit) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.matrix_arms = 1;
-    struct test_reply reply = test_post_as(API_OP_TREES, body, NULL, &limits);
+    OWN(test_reply, free) reply = test_post_as(API_OP_TREES, body, NULL, &limits);
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_count(&reply, "/S") == -1 && test_reply_count(&reply, "/B") == -1);
     CHECK_INT(test_reply_count(&reply, "/subtree_mass"), 2);
-    test_reply_free(&reply);
 }
 
 TEST(names_of_arms_come_back_as_they_were_given) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TREES, "{\"pendulum\":{\"arms\":[{\"name\":\"\\\"\\u00e9\\n\\ud83d\\ude00 "
                                 "/~\",\"length\":1,\"mass\":1}]}}");
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/arms/0/name"), "\"\xc3\xa9\n\xf0\x9f\x98\x80 /~");
-    test_reply_free(&reply);
 }
 
 TEST(trees_serves_json_only) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_TREES, "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}", "text/csv", NULL);
     CHECK_INT(reply.status, 406);
-    test_reply_free(&reply);
 }

@@ -39,7 +39,7 @@ TEST(gravity_follows_from_periods_of_any_amplitude) {
     char body[4000];
     unsigned long long seed = 1;
     trials_of(body, "", 0, &seed);
-    struct test_reply reply = test_post(API_OP_TRIALS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRIALS, body);
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     NEAR(test_reply_number(&reply, "/unknowns/gravity/value"), gravity);
     CHECK_INT((int)test_reply_number(&reply, "/degrees_of_freedom"), TRIALS - 1);
@@ -49,7 +49,6 @@ TEST(gravity_follows_from_periods_of_any_amplitude) {
         snprintf(pointer, sizeof pointer, "/trials/%d/residual", i);
         CHECK(fabs(test_reply_number(&reply, pointer)) < 1e-13);
     }
-    test_reply_free(&reply);
 }
 
 /* the mean of the squared deviations divided by errors is 1: with a sigma, and if the residuals
@@ -61,11 +60,10 @@ TEST(standard_errors_of_gravity_are_those_of_many_sets_of_trials) {
         for (int s = 0; s < SETS; s++) {
             char body[4000];
             trials_of(body, known ? "\"sigma\":0.01," : "", 0.01, &seed);
-            struct test_reply reply = test_post(API_OP_TRIALS, body);
+            OWN(test_reply, free) reply = test_post(API_OP_TRIALS, body);
             double off = test_reply_number(&reply, "/unknowns/gravity/value") - gravity;
             sum += pow(off / test_reply_number(&reply, "/unknowns/gravity/error"), 2) / SETS;
             if (known) chi += test_reply_number(&reply, "/chi_squared") / (TRIALS - 1) / SETS;
-            test_reply_free(&reply);
         }
         // the mean of 300 squares has an error of sqrt(2 / 300), with 11 degrees of freedom
         // somewhat more
@@ -77,7 +75,7 @@ TEST(standard_errors_of_gravity_are_those_of_many_sets_of_trials) {
 /* y = 3, 5, 7.3 at 1, 2, 3: slope 2.15 +- 0.0866, intercept 0.8 +- 0.1871 by the normal equations;
  * at 4 it is 9.4 +- 0.1871 */
 TEST(a_line_and_a_power_follow_from_the_normal_equations) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRIALS, "{\"law\":\"line\",\"x\":\"mass\",\"y\":\"period\",\"trials\":[{"
                                  "\"mass\":1,\"period\":3},{\"mass\":2,\"period\":5},{\"mass\":3,"
                                  "\"period\":7.3},{\"mass\":4,\"period\":null},{\"mass\":5}]}");
@@ -99,7 +97,6 @@ TEST(a_line_and_a_power_follow_from_the_normal_equations) {
     NEAR(test_reply_number(&reply, "/unknowns/factor/value"), 2);
     CHECK(test_reply_number(&reply, "/unknowns/factor/error") > 0.01);
     CHECK(test_reply_number(&reply, "/chi_squared") < 1e-20);
-    test_reply_free(&reply);
 }
 
 TEST(trials_that_tell_nothing_are_refused_and_two_points_have_no_error) {

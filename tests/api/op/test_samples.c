@@ -13,14 +13,13 @@
     "-2]},\"times\":{\"stop\":0.4,\"count\":5}" members "}"
 
 TEST(the_default_output_is_phi_phid_lambda) {
-    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, BODY(""), "text/csv", NULL);
+    OWN(test_reply, free) reply = test_post_as(API_OP_TRAJECTORIES, BODY(""), "text/csv", NULL);
     CHECK_INT(reply.status, 200);
     CHECK(!strncmp(reply.out.data, "t,phi_1,phi_2,phid_1,phid_2,lambda_1,lambda_2\n", 46));
-    test_reply_free(&reply);
 }
 
 TEST(columns_are_in_the_order_asked_for) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post_as(API_OP_TRAJECTORIES,
                      BODY(",\"output\":[\"energy\",\"zd\",\"lambda\",\"theta\",\"z\",\"phid\","
                           "\"phidd\",\"phi\",\"thetad\"]"),
@@ -31,7 +30,6 @@ TEST(columns_are_in_the_order_asked_for) {
                                  "2,phi_1,phi_2,thetad_1,thetad_2\n";
     CHECK_INT(reply.status, 200);
     CHECK_SAYING(!strncmp(reply.out.data, header, sizeof header - 1), "%.300s", reply.out.data);
-    test_reply_free(&reply);
 }
 
 /* the number of sample i and arm k, or of sample i if k < 0 */
@@ -42,7 +40,7 @@ static double at(const struct test_reply *reply, const char *name, int i, int k)
 }
 
 TEST(every_output_fits_the_others) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES, BODY(",\"output\":[\"phi\",\"phid\",\"phidd\",\"theta\","
                                             "\"thetad\",\"z\",\"zd\",\"lambda\",\"energy\"]"));
     double worst = 0, size = 0, moved = 0;
@@ -69,7 +67,6 @@ TEST(every_output_fits_the_others) {
     }
     CHECK_RESIDUAL(worst, 1e-14, "outputs against each other");
     CHECK(size > 0.1 && moved > 0.1);
-    test_reply_free(&reply);
 }
 
 TEST(a_block_has_room_that_suits_the_number_of_arms) {

@@ -9,7 +9,7 @@
 #define TWO "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}"
 
 TEST(a_linear_motion_tells_how_far_from_small_it_starts_and_no_digits_of_its_own) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES, "{" TWO ",\"initial\":{\"theta\":[2,2.5]},\"times\":[0,5],"
                                        "\"method\":\"linear\"}");
     CHECK_INT(reply.status, 200);
@@ -19,7 +19,6 @@ TEST(a_linear_motion_tells_how_far_from_small_it_starts_and_no_digits_of_its_own
     reply = test_post(API_OP_TRAJECTORIES, "{" TWO ",\"initial\":{\"theta\":[1e-4,0]},\"times\":[0,"
                                            "5],\"method\":\"linear\"}");
     CHECK(!strstr(reply.out.data, "\"warnings\""));
-    test_reply_free(&reply);
 }
 
 TEST(the_horizon_is_the_exact_comparison_where_there_is_one) {
@@ -30,12 +29,11 @@ TEST(the_horizon_is_the_exact_comparison_where_there_is_one) {
                  "{" TWO ",\"initial\":{\"theta\":[2,2.5]},\"times\":{\"stop\":20,\"step\":0.5},"
                  "\"method\":\"%s\",\"trust\":true}",
                  methods[i]);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         double until = test_reply_number(&reply, "/stats/trust_until");
         CHECK(until < 20 && test_reply_number(&reply, "/stats/horizon") == until);
         CHECK(strstr(reply.out.data, "(compared)") != NULL);
-        test_reply_free(&reply);
     }
 }
 
@@ -48,15 +46,14 @@ TEST(warnings_name_the_estimate_itself_and_what_the_method_takes) {
         snprintf(body, sizeof body,
                  "{" TWO ",\"initial\":{\"theta\":[2,2.5]},\"times\":[0,50],\"method\":\"%s\"}",
                  list[i][0]);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK(test_reply_number(&reply, "/stats/horizon") == 0);
         CHECK(strstr(reply.out.data, list[i][1]) && !strstr(reply.out.data, "beyond t = 0 s"));
-        test_reply_free(&reply);
     }
 }
 
 TEST(method_symplectic_keeps_the_digits_of_small_angles) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
                   "\"initial\":{\"theta\":[1e-12]},\"times\":[0,3],\"output\":[\"theta\"],"
@@ -64,5 +61,4 @@ TEST(method_symplectic_keeps_the_digits_of_small_angles) {
     CHECK(test_reply_number(&reply, "/theta/0/0") == 1e-12);
     double swung = 1e12 * test_reply_number(&reply, "/theta/1/0");
     CHECK_SAYING(fabs(swung - cos(3 * sqrt(9.81))) < 1e-11, "%.17g", swung);
-    test_reply_free(&reply);
 }

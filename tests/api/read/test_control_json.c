@@ -31,7 +31,7 @@ static double free_gap(const char *law, int delay, double quantum, int pid) {
     double q = 1, w = 0, sum = 0, past[SAMPLES + 4] = {0}, worst = 0;
     char body[700];
     snprintf(body, sizeof body, FREE, law, delay, quantum);
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     for (int i = 0; i < SAMPLES; i++) {
         double before = i ? past[i - 1 + 4] : 0;
@@ -53,7 +53,6 @@ static double free_gap(const char *law, int delay, double quantum, int pid) {
         q += w * h + u * h * h / inertia / 2;
         w += u * h / inertia;
     }
-    test_reply_free(&reply);
     return worst;
 }
 
@@ -77,12 +76,11 @@ TEST(sampled_feedback_on_a_free_joint_is_its_difference_equation) {
 static void design(const char *pendulum, const char *rest, char *text, size_t bytes) {
     char body[1200];
     snprintf(body, sizeof body, "{\"pendulum\":%s},%s}", pendulum, rest);
-    struct test_reply reply = test_post(API_OP_CONTROLLERS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_CONTROLLERS, body);
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     const char *from = strstr(reply.out.data, "\"control\":["),
                *to = from ? strstr(from, "}]") : NULL;
     if (CHECK(to)) snprintf(text, bytes, "%.*s", (int)(to + 2 - from), from);
-    test_reply_free(&reply);
 }
 
 /* the largest angle from upright, up to whole turns, in some rows */
@@ -112,12 +110,11 @@ TEST(three_arms_on_a_cart_stay_upright_at_100_samples_a_second) {
                  "{\"pendulum\":%s,%s},\"initial\":{\"theta\":[182,182,182],\"unit\":\"deg\"},"
                  "\"times\":{\"stop\":20,\"count\":201},\"output\":[\"theta\",\"cart\"]}",
                  tree, control);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         CHECK(tilt(&reply, 3, 0, 201) < 0.2);
         CHECK(tilt(&reply, 3, 190, 201) < 1e-9);
         CHECK(fabs(test_reply_number(&reply, "/cart/x/200")) < 1e-9);
-        test_reply_free(&reply);
     }
 }
 
@@ -138,7 +135,7 @@ TEST(an_arm_on_a_cart_swings_up_from_hanging_and_is_caught_within_a_limit_of_for
              "\"period\":0.02,\"limit\":[-5,5]}]},\"initial\":{\"theta\":[0.01]},\"times\":{"
              "\"stop\":20,\"count\":2001},\"output\":[\"theta\",\"control\",\"cart\"]}",
              tree, feedback);
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
     CHECK_INT(reply.status, 200);
     CHECK(tilt(&reply, 1, 0, 20) > 3);
     CHECK(tilt(&reply, 1, 1900, 2001) < 1e-9);
@@ -146,5 +143,4 @@ TEST(an_arm_on_a_cart_swings_up_from_hanging_and_is_caught_within_a_limit_of_for
     for (int row = 0; row < 2001; row++) most = fmax(most, fabs(number_at(&reply, "control", row)));
     CHECK(most == 5);
     CHECK(strstr(reply.out.data, "controller 1 is at a limit in "));
-    test_reply_free(&reply);
 }

@@ -15,17 +15,15 @@ TEST(every_method_of_the_table_is_served_by_its_name) {
         char body[300];
         const char *name = pend_method_at(i)->name;
         snprintf(body, sizeof body, BODY("\"method\":\"%s\""), name);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(reply.status == 200, "%s: %s", name, reply.out.data);
         CHECK_TEXT(test_reply_text(&reply, "/stats/method"), name);
-        test_reply_free(&reply);
     }
 }
 
 TEST(taylor_is_the_default) {
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, BODY("\"precision\":\"double\""));
+    OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, BODY("\"precision\":\"double\""));
     CHECK_TEXT(test_reply_text(&reply, "/stats/method"), "taylor");
-    test_reply_free(&reply);
 }
 
 TEST(tolerances_have_the_methods_own_range) {
@@ -45,34 +43,31 @@ TEST(tolerances_have_the_methods_own_range) {
         if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
         snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"rtol\":%.17g,\"atol\":%.17g"),
                  method->name, method->rtol_max, method->atol_max);
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(reply.status == 200, "%s: %s", method->name, reply.out.data);
-        test_reply_free(&reply);
     }
 }
 
 TEST(a_tighter_tolerance_takes_more_steps) {
-    struct test_reply loose =
+    OWN(test_reply, free) loose =
         test_post(API_OP_TRAJECTORIES, BODY("\"method\":\"ode23\",\"rtol\":1e-2"));
-    struct test_reply tight =
+    OWN(test_reply, free) tight =
         test_post(API_OP_TRAJECTORIES, BODY("\"method\":\"ode23\",\"rtol\":1e-6"));
     CHECK(test_reply_number(&loose, "/stats/steps") > 0);
     CHECK(test_reply_number(&tight, "/stats/steps") >
           2 * test_reply_number(&loose, "/stats/steps"));
-    test_reply_free(&loose);
-    test_reply_free(&tight);
 }
 
 TEST(linear_needs_gravity_and_few_arms) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;
-    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES,
-                                           "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,"
-                                           "1]]},\"times\":[0],\"method\":\"linear\"}",
-                                           NULL, &limits);
+    OWN(test_reply, free) reply =
+        test_post_as(API_OP_TRAJECTORIES,
+                     "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,"
+                     "1]]},\"times\":[0],\"method\":\"linear\"}",
+                     NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/method", "method linear takes at most 1 arms"));
-    test_reply_free(&reply);
 }
 
 /* for methods that compare by component the default of atol is a thousandth of rtol, and 0 is

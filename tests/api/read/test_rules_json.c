@@ -7,7 +7,7 @@
 #include "tests/harness/test.h"
 
 TEST(tables_are_read_and_written_back) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TREES,
         "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,\"torque\":{\"constant\":2,\"table\":{"
         "\"t\":[0,0.5],\"value\":[3,4],\"hold\":\"linear\",\"outside\":\"zero\"}}}],"
@@ -22,12 +22,11 @@ TEST(tables_are_read_and_written_back) {
     CHECK(test_reply_number(&reply, "/pivot/cart/force/table/value/0") == 7);
     CHECK_TEXT(test_reply_text(&reply, "/pivot/cart/force/table/hold"), "zero");
     CHECK(!test_reply_text(&reply, "/pivot/cart/force/table/outside"));
-    test_reply_free(&reply);
 }
 
 /* a cart of 2 kg with an arm, pushed by 2 N for half a second and pulled for another */
 TEST(a_table_of_force_drives_a_cart) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"gravity\":0,\"arms\":[{\"length\":1,\"mass\":1e-9}],\"pivot\":{\"cart\":{"
         "\"mass\":2,\"force\":{\"table\":{\"t\":[0,0.5,1],\"value\":[2,-2,0],\"hold\":\"zero\"}}}}"
@@ -35,14 +34,12 @@ TEST(a_table_of_force_drives_a_cart) {
     CHECK_INT(reply.status, 200);
     CHECK_RESIDUAL(fabs(test_reply_number(&reply, "/cart/x/1") - 0.125), 2e-10, "pushed");
     CHECK_RESIDUAL(fabs(test_reply_number(&reply, "/cart/x/2") - 0.25), 4e-10, "and pulled");
-    test_reply_free(&reply);
 }
 
 TEST(motions_end_with_their_tables) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,\"torque\":{\"table\":{\"t\":["
                   "0,1],\"value\":[1,2],\"hold\":\"zero\"}}}]},\"times\":[0,2]}");
     CHECK(reply.status == 422 && strstr(reply.out.data, "extend the table"));
-    test_reply_free(&reply);
 }

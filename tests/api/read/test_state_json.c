@@ -28,42 +28,38 @@ TEST(a_state_left_out_is_at_rest_and_horizontal) {
                                          "{" DOUBLE
                                          ",\"times\":[0],\"output\":[\"phi\",\"phid\",\"theta\"]}"};
     for (int i = 0; i < 3; i++) {
-        struct test_reply reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
+        OWN(test_reply, free) reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
         CHECK_INT(reply.status, 200);
         CHECK(at(&reply, "phi", 0) == 0 && at(&reply, "phi", 1) == 0);
         CHECK(at(&reply, "phid", 0) == 0 && at(&reply, "phid", 1) == 0);
         CHECK(at(&reply, "theta", 0) == pi / 2);
-        test_reply_free(&reply);
     }
 }
 
 TEST(phi_and_theta_give_the_same_state) {
-    struct test_reply phi =
+    OWN(test_reply, free) phi =
         test_post(API_OP_TRAJECTORIES, START("{\"phi\":[0.5,-0.25],\"phid\":[1,2]}"));
     CHECK(at(&phi, "phi", 0) == 0.5 && at(&phi, "phi", 1) == -0.25);
     CHECK(at(&phi, "thetad", 0) == 1 && at(&phi, "phid", 1) == 2);
     CHECK(at(&phi, "theta", 0) == 0.5 + pi / 2);
-    struct test_reply theta =
+    OWN(test_reply, free) theta =
         test_post(API_OP_TRAJECTORIES, START("{\"theta\":[0.5,0],\"thetad\":[1,2]}"));
     CHECK(at(&theta, "phi", 0) == 0.5 - pi / 2 && at(&theta, "phi", 1) == -pi / 2);
     CHECK(at(&theta, "theta", 1) == 0);
     CHECK(at(&theta, "phid", 0) == 1 && at(&theta, "phid", 1) == 2);
-    test_reply_free(&phi);
-    test_reply_free(&theta);
 }
 
 TEST(degrees_are_degrees_for_angles_and_velocities) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TRAJECTORIES, START("{\"theta\":[90,-180],\"thetad\":[360,0],\"unit\":\"deg\"}"));
     CHECK(fabs(at(&reply, "phi", 0)) < 1e-15 && at(&reply, "phi", 1) == -1.5 * pi);
     CHECK(at(&reply, "phid", 0) == 2 * pi);
-    test_reply_free(&reply);
 }
 
 TEST(a_mode_starts_at_rest_with_its_amplitude) {
-    struct test_reply slow =
+    OWN(test_reply, free) slow =
         test_post(API_OP_TRAJECTORIES, START("{\"mode\":1,\"amplitude\":0.1}"));
-    struct test_reply fast =
+    OWN(test_reply, free) fast =
         test_post(API_OP_TRAJECTORIES, START("{\"mode\":2,\"amplitude\":-3,\"unit\":\"deg\"}"));
     double a = at(&slow, "theta", 0), b = at(&slow, "theta", 1);
     double c = at(&fast, "theta", 0), d = at(&fast, "theta", 1);
@@ -71,29 +67,25 @@ TEST(a_mode_starts_at_rest_with_its_amplitude) {
     CHECK_RESIDUAL(fabs(fmax(fabs(a), fabs(b)) - 0.1), 1e-15, "amplitude");
     CHECK(fabs(fmax(fabs(c), fabs(d)) - 3 * pi / 180) < 1e-15);
     CHECK(at(&slow, "phid", 0) == 0 && at(&fast, "phid", 1) == 0);
-    test_reply_free(&slow);
-    test_reply_free(&fast);
 }
 
 TEST(a_start_in_a_mode_needs_gravity_and_few_arms) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post_as(API_OP_FORCES, FORCES("{\"mode\":1,\"amplitude\":1}"), NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/state/mode",
                                "takes at most 1 arms (the limit max-mode-arms)"));
-    test_reply_free(&reply);
 }
 
 TEST(a_state_is_checked_even_where_the_tree_is_faulty) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FORCES,
         "{\"pendulum\":{\"L\":[1,-1],\"m\":[1,1],\"S\":[[1,0],[1,1]]},\"state\":{\"phi\":[1]}}");
     CHECK(test_reply_has_fault(&reply, "/pendulum/L/1", "got -1"));
     CHECK(test_reply_has_fault(&reply, "/state/phi", "must have 2 numbers"));
     CHECK_INT(test_reply_faults(&reply), 2);
-    test_reply_free(&reply);
 }
 
 /* theta = 2 is phi = 2 - pi/2, which is not a double: the sum of two doubles keeps 32 digits of it,

@@ -195,8 +195,8 @@ static void write_lists(struct text *text, const struct real *real) {
 
 static int read_tree(struct api_tree *tree, const char *body) {
     struct api_limits limits;
-    struct api_problem problem;
-    struct api_json *document = NULL;
+    OWN(api_problem, clear) problem;
+    OWN(api_json, free) *document = NULL;
     api_limits_init(&limits);
     api_problem_init(&problem);
     int good = api_json_new(&document, body, strlen(body), 16, &problem) == PEND_OK;
@@ -208,8 +208,6 @@ static int read_tree(struct api_tree *tree, const char *body) {
     }
     CHECK_SAYING(good, "%s is refused: %s %s", body, problem.detail,
                  problem.count ? problem.faults->detail : "");
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return good;
 }
 
@@ -262,7 +260,7 @@ static int same_lists(const struct api_tree *a, const struct api_tree *b) {
 /* the answer of /v1/trees, as a request */
 static void check_echo(const struct api_tree *tree, const char *body) {
     static struct text again;
-    struct test_reply reply = test_post(API_OP_TREES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TREES, body);
     CHECK_INT(reply.status, 200);
     char *drag = strstr(reply.out.data, "\"drag_per_mass\":"),
          *pivot = strstr(reply.out.data, "\"pivot\":"),
@@ -273,12 +271,10 @@ static void check_echo(const struct api_tree *tree, const char *body) {
         char *all = drag && drag < length ? drag : pivot && pivot < length ? pivot : length;
         again.bytes = 0;
         add(&again, "{\"pendulum\":{%.*s%.*s}}", (int)(length - all), all, (int)(end - arms), arms);
-        struct api_tree twice;
+        OWN(api_tree, clear) twice;
         if (read_tree(&twice, again.data))
             CHECK_SAYING(same_lists(tree, &twice), "%s is not %s", again.data, body);
-        api_tree_clear(&twice);
     }
-    test_reply_free(&reply);
 }
 
 TEST(terms_are_read_into_the_same_list_in_every_form_and_written_back) {
@@ -347,16 +343,14 @@ TEST(what_does_nothing_is_as_if_left_out) {
         snprintf(body, sizeof body, ARM("%s"), idle[i]);
         if (read_tree(&tree, body)) CHECK_SAYING(!tree.terms && !tree.value, "%s", idle[i]);
         api_tree_clear(&tree);
-        struct test_reply reply = test_post(API_OP_FORCES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FORCES, body);
         CHECK_TEXT(reply.out.data, plain.out.data);
-        test_reply_free(&reply);
     }
     test_reply_free(&plain);
-    struct api_tree tree;
+    OWN(api_tree, clear) tree;
     if (read_tree(&tree, LISTS("\"damping\":[0,null],\"at\":[null,1],\"drag_per_mass\":0,"
                                "\"pivot\":{\"x\":{},\"acceleration\":[0,0]}")))
         CHECK(!tree.terms);
-    api_tree_clear(&tree);
 }
 
 TEST(an_arm_may_hang_on_any_point_of_its_parent_and_the_tip_is_not_one_of_them) {
@@ -368,7 +362,7 @@ TEST(an_arm_may_hang_on_any_point_of_its_parent_and_the_tip_is_not_one_of_them) 
                   {"-0.25", -0.25, 0, 1}, {"[1,0.5]", 1, 0.5, 1}, {"[3,-1]", 3, -1, 1}};
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
         char body[200];
-        struct api_tree tree;
+        OWN(api_tree, clear) tree;
         snprintf(body, sizeof body, LISTS("\"at\":[null,%s],\"rod\":[1,null]"), places[i].at);
         if (read_tree(&tree, body)) {
             CHECK_INT(tree.terms->hung[0], 0);
@@ -379,7 +373,6 @@ TEST(an_arm_may_hang_on_any_point_of_its_parent_and_the_tip_is_not_one_of_them) 
                 CHECK(pend_terms_get(tree.terms, tree.value, PEND_TERM_AT_Y, 1) == places[i].y);
             }
         }
-        api_tree_clear(&tree);
     }
 }
 
@@ -395,16 +388,15 @@ TEST(a_tip_may_have_no_mass_where_a_rod_or_a_body_has_one) {
         TREE("\"length\":[1],\"mass\":[0],\"parent\":[0],\"body\":[{\"mass\":2,\"center\":[0,1]}]"),
     };
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
-        struct test_reply reply = test_post(API_OP_TREES, good[i]);
+        OWN(test_reply, free) reply = test_post(API_OP_TREES, good[i]);
         CHECK_SAYING(reply.status == 200, "%s: %s", good[i], reply.out.data);
         CHECK(test_reply_number(&reply, "/arms/0/mass") == 0);
         CHECK(test_reply_number(&reply, "/subtree_mass/0") == 2);
-        test_reply_free(&reply);
     }
 }
 
 TEST(all_faults_of_terms_are_told_at_once_and_none_twice) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_TREES, TREE("\"arms\":[{\"length\":1,\"at\":1,\"rest\":2,\"body\":{\"mass\":0,"
                            "\"center\":0},\"friction\":{\"torque\":1,\"speed\":0}},{\"length\":1,"
                            "\"mass\":0,\"parent\":\"1\",\"body\":{\"mass\":1,\"center\":0}}]"));
@@ -415,13 +407,12 @@ TEST(all_faults_of_terms_are_told_at_once_and_none_twice) {
     CHECK(test_reply_has_fault(&reply, "/pendulum/arms/0/friction/speed", "greater than 0"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/arms/1/mass", "has no inertia"));
     CHECK_INT(test_reply_faults(&reply), 5);
-    test_reply_free(&reply);
 }
 
 /* a torque with this many harmonics, in a pendulum with several such torques */
 static struct test_reply harmonics_reply(int arms, int count) {
     size_t room = (size_t)arms * ((size_t)count * 40 + 100) + 100, used = 0;
-    char *body = malloc(room);
+    OWN_MEMORY char *body = malloc(room);
     used += (size_t)snprintf(body, room, "{\"pendulum\":{\"arms\":[");
     for (int i = 0; i < arms; i++) {
         used +=
@@ -435,12 +426,11 @@ static struct test_reply harmonics_reply(int arms, int count) {
     }
     snprintf(body + used, room - used, "]}}");
     struct test_reply reply = test_post(API_OP_TREES, body);
-    free(body);
     return reply;
 }
 
 TEST(a_torque_has_at_most_64_harmonics_and_they_keep_their_order) {
-    struct test_reply reply = harmonics_reply(3, API_TERMS_HARMONICS);
+    OWN(test_reply, free) reply = harmonics_reply(3, API_TERMS_HARMONICS);
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/arms/2/torque/harmonics"), API_TERMS_HARMONICS);
     CHECK(test_reply_number(&reply, "/arms/2/torque/harmonics/63/amplitude") == 63);
@@ -453,7 +443,6 @@ TEST(a_torque_has_at_most_64_harmonics_and_they_keep_their_order) {
     reply = harmonics_reply(4000, 12);
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/arms/3999/torque/harmonics/11/omega") == 3999);
-    test_reply_free(&reply);
 }
 
 /* the operation's row decides whether it supports terms */
@@ -484,14 +473,13 @@ TEST(an_operation_that_takes_no_terms_says_so) {
             "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"stiffness\":[0.1]}%s}",
             rest[op]);
         snprintf(piece, sizeof piece, "which \"%s\" does not support yet", row->name);
-        struct test_reply reply = test_post((enum api_op_id)op, body);
+        OWN(test_reply, free) reply = test_post((enum api_op_id)op, body);
         if (row->terms)
             CHECK_SAYING(reply.status == 200, "%s: %s", row->name, reply.out.data);
         else
             CHECK_SAYING(test_reply_has_fault(&reply, "/pendulum", piece), "%s: %s", row->name,
                          reply.out.data);
         refused += !row->terms;
-        test_reply_free(&reply);
     }
     CHECK(refused < API_OP_COUNT - 2 && api_op_trees.terms);
 }
@@ -503,8 +491,8 @@ struct etag {
 static struct etag etag_of(const char *members) {
     struct etag etag = {"refused"};
     struct api_limits limits;
-    struct api_buffer out;
-    struct api_call *call;
+    OWN(api_buffer, clear) out;
+    OWN(api_call, free) *call;
     char body[400];
     snprintf(body, sizeof body, ARM("%s"), members);
     struct api_request request = {.op = API_OP_TREES,
@@ -516,8 +504,6 @@ static struct etag etag_of(const char *members) {
     if (api_call_new(&call, &limits) != PEND_OK) return etag;
     if (CHECK_SAYING(api_call_open(call, &request, &out) == API_MORE, "%s", body))
         snprintf(etag.text, sizeof etag.text, "%s", api_call_etag(call));
-    api_call_free(&call);
-    api_buffer_clear(&out);
     return etag;
 }
 

@@ -14,9 +14,9 @@
 /* reads times; returns the number of instants, and -1 if they are refused */
 static long read_times(const char *text, double t[], long cap) {
     struct api_limits limits;
-    struct api_problem problem;
-    struct api_json *document;
-    struct api_times times;
+    OWN(api_problem, clear) problem;
+    OWN(api_json, free) *document;
+    OWN(api_times, clear) times = {0};
     api_limits_init(&limits);
     api_problem_init(&problem);
     if (api_json_new(&document, text, strlen(text), 9, &problem) != PEND_OK) return -2;
@@ -26,9 +26,6 @@ static long read_times(const char *text, double t[], long cap) {
         count = times.times.count;
         for (long i = 0; i < count && i < cap; i++) t[i] = pend_times_at(&times.times, i);
     }
-    api_times_clear(&times);
-    api_problem_clear(&problem);
-    api_json_free(&document);
     return count;
 }
 
@@ -121,7 +118,7 @@ TEST(a_list_longer_than_the_limit_is_refused_by_its_name) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.samples = 3;
-    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, BODY("[0,1,2,3]"), NULL, &limits);
+    OWN(test_reply, free) reply =
+        test_post_as(API_OP_TRAJECTORIES, BODY("[0,1,2,3]"), NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/times", "more than the limit max-samples of 3"));
-    test_reply_free(&reply);
 }

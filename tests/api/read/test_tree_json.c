@@ -25,35 +25,30 @@ static const char *from_lists(const struct test_reply *reply) {
 }
 
 TEST(three_forms_of_a_tree_give_the_same_answer) {
-    struct test_reply arms = test_post(API_OP_TREES, arms_body),
-                      lists = test_post(API_OP_TREES, lists_body);
-    struct test_reply paper = test_post(API_OP_TREES, paper_body);
+    OWN(test_reply, free) arms = test_post(API_OP_TREES, arms_body),
+                          lists = test_post(API_OP_TREES, lists_body);
+    OWN(test_reply, free) paper = test_post(API_OP_TREES, paper_body);
     CHECK_INT(arms.status, 200);
     if (CHECK(from_lists(&arms) && from_lists(&lists)))
         CHECK_TEXT(from_lists(&arms), from_lists(&lists));
     CHECK_TEXT(paper.out.data, lists.out.data);
     CHECK_TEXT(test_reply_text(&arms, "/arms/0/parent"), "b");
     CHECK_TEXT(test_reply_text(&lists, "/arms/0/parent"), "3");
-    test_reply_free(&arms);
-    test_reply_free(&lists);
-    test_reply_free(&paper);
 }
 
 TEST(an_answers_arms_are_a_request) {
-    struct test_reply reply = test_post(API_OP_TREES, arms_body);
+    OWN(test_reply, free) reply = test_post(API_OP_TREES, arms_body);
     char *arms = strstr(reply.out.data, "\"arms\":["),
          *end = strstr(reply.out.data, ",\"parent\":[");
     REQUIRE(arms && end);
     char body[2000];
     snprintf(body, sizeof body, "{\"pendulum\":{%.*s}}", (int)(end - arms), arms);
-    struct test_reply again = test_post(API_OP_TREES, body);
+    OWN(test_reply, free) again = test_post(API_OP_TREES, body);
     CHECK_TEXT(again.out.data, reply.out.data);
-    test_reply_free(&reply);
-    test_reply_free(&again);
 }
 
 TEST(arms_without_a_name_are_called_by_their_number) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TREES, ARMS("{\"length\":1,\"mass\":1},{\"length\":1,\"mass\":2,"
                                      "\"parent\":\"1\"},{\"length\":1,\"mass\":3,\"parent\":\"2\","
                                      "\"name\":\"x\"}"));
@@ -62,34 +57,29 @@ TEST(arms_without_a_name_are_called_by_their_number) {
     CHECK_TEXT(test_reply_text(&reply, "/arms/2/name"), "x");
     CHECK(test_reply_number(&reply, "/parent/2") == 2);
     CHECK(test_reply_number(&reply, "/subtree_mass/0") == 6);
-    test_reply_free(&reply);
 }
 
 TEST(gravity_is_9_81_unless_given_and_may_be_any_finite_number) {
-    struct test_reply usual = test_post(API_OP_TREES, lists_body);
-    struct test_reply none =
+    OWN(test_reply, free) usual = test_post(API_OP_TREES, lists_body);
+    OWN(test_reply, free) none =
         test_post(API_OP_TREES, TREE("\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0"));
-    struct test_reply up =
+    OWN(test_reply, free) up =
         test_post(API_OP_TREES, TREE("\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":-1.62"));
     CHECK(test_reply_number(&usual, "/gravity") == 9.81);
     CHECK(test_reply_number(&none, "/gravity") == 0);
     CHECK(test_reply_number(&up, "/gravity") == -1.62);
-    test_reply_free(&usual);
-    test_reply_free(&none);
-    test_reply_free(&up);
 }
 
 TEST(each_empty_list_is_a_fault_of_its_own) {
-    struct test_reply reply = test_post(API_OP_TREES, TREE("\"length\":[],\"mass\":[]"));
+    OWN(test_reply, free) reply = test_post(API_OP_TREES, TREE("\"length\":[],\"mass\":[]"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/length", "at least one arm"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/mass", "at least one arm"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/parent", "is missing"));
     CHECK_INT(test_reply_faults(&reply), 3);
-    test_reply_free(&reply);
 }
 
 TEST(all_faults_of_a_tree_are_told_at_once) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_TREES, "{\"extra\":1,\"pendulum\":{\"length\":[0,\"x\",1,1],\"mass\":[1,1,"
                                 "-1,1],\"parent\":[0,9,0,4],\"gravity\":null}}");
     CHECK_INT(reply.status, 422);
@@ -102,14 +92,13 @@ TEST(all_faults_of_a_tree_are_told_at_once) {
     CHECK(test_reply_has_fault(&reply, "/pendulum/parent/2", "only one arm"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/parent/3", "cannot hang on itself"));
     CHECK_INT(test_reply_faults(&reply), 8);
-    test_reply_free(&reply);
 }
 
 TEST(more_arms_than_the_limit_are_refused_by_its_name) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.arms = 3;
-    struct test_reply reply = test_post_as(API_OP_TREES, lists_body, NULL, &limits);
+    OWN(test_reply, free) reply = test_post_as(API_OP_TREES, lists_body, NULL, &limits);
     CHECK_INT(reply.status, 422);
     CHECK(
         test_reply_has_fault(&reply, "/pendulum", "has 4 arms, more than the limit max-arms of 3"));
@@ -117,7 +106,6 @@ TEST(more_arms_than_the_limit_are_refused_by_its_name) {
     limits.arms = 4;
     reply = test_post_as(API_OP_TREES, lists_body, NULL, &limits);
     CHECK_INT(reply.status, 200);
-    test_reply_free(&reply);
 }
 
 /* a chain of named arms, listed from its end */
@@ -133,7 +121,7 @@ static char *long_chain(int n, const char *odd) {
 
 TEST(five_thousand_named_arms_are_read) {
     char *body = long_chain(5000, "arm");
-    struct test_reply reply = test_post(API_OP_TREES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_TREES, body);
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/depth/0") == 5000);
     CHECK(test_reply_count(&reply, "/S") == -1); /* beyond max-matrix-arms */
@@ -144,6 +132,5 @@ TEST(five_thousand_named_arms_are_read) {
     CHECK_INT(reply.status, 422);
     CHECK_INT(test_reply_faults(&reply), API_PROBLEM_FAULTS);
     CHECK(test_reply_number(&reply, "/errors_omitted") == 4999 - API_PROBLEM_FAULTS);
-    test_reply_free(&reply);
     free(body);
 }

@@ -44,8 +44,8 @@ TEST(gains_hold_upright_arms_within_their_margins) {
     unsigned long long seed = 5;
     double worst = 0;
     for (int round = 0; round < 60; round++) {
-        struct test_tree t;
-        struct pend_loop *loop;
+        OWN(test_tree, clear) t;
+        OWN(pend_loop, free) *loop;
         struct pend_margins margins;
         int n = 1 + round % ARMS, delay = round % 3, inputs = 1 + (round % 2 && n > 1);
         int input[] = {0, n - 1};
@@ -65,14 +65,12 @@ TEST(gains_hold_upright_arms_within_their_margins) {
             CHECK(multiplied(loop, gains, within) < 1);
         }
         CHECK(margins.phase > 0.2 && margins.phase < M_PI && margins.delay > 0);
-        pend_loop_free(&loop);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-11, "multipliers at the margins of gain, less 1");
 }
 
 TEST(a_delay_of_a_margin_makes_the_loop_unstable) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     unsigned long long seed = 6;
     struct pend_loop *loop, *late;
     struct pend_margins margins;
@@ -94,12 +92,11 @@ TEST(a_delay_of_a_margin_makes_the_loop_unstable) {
         pend_loop_free(&late);
     }
     pend_loop_free(&loop);
-    test_tree_clear(&t);
 }
 
 TEST(symmetry_hides_modes_from_an_actuator) {
-    struct pend_tree *tree;
-    struct pend_damped *modes;
+    OWN(pend_tree, free) *tree;
+    OWN(pend_damped, free) *modes = NULL;
     struct pend_loop *loop;
     const int parent[] = {-1, 0, 0}, input[] = {0, 1};
     double phi[] = {-M_PI_2, -M_PI_2, -M_PI_2}, reach[6];
@@ -116,13 +113,11 @@ TEST(symmetry_hides_modes_from_an_actuator) {
         CHECK_INT(hidden, 2 - inputs);
         pend_loop_free(&loop);
     }
-    pend_damped_free(&modes);
-    pend_tree_free(&tree);
 }
 
 TEST(modes_of_one_frequency_are_reached_one_by_each_actuator) {
-    struct pend_tree *tree;
-    struct pend_damped *modes;
+    OWN(pend_tree, free) *tree;
+    OWN(pend_damped, free) *modes = NULL;
     struct pend_loop *loop;
     const int parent[] = {-1, 0, 0, 0, 0}, input[] = {1, 2, 3, 4};
     double phi[5], reach[10];
@@ -139,12 +134,10 @@ TEST(modes_of_one_frequency_are_reached_one_by_each_actuator) {
         CHECK_INT(hidden, inputs < 3 ? 3 - inputs : 0);
         pend_loop_free(&loop);
     }
-    pend_damped_free(&modes);
-    pend_tree_free(&tree);
 }
 
 TEST(gains_and_margins_survive_any_allocation_that_fails) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     unsigned long long seed = 8;
     double phi[2] = {M_PI_2, M_PI_2}, q[] = {1, 1, 0, 0}, r = 1, gains[5];
     int parent[] = {-1, 0}, input = 0;
@@ -163,5 +156,4 @@ TEST(gains_and_margins_survive_any_allocation_that_fails) {
         if (status == PEND_OK) break;
         CHECK(at < 199);
     }
-    test_tree_clear(&t);
 }

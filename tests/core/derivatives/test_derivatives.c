@@ -48,7 +48,7 @@ struct answer {
 
 static void answer_of(const struct pend_problem *problem, int count,
                       const struct pend_parameter by[], struct answer *a) {
-    struct pend_derivatives *d;
+    OWN(pend_derivatives, free) *d;
     struct pend_error error = {0};
     struct pend_derived_rows rows = {.value = {a->phi, a->rate},
                                      .derivative = {a->phi_by, a->rate_by}};
@@ -63,7 +63,6 @@ static void answer_of(const struct pend_problem *problem, int count,
                  error.text);
     CHECK(pend_derivatives_progress(d) == 1);
     a->steps = pend_derivatives_steps(d);
-    pend_derivatives_free(&d);
 }
 
 /* ---- against differences in 32 digits */
@@ -75,7 +74,7 @@ struct end {
 
 static void end_of(const struct test_tree *t, const struct pend_loads *loads, double span,
                    struct end *end) {
-    struct pend_extended *extended;
+    OWN(pend_extended, free) *extended;
     struct pend_extended_state start = {t->phi, NULL, t->rate, NULL};
     struct pend_extended_state out = {end->phi, end->phi_low, end->rate, end->rate_low};
     REQUIRE(pend_extended_new(&extended, t->tree, loads->terms, 1e-24, 0, pend_isa_best(), NULL) ==
@@ -83,7 +82,6 @@ static void end_of(const struct test_tree *t, const struct pend_loads *loads, do
     pend_extended_start(extended, loads, &start, 0.7, span);
     while (pend_extended_step(extended) == PEND_EXTENDED_UNDER_WAY) continue;
     pend_extended_end(extended, &out);
-    pend_extended_free(&extended);
 }
 
 /* address of a parameter of the pendulum; an arm's own numbers are in the caller's order */
@@ -164,8 +162,8 @@ TEST(derivatives_are_differences_in_32_digits_on_100_random_pendulums) {
     unsigned long long seed = 31;
     double worst = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct pend_parameter by[EACH];
         static struct answer a;
         double span = i % 3 ? 0.3 : -0.2;
@@ -185,8 +183,6 @@ TEST(derivatives_are_differences_in_32_digits_on_100_random_pendulums) {
             CHECK_SAYING(gap < 1e-10, "pendulum %d, kind %d at %d: %g", i, (int)by[j].kind,
                          by[j].at, gap);
         }
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-11, "derivatives against differences in 32 digits");
 }
@@ -289,7 +285,7 @@ TEST(derivatives_of_a_conservative_motion_are_symplectic) {
     unsigned long long seed = 5;
     double worst = 0;
     for (int i = 0; i < 32; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct test_bodies b = {.loads = {.gravity = 9.81}};
         struct pend_parameter by[PARAMETERS];
         static struct answer a;
@@ -302,7 +298,6 @@ TEST(derivatives_of_a_conservative_motion_are_symplectic) {
         if (!(gap <= worst)) worst = gap;
         CHECK_SAYING(gap < 1e-13, "pendulum %d of %d arms: %g", i, t.n, gap);
         if (what) test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "D^T J D - J over |D|^2");
 }
@@ -313,8 +308,8 @@ TEST(derivatives_carry_the_flow_along_itself) {
     unsigned long long seed = 8;
     double worst = 0;
     for (int i = 0; i < 6; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct pend_parameter by[PARAMETERS];
         double phi[ROWS * ARMS], rate[ROWS * ARMS], acc[ROWS * ARMS];
         static double phi_by[ROWS * ARMS * PARAMETERS], rate_by[ROWS * ARMS * PARAMETERS];
@@ -325,7 +320,7 @@ TEST(derivatives_carry_the_flow_along_itself) {
         test_bodies_random(&b, t.tree, TEST_TERMS_ALL & ~(TEST_TERMS_TORQUES | TEST_TERMS_PIVOT),
                            &seed);
         struct pend_problem problem = problem_of(&t, &b.loads, 0.5);
-        struct pend_derivatives *d;
+        OWN(pend_derivatives, free) *d;
         int n = t.n, count = state_parameters(n, by);
         REQUIRE(pend_derivatives_new(&d, &problem, count, by, NULL) == PEND_OK);
         CHECK(pend_derivatives_next(d, &rows, ROWS, INFINITY, &made, NULL) == PEND_OK);
@@ -344,9 +339,6 @@ TEST(derivatives_carry_the_flow_along_itself) {
             gap = fmax(gap, fmax(fabs(turned - rate[row]), fabs(faster - acc[row])));
         }
         worst = fmax(worst, gap / most);
-        pend_derivatives_free(&d);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "D of the flow against the flow");
 }
@@ -358,7 +350,7 @@ TEST(derivatives_obey_a_change_of_units) {
     unsigned long long seed = 13;
     double worst = 0;
     for (int i = 0; i < 5; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct pend_parameter by[PARAMETERS];
         static struct answer a;
         int n = 2 + i;
@@ -380,7 +372,6 @@ TEST(derivatives_obey_a_change_of_units) {
             }
             worst = fmax(worst, fmax(fabs(length), fabs(mass)) / size);
         }
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "sums of scaled derivatives");
 }
@@ -390,7 +381,7 @@ TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
     const double length[] = {1, 1}, mass[] = {1, 1}, phi[] = {1, 1.3}, rate[] = {0, 0};
     const int parent[] = {-1, 0};
     enum { SPAN = 20 }; // s; after 25 s rounding has separated the two motions
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     struct pend_parameter by[PARAMETERS];
     REQUIRE(pend_tree_new(&tree, 2, length, mass, parent, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = tree,
@@ -410,7 +401,7 @@ TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
     answer_of(&problem, state_parameters(2, by), by, &a);
     double most = 0, exponent = 0, error = 0;
     for (int k = 8; k < 16; k++) most = fmax(most, fmax(fabs(a.phi_by[k]), fabs(a.rate_by[k])));
-    struct pend_lyapunov *lyapunov;
+    OWN(pend_lyapunov, free) *lyapunov;
     REQUIRE(pend_lyapunov_new(&lyapunov, &other, NULL) == PEND_OK);
     for (int i = 0, done = 0; i < SPAN; i += done)
         REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
@@ -419,8 +410,6 @@ TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
     // the growth contains a factor of a few besides e^(exponent t)
     CHECK_SAYING(exponent > 1 && fabs(log(most) / SPAN - exponent) < 3.0 / SPAN,
                  "growth %g 1/s, exponent %g +- %g 1/s", log(most) / SPAN, exponent, error);
-    pend_lyapunov_free(&lyapunov);
-    pend_tree_free(&tree);
 }
 
 /* ---- other quantities */
@@ -429,8 +418,8 @@ TEST(derivatives_grow_as_the_lyapunov_exponent_says) {
  * pend_derivatives_state at other states */
 static void check_values(unsigned what) {
     unsigned long long seed = 17;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     struct pend_parameter by[PARAMETERS];
     static double value[PEND_DERIVED][ROWS * ARMS], run_value[PEND_DERIVED][ROWS * ARMS];
     double times[ROWS], worst = 0;
@@ -438,7 +427,7 @@ static void check_values(unsigned what) {
     test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.3, &seed);
     test_bodies_random(&b, t.tree, what, &seed);
     struct pend_problem problem = problem_of(&t, &b.loads, 0.5);
-    struct pend_derivatives *d;
+    OWN(pend_derivatives, free) *d;
     struct pend_derived_rows rows = {{0}, {0}};
     REQUIRE(pend_derivatives_new(&d, &problem, state_parameters(ARMS, by), by, NULL) == PEND_OK);
     int cart = pend_terms_cart(b.terms), last = cart ? PEND_DERIVED : PEND_DERIVED_CART_PLACE;
@@ -464,7 +453,7 @@ static void check_values(unsigned what) {
         samples.cart_speed = run_value[PEND_DERIVED_CART_SPEED];
         samples.cart_reaction = run_value[PEND_DERIVED_CART_REACTION];
     }
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     int done = 0;
     REQUIRE(pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK);
     CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && done);
@@ -477,10 +466,6 @@ static void check_values(unsigned what) {
         worst = fmax(worst, gap);
     }
     CHECK_RESIDUAL(worst, 1e-13, "values of a motion with derivatives");
-    pend_run_free(&run);
-    pend_derivatives_free(&d);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }
 
 TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
@@ -490,8 +475,8 @@ TEST(derivatives_have_the_values_of_a_run_in_every_quantity) {
 
 static void check_state(unsigned what) {
     unsigned long long seed = 23;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     struct pend_parameter by[PARAMETERS];
     static double value[2][PEND_DERIVED][ARMS], slope[PEND_DERIVED][ARMS * PARAMETERS];
     test_tree_random(&t, TEST_TREE_ATTACHED, 4, 0.3, &seed);
@@ -503,7 +488,7 @@ static void check_state(unsigned what) {
     for (int j = 0; j < count; j++) {
         double *x = parameter_of(&t, &b, by[j]), middle = *x, h = fmax(fabs(middle), 0.1) * 1e-5;
         for (int side = 0; side < 3; side++) {
-            struct pend_derivatives *d;
+            OWN(pend_derivatives, free) *d;
             struct pend_derived_rows rows = {{0}, {0}};
             for (int i = 0; i < last; i++) {
                 if (side < 2)
@@ -516,7 +501,6 @@ static void check_state(unsigned what) {
             struct pend_problem problem = problem_of(&t, &b.loads, 1);
             REQUIRE(pend_derivatives_new(&d, &problem, count, by, NULL) == PEND_OK);
             pend_derivatives_state(d, t.phi, NULL, t.rate, 0.9, &rows, 0);
-            pend_derivatives_free(&d);
         }
         for (int i = 0; i < last; i++) {
             double most = 0, gap = 0;
@@ -529,8 +513,6 @@ static void check_state(unsigned what) {
         }
     }
     CHECK_RESIDUAL(worst, 1e-7, "derivatives of a state against differences in doubles");
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }
 
 TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
@@ -542,7 +524,7 @@ TEST(derivatives_of_a_state_are_differences_in_every_quantity) {
 
 static void check_blocks(const struct pend_loads *loads) {
     unsigned long long seed = 4;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct pend_parameter by[PARAMETERS];
     static struct answer a, other;
     static char bytes[1 << 16];
@@ -551,7 +533,7 @@ static void check_blocks(const struct pend_loads *loads) {
     int count = state_parameters(4, by);
     answer_of(&problem, count, by, &a);
     CHECK(a.rows == ROWS && a.steps > ROWS);
-    struct pend_derivatives *d;
+    OWN(pend_derivatives, free) *d;
     REQUIRE(pend_derivatives_new(&d, &problem, count, by, NULL) == PEND_OK);
     for (long row = 0; row < ROWS;) {
         struct pend_derived_rows rows = {
@@ -570,8 +552,6 @@ static void check_blocks(const struct pend_loads *loads) {
     CHECK(!memcmp(a.phi_by, other.phi_by, (size_t)(ROWS * 4 * count) * sizeof(double)));
     CHECK(!memcmp(a.rate_by, other.rate_by, (size_t)(ROWS * 4 * count) * sizeof(double)));
     CHECK(!memcmp(a.phi, other.phi, ROWS * 4 * sizeof(double)));
-    pend_derivatives_free(&d);
-    test_tree_clear(&t);
 }
 
 /* an ideal pendulum; one with rods, friction, a torque and a drive, whose motions are computed
@@ -587,13 +567,12 @@ TEST(derivatives_have_the_same_bits_in_blocks_of_any_size_and_after_a_checkpoint
         const int drives[] = {1};
         int place;
         double value[8 * 4];
-        struct pend_terms *terms;
+        OWN(pend_terms, free) *terms;
         REQUIRE(pend_terms_new(&terms, 4, rows, ones, 1, drives, &place) == PEND_OK);
         for (int i = 0; i < terms->count; i++) value[i] = 0.1 + 0.01 * i;
         double *drive = &value[terms->harmonic[place].at];
         drive[0] = 0.5, drive[1] = 4, drive[2] = 0.3;
         check_blocks(&(struct pend_loads){9.81, terms, value});
-        pend_terms_free(&terms);
     }
 }
 
@@ -601,7 +580,7 @@ TEST(derivatives_that_a_motion_does_not_have_are_zero_and_cost_no_steps) {
     const double length[] = {1}, mass[] = {2}, phi[] = {0.3}, rate[] = {0.5};
     const int parent[] = {-1};
     struct pend_parameter by[] = {{PEND_PARAMETER_RATE, 0}, {PEND_PARAMETER_MASS, 0}};
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     static struct answer a, alone;
     REQUIRE(pend_tree_new(&tree, 1, length, mass, parent, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = tree,
@@ -615,14 +594,13 @@ TEST(derivatives_that_a_motion_does_not_have_are_zero_and_cost_no_steps) {
     CHECK(fabs(a.phi_by[2 * (ROWS - 1)]) > 0.1);
     CHECK_SAYING(a.steps <= alone.steps + alone.steps / 10, "%ld steps, %ld steps", a.steps,
                  alone.steps);
-    pend_tree_free(&tree);
 }
 
 TEST(derivatives_end_with_a_reason) {
     const double length[] = {1}, mass[] = {1}, phi[] = {0.3}, rate[] = {1e200};
     const int parent[] = {-1};
     struct pend_parameter by[] = {{PEND_PARAMETER_RATE, 0}};
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     struct pend_derivatives *d;
     struct pend_error error = {0};
     double number[ROWS];
@@ -650,5 +628,4 @@ TEST(derivatives_end_with_a_reason) {
         CHECK(pend_derivatives_new(&d, &problem, 1, by, &error) == PEND_NO_MEMORY && !d);
         test_alloc_faults_off();
     }
-    pend_tree_free(&tree);
 }

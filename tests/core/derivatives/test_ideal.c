@@ -54,7 +54,7 @@ static void subject_make(struct subject *x, const struct test_tree *t, int gener
 /* all derivatives of all quantities, one after the other */
 static void everything(const struct subject *x, const struct pend_parameter by[], double number[]) {
     struct pend_loads loads = {.gravity = x->gravity, .terms = x->terms, .value = x->value};
-    struct pend_derivatives *d;
+    OWN(pend_derivatives, free) *d;
     struct pend_derived_rows out = {{0}, {0}};
     long made = 0;
     for (int i = 0; i < PEND_DERIVED; i++) out.derivative[i] = number + (size_t)i * NUMBERS;
@@ -67,7 +67,6 @@ static void everything(const struct subject *x, const struct pend_parameter by[]
         .rtol = 1e-14};
     REQUIRE(pend_derivatives_new(&d, &problem, MANY, by, NULL) == PEND_OK);
     CHECK(pend_derivatives_next(d, &out, ROWS, INFINITY, &made, NULL) == PEND_OK && made == ROWS);
-    pend_derivatives_free(&d);
 }
 
 /* the largest gap of all quantities between two ways; checks that others are at most `most` */
@@ -93,7 +92,7 @@ TEST(derivatives_of_ideal_pendulums_are_those_of_the_general_kernel) {
     unsigned long long seed = 41;
     double worst = 0;
     for (size_t i = 0; i < sizeof arms / sizeof *arms; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct pend_parameter by[MANY];
         test_tree_random(&t, TEST_TREE_ATTACHED, arms[i], 0.3, &seed);
         for (int j = 0; j < MANY; j++) {
@@ -110,7 +109,6 @@ TEST(derivatives_of_ideal_pendulums_are_those_of_the_general_kernel) {
             pend_terms_free(&x.terms);
         }
         worst = fmax(worst, ways_gap(number, arms[i], 1));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-12, "derivatives of ideal pendulums by two kernels");
 }
@@ -126,7 +124,7 @@ static int place_in(const struct pend_terms *from, const struct pend_terms *to, 
 /* the gap between the two ways for a pendulum with rows of terms, for parameters of all kinds */
 static double real_gap(int arms, const unsigned char rows[], int pivot, unsigned long long *seed) {
     static double number[2][PEND_DERIVED * NUMBERS];
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct subject x[2];
     struct pend_parameter by[MANY];
     int center = -1;
@@ -156,7 +154,6 @@ static double real_gap(int arms, const unsigned char rows[], int pivot, unsigned
     everything(&x[1], by, number[1]);
     double gap = ways_gap(number, arms, 0);
     for (int general = 0; general < 2; general++) pend_terms_free(&x[general].terms);
-    test_tree_clear(&t);
     return gap;
 }
 
@@ -189,7 +186,7 @@ TEST(derivatives_follow_from_the_motion_of_pendulums_whose_system_keeps_its_digi
     unsigned char rows[PEND_TERM_ROWS] = {
         [PEND_TERM_ROD] = 1, [PEND_TERM_BODY] = 1, [PEND_TERM_CENTER_X] = 1};
     unsigned long long seed = 43;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct subject x;
     test_tree_random(&t, TEST_TREE_ATTACHED, 2, 0.3, &seed);
     subject_make(&x, &t, 0, rows, 1, seed);
@@ -215,14 +212,13 @@ TEST(derivatives_follow_from_the_motion_of_pendulums_whose_system_keeps_its_digi
     subject_make(&x, &t, 0, rows, 0, seed);
     CHECK(!suits(&x, PEND_PARAMETER_PHI, 1));
     pend_terms_free(&x.terms);
-    test_tree_clear(&t);
 }
 
 TEST(derivatives_of_a_light_rod_that_carries_a_heavy_one_keep_their_digits) {
     const unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_ROD] = 1};
     static double number[2][PEND_DERIVED * NUMBERS];
     unsigned long long seed = 44;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct pend_parameter by[MANY];
     test_tree_random(&t, TEST_TREE_CHAIN, 3, 0.3, &seed);
     for (int j = 0; j < MANY; j++)
@@ -241,5 +237,4 @@ TEST(derivatives_of_a_light_rod_that_carries_a_heavy_one_keep_their_digits) {
         double gap = test_gap(NUMBERS, number[0] + what * NUMBERS, number[1] + what * NUMBERS);
         CHECK_SAYING(gap < 1e-10, "quantity %d: %g", what, gap);
     }
-    test_tree_clear(&t);
 }

@@ -95,20 +95,18 @@ TEST(complex_systems_are_solved_and_singular_ones_told) {
 }
 
 TEST(radau_solves_the_papers_example) {
-    struct test_paper paper;
+    OWN(test_paper, clear) paper = {0};
     struct test_paper_row exact[TEST_PAPER_ROWS];
     REQUIRE(test_paper_read(exact));
     test_paper_init(&paper, 501);
     paper.problem.rtol = 1e-13;
-    struct test_record record;
+    OWN(test_record, clear) record;
     test_record(&record, "radau", &paper.problem);
     CHECK_INT(record.status, PEND_OK);
     struct test_record_gap gap = test_paper_gap(&record, 10, exact);
     CHECK_RESIDUAL(gap.phi, 1e-10, "phi");
     CHECK_RESIDUAL(gap.rate, 1e-10, "phi'");
     CHECK_RESIDUAL(gap.force, 1e-9, "lambda");
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }
 
 /* one arm and its terms; named terms have the given numbers, others 0 or 1 */
@@ -153,8 +151,8 @@ TEST(radau_follows_a_rate_that_dies_out_at_once) {
     double angle = 0, rate = 0;
     long most = 0;
     for (double c = 1; c < 2e12; c *= 1e4) {
-        struct lone lone;
-        struct test_record record;
+        OWN(lone, clear) lone;
+        OWN(test_record, clear) record = {0};
         REQUIRE(lone_init(&lone, 0, 1, 1, 10 / c, 33));
         lone_set(&lone, PEND_TERM_DAMPING, c);
         test_record(&record, "radau", &lone.problem);
@@ -165,8 +163,6 @@ TEST(radau_follows_a_rate_that_dies_out_at_once) {
             rate = fmax(rate, fabs(record.samples.rate[i] - exp(-x)));
         }
         most = record.stats.steps > most ? record.stats.steps : most;
-        test_record_clear(&record);
-        lone_clear(&lone);
     }
     CHECK_RESIDUAL(rate, 1e-9, "e^{-c t}");
     CHECK_RESIDUAL(angle, 1e-3, "its integral, from 1 rad on, in units of 1 / c");
@@ -181,8 +177,8 @@ TEST(radau_creeps_in_syrup_with_steps_of_the_creeping) {
     long most = 0;
     // rates of 1e-11 rad/s would be near the least atol
     for (double c = 1e8; c < 2e10; c *= 100) {
-        struct lone lone;
-        struct test_record record;
+        OWN(lone, clear) lone;
+        OWN(test_record, clear) record = {0};
         REQUIRE(lone_init(&lone, 9.81, 2, 0, c, 65));
         lone_set(&lone, PEND_TERM_DAMPING, c);
         lone.problem.accuracy = 1e-6;
@@ -196,8 +192,6 @@ TEST(radau_creeps_in_syrup_with_steps_of_the_creeping) {
         balance = fmax(balance, record.stats.energy_drift);
         CHECK(record.stats.horizon == lone.problem.times.span);
         most = record.stats.steps > most ? record.stats.steps : most;
-        test_record_clear(&record);
-        lone_clear(&lone);
     }
     CHECK_RESIDUAL(gap, 1e-9, "the angle of a pendulum in syrup");
     CHECK_RESIDUAL(rate, 1e-9, "its rate, over m g l / c");
@@ -211,8 +205,8 @@ TEST(radau_holds_a_stuck_joint) {
     double gap = 0;
     long most = 0;
     for (double s = 1e-3; s > 0.5e-12; s /= 1e3) {
-        struct lone lone;
-        struct test_record record;
+        OWN(lone, clear) lone;
+        OWN(test_record, clear) record = {0};
         REQUIRE(lone_init(&lone, 9.81, 0.5, 0, 10, 11));
         lone_set(&lone, PEND_TERM_FRICTION, 8);
         lone_set(&lone, PEND_TERM_FRICTION_SPEED, s);
@@ -223,8 +217,6 @@ TEST(radau_holds_a_stuck_joint) {
             gap = fmax(gap, fabs(record.samples.rate[i] / creep + 1));
         }
         most = record.stats.steps > most ? record.stats.steps : most;
-        test_record_clear(&record);
-        lone_clear(&lone);
     }
     CHECK_RESIDUAL(gap, 1e-5, "the rate of a stuck joint, relative");
     CHECK_SAYING(most <= 60, "%ld steps", most);
@@ -232,8 +224,8 @@ TEST(radau_holds_a_stuck_joint) {
 
 /* a pendulum that swings against dry friction until it sticks: its turning points are corners */
 TEST(radau_goes_round_the_corners_of_dry_friction) {
-    struct lone lone;
-    struct test_record record, exact;
+    OWN(lone, clear) lone;
+    OWN(test_record, clear) record = {0}, exact = {0};
     REQUIRE(lone_init(&lone, 9.81, 1, 0, 6, 25));
     lone_set(&lone, PEND_TERM_FRICTION, 1);
     lone_set(&lone, PEND_TERM_FRICTION_SPEED, 1e-4);
@@ -245,9 +237,6 @@ TEST(radau_goes_round_the_corners_of_dry_friction) {
     struct test_record_gap gap = test_record_gap(&record, &exact);
     CHECK_RESIDUAL(gap.phi, 1e-8, "phi");
     CHECK_RESIDUAL(gap.rate, 1e-8, "phi'");
-    test_record_clear(&record);
-    test_record_clear(&exact);
-    lone_clear(&lone);
 }
 
 /* the springs of a random pendulum are a million times as stiff, and its dampers stronger, so that
@@ -256,9 +245,9 @@ TEST(radau_agrees_with_32_digits_on_stiff_springs) {
     unsigned long long seed = 12;
     double phi = 0, rate = 0;
     for (int n = 1; n <= 4; n++) {
-        struct test_tree t;
-        struct test_bodies b;
-        struct test_record record, exact;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
+        OWN(test_record, clear) record, exact;
         test_tree_random(&t, TEST_TREE_ATTACHED, n, 0.3, &seed);
         test_bodies_random(&b, t.tree, TEST_TERMS_RODS | TEST_TERMS_SPRINGS | TEST_TERMS_DAMPING,
                            &seed);
@@ -278,10 +267,6 @@ TEST(radau_agrees_with_32_digits_on_stiff_springs) {
         struct test_record_gap gap = test_record_gap(&record, &exact);
         phi = fmax(phi, gap.phi), rate = fmax(rate, gap.rate);
         if (n > 1) CHECK(record.stats.steps < exact.stats.steps / 3);
-        test_record_clear(&record);
-        test_record_clear(&exact);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(phi, 1e-8, "phi beside 32 digits");
     CHECK_RESIDUAL(rate, 1e-8, "phi' beside 32 digits");
@@ -292,9 +277,9 @@ TEST(radau_agrees_with_taylor_on_random_real_pendulums) {
     unsigned long long seed = 77;
     double phi = 0, rate = 0, balance = 0;
     for (int i = 0; i < 12; i++) {
-        struct test_tree t;
-        struct test_bodies b;
-        struct test_record record, exact;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
+        OWN(test_record, clear) record, exact;
         test_tree_random(&t, TEST_TREE_ATTACHED, 1 + i % 5, 0.3, &seed);
         test_bodies_random(&b, t.tree, i % 5 && i % 2 ? TEST_TERMS_CART_ALL : TEST_TERMS_ALL,
                            &seed);
@@ -312,10 +297,6 @@ TEST(radau_agrees_with_taylor_on_random_real_pendulums) {
         phi = fmax(phi, test_gap(numbers, record.samples.phi, exact.samples.phi));
         rate = fmax(rate, test_gap(numbers, record.samples.rate, exact.samples.rate));
         balance = fmax(balance, record.stats.energy_drift);
-        test_record_clear(&record);
-        test_record_clear(&exact);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(phi, 1e-11, "phi by radau and by taylor");
     CHECK_RESIDUAL(rate, 2e-11, "phi' by radau and by taylor");
@@ -324,7 +305,7 @@ TEST(radau_agrees_with_taylor_on_random_real_pendulums) {
 
 /* an angle that grows as e^{s t} backwards would be damped */
 TEST(radau_refuses_to_go_back_where_energy_was_taken) {
-    struct lone lone;
+    OWN(lone, clear) lone;
     struct pend_error error = {.text = ""};
     struct pend_run *run = NULL;
     REQUIRE(lone_init(&lone, 9.81, 1, 0, -1, 3));
@@ -333,5 +314,4 @@ TEST(radau_refuses_to_go_back_where_energy_was_taken) {
     lone_set(&lone, PEND_TERM_DAMPING, 0.1);
     CHECK_INT(pend_run_new(&run, &pend_method_radau, &lone.problem, &error), PEND_INVALID);
     CHECK(strstr(error.text, "forwards"));
-    lone_clear(&lone);
 }

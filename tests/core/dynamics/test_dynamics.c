@@ -20,7 +20,7 @@ TEST(dynamics_of_a_single_arm_are_the_textbooks) {
     unsigned long long seed = 1;
     double worst_acc = 0, worst_force = 0;
     for (int i = 0; i < 1000; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc, force, g = 20 * test_random(&seed) - 5;
         test_tree_random(&t, TEST_TREE_CHAIN, 1, 2, &seed);
         test_tree_dynamics(&t, TEST_LOADS(g), &acc, &force);
@@ -28,7 +28,6 @@ TEST(dynamics_of_a_single_arm_are_the_textbooks) {
                weight = m * g * sin(t.phi[0]);
         worst_acc = fmax(worst_acc, fabs(acc + g * cos(t.phi[0]) / l) / fabs(g / l));
         worst_force = fmax(worst_force, fabs(force - (weight - pull)) / (pull + fabs(m * g)));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst_acc, 1e-15, "phi'' = -g cos(phi) / l");
     CHECK_RESIDUAL(worst_force, 1e-15, "lambda = -m l phi'^2 + g m sin(phi)");
@@ -40,7 +39,7 @@ TEST(dynamics_of_a_hanging_tree_carry_the_weights) {
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
         enum { N = 60 };
         double acc[N], force[N];
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 2, &seed);
         for (int k = 0; k < N; k++) t.phi[k] = DOWN, t.rate[k] = 0;
         test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
@@ -49,7 +48,6 @@ TEST(dynamics_of_a_hanging_tree_carry_the_weights) {
             worst = fmax(worst, fabs(force[k] / (-9.81 * t.tree->subtree_mass[k]) - 1));
             worst_acc = fmax(worst_acc, fabs(acc[k]) * t.tree->len[k] / 9.81);
         }
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 4e-15, "lambda = -(g S^T m) of hanging trees");
     CHECK_RESIDUAL(worst_acc, 1e-15, "a hanging tree rests, but for the last digit of pi/2");
@@ -103,14 +101,13 @@ TEST(dynamics_of_a_double_pendulum_are_the_textbooks) {
     unsigned long long seed = 4;
     double worst = 0;
     for (int i = 0; i < 1000; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc[2], force[2], book[2], angle[2];
         test_tree_init(&t, 2, (const int[]){-1, 0}, 0.3, &seed);
         for (int k = 0; k < 2; k++) angle[k] = t.phi[k] - DOWN;
         test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         double_pendulum(t.length, t.mass, 9.81, angle, t.rate, book);
         worst = fmax(worst, test_gap(2, acc, book));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "phi'' of double pendulums against the textbook's formula");
 }
@@ -119,7 +116,7 @@ TEST(dynamics_keep_their_promises) {
     enum { N = 50 };
     unsigned long long seed = 5;
     double acc[N], force[N], alone[N], aliased[N];
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 1, &seed);
     test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
     test_tree_dynamics(&t, TEST_LOADS(9.81), alone, NULL);
@@ -127,7 +124,7 @@ TEST(dynamics_keep_their_promises) {
                  "without forces the accelerations are other bits");
 
     // acc may be the same array as rate, the scratch may contain anything, nothing is allocated
-    void *work = aligned_alloc(64, pend_dynamics_work_bytes(N));
+    OWN_MEMORY void *work = aligned_alloc(64, pend_dynamics_work_bytes(N));
     REQUIRE(work);
     CHECK_INT(pend_dynamics_work_bytes(N) % 64, 0);
     memset(work, 0xff, pend_dynamics_work_bytes(N));
@@ -139,8 +136,6 @@ TEST(dynamics_keep_their_promises) {
                  "with acc on top of rate the accelerations are other bits");
     CHECK_SAYING(!memcmp(force, alone, sizeof acc),
                  "with acc on top of rate the forces are other bits");
-    free(work);
-    test_tree_clear(&t);
 }
 
 static int all_finite(int n, const double x[]) {
@@ -170,7 +165,7 @@ TEST(dynamics_bear_light_joints_between_heavy_arms_nearly_aligned) {
     struct worst worst = {0, 0};
     for (int digits = 0; digits <= 16; digits += 2)
         for (int i = 0; i < 300; i++) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             int n = 2 + test_random_int(&seed, 7);
             test_tree_random(&t, i % 2 ? TEST_TREE_ATTACHED : TEST_TREE_LIMBS, n, 0, &seed);
             double line = 6 * test_random(&seed);
@@ -181,7 +176,6 @@ TEST(dynamics_bear_light_joints_between_heavy_arms_nearly_aligned) {
             }
             test_tree_rebuild(&t);
             worst_of(&worst, &t);
-            test_tree_clear(&t);
         }
     CHECK_RESIDUAL(worst.acc, 5e-11, "phi'' with masses of 1e-8 and 1e8, nearly aligned");
     CHECK_RESIDUAL(worst.force, 2e-12, "lambda with masses of 1e-8 and 1e8, nearly aligned");
@@ -194,7 +188,7 @@ TEST(dynamics_of_a_y_with_a_light_hub_are_finite_to_the_last_bit_of_alignment) {
     unsigned long long seed = 7;
     for (double gap = 1; gap > 1e-17; gap /= 3)
         for (int fold = 0; fold < 4; fold++) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             test_tree_init(&t, 3, (const int[]){-1, 0, 0}, 0, &seed);
             t.mass[0] = 1e-8, t.mass[1] = t.mass[2] = 1e8;
             test_tree_rebuild(&t);
@@ -202,7 +196,6 @@ TEST(dynamics_of_a_y_with_a_light_hub_are_finite_to_the_last_bit_of_alignment) {
             t.phi[1] = t.phi[0] + (fold & 1) * 2 * DOWN + gap;
             t.phi[2] = t.phi[0] + (fold >> 1) * 2 * DOWN - gap;
             worst_of(&worst, &t);
-            test_tree_clear(&t);
         }
     CHECK_RESIDUAL(worst.acc, 1e-13, "phi'' of a Y with a hub of 1e-8 between 1e8");
     CHECK_RESIDUAL(worst.force, 1e-13, "lambda of a Y with a hub of 1e-8 between 1e8");
@@ -215,7 +208,7 @@ TEST(dynamics_bear_many_heavy_arms_in_two_directions_at_a_light_joint) {
     unsigned long long seed = 11;
     for (int digits = 0; digits <= 16; digits += 2)
         for (int i = 0; i < 300; i++) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             int n = 4 + test_random_int(&seed, 4);
             double line[2] = {6 * test_random(&seed), 6 * test_random(&seed)};
             test_tree_random(&t, TEST_TREE_STAR, n, 0, &seed);
@@ -229,7 +222,6 @@ TEST(dynamics_bear_many_heavy_arms_in_two_directions_at_a_light_joint) {
             }
             test_tree_rebuild(&t);
             worst_of(&worst, &t);
-            test_tree_clear(&t);
         }
     CHECK_RESIDUAL(worst.acc, 1e-12, "phi'' of stars with arms of 1e-8 and 1e8 in two directions");
     CHECK_RESIDUAL(worst.force, 5e-8,
@@ -241,7 +233,7 @@ TEST(dynamics_bear_the_smallest_masses_there_are) {
     // few kilograms
     unsigned long long seed = 12;
     double acc[6], force[6], acc_tiny[6], force_tiny[6];
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, 6, 0, &seed);
     for (int k = 0; k < 6; k++) t.mass[k] = 1 + test_random_int(&seed, 9);
     test_tree_rebuild(&t);
@@ -250,7 +242,6 @@ TEST(dynamics_bear_the_smallest_masses_there_are) {
     test_tree_rebuild(&t);
     test_tree_dynamics(&t, TEST_LOADS(9.81), acc_tiny, force_tiny);
     CHECK_RESIDUAL(test_gap(6, acc_tiny, acc), 1e-15, "phi'' with masses of a few times 5e-324");
-    test_tree_clear(&t);
 }
 
 TEST(dynamics_do_not_care_how_heavy_the_unit_of_mass_is) {
@@ -260,7 +251,7 @@ TEST(dynamics_do_not_care_how_heavy_the_unit_of_mass_is) {
     for (int i = 0; i < 80; i++) {
         enum { N = 12 };
         double acc[N], force[N], acc_scaled[N], force_scaled[N];
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, TEST_TREE_ATTACHED, N, 2, &seed);
         test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         for (int k = 0; k < N; k++) t.mass[k] *= unit[i % 4];
@@ -269,7 +260,6 @@ TEST(dynamics_do_not_care_how_heavy_the_unit_of_mass_is) {
         for (int k = 0; k < N; k++) force_scaled[k] /= unit[i % 4];
         worst_acc = fmax(worst_acc, test_gap(N, acc_scaled, acc));
         worst_force = fmax(worst_force, test_gap(N, force_scaled, force));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst_acc, 1e-13, "phi'' with masses near the ends of the doubles");
     CHECK_RESIDUAL(worst_force, 1e-13, "lambda with masses near the ends of the doubles");
@@ -280,7 +270,7 @@ TEST(dynamics_stay_finite_for_any_masses_and_angles) {
     int faulty = 0;
     for (int i = 0; i < 4000; i++) {
         double acc[32], force[32];
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         int n = 1 + test_random_int(&seed, 32);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 60 : 12, &seed);
         if (i % 3 == 0)
@@ -289,7 +279,6 @@ TEST(dynamics_stay_finite_for_any_masses_and_angles) {
             for (int k = 0; k < n; k++) t.phi[k] *= 1e15;
         test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
         faulty += !all_finite(n, acc) || !all_finite(n, force);
-        test_tree_clear(&t);
     }
     CHECK_INT(faulty, 0);
 }
@@ -297,17 +286,15 @@ TEST(dynamics_stay_finite_for_any_masses_and_angles) {
 TEST(dynamics_take_a_hundred_thousand_arms) {
     enum { N = 100000 };
     unsigned long long seed = 10;
-    double *acc = malloc(2 * N * sizeof *acc);
+    OWN_MEMORY double *acc = malloc(2 * N * sizeof *acc);
     REQUIRE(acc);
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
         test_tree_dynamics(&t, TEST_LOADS(9.81), acc, acc + N);
         CHECK_SAYING(all_finite(2 * N, acc), "%s of %d arms",
                      test_tree_kind_name((enum test_tree_kind)kind), N);
-        test_tree_clear(&t);
     }
-    free(acc);
 }
 
 /* eight states of a tree, and the results of each computed alone */
@@ -347,8 +334,8 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
     for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
         int other = 0;
         for (int i = 0; i < 210; i++) {
-            struct test_tree t;
-            struct eight e;
+            OWN(test_tree, clear) t;
+            OWN(eight, clear) e;
             double phi[8][MOST], rate[8][MOST], acc[MOST], force[MOST];
             int n = 1 + test_random_int(&seed, MOST);
             // with masses of 10^+-8 some of the eight states need the careful form
@@ -362,7 +349,7 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
                 }
                 eight_fill(&e, j, phi[j], rate[j]);
             }
-            void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+            OWN_MEMORY void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
             REQUIRE(work);
             long before = test_alloc_count();
             pend_dynamics_vec_for((enum pend_isa)isa, t.tree, TEST_LOADS(9.81), e.phi, e.rate,
@@ -374,9 +361,6 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
                 for (int k = 0; k < n; k++)
                     other += acc[k] != e.acc[8 * k + j] || force[k] != e.force[8 * k + j];
             }
-            free(work);
-            eight_clear(&e);
-            test_tree_clear(&t);
         }
         CHECK_INT(other, 0);
     }
@@ -386,8 +370,8 @@ TEST(dynamics_of_large_trees_have_the_bits_of_lanes) {
     const int n = 9001;
     unsigned long long seed = 17;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
-        struct test_tree t;
-        struct eight e;
+        OWN(test_tree, clear) t = {0};
+        OWN(eight, clear) e = {0};
         int other = 0, moved = 0;
         double *acc = malloc(2 * (size_t)n * sizeof *acc), *force = acc + n;
         REQUIRE(acc);
@@ -403,8 +387,6 @@ TEST(dynamics_of_large_trees_have_the_bits_of_lanes) {
         CHECK_SAYING(other == 0, "%s of %d arms: %d differ",
                      test_tree_kind_name((enum test_tree_kind)kind), n, other);
         CHECK(moved > n / 2);
-        eight_clear(&e);
-        test_tree_clear(&t);
         free(acc);
     }
 }
@@ -413,9 +395,9 @@ TEST(dynamics_of_many_states_are_those_of_each_to_the_bit) {
     enum { N = 9, MOST = 21 };
     unsigned long long seed = 16;
     static double phi[MOST][N], rate[MOST][N], acc[MOST][N], force[MOST][N];
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 2, &seed);
-    void *work = aligned_alloc(64, (pend_dynamics_many_bytes(N) + 63) / 64 * 64);
+    OWN_MEMORY void *work = aligned_alloc(64, (pend_dynamics_many_bytes(N) + 63) / 64 * 64);
     REQUIRE(work);
     for (int j = 0; j < MOST; j++)
         for (int k = 0; k < N; k++)
@@ -434,15 +416,13 @@ TEST(dynamics_of_many_states_are_those_of_each_to_the_bit) {
         CHECK_SAYING(!other, "%d of %d states differ", other, count);
         if (count < MOST) CHECK(acc[count][0] == 0);
     }
-    free(work);
-    test_tree_clear(&t);
 }
 
 TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
     enum { N = 30, BYTES = 8 * N * (int)sizeof(double) };
     unsigned long long seed = 14;
-    struct test_tree t;
-    struct eight e;
+    OWN(test_tree, clear) t;
+    OWN(eight, clear) e;
     test_tree_random(&t, TEST_TREE_LIMBS, N, 1, &seed);
     eight_init(&e, N);
     for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
@@ -462,8 +442,6 @@ TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
             CHECK_SAYING(!other, "lane %d gives other bits than lane 0", place);
         }
     }
-    eight_clear(&e);
-    test_tree_clear(&t);
 }
 
 TEST(dynamics_of_every_instruction_set_keep_the_digits) {
@@ -472,22 +450,20 @@ TEST(dynamics_of_every_instruction_set_keep_the_digits) {
     for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
         struct worst narrow = {0, 0}, wide = {0, 0};
         for (int i = 0; i < 140; i++) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             double acc[MOST], force[MOST];
             test_quad exact_acc[MOST], exact_force[MOST];
             struct worst *worst = i % 2 ? &wide : &narrow;
             int n = 1 + test_random_int(&seed, i < 10 ? MOST : 20);
             test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3,
                              &seed);
-            void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+            OWN_MEMORY void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
             REQUIRE(work);
             pend_dynamics_for((enum pend_isa)isa, t.tree, TEST_LOADS(9.81), t.phi, t.rate, work,
                               acc, force);
             test_quad_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, exact_acc, exact_force);
             worst->acc = fmax(worst->acc, test_quad_gap(n, acc, exact_acc));
             worst->force = fmax(worst->force, test_quad_gap(n, force, exact_force));
-            free(work);
-            test_tree_clear(&t);
         }
         CHECK_RESIDUAL(narrow.acc, 2e-14, "phi'', masses of 10^+-0.3");
         CHECK_RESIDUAL(narrow.force, 2e-14, "lambda, masses of 10^+-0.3");
@@ -501,7 +477,7 @@ TEST(dynamics_of_long_chains_keep_the_digits) {
     enum { MOST = 150 };
     double worst_acc = 0, worst_force = 0;
     for (int i = 0; i < 12; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc[MOST], force[MOST], other_acc[MOST], other_force[MOST];
         test_quad exact_acc[MOST], exact_force[MOST];
         int n = 128 + i;
@@ -509,7 +485,7 @@ TEST(dynamics_of_long_chains_keep_the_digits) {
         test_tree_random(&t, TEST_TREE_CHAIN, n, i % 6 == 5 ? 4 : i % 2 ? 1 : 0.3, &seed);
         double spread = pow(10, -3 * (i % 3)), line = i % 2 ? DOWN : test_random(&seed);
         for (int k = 0; k < n && i % 4; k++) t.phi[k] = line + spread * (test_random(&seed) - 0.5);
-        void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+        OWN_MEMORY void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
         REQUIRE(work);
         test_quad_dynamics(t.tree, TEST_LOADS(9.81), t.phi, t.rate, exact_acc, exact_force);
         for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
@@ -524,8 +500,6 @@ TEST(dynamics_of_long_chains_keep_the_digits) {
             memcpy(other_acc, acc, sizeof acc);
             memcpy(other_force, force, sizeof force);
         }
-        free(work);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst_acc, 1e-13, "phi'' of chains of 128 arms and more");
     CHECK_RESIDUAL(worst_force, 1e-13, "lambda of chains of 128 arms and more");
@@ -540,19 +514,17 @@ TEST(dynamics_have_the_same_bits_with_avx2_and_avx512) {
     enum { MOST = 300 };
     int other = 0;
     for (int i = 0; i < 400; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc[2][MOST], force[2][MOST];
         int n = 1 + test_random_int(&seed, i % 4 ? 12 : MOST);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.5, &seed);
-        void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+        OWN_MEMORY void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
         REQUIRE(work);
         for (int j = 0; j < 2; j++)
             pend_dynamics_for(j ? PEND_ISA_AVX512 : PEND_ISA_AVX2, t.tree, TEST_LOADS(9.81), t.phi,
                               t.rate, work, acc[j], force[j]);
         other += memcmp(acc[0], acc[1], sizeof(double) * (size_t)n) ||
                  memcmp(force[0], force[1], sizeof(double) * (size_t)n);
-        free(work);
-        test_tree_clear(&t);
     }
     CHECK_INT(other, 0);
 }

@@ -40,7 +40,7 @@ TEST(kinematics_of_tips_is_the_sum_over_their_paths) {
     unsigned long long seed = 1;
     double worst[3] = {0}, spoilt = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double complex z[N], zd[N], zdd[N], tip[N];
         double re[N], im[N], acc[N], force[N];
         test_tree_random(&t, (enum test_tree_kind)kind, N, 1, &seed);
@@ -60,7 +60,6 @@ TEST(kinematics_of_tips_is_the_sum_over_their_paths) {
         sum_over_paths(&t, zdd, tip);
         pend_kinematics_acceleration(t.tree, t.phi, t.rate, acc, re, im);
         worst[2] = fmax(worst[2], gap_complex(N, re, im, tip));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst[0], 1e-15, "z = S [l e^{i phi}]");
     CHECK_RESIDUAL(worst[1], 1e-15, "z' = S [i phi' l e^{i phi}]");
@@ -72,7 +71,7 @@ TEST(kinematics_energy_is_the_sum_over_tips) {
     unsigned long long seed = 2;
     double worst = 0, worst_potential = 0;
     for (int i = 0; i < 20 * TEST_TREE_KINDS; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double z_re[N], z_im[N], re[N], im[N];
         long double kinetic = 0, potential = 0, size = 0;
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
@@ -89,7 +88,6 @@ TEST(kinematics_energy_is_the_sum_over_tips) {
         worst = fmax(worst, fabs((double)((energy.kinetic - kinetic) / kinetic)));
         worst_potential =
             fmax(worst_potential, fabs((double)((energy.potential - potential) / size)));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-14, "kinetic energy = sum m |z'|^2 / 2");
     CHECK_RESIDUAL(worst_potential, 1e-14, "potential energy = g sum m Im z");
@@ -100,7 +98,7 @@ TEST(kinematics_energies_of_several_states_are_those_of_each) {
     unsigned long long seed = 4;
     int same = 0;
     for (int n = 1; n <= N; n++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double phi[STATES * N], rate[STATES * N];
         struct pend_energy energy[STATES];
         test_tree_random(&t, (enum test_tree_kind)(n % TEST_TREE_KINDS), n, 1, &seed);
@@ -115,7 +113,6 @@ TEST(kinematics_energies_of_several_states_are_those_of_each) {
                 pend_kinematics_energy(t.tree, TEST_LOADS(9.81), phi + i * n, rate + i * n);
             same += alone.kinetic == energy[i].kinetic && alone.potential == energy[i].potential;
         }
-        test_tree_clear(&t);
     }
     CHECK_INT(same, STATES * N);
 }
@@ -124,7 +121,7 @@ TEST(kinematics_kinetic_energy_is_the_quadratic_form_of_re_m) {
     unsigned long long seed = 3;
     double worst = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double re[N * N], im[N * N], form = 0;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
         test_quad_inertia(t.tree, t.phi, re, im);
@@ -134,7 +131,6 @@ TEST(kinematics_kinetic_energy_is_the_quadratic_form_of_re_m) {
             worst,
             fabs(pend_kinematics_energy(t.tree, TEST_LOADS(9.81), t.phi, t.rate).kinetic / form -
                  1));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "kinetic energy = phi'^T Re M phi' / 2");
 }
@@ -143,8 +139,8 @@ TEST(kinematics_energy_keeps_its_digits_in_a_long_chain) {
     // a straight horizontal chain that rotates as a whole: the energies are known sums of integers
     enum { LONG = 100000 };
     double *one = malloc(3 * LONG * sizeof *one), *zero = one + LONG, *rate = zero + LONG;
-    int *parent = malloc(LONG * sizeof *parent);
-    struct pend_tree *tree = NULL;
+    OWN_MEMORY int *parent = malloc(LONG * sizeof *parent);
+    OWN(pend_tree, free) *tree = NULL;
     REQUIRE(one && parent);
     for (int k = 0; k < LONG; k++) one[k] = 1, zero[k] = 0, rate[k] = 3, parent[k] = k - 1;
     REQUIRE(pend_tree_new(&tree, LONG, one, one, parent, NULL) == PEND_OK);
@@ -159,17 +155,15 @@ TEST(kinematics_energy_keeps_its_digits_in_a_long_chain) {
                             (9.81 * n * (n + 1) / 2 + 7) -
                         1),
                    1e-15, "energy scale of a chain");
-    pend_tree_free(&tree);
     free(one);
-    free(parent);
 }
 
 TEST(kinematics_energy_keeps_its_digits_in_a_wide_star) {
     enum { WIDE = 200000 };
     unsigned long long seed = 6;
-    struct test_tree t;
+    OWN(test_tree, clear) t = {0};
     long double kinetic = 0, moment = 0, size = 0;
-    double *v = malloc(4 * WIDE * sizeof *v);
+    OWN_MEMORY double *v = malloc(4 * WIDE * sizeof *v);
     REQUIRE(v);
     test_tree_random(&t, TEST_TREE_STAR, WIDE, 1, &seed);
     pend_kinematics_velocity(t.tree, t.phi, t.rate, v, v + WIDE);
@@ -185,15 +179,13 @@ TEST(kinematics_energy_keeps_its_digits_in_a_wide_star) {
                    "kinetic energy of 200000 arms");
     CHECK_RESIDUAL(fabs((double)((energy.potential - moment) / size)), 1e-14,
                    "potential energy of 200000 arms");
-    test_tree_clear(&t);
-    free(v);
 }
 
 TEST(kinematics_force_is_bbb_for_any_accelerations) {
     unsigned long long seed = 4;
     double worst = 0, worst_any = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double acc[N], force[N], got[N], want[N], re[N * N], im[N * N];
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
         test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
@@ -211,7 +203,6 @@ TEST(kinematics_force_is_bbb_for_any_accelerations) {
         }
         pend_kinematics_force(t.tree, TEST_LOADS(9.81), t.phi, t.rate, acc, got);
         worst_any = fmax(worst_any, test_gap(N, got, want));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "forces of a motion that obeys (aaa)");
     CHECK_RESIDUAL(worst_any, 1e-14, "forces of a motion that obeys nothing");
@@ -219,7 +210,7 @@ TEST(kinematics_force_is_bbb_for_any_accelerations) {
 
 TEST(kinematics_allocates_nothing) {
     unsigned long long seed = 5;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double acc[N], force[N], re[N], im[N];
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 1, &seed);
     test_tree_dynamics(&t, TEST_LOADS(9.81), acc, force);
@@ -230,5 +221,4 @@ TEST(kinematics_allocates_nothing) {
     pend_kinematics_energy(t.tree, TEST_LOADS(9.81), t.phi, t.rate);
     pend_kinematics_force(t.tree, TEST_LOADS(9.81), t.phi, t.rate, acc, force);
     CHECK_INT(test_alloc_count(), before);
-    test_tree_clear(&t);
 }

@@ -80,12 +80,11 @@ static struct pend_ensemble_problem crowd_problem(struct crowd *crowd, double du
 
 static int crowd_run(const struct pend_ensemble_problem *problem, enum pend_isa isa, long first,
                      long count) {
-    struct pend_ensemble *ensemble;
+    OWN(pend_ensemble, free) *ensemble;
     if (!CHECK(pend_ensemble_new(&ensemble, problem, isa, NULL) == PEND_OK)) return 0;
     long allocations = test_alloc_count();
     int done = CHECK(test_ensemble_run(ensemble, first, count) == PEND_OK);
     CHECK_INT(test_alloc_count(), allocations);
-    pend_ensemble_free(&ensemble);
     return done;
 }
 
@@ -100,7 +99,7 @@ static void crowd_single(struct crowd *crowd, long i, double duration, double ph
     memcpy(mass, crowd->tree->mass, (size_t)n * sizeof(double));
     memcpy(parent, crowd->tree->parent, (size_t)n * sizeof(int));
     crowd_fetch(crowd, i, &member);
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     REQUIRE(pend_tree_new(&tree, n, length, mass, parent, NULL) == PEND_OK);
     double from[2][ARMS_MAX];
     for (int k = 0; k < n; k++) {
@@ -122,7 +121,6 @@ static void crowd_single(struct crowd *crowd, long i, double duration, double ph
         phi[tree->order[k]] = at[0][k];
         rate[tree->order[k]] = at[1][k];
     }
-    pend_tree_free(&tree);
 }
 
 TEST(ensemble_members_end_where_single_runs_end) {
@@ -230,7 +228,7 @@ TEST(ensemble_times_the_flips_of_a_spinning_arm) {
     struct spin_result result = {.rate = 7};
     double one = 1, want = spin_time(result.rate);
     int pivot = -1;
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &pivot, NULL) == PEND_OK);
     struct pend_ensemble_problem problem = {
         .tree = tree, .loads.gravity = 9.81, .duration = 6.5 * want, .rtol = 1e-15};
@@ -247,14 +245,13 @@ TEST(ensemble_times_the_flips_of_a_spinning_arm) {
     problem.until = PEND_UNTIL_FIRST;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 2));
     CHECK(result.time[0] == result.first[0] && result.crossings[0] == 1);
-    pend_tree_free(&tree);
 }
 
 TEST(ensemble_sees_an_arm_that_only_touches_its_bound) {
     struct spin_result result = {.rate = 3};
     double one = 1, top = acos(1 - 9 / (2 * 9.81));
     int pivot = -1;
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &pivot, NULL) == PEND_OK);
     for (int i = 0; i < 2; i++) {
         // the turning point is inside a step; an angle just below is reached, one above is not
@@ -269,7 +266,6 @@ TEST(ensemble_sees_an_arm_that_only_touches_its_bound) {
         CHECK_INT(result.crossings[1], i ? 0 : 2);
         CHECK(isnan(result.first[0]) == i);
     }
-    pend_tree_free(&tree);
 }
 
 TEST(ensemble_delivers_a_broken_member_as_failed_and_the_others_whole) {
@@ -417,10 +413,9 @@ static int notes_samples(struct crowd *crowd, long i, double duration, int count
     problem.times =
         (struct pend_times){.count = count, .start = 0, .span = duration, .divisor = count - 1};
     struct pend_samples samples = {.cap = count, .t = t, .phi = phi, .rate = rate, .force = force};
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     int done = 0, fine = pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK;
     while (fine && !done) fine = pend_run_next(run, &samples, 1e12, &done, NULL) == PEND_OK;
-    pend_run_free(&run);
     free(t);
     return CHECK(fine && samples.count == count);
 }

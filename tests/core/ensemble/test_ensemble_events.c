@@ -84,7 +84,7 @@ static struct pend_ensemble_problem crowd_problem(struct crowd *crowd,
 
 static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long first,
                       long count) {
-    struct pend_ensemble *ensemble;
+    OWN(pend_ensemble, free) *ensemble;
     struct pend_error error = {0};
     struct crowd *crowd = problem->context;
     enum pend_status status = pend_ensemble_new(&ensemble, problem, (enum pend_isa)isa, &error);
@@ -94,7 +94,6 @@ static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long
     CHECK(test_ensemble_run(ensemble, first, count) == PEND_OK);
     CHECK_INT(crowd->delivered, count);
     CHECK_INT(test_alloc_count(), allocations);
-    pend_ensemble_free(&ensemble);
 }
 
 TEST(events_of_members_are_where_32_digits_have_them) {
@@ -104,7 +103,7 @@ TEST(events_of_members_are_where_32_digits_have_them) {
     double worst = 0;
     long hits = 0;
     for (int i = 0; i < runs; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
         struct test_record grid;
         struct crowd crowd;
@@ -124,7 +123,6 @@ TEST(events_of_members_are_where_32_digits_have_them) {
             test_record_clear(&grid);
         }
         if (i % 2) test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK(hits > runs * MEMBERS);
     // the largest error of 5e4 motions is 1.1e-13
@@ -136,7 +134,7 @@ TEST(events_of_members_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
     int runs = asked ? atoi(asked) : 8, grazing = 0;
     unsigned long long seed = 17;
     for (int i = 0; i < runs; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
         struct test_record grid;
         struct crowd crowd;
@@ -155,7 +153,6 @@ TEST(events_of_members_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
         }
         test_record_clear(&grid);
         if (i % 2) test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_SAYING(grazing > 2 * runs, "%d extremes of %d pendulums", grazing, runs);
 }
@@ -168,7 +165,7 @@ TEST(events_of_members_that_graze_are_found_in_pairs_or_not_at_all) {
     int runs = asked ? atoi(asked) : 12, pairs = 0;
     unsigned long long seed = 12;
     for (int i = 0; i < runs; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct crowd crowd, again;
         struct pend_event level[2 * TURNS];
         int isa = i % ((int)pend_isa_best() + 1), turns;
@@ -198,14 +195,13 @@ TEST(events_of_members_that_graze_are_found_in_pairs_or_not_at_all) {
                          j % 2 ? "beyond" : "before");
             pairs += passed == 2;
         }
-        test_tree_clear(&t);
     }
     CHECK(pairs > runs / 2);
 }
 
 TEST(events_of_members_do_not_depend_on_the_company_and_simultaneous_ones_are_all_told) {
     unsigned long long seed = 13;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct crowd crowd, alone;
     struct pend_event event[3];
     int hits = 0;
@@ -236,12 +232,11 @@ TEST(events_of_members_do_not_depend_on_the_company_and_simultaneous_ones_are_al
         }
     }
     CHECK(hits > 6 * MEMBERS);
-    test_tree_clear(&t);
 }
 
 TEST(events_end_members_and_what_comes_later_is_not_noted) {
     unsigned long long seed = 14;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct crowd crowd, whole;
     test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.1, &seed);
     crowd_init(&crowd, &t, passages, &seed);
@@ -271,14 +266,13 @@ TEST(events_end_members_and_what_comes_later_is_not_noted) {
     told.context = &whole;
     crowd_run(&told, (int)pend_isa_best(), 0, MEMBERS);
     CHECK(whole.outcome[0].stop == PEND_STOP_EVENT && whole.outcome[0].steps < steps / 2);
-    test_tree_clear(&t);
 }
 
 /* a motion that began some hundreds of turns further on passes levels shifted by as much */
 TEST(events_of_members_know_whole_turns) {
     const double turns = 400 * M_PI;
     unsigned long long seed = 15;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct crowd crowd, far;
     struct pend_event near[2], moved[2];
     double worst = 0x1p-60;
@@ -312,12 +306,11 @@ TEST(events_of_members_know_whole_turns) {
     }
     CHECK(hits > MEMBERS);
     CHECK_RESIDUAL(worst, 1e-10, "instants of passages whole turns further on, s");
-    test_tree_clear(&t);
 }
 
 TEST(events_of_members_that_make_no_sense_are_refused) {
     unsigned long long seed = 16;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct crowd crowd;
     struct pend_ensemble *ensemble;
     struct pend_error error;
@@ -335,5 +328,4 @@ TEST(events_of_members_that_make_no_sense_are_refused) {
     test_alloc_fail(1, 0);
     CHECK(pend_ensemble_new(&ensemble, &good, PEND_ISA_BASE, &error) == PEND_NO_MEMORY);
     test_alloc_faults_off();
-    test_tree_clear(&t);
 }

@@ -29,7 +29,7 @@ static int horizon_deliver(void *context, long i, const struct pend_outcome *out
 
 static void horizon_run(struct horizon_bag *bag, double accuracy, double duration,
                         enum pend_isa isa) {
-    struct pend_ensemble *ensemble;
+    OWN(pend_ensemble, free) *ensemble;
     const struct pend_ensemble_problem problem = {.tree = bag->t->tree,
                                                   .loads.gravity = 9.81,
                                                   .duration = duration,
@@ -40,7 +40,6 @@ static void horizon_run(struct horizon_bag *bag, double accuracy, double duratio
                                                   .context = bag};
     if (!CHECK(pend_ensemble_new(&ensemble, &problem, isa, NULL) == PEND_OK)) return;
     CHECK(test_ensemble_run(ensemble, 0, 24) == PEND_OK);
-    pend_ensemble_free(&ensemble);
 }
 
 /* the same members alone, whose horizons test_horizon compares with the true ones */
@@ -48,7 +47,7 @@ TEST(ensemble_horizons_are_near_those_of_single_runs) {
     unsigned long long seed = 5;
     int short_of = 0;
     for (int n = 2; n <= 4; n++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, TEST_TREE_CHAIN, n, 0.2, &seed);
         struct horizon_bag plain = {.t = &t}, told = {.t = &t}, narrow = {.t = &t};
         double duration = n == 3 ? -12 : 12;
@@ -56,7 +55,7 @@ TEST(ensemble_horizons_are_near_those_of_single_runs) {
         horizon_run(&told, 1e-6, duration, pend_isa_best());
         horizon_run(&narrow, 1e-6, duration, PEND_ISA_BASE);
         for (int i = 0; i < 24; i++) {
-            struct test_record record;
+            OWN(test_record, clear) record;
             struct pend_member start = {.phi = t.phi};
             (void)horizon_fetch(&told, i, &start);
             memset(t.rate, 0, (size_t)n * sizeof(double));
@@ -77,9 +76,7 @@ TEST(ensemble_horizons_are_near_those_of_single_runs) {
                   !memcmp(plain.final[i], told.final[i], sizeof plain.final[i]));
             CHECK(fabs(narrow.horizon[i]) > 0.6 * want && fabs(narrow.horizon[i]) < 1.5 * want);
             short_of += got < 12;
-            test_record_clear(&record);
         }
-        test_tree_clear(&t);
     }
     CHECK_SAYING(short_of > 20 && short_of < 72, "%d", short_of);
 }
@@ -105,9 +102,9 @@ TEST(ensemble_horizons_of_motions_of_every_kind_are_near_those_of_single_runs) {
     enum { EACH = 6 };
     for (int i = 0; i < EACH * TEST_MOTION_KINDS; i++) {
         enum test_motion_kind kind = (enum test_motion_kind)(i % TEST_MOTION_KINDS);
-        struct test_motion motion;
-        struct test_record record;
-        struct pend_ensemble *ensemble;
+        OWN(test_motion, clear) motion;
+        OWN(test_record, clear) record;
+        OWN(pend_ensemble, free) *ensemble;
         test_motion_init(&motion, kind, 2000 + i);
         const struct pend_problem alone = {
             .tree = motion.tree,
@@ -133,8 +130,5 @@ TEST(ensemble_horizons_of_motions_of_every_kind_are_near_those_of_single_runs) {
         CHECK_SAYING(motion_told > 0.6 * want && motion_told < 1.5 * want,
                      "%s motion %d: %g, alone %g of %g", test_motion_name(kind), i, motion_told,
                      want, motion.span);
-        pend_ensemble_free(&ensemble);
-        test_record_clear(&record);
-        test_motion_clear(&motion);
     }
 }

@@ -78,7 +78,7 @@ static struct pend_ensemble_problem crowd_problem(struct crowd *crowd, double du
 
 static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long first,
                       long count) {
-    struct pend_ensemble *ensemble;
+    OWN(pend_ensemble, free) *ensemble;
     struct pend_error error = {0};
     enum pend_status status = pend_ensemble_new(&ensemble, problem, (enum pend_isa)isa, &error);
     CHECK_SAYING(status == PEND_OK, "%s", error.text);
@@ -86,7 +86,6 @@ static void crowd_run(const struct pend_ensemble_problem *problem, int isa, long
     long allocations = test_alloc_count();
     CHECK(test_ensemble_run(ensemble, first, count) == PEND_OK);
     CHECK_INT(test_alloc_count(), allocations);
-    pend_ensemble_free(&ensemble);
 }
 
 /* a member by method taylor: its state at the end, the largest forces at 4001 instants and those at
@@ -165,8 +164,8 @@ TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_en
     double worst = 0, drift = 0, force = 0, pull = 0;
     for (int i = 0; i < 12; i++) {
         for (int n = i == 9 ? 4 : 1; n <= 7; n += i < 10 ? 3 : 1) {
-            struct test_tree t;
-            struct test_bodies b;
+            OWN(test_tree, clear) t;
+            OWN(test_bodies, clear) b;
             double duration = n == 4 ? -0.25 : 1;
             test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
             test_bodies_random(&b, t.tree, crowd_terms(i), &seed);
@@ -191,8 +190,6 @@ TEST(members_that_differ_in_every_number_of_their_terms_end_where_single_runs_en
                     pull = fmax(pull, test_gap(n - cart, crowd.pull[j] + cart, alone.pull + cart));
                 }
             }
-            test_bodies_clear(&b);
-            test_tree_clear(&t);
         }
     }
     CHECK_RESIDUAL(worst, 1e-11, "phi and phi' of a member against a single run");
@@ -208,8 +205,8 @@ TEST(real_members_have_the_same_bits_in_any_company_and_instruction_set) {
         static const int arms[] = {2, 7, 1, 3, 6, 1, 2, 3, 4, 6, 8};
         unsigned bodies = i < 5 ? 0 : TEST_TERMS_RODS;
         int n = arms[i];
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
         test_bodies_random(&b, t.tree, i < 2 ? TEST_TERMS_ALL : QUICK_TERMS | bodies, &seed);
         for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
@@ -232,8 +229,6 @@ TEST(real_members_have_the_same_bits_in_any_company_and_instruction_set) {
             if (isa == PEND_ISA_AVX512) CHECK(!memcmp(whole.phi, narrow.phi, sizeof whole.phi));
             narrow = whole;
         }
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
 }
 
@@ -241,8 +236,8 @@ TEST(horizons_of_real_members_are_those_of_single_runs) {
     unsigned long long seed = 8;
     int lost = 0;
     for (int i = 0; i < 4; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         static struct crowd crowd;
         // the last has friction, and stays accurate; the others drive chaos
         static const unsigned terms[4] = {TEST_TERMS_RODS, TEST_TERMS_PIVOT,
@@ -263,8 +258,6 @@ TEST(horizons_of_real_members_are_those_of_single_runs) {
             CHECK_SAYING(held > 0.6 * alone.horizon && alone.horizon > 0.6 * held,
                          "%.3f s, alone %.3f s", held, alone.horizon);
         }
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK(lost > 5);
 }

@@ -79,7 +79,7 @@ TEST(lyapunov_exponents_add_up_to_what_liouville_says) {
     double worst = 0, largest = 0;
     for (int n = 1; n <= ARMS; n++)
         for (unsigned long long seed = 1; seed <= 4; seed++) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             double exponent[2 * ARMS], phi[ARMS], rate[ARMS], sum = 0;
             tree_of(&t, n, seed);
             if (run(&t, 2 * n, 0.05, 40, 1000, exponent, phi, rate)) {
@@ -88,7 +88,6 @@ TEST(lyapunov_exponents_add_up_to_what_liouville_says) {
                 worst = fmax(worst, fabs(sum - wanted));
                 largest = fmax(largest, fabs(wanted));
             }
-            test_tree_clear(&t);
         }
     CHECK(largest > 0.5);
     CHECK_RESIDUAL(worst, 1e-7, "exponents");
@@ -97,7 +96,7 @@ TEST(lyapunov_exponents_add_up_to_what_liouville_says) {
 /* the result after a time does not depend on how often the directions were made orthonormal */
 TEST(lyapunov_exponents_do_not_depend_on_the_interval) {
     static const double interval[] = {0.05, 0.02, 0.1, 0.5, 4};
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double exponent[5][4], phi[2], rate[2], worst = 0;
     tumble(&t);
     for (int i = 0; i < 5; i++)
@@ -106,11 +105,10 @@ TEST(lyapunov_exponents_do_not_depend_on_the_interval) {
         for (int k = 0; k < 4; k++) worst = fmax(worst, fabs(exponent[i][k] - exponent[0][k]));
     CHECK(exponent[0][0] > 0.5);
     CHECK_RESIDUAL(worst, 1e-7, "exponents");
-    test_tree_clear(&t);
 }
 
 TEST(lyapunov_exponents_of_chaos_come_in_pairs_and_two_vanish) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double exponent[4], phi[2], rate[2];
     tumble(&t);
     run(&t, 4, 0.1, 4000, 1000, exponent, phi, rate);
@@ -118,7 +116,6 @@ TEST(lyapunov_exponents_of_chaos_come_in_pairs_and_two_vanish) {
     CHECK_SAYING(fabs(exponent[0] + exponent[3]) < 0.03, "%g and %g", exponent[0], exponent[3]);
     CHECK_SAYING(fabs(exponent[1]) < 0.05 && fabs(exponent[2]) < 0.05, "%g and %g", exponent[1],
                  exponent[2]);
-    test_tree_clear(&t);
 }
 
 /* for the ensembles' own estimate */
@@ -142,7 +139,7 @@ static int deliver(void *context, long i, const struct pend_outcome *outcome) {
 }
 
 TEST(lyapunov_exponent_is_about_the_one_of_an_ensembles_member) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double exponent[1], phi[2], rate[2];
     tumble(&t);
     struct estimate estimate = {.t = &t};
@@ -161,11 +158,10 @@ TEST(lyapunov_exponent_is_about_the_one_of_an_ensembles_member) {
     run(&t, 1, 0.1, 4000, 1000, exponent, phi, rate);
     CHECK_SAYING(fabs(exponent[0] - estimate.value) < 0.15 * estimate.value, "%g and %g",
                  exponent[0], estimate.value);
-    test_tree_clear(&t);
 }
 
 TEST(lyapunov_exponents_of_one_arm_vanish) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double exponent[2], phi[1], rate[1];
     tree_of(&t, 1, 3);
     run(&t, 2, 0.25, 4000, 1000, exponent, phi, rate);
@@ -173,11 +169,10 @@ TEST(lyapunov_exponents_of_one_arm_vanish) {
     CHECK_SAYING(fabs(exponent[0]) < 0.02 && fabs(exponent[1]) < 0.02, "%g and %g", exponent[0],
                  exponent[1]);
     CHECK(exponent[0] > 0.001 && exponent[1] < -0.001);
-    test_tree_clear(&t);
 }
 
 TEST(lyapunov_exponents_are_the_same_bits_however_they_are_cut) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double one[8], two[8], phi[2][4], rate[2][4];
     tree_of(&t, 4, 5);
     run(&t, 8, 0.1, 20, 1, one, phi[0], rate[0]);
@@ -185,11 +180,10 @@ TEST(lyapunov_exponents_are_the_same_bits_however_they_are_cut) {
     CHECK(!memcmp(one, two, sizeof one) && !memcmp(phi[0], phi[1], sizeof phi[0]) &&
           !memcmp(rate[0], rate[1], sizeof rate[0]));
     CHECK(one[0] != 0);
-    test_tree_clear(&t);
 }
 
 TEST(lyapunov_forgets_a_transient) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct pend_lyapunov *lyapunov;
     double whole[1], first[1], rest[1];
     tumble(&t);
@@ -214,12 +208,11 @@ TEST(lyapunov_forgets_a_transient) {
     run(&t, 1, 0.1, 80, 1000, whole, phi, rate);
     CHECK(fabs(8 * whole[0] - 2 * first[0] - 6 * rest[0]) < 1e-12);
     CHECK(fabs(first[0] - rest[0]) > 0.01);
-    test_tree_clear(&t);
 }
 
 TEST(lyapunov_problems_that_make_no_sense_are_refused) {
-    struct test_tree t;
-    struct pend_lyapunov *lyapunov;
+    OWN(test_tree, clear) t;
+    OWN(pend_lyapunov, free) *lyapunov;
     struct pend_error error;
     tumble(&t);
     struct pend_lyapunov_problem problem = {.tree = t.tree,
@@ -247,8 +240,6 @@ TEST(lyapunov_problems_that_make_no_sense_are_refused) {
             status = pend_lyapunov_go(lyapunov, 1000, &done, &error);
         CHECK(status != PEND_OK && strlen(error.text) > 5);
     }
-    pend_lyapunov_free(&lyapunov);
-    test_tree_clear(&t);
 }
 
 /* the largest exponent over 400 s compared with that over 3000 s: most are within the error, nearly
@@ -261,8 +252,8 @@ TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
         static const double aside[STARTS][2] = {{2, 2.5},  {3, 3},     {2.2, 1},
                                                 {2.5, -2}, {0.3, 0.3}, {0.5, 0.2}};
         unsigned long long seed = 1;
-        struct test_tree t;
-        struct pend_lyapunov *lyapunov;
+        OWN(test_tree, clear) t;
+        OWN(pend_lyapunov, free) *lyapunov;
         double exponent = 0, error = 0, last = 0, last_error = 0;
         test_tree_init(&t, 2, parent, 0.3, &seed);
         for (int k = 0; k < 2; k++) t.length[k] = t.mass[k] = 1;
@@ -294,8 +285,6 @@ TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
         CHECK(tame || last_error < error);
         within += fabs(off) <= error;
         twice += fabs(off) <= 2 * error;
-        pend_lyapunov_free(&lyapunov);
-        test_tree_clear(&t);
     }
     CHECK_SAYING(within >= STARTS / 2 && twice >= STARTS - 1, "%d and %d", within, twice);
 }

@@ -43,7 +43,7 @@ static void driven_free(struct driven *d) {
 
 static void exponents(const struct pend_lyapunov_problem *problem, long transient, long intervals,
                       double exponent[]) {
-    struct pend_lyapunov *lyapunov;
+    OWN(pend_lyapunov, free) *lyapunov;
     int done;
     if (!CHECK(pend_lyapunov_new(&lyapunov, problem, NULL) == PEND_OK)) return;
     for (long i = 0; i < transient + intervals; i += done) {
@@ -51,7 +51,6 @@ static void exponents(const struct pend_lyapunov_problem *problem, long transien
         if (done && i + 1 == transient) pend_lyapunov_forget(lyapunov);
     }
     pend_lyapunov_exponents(lyapunov, exponent);
-    pend_lyapunov_free(&lyapunov);
 }
 
 /* a state after an interval by method taylor, with drives from `start` on */
@@ -103,7 +102,7 @@ static double driven_growth(const struct driven *d, double start, double interva
 TEST(exponents_of_the_driven_pendulum_add_up_to_its_damping) {
     static const double strength[] = {0.9, 1.5};
     for (int i = 0; i < 2; i++) {
-        struct driven d;
+        OWN(driven, free) d;
         double phi = 0.2 - M_PI_2, rate = 0, exponent[2] = {0, 0};
         REQUIRE(driven_new(&d, 2, strength[i], 2.0 / 3));
         const struct pend_lyapunov_problem problem = {.tree = d.tree,
@@ -122,7 +121,6 @@ TEST(exponents_of_the_driven_pendulum_add_up_to_its_damping) {
         } else {
             CHECK_RESIDUAL(fabs(exponent[0] + 0.25), 2e-3, "half of the damping");
         }
-        driven_free(&d);
     }
 }
 
@@ -154,8 +152,8 @@ TEST(exponents_follow_the_motion_of_a_real_pendulum_from_its_own_time) {
     unsigned long long seed = 12;
     for (int i = 0; i < 3; i++) {
         static const unsigned terms[] = {TEST_TERMS_PIVOT, TEST_TERMS_SPRINGS, TEST_TERMS_ALL};
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct pend_lyapunov *lyapunov;
         double phi[3], rate[3], want[3], speed[3], gap = 0;
         int done = 0;
@@ -183,8 +181,6 @@ TEST(exponents_follow_the_motion_of_a_real_pendulum_from_its_own_time) {
             gap = fmax(gap, fmax(fabs(turn), fabs(rate[k] - speed[k])));
         }
         CHECK_RESIDUAL(gap, 1e-12, "the motion beside which the neighbours are");
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
 }
 
@@ -192,7 +188,7 @@ TEST(exponents_follow_the_motion_of_a_real_pendulum_from_its_own_time) {
 static int search(const struct pend_section_problem *problem, long steps, double time[],
                   double phi[][3], double rate[][3]) {
     enum pend_found found = PEND_FOUND_NOTHING;
-    struct pend_section *section;
+    OWN(pend_section, free) *section;
     struct pend_passage passage;
     int count = 0;
     if (!CHECK(pend_section_new(&section, problem, NULL) == PEND_OK)) return 0;
@@ -203,14 +199,13 @@ static int search(const struct pend_section_problem *problem, long steps, double
         if (found == PEND_FOUND_END) break;
         if (found == PEND_FOUND_PASSAGE) time[count++] = passage.time;
     }
-    pend_section_free(&section);
     return count;
 }
 
 TEST(stroboscopic_sections_have_the_states_of_single_runs_a_period_apart) {
     unsigned long long seed = 13;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     double time[64], phi[64][3], rate[64][3], again_time[64], again[64][3], other[64][3];
     double want[3], speed[3], gap = 0;
     test_tree_random(&t, TEST_TREE_CHAIN, 3, 0.3, &seed);
@@ -245,8 +240,6 @@ TEST(stroboscopic_sections_have_the_states_of_single_runs_a_period_apart) {
     CHECK(pend_section_new(&section, &problem, NULL) == PEND_INVALID && !section);
     problem.period = 1, problem.start = NAN;
     CHECK(pend_section_new(&section, &problem, NULL) == PEND_INVALID && !section);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }
 
 /* the smallest change of the rate over any number of periods up to `most`, maximized over its
@@ -268,7 +261,7 @@ static double least_change(double rate[][3], int from, int count, int most) {
 TEST(driven_pendulums_section_is_one_point_or_many_as_the_books_say) {
     static const double strength[] = {0.9, 1.5};
     for (int i = 0; i < 2; i++) {
-        struct driven d;
+        OWN(driven, free) d;
         double start = 0.2 - M_PI_2, still = 0, period = 3 * M_PI, time[64], phi[64][3],
                rate[64][3];
         REQUIRE(driven_new(&d, 2, strength[i], 2.0 / 3));
@@ -282,14 +275,13 @@ TEST(driven_pendulums_section_is_one_point_or_many_as_the_books_say) {
         CHECK(count >= 59);
         double again = least_change(rate, 40, count, i ? 8 : 1);
         CHECK_SAYING(i ? again > 0.1 : again < 1e-10, "%g", again);
-        driven_free(&d);
     }
 }
 
 TEST(sections_of_an_arm_with_springs_are_found_at_the_state_of_single_runs) {
     unsigned long long seed = 14;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     double time[64], phi[64][3], rate[64][3], want[3], speed[3], gap = 0;
     test_tree_random(&t, TEST_TREE_CHAIN, 3, 0.3, &seed);
     test_bodies_random(&b, t.tree, TEST_TERMS_SPRINGS | TEST_TERMS_PIVOT, &seed);
@@ -312,6 +304,4 @@ TEST(sections_of_an_arm_with_springs_are_found_at_the_state_of_single_runs) {
         gap = fmax(gap, fabs(remainder(phi[i][0] + M_PI_2, 2 * M_PI)));
     }
     CHECK_RESIDUAL(gap, 1e-12, "states at passages");
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }

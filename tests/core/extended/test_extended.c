@@ -37,7 +37,7 @@ static double full_gap(int n, const struct full *a, const struct full *b) {
 /* the state after a time; *steps receives the number of steps, if not NULL */
 static struct full follow(const struct pend_tree *tree, const struct full *start, double t,
                           double rtol, enum pend_isa isa, long *steps) {
-    struct pend_extended *extended;
+    OWN(pend_extended, free) *extended;
     struct full from = *start, to = {{0}, {0}, {0}, {0}};
     struct pend_extended_state from_view = full_view(&from), to_view = full_view(&to);
     enum pend_extended_stage stage;
@@ -48,7 +48,6 @@ static struct full follow(const struct pend_tree *tree, const struct full *start
     CHECK(stage == PEND_EXTENDED_STOPPED && pend_extended_time(extended) == t);
     pend_extended_end(extended, &to_view);
     if (steps) *steps = count;
-    pend_extended_free(&extended);
     return to;
 }
 
@@ -78,11 +77,11 @@ static int reference_row(FILE *file, double *t, double *late, struct full *row) 
 }
 
 TEST(extended_has_all_25_digits_of_the_reference) {
-    struct test_paper paper;
+    OWN(test_paper, clear) paper;
     struct full row, got, start = {{0}, {0}, {0}, {0}};
     struct pend_extended *extended;
     struct pend_extended_state view = full_view(&start), got_view = full_view(&got);
-    double t, late, acc[4], worst = 0;
+    double t, late = 0, acc[4], worst = 0;
     int rows = 0;
     test_paper_init(&paper, 2);
     FILE *file = fopen("tests/golden/paper_example.txt", "r");
@@ -119,7 +118,6 @@ TEST(extended_has_all_25_digits_of_the_reference) {
         "phi and phi' over all 51 instants; the reference has 25 digits of numbers up to 9");
     pend_extended_free(&extended);
     fclose(file);
-    test_paper_clear(&paper);
 }
 
 /* ---- laws */
@@ -129,14 +127,13 @@ TEST(extended_there_and_back_ends_where_it_began) {
     double worst = 0;
     for (int isa = 0; isa <= (int)pend_isa_best(); isa++)
         for (int n = 1; n <= 12; n++) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             test_tree_random(&t, TEST_TREE_ATTACHED, n, 0.3, &seed);
             struct full start = full_start(&t);
             struct full there = follow(t.tree, &start, 1, 1e-30, (enum pend_isa)isa, NULL);
             struct full back = follow(t.tree, &there, -1, 1e-30, (enum pend_isa)isa, NULL);
             CHECK(full_gap(n, &start, &there) > 0.1);
             worst = fmax(worst, full_gap(n, &start, &back));
-            test_tree_clear(&t);
         }
     CHECK_RESIDUAL(worst, 1e-26, "1 s there and back, 1 to 12 arms, every instruction set");
 }
@@ -160,7 +157,7 @@ TEST(extended_keeps_the_energy_to_28_digits) {
     unsigned long long seed = 2;
     double worst = 0, plain = 0;
     for (int n = 2; n <= MOST; n += 9) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
         struct full start = full_start(&t),
                     end = follow(t.tree, &start, 0.5, 1e-30, pend_isa_best(), NULL), high = end;
@@ -170,7 +167,6 @@ TEST(extended_keeps_the_energy_to_28_digits) {
         worst = fmax(worst, (double)(test_quad_abs(quad_energy(t.tree, &end) - first) / scale));
         memset(high.phi_low, 0, sizeof high.phi_low);
         plain = fmax(plain, (double)(test_quad_abs(quad_energy(t.tree, &high) - first) / scale));
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-28, "energy after 0.5 s, relative to g sum l (S^T m)");
     CHECK(plain > 1e-18);
@@ -178,7 +174,7 @@ TEST(extended_keeps_the_energy_to_28_digits) {
 
 TEST(extended_error_follows_the_tolerance) {
     unsigned long long seed = 3;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, 3, 0.3, &seed);
     struct full start = full_start(&t),
                 best = follow(t.tree, &start, 1, 1e-30, pend_isa_best(), NULL);
@@ -194,7 +190,6 @@ TEST(extended_error_follows_the_tolerance) {
         last = steps;
     }
     CHECK(last > 3);
-    test_tree_clear(&t);
 }
 
 /* the equations themselves, by the paper's matrices in quad precision */
@@ -202,8 +197,8 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
     unsigned long long seed = 4;
     double worst[2] = {0, 0};
     for (int n = 1; n <= 16; n++) {
-        struct test_tree t;
-        struct pend_extended *extended;
+        OWN(test_tree, clear) t;
+        OWN(pend_extended, free) *extended;
         struct full at;
         double acc[MOST], force[MOST], x;
         test_quad acc_want[MOST], force_want[MOST];
@@ -219,8 +214,6 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
         test_quad_dynamics(t.tree, TEST_LOADS(9.81), at.phi, at.rate, acc_want, force_want);
         worst[0] = fmax(worst[0], test_quad_gap(n, acc, acc_want));
         worst[1] = fmax(worst[1], test_quad_gap(n, force, force_want));
-        pend_extended_free(&extended);
-        test_tree_clear(&t);
     }
     // states and results are rounded to doubles
     CHECK_RESIDUAL(worst[0], 1e-14, "phi''");
@@ -230,19 +223,18 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
 TEST(extended_digits_are_the_same_in_every_instruction_set) {
     unsigned long long seed = 6;
     for (int n = 1; n <= 9; n++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, TEST_TREE_ATTACHED, n, 0.3, &seed);
         struct full start = full_start(&t);
         struct full best = follow(t.tree, &start, 0.5, 1e-30, pend_isa_best(), NULL);
         struct full base = follow(t.tree, &start, 0.5, 1e-30, PEND_ISA_BASE, NULL);
         CHECK_SAYING(full_gap(n, &best, &base) < 1e-27, "%d arms: %g", n,
                      full_gap(n, &best, &base));
-        test_tree_clear(&t);
     }
 }
 
 TEST(extended_refuses_tolerances_out_of_range_and_fails_cleanly_without_memory) {
-    struct test_paper paper;
+    OWN(test_paper, clear) paper;
     struct pend_extended *extended;
     struct pend_error error;
     test_paper_init(&paper, 2);
@@ -257,12 +249,11 @@ TEST(extended_refuses_tolerances_out_of_range_and_fails_cleanly_without_memory) 
               PEND_NO_MEMORY &&
           !extended);
     test_alloc_faults_off();
-    test_paper_clear(&paper);
 }
 
 TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
     enum { ARMS = 100000 };
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     struct pend_extended *extended;
     struct pend_error error;
     static double one[ARMS];
@@ -278,15 +269,14 @@ TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
             strstr(error.text, "32 digits are for smaller trees: the series of 100000 arms"), "%s",
             error.text);
     }
-    pend_tree_free(&tree);
 }
 
 /* ---- as a method */
 
 TEST(extended_method_gives_doubles_that_are_right_to_the_last_digit) {
-    struct test_paper paper;
+    OWN(test_paper, clear) paper;
     struct test_paper_row row[TEST_PAPER_ROWS];
-    struct test_record record;
+    OWN(test_record, clear) record = {0};
     test_paper_init(&paper, 501);
     REQUIRE(test_paper_read(row));
     test_record_blocks(&record, pend_method_find("taylor")->extended, &paper.problem, 64, 1000);
@@ -297,25 +287,21 @@ TEST(extended_method_gives_doubles_that_are_right_to_the_last_digit) {
     CHECK_RESIDUAL(gap.phi, 2e-14, "phi");
     CHECK_RESIDUAL(gap.rate, 1e-13, "phi'");
     CHECK_RESIDUAL(gap.force, 1e-11, "lambda");
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }
 
 TEST(extended_method_says_when_numbers_overflow) {
-    struct test_paper paper;
-    struct test_record record;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) record;
     test_paper_init(&paper, 3);
     paper.rate[0] = 1e200;
     test_record_blocks(&record, pend_method_find("taylor")->extended, &paper.problem, 3, INFINITY);
     CHECK(record.status == PEND_NOT_FINITE || record.status == PEND_STEP_TOO_SMALL);
     CHECK(strstr(record.error.text, "at t = 0"));
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }
 
 TEST(extended_method_fails_cleanly_without_memory) {
-    struct test_paper paper;
-    struct test_record record;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) record = {0};
     test_paper_init(&paper, 3);
     for (long i = 1;; i++) {
         struct pend_run *run;
@@ -332,13 +318,11 @@ TEST(extended_method_fails_cleanly_without_memory) {
     }
     test_record_blocks(&record, pend_method_find("taylor")->extended, &paper.problem, 3, INFINITY);
     CHECK_INT(record.status, PEND_OK);
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }
 
 TEST(extended_start_keeps_what_rounding_left_of_it) {
-    struct test_paper paper;
-    struct test_record plain, moved;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) plain, moved;
     test_paper_init(&paper, 2);
     double low[4] = {1e-17, 0, 0, 0}, none[4] = {0, 0, 0, 0};
     for (int k = 0; k < 4; k++) paper.phi[k] = 0.5 * k;
@@ -350,7 +334,4 @@ TEST(extended_start_keeps_what_rounding_left_of_it) {
     // 1e-17 grows over 5 s to the size of a double's rounding
     double gap = test_record_gap(&plain, &moved).phi;
     CHECK_SAYING(gap > 0 && gap < 1e-12, "%g", gap);
-    test_record_clear(&plain);
-    test_record_clear(&moved);
-    test_paper_clear(&paper);
 }

@@ -139,7 +139,7 @@ static double gap_of(double high, double low, const double exact[PARTS]) {
 TEST(extended_has_28_digits_of_three_real_pendulums_and_doubles_have_theirs) {
     double worst = 0, plain = 0;
     for (int i = 0; i < SYSTEMS; i++) {
-        struct real r;
+        OWN(real, free) r;
         struct pend_extended *extended;
         double phi[ARMS], low[ARMS], rate[ARMS], rate_low[ARMS];
         struct pend_extended_state end = {phi, low, rate, rate_low}, start = {0};
@@ -175,7 +175,6 @@ TEST(extended_has_28_digits_of_three_real_pendulums_and_doubles_have_theirs) {
             plain = fmax(plain, fabs(angle[n + k] - known[i].phi[k][0]));
             plain = fmax(plain, fabs(speed[n + k] - known[i].rate[k][0]));
         }
-        real_free(&r);
     }
     CHECK_RESIDUAL(worst, 1e-28, "32 digits after a second");
     CHECK_RESIDUAL(plain, 1e-14, "doubles after a second");
@@ -187,8 +186,8 @@ TEST(trust_of_real_pendulums_reaches_the_end_where_digits_hold_and_not_where_cha
     static const double tolerance[] = {1e-9, 1e-13};
     unsigned long long seed = 31;
     double until[2] = {0, 0};
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
     test_bodies_random(&b, t.tree, TEST_TERMS_RODS | TEST_TERMS_PIVOT, &seed);
     for (int i = 0; i < 2; i++) {
@@ -198,16 +197,13 @@ TEST(trust_of_real_pendulums_reaches_the_end_where_digits_hold_and_not_where_cha
             .phi = t.phi,
             .rate = t.rate,
             .times = {.count = 201, .start = 3, .span = 20, .divisor = 200}};
-        struct pend_trust *trust;
+        OWN(pend_trust, free) *trust;
         int done = 0;
         REQUIRE(pend_trust_new(&trust, pend_method_find("taylor"), &problem, tolerance[i], NULL) ==
                 PEND_OK);
         while (!done) REQUIRE(pend_trust_next(trust, 1e6, &done, NULL) == PEND_OK);
         until[i] = pend_trust_until(trust);
-        pend_trust_free(&trust);
     }
     CHECK_SAYING(until[0] > 10 && until[1] >= 3 && until[1] < until[0], "%g s, %g s", until[0],
                  until[1]);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }

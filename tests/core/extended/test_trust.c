@@ -41,8 +41,8 @@ static double tumble_until(const struct pend_problem *problem, double tolerance,
 }
 
 TEST(trust_ends_at_the_last_instant_where_the_digits_hold) {
-    struct test_tree t;
-    struct test_record plain, exact;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) plain, exact;
     tumble_init(&t);
     struct pend_problem problem = tumble_problem(&t, 25, 501);
     double until = tumble_until(&problem, 1e-6, INFINITY);
@@ -55,23 +55,19 @@ TEST(trust_ends_at_the_last_instant_where_the_digits_hold) {
     REQUIRE(i > 100 && i < 501);
     CHECK_SAYING(until == plain.samples.t[i - 1], "%g instead of %g", until,
                  plain.samples.t[i - 1]);
-    test_record_clear(&plain);
-    test_record_clear(&exact);
-    test_tree_clear(&t);
 }
 
 TEST(trust_does_not_depend_on_how_it_is_cut) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t);
     struct pend_problem problem = tumble_problem(&t, 25, 501);
     CHECK(tumble_until(&problem, 1e-6, 1) == tumble_until(&problem, 1e-6, INFINITY));
     CHECK(tumble_until(&problem, 1e-6, 100) < tumble_until(&problem, 1e-2, 100));
-    test_tree_clear(&t);
 }
 
 /* carried into a new comparison after every call */
 TEST(trust_carried_says_the_same) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct pend_trust *trust, *next;
     int done = 0, carried = 0;
     tumble_init(&t);
@@ -97,11 +93,10 @@ TEST(trust_carried_says_the_same) {
     CHECK_SAYING(carried > 50, "%d", carried);
     CHECK(pend_trust_until(trust) == tumble_until(&problem, 1e-6, INFINITY));
     pend_trust_free(&trust);
-    test_tree_clear(&t);
 }
 
 TEST(trust_grows_with_the_accuracy_of_the_method) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double last = 0;
     tumble_init(&t);
     struct pend_problem problem = tumble_problem(&t, 30, 121);
@@ -110,12 +105,11 @@ TEST(trust_grows_with_the_accuracy_of_the_method) {
         CHECK_SAYING(until > last, "%g at rtol %g, %g before", until, problem.rtol, last);
         last = until;
     }
-    test_tree_clear(&t);
 }
 
 TEST(trust_says_what_either_run_says) {
-    struct test_tree t;
-    struct pend_trust *trust;
+    OWN(test_tree, clear) t;
+    OWN(pend_trust, free) *trust;
     struct pend_error error = {0};
     int done = 0;
     tumble_init(&t);
@@ -127,12 +121,10 @@ TEST(trust_says_what_either_run_says) {
     problem.step_cap = 20;
     REQUIRE(pend_trust_new(&trust, &pend_method_taylor, &problem, 1e-6, NULL) == PEND_OK);
     CHECK(pend_trust_next(trust, INFINITY, &done, &error) == PEND_TOO_MANY_STEPS && !done);
-    pend_trust_free(&trust);
-    test_tree_clear(&t);
 }
 
 TEST(trust_fails_cleanly_without_memory) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t);
     struct pend_problem problem = tumble_problem(&t, 1, 3);
     for (long i = 1;; i++) {
@@ -147,5 +139,4 @@ TEST(trust_fails_cleanly_without_memory) {
             break;
         }
     }
-    test_tree_clear(&t);
 }

@@ -44,11 +44,10 @@ static void study_run(struct study *s, double span) {
         .times = {.count = s->rows, .span = span, .divisor = s->rows - 1}};
     struct pend_samples samples = {
         .cap = s->rows, .t = s->t, .phi = s->angle, .z_re = s->x, .z_im = s->y};
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     int done = 0;
     REQUIRE(pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK);
     CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && done);
-    pend_run_free(&run);
 }
 
 /* a chain of n arms, released up to `swing` rad from hanging, and its motion */
@@ -176,7 +175,7 @@ static void times_tell(double took[], int sets) {
 TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     const char *asked = getenv("FITS");
     int sets = asked ? atoi(asked) : SETS, converged = 0, odd = 0, timed = 0;
-    double *took = calloc((size_t)sets + 1, sizeof *took);
+    OWN_MEMORY double *took = calloc((size_t)sets + 1, sizeof *took);
     struct tally tally = {0};
     double shown = 0;
     REQUIRE(took);
@@ -190,7 +189,7 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
         study_angles(&s, noise, i % 2, &seed);
         study_unknowns(&s, &seed);
         clock_t begun = clock();
-        struct pend_fit *fit = fit_of(&s);
+        OWN(pend_fit, free) *fit = fit_of(&s);
         shown += told_late / sets;
         if (n == 2) took[timed++] = (double)(clock() - begun) / CLOCKS_PER_SEC;
         struct pend_fit_result result = pend_fit_result(fit);
@@ -201,7 +200,6 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
             double spread = result.chi_squared / (double)result.freedom;
             CHECK_SAYING(!(i % 2) || fabs(spread - 1) < 0.4, "chi^2 a freedom %g", spread);
         }
-        pend_fit_free(&fit);
         study_free(&s);
     }
     CHECK_SAYING(odd <= sets / 100, "%d are blind, or do not follow", odd);
@@ -215,7 +213,6 @@ TEST(fits_of_synthetic_data_are_within_three_standard_errors) {
     printf("  %d of %d converged, %ld of %ld errors beyond 3 standard errors, their size %.3f\n",
            converged, sets, tally.beyond, tally.count, size);
     times_tell(took, timed);
-    free(took);
 }
 
 /* A joint without friction: half of all data sets would give negative friction, and the bound
@@ -233,7 +230,7 @@ TEST(errors_beside_an_unknown_at_its_bound_are_those_of_the_free_fit) {
         for (int j = 0; j < s.unknowns; j++)
             if (s.unknown[j].by.kind == PEND_PARAMETER_TERM)
                 s.unknown[j].low = free ? -INFINITY : 0;
-        struct pend_fit *fit = fit_of(&s);
+        OWN(pend_fit, free) *fit = fit_of(&s);
         struct pend_fit_result result = pend_fit_result(fit);
         CHECK_INT(result.end, PEND_FIT_CONVERGED);
         for (int j = 0; j < s.unknowns; j++) {
@@ -242,7 +239,6 @@ TEST(errors_beside_an_unknown_at_its_bound_are_those_of_the_free_fit) {
             CHECK(!free || j != 1 || result.value[j] < 0);
         }
         CHECK(result.error[1] > 0);
-        pend_fit_free(&fit);
     }
     for (int j = 0; j < s.unknowns; j++) {
         double ratio = error[0][j] / error[1][j];
@@ -325,13 +321,13 @@ TEST(fits_of_several_runs_share_the_pendulum) {
 /* a million rows, in two runs, whose times since the start are equal as doubles */
 TEST(rows_that_are_equally_late_are_compared_with_those_before_them_alone) {
     enum { MANY = 1000000 };
-    struct pend_fit *fit = NULL;
+    OWN(pend_fit, free) *fit = NULL;
     struct pend_error error = {0};
-    struct study s;
+    OWN(study, free) s = {0};
     unsigned long long seed = 3;
     const double start[] = {-1e9, -1e9};
-    double *t = calloc(2 * (size_t)MANY, sizeof *t);
-    int *run = calloc(MANY, sizeof *run);
+    OWN_MEMORY double *t = calloc(2 * (size_t)MANY, sizeof *t);
+    OWN_MEMORY int *run = calloc(MANY, sizeof *run);
     REQUIRE(t && run);
     study_new(&s, 1, 10, 1, 1, &seed);
     study_add(&s, PEND_PARAMETER_LENGTH, 0, 0.4, 0.45, 0);
@@ -345,10 +341,6 @@ TEST(rows_that_are_equally_late_are_compared_with_those_before_them_alone) {
     CHECK_SAYING(
         strstr(error.text, "row 1000000, 4.99997e-09 s, must come after the row before it"), "%s",
         error.text);
-    pend_fit_free(&fit);
-    study_free(&s);
-    free(t);
-    free(run);
 }
 
 /* the fit of the next test: angles with noise, everything is unknown and starts near the true
@@ -387,11 +379,10 @@ TEST(fits_are_not_held_by_a_bound_beyond_which_the_sum_of_squares_falls) {
         for (int near = 0; near < 2; near++) {
             for (int j = 0; near && j < s.unknowns; j++)
                 s.unknown[j].start = s.truth[j] > 0 || isinf(s.unknown[j].low) ? s.truth[j] : 1e-5;
-            struct pend_fit *fit = fit_of(&s);
+            OWN(pend_fit, free) *fit = fit_of(&s);
             struct pend_fit_result result = pend_fit_result(fit);
             CHECK_INT(result.end, PEND_FIT_CONVERGED);
             least[near] = result.chi_squared;
-            pend_fit_free(&fit);
         }
         CHECK_SAYING(fabs(least[0] - least[1]) < 1e-3, "set %d: %.9g, %.9g", i, least[0], least[1]);
         study_free(&s);
@@ -408,7 +399,7 @@ TEST(fits_of_chaotic_motions_converge_by_multiple_shooting) {
         struct tally tally = {0};
         unsigned long long seed = 104729ull * (unsigned long long)chosen[i] + 91;
         bounded_study(&s, 1 + chosen[i] % 2, 2.5, chosen[i] % 3 == 0, 0, &seed);
-        struct pend_fit *fit = fit_of(&s);
+        OWN(pend_fit, free) *fit = fit_of(&s);
         struct pend_fit_result result = pend_fit_result(fit);
         CHECK_INT(result.end, PEND_FIT_CONVERGED);
         CHECK(result.iterations <= s.problem.iterations);
@@ -418,7 +409,6 @@ TEST(fits_of_chaotic_motions_converge_by_multiple_shooting) {
         double spread = result.chi_squared / (double)result.freedom;
         CHECK_SAYING(fabs(spread - 1) < 0.3, "chi^2 a freedom %g", spread);
         CHECK(pend_fit_bytes(&s.problem) > 1e5);
-        pend_fit_free(&fit);
         study_free(&s);
     }
 }
@@ -436,13 +426,12 @@ TEST(searches_in_a_curved_valley_go_on_to_its_lowest_place) {
         study_run(&s, 5);
         study_angles(&s, 0.005, 1, &seed);
         study_unknowns(&s, &seed);
-        struct pend_fit *fit = fit_of(&s);
+        OWN(pend_fit, free) *fit = fit_of(&s);
         struct pend_fit_result r = pend_fit_result(fit);
         CHECK_INT(r.end, PEND_FIT_CONVERGED);
         CHECK_INT(r.model, PEND_FIT_ACCEPTED);
         tally_add(&tally, &s, &r);
         CHECK(tally.beyond == 0);
-        pend_fit_free(&fit);
         study_free(&s);
     }
 }
@@ -464,7 +453,7 @@ TEST(fits_of_counted_modes_find_lengths) {
             study_add(&s, PEND_PARAMETER_LENGTH, k, 0, 0.3, 0);
         }
         s.problem.columns = 2;
-        struct pend_fit *fit = fit_of(&s);
+        OWN(pend_fit, free) *fit = fit_of(&s);
         struct pend_fit_result result = pend_fit_result(fit);
         CHECK_INT(result.end, PEND_FIT_CONVERGED);
         CHECK_SAYING(result.chi_squared < 1e-8, "chi^2 %g", result.chi_squared);
@@ -476,7 +465,6 @@ TEST(fits_of_counted_modes_find_lengths) {
             CHECK_SAYING(fabs(gap) < 1e-4 * w * w, "mode %d: %g", k, gap);
         }
         CHECK(result.error[0] > 0 && result.error[0] < 0.01);
-        pend_fit_free(&fit);
         study_free(&s);
     }
 }
@@ -526,13 +514,12 @@ TEST(fits_find_the_camera_with_the_pendulum) {
                                       0};
     }
     s.problem.unknowns = s.unknowns;
-    struct pend_fit *fit = fit_of(&s);
+    OWN(pend_fit, free) *fit = fit_of(&s);
     struct pend_fit_result result = pend_fit_result(fit);
     CHECK_INT(result.end, PEND_FIT_CONVERGED);
     tally_add(&tally, &s, &result);
     CHECK(tally.count == s.unknowns && tally.beyond == 0);
     CHECK(isnan(result.residual[5 * 4]) && isfinite(result.residual[5 * 4 + 1]));
-    pend_fit_free(&fit);
     study_free(&s);
 }
 
@@ -544,7 +531,7 @@ TEST(fits_say_what_the_data_do_not_tell) {
     study_angles(&s, 0.01, 1, &seed);
     study_unknowns(&s, &seed);
     study_add(&s, PEND_PARAMETER_MASS, 0, s.mass[0], s.mass[0] * 1.1, 0);
-    struct pend_fit *fit = fit_of(&s);
+    OWN(pend_fit, free) *fit = fit_of(&s);
     struct pend_fit_result result = pend_fit_result(fit);
     CHECK_INT(result.end, PEND_FIT_CONVERGED);
     CHECK_INT(result.blind, 1);
@@ -555,7 +542,6 @@ TEST(fits_say_what_the_data_do_not_tell) {
         CHECK_SAYING(fabs(result.direction[j] - scales) < 1e-3, "unknown %d: %g", j,
                      result.direction[j]);
     }
-    pend_fit_free(&fit);
     study_free(&s);
 }
 
@@ -569,12 +555,11 @@ TEST(fits_to_data_of_another_pendulum_are_not_called_converged) {
         s.data[1][i] = remainder(5 * s.t[i] + sin(9 * s.t[i]), 2 * M_PI);
     study_unknowns(&s, &seed);
     s.problem.iterations = SETS < 20 ? 15 : 60;
-    struct pend_fit *fit = fit_of(&s);
+    OWN(pend_fit, free) *fit = fit_of(&s);
     struct pend_fit_result result = pend_fit_result(fit);
     CHECK(result.end != PEND_FIT_CONVERGED);
     CHECK(!(result.follows[0] > s.t[s.rows / 2]));
     CHECK(result.iterations <= s.problem.iterations);
-    pend_fit_free(&fit);
     study_free(&s);
 }
 
@@ -582,7 +567,7 @@ TEST(fits_refuse_what_cannot_be_fitted) {
     static struct study s;
     unsigned long long seed = 2;
     struct pend_error error = {0};
-    struct pend_fit *fit;
+    OWN(pend_fit, free) *fit;
     study_new(&s, 1, 20, 2, 1, &seed);
     study_angles(&s, 0.01, 1, &seed);
     CHECK(pend_fit_new(&fit, &s.problem, &error) == PEND_INVALID && !fit);
@@ -614,6 +599,5 @@ TEST(fits_refuse_what_cannot_be_fitted) {
     CHECK(pend_fit_step(fit, &done, &error) != PEND_OK && !done);
     test_alloc_faults_off();
     CHECK(pend_fit_bytes(&s.problem) > 1000);
-    pend_fit_free(&fit);
     study_free(&s);
 }

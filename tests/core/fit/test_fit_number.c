@@ -90,7 +90,7 @@ static void check_slopes(struct motion *m) {
     double *beside = residual + count, value[UNKNOWNS];
     struct fit_model model;
     size_t bytes = pend_fit_model_lay(&model, p, NULL);
-    char *memory = aligned_alloc(64, bytes);
+    OWN_MEMORY char *memory = aligned_alloc(64, bytes);
     memset(memory, 0, bytes);
     (void)pend_fit_model_lay(&model, p, memory);
     for (int j = 0; j < q; j++) value[j] = p->unknown[j].start;
@@ -110,7 +110,6 @@ static void check_slopes(struct motion *m) {
                          i % p->columns, i / p->columns, j, told, by);
         }
     }
-    free(memory);
     free(slope);
 }
 

@@ -111,7 +111,7 @@ static void film_new(struct film *f, double swing, unsigned long long *seed) {
 
 /* whether a fit converges, and then how many of its values are beyond four standard errors */
 static int film_fit(const struct film *f, int *beyond) {
-    struct pend_fit *fit;
+    OWN(pend_fit, free) *fit;
     struct pend_error error = {0};
     int done = 0;
     *beyond = 0;
@@ -127,7 +127,6 @@ static int film_fit(const struct film *f, int *beyond) {
         *beyond += fabs(gap) > 4 * result.error[j];
     }
     if (good) CHECK(fabs(result.chi_squared / (double)result.freedom - 1) < 0.3);
-    pend_fit_free(&fit);
     return good;
 }
 

@@ -99,7 +99,7 @@ static struct tally drawn(struct study *s, double size, double alike, unsigned l
     struct tally tally = {0};
     for (int d = 0; d < DRAWS; d++) {
         study_noise(s, size, alike, &seed);
-        struct pend_fit *fit = fit_of(s);
+        OWN(pend_fit, free) *fit = fit_of(s);
         struct pend_fit_result r = pend_fit_result(fit);
         for (int j = 0; j < UNKNOWNS; j++) {
             double off = fabs(r.value[j] - truth[j]) / r.error[j];
@@ -110,7 +110,6 @@ static struct tally drawn(struct study *s, double size, double alike, unsigned l
         CHECK(r.end <= PEND_FIT_STRANGE);
         tally.error += r.error[0] / DRAWS;
         tally.rejected += r.model == PEND_FIT_REJECTED, tally.widened += r.widened / DRAWS;
-        pend_fit_free(&fit);
     }
     return tally;
 }
@@ -143,7 +142,7 @@ TEST(tests_of_the_model_are_those_of_textbooks) {
     study_noise(&s, 0.0105, 0.1, &seed);
     // 199 measurements, 196 degrees of freedom
     s.problem.rows = ROWS - 1;
-    struct pend_fit *fit = fit_of(&s);
+    OWN(pend_fit, free) *fit = fit_of(&s);
     struct pend_fit_result r = pend_fit_result(fit);
     double squares = 0, steps = 0, term = 1, sum = 0;
     for (int i = 0; i < ROWS - 1; i++) {
@@ -155,7 +154,6 @@ TEST(tests_of_the_model_are_those_of_textbooks) {
     CHECK(r.p_value > 0.001 && r.p_value < 0.5);
     CHECK_RESIDUAL(fabs(r.p_value - exp(-squares / 2) * sum), 5e-14, "p-value");
     CHECK_RESIDUAL(fabs(r.watson - steps / squares), 1e-15, "Durbin and Watson's number");
-    pend_fit_free(&fit);
 }
 
 TEST(standard_errors_hold_beside_noise_that_is_alike) {
@@ -193,13 +191,12 @@ TEST(p_values_reject_models) {
     study_new(&s, 0.01);
     study_noise(&s, 0.01, 0, &seed);
     for (s.column.sigma = 0.0105; s.column.sigma > 0.007; s.column.sigma *= 0.995) {
-        struct pend_fit *fit = fit_of(&s);
+        OWN(pend_fit, free) *fit = fit_of(&s);
         struct pend_fit_result r = pend_fit_result(fit);
         int in = r.p_value > 1.1e-3 && r.p_value < 2.5e-3;
         int out = r.p_value > 4e-4 && r.p_value < 9e-4;
         if (in || out) CHECK_INT(r.model, in ? PEND_FIT_ACCEPTED : PEND_FIT_REJECTED);
         seen[0] += in, seen[1] += out;
-        pend_fit_free(&fit);
     }
     CHECK(seen[0] > 0 && seen[1] > 0);
 }
@@ -225,14 +222,13 @@ TEST(models_are_judged_by_what_rows_allow) {
         for (int k = 0, by = ROWS / row[i].rows; k < row[i].rows; k++)
             s.t[k] = s.t[k * by], s.data[k] = s.data[k * by];
         s.problem.rows = row[i].rows;
-        struct pend_fit *fit = fit_of(&s);
+        OWN(pend_fit, free) *fit = fit_of(&s);
         struct pend_fit_result r = pend_fit_result(fit);
         CHECK_SAYING((isfinite(r.alike) != 0) == row[i].tested && (int)r.model == row[i].model &&
                          (int)r.end == row[i].end,
                      "row %zu: %g, model %d, end %d", i, r.alike, (int)r.model, (int)r.end);
         // the largest angle is that of the start, -1.6 to -1.3 rad
         if (row[i].size == 0) CHECK(r.spread[0] > 1e-6 && r.spread[0] < 4e-6);
-        pend_fit_free(&fit);
     }
 }
 
@@ -256,11 +252,10 @@ TEST(small_steps_are_negligible) {
                {0, 1e-3, 0, 2e-12, 0},  {0, 1e-3, 0, 5e-13, 1}}; // fit_exact
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct study s;
-        struct pend_fit *fit = fit_begun(&s, row[i].sigma, PEND_PARAMETER_LENGTH);
+        OWN(pend_fit, free) *fit = fit_begun(&s, row[i].sigma, PEND_PARAMETER_LENGTH);
         fit->variance = row[i].variance, fit->problem.rtol = row[i].rtol;
         double size = row[i].sigma > 0 ? 1 : pend_fit_state_size(fit);
         CHECK_SAYING(pend_fit_state_flat(fit, row[i].gain * size, 0) == row[i].flat, "row %zu", i);
-        pend_fit_free(&fit);
     }
 }
 
@@ -268,26 +263,24 @@ TEST(small_steps_are_negligible) {
 TEST(unknowns_far_away_are_reported) {
     for (int near = 0; near < 2; near++) {
         struct study s;
-        struct pend_fit *fit = fit_begun(&s, 0.01, PEND_PARAMETER_MASS);
+        OWN(pend_fit, free) *fit = fit_begun(&s, 0.01, PEND_PARAMETER_MASS);
         fit->window = ROWS;
         fit->inner[0] = fit_bounds_inner(s.unknown, (near ? 5e5 : 2e6) * s.unknown[0].start);
         CHECK(pend_fit_end(fit, NULL) == PEND_OK);
         CHECK_INT(pend_fit_result(fit).away, -near);
-        pend_fit_free(&fit);
     }
 }
 
 /* omega = sqrt(g / l), whose central differences are off by 5 / 8 of the squared relative step */
 TEST(slopes_of_frequencies_are_exact) {
     struct study s;
-    struct pend_fit *fit;
+    OWN(pend_fit, free) *fit;
     study_new(&s, 1);
     s.column.kind = PEND_FIT_MODE, s.data[0] = 1, s.problem.rows = s.problem.unknowns = 1;
     REQUIRE(pend_fit_new(&fit, &s.problem, NULL) == PEND_OK);
     CHECK(pend_fit_state_look(fit, 1, NULL) == PEND_OK);
     double off = fabs(fit->slope[0] / (-sqrt(9.81) / 2) - 1);
     CHECK_SAYING(off > 3e-9 && off < 1.3e-8, "%g", off);
-    pend_fit_free(&fit);
 }
 
 /* angles every second, the last one again for all others, and the rate at the first */

@@ -27,10 +27,10 @@ enum {
 static void accelerations(const struct test_tree *t, const struct test_bodies *b,
                           const double phi[], const double rate[], double acc[]) {
     struct bodies_state state = {phi, NULL, rate, 0, 0};
-    void *work = aligned_alloc(64, (pend_bodies_bytes(t->tree, b->terms) + 63) / 64 * 64);
+    OWN_MEMORY void *work =
+        aligned_alloc(64, (pend_bodies_bytes(t->tree, b->terms) + 63) / 64 * 64);
     if (!work) abort();
     pend_bodies_at(t->tree, &b->loads, &state, work, acc, NULL);
-    free(work);
 }
 
 /* the largest difference of M times the derivatives of accelerations with respect to angles, rates
@@ -69,8 +69,8 @@ TEST(damped_matrices_are_the_derivatives_of_accelerations_at_a_rest) {
     double worst[3] = {0}, product = 0, value[4][ARMS * ARMS];
     for (int round = 0; round < 60; round++) {
         int n = 2 + round % (ARMS - 1);
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         double phi[ARMS], size = 0, wrong = 0;
         test_tree_random(&t, round % TEST_TREE_KINDS, n, 0.3, &seed);
         unsigned terms = LOSES | TEST_TERMS_TORQUES | (round % 2 ? TEST_TERMS_CART : 0);
@@ -91,8 +91,6 @@ TEST(damped_matrices_are_the_derivatives_of_accelerations_at_a_rest) {
             size = fmax(size, fabs(value[0][i]));
         }
         product = fmax(product, wrong / size);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst[0], 1e-8, "K against differences of accelerations");
     CHECK_RESIDUAL(worst[1], 1e-8, "C against the same");
@@ -104,10 +102,10 @@ TEST(damped_modes_stand_at_a_rest_of_the_equations_of_motion) {
     unsigned long long seed = 1;
     double worst = 0;
     for (int i = 0; i < 40; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct pend_error error = {0};
-        struct pend_damped *d;
+        OWN(pend_damped, free) *d;
         double zero[ARMS] = {0}, acc[ARMS], start[ARMS];
         test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.3, &seed);
         test_bodies_random(&b, t.tree, (i % 2 ? STILL : LOSES) | (i % 3 ? 0 : TEST_TERMS_CART),
@@ -118,9 +116,6 @@ TEST(damped_modes_stand_at_a_rest_of_the_equations_of_motion) {
         if (!d) continue;
         accelerations(&t, &b, d->phi, zero, acc);
         for (int k = 0; k < ARMS; k++) worst = fmax(worst, fabs(acc[k]));
-        pend_damped_free(&d);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-11, "accelerations at the equilibrium, rad/s^2");
 }
@@ -131,10 +126,10 @@ TEST(damped_modes_solve_the_equations_of_motion_near_their_rest) {
     unsigned long long seed = 2;
     double worst = 0;
     for (int i = 0; i < 12; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct pend_error error = {0};
-        struct pend_damped *d;
+        OWN(pend_damped, free) *d;
         double start[ARMS];
         test_tree_random(&t, TEST_TREE_LIMBS, ARMS, 0.3, &seed);
         test_bodies_random(&b, t.tree, (i % 2 ? STILL : LOSES) | (i % 3 ? 0 : TEST_TERMS_CART),
@@ -173,9 +168,6 @@ TEST(damped_modes_solve_the_equations_of_motion_near_their_rest) {
             }
         }
         CHECK_INT(pairs, 2 * ARMS);
-        pend_damped_free(&d);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-7, "lambda^2 x = phi'' of a small motion in a mode");
 }
@@ -184,10 +176,10 @@ TEST(damped_modes_of_ideal_pendulums_are_those_without_matrices) {
     unsigned long long seed = 3;
     double worst = 0;
     for (int i = 0; i < 20; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct pend_error error = {0};
-        struct pend_damped *d;
-        struct pend_modes *modes;
+        OWN(pend_damped, free) *d;
+        OWN(pend_modes, free) *modes = NULL;
         double start[ARMS];
         test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.5, &seed);
         for (int k = 0; k < ARMS; k++) start[k] = -M_PI_2 + 0.1;
@@ -198,23 +190,20 @@ TEST(damped_modes_of_ideal_pendulums_are_those_without_matrices) {
             worst = fmax(worst, fabs(d->omega[k] / modes->omega[k] - 1));
             CHECK(d->decay[k] == 0);
         }
-        pend_modes_free(&modes);
-        pend_damped_free(&d);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-11, "frequencies of ideal pendulums");
 }
 
 TEST(damped_modes_of_one_arm_are_the_textbooks) {
     const double l = 0.7, m = 1.3, g = 9.81, damping[] = {0.05, 0.5, 20};
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     int parent = -1;
     REQUIRE(pend_tree_new(&tree, 1, &l, &m, &parent, NULL) == PEND_OK);
     for (int i = 0; i < 3; i++) {
         unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
-        struct pend_terms *terms;
+        OWN(pend_terms, free) *terms;
         struct pend_error error;
-        struct pend_damped *d;
+        OWN(pend_damped, free) *d = NULL;
         double start = -1.2, rate = damping[i] / (2 * m * l * l), square = g / l;
         rows[PEND_TERM_DAMPING] = 1;
         REQUIRE(pend_terms_new(&terms, 1, rows, ones, 0, NULL, NULL) == PEND_OK);
@@ -231,8 +220,5 @@ TEST(damped_modes_of_one_arm_are_the_textbooks) {
             CHECK(fabs(d->decay[0] - (root - rate)) < 1e-12);
             CHECK(fabs(d->decay[1] + root + rate) < 1e-12);
         }
-        pend_damped_free(&d);
-        pend_terms_free(&terms);
     }
-    pend_tree_free(&tree);
 }

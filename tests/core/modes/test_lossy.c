@@ -28,7 +28,7 @@ struct found {
 
 static void found_of(struct found *f, const struct test_tree *t, const struct pend_loads *loads) {
     size_t n = (size_t)t->n;
-    struct pend_lossy *lossy;
+    OWN(pend_lossy, free) *lossy = NULL;
     struct pend_error error = {0};
     enum pend_lossy_stage stage = PEND_LOSSY_UNDER_WAY;
     f->count = 0;
@@ -43,7 +43,6 @@ static void found_of(struct found *f, const struct test_tree *t, const struct pe
         if (!CHECK_SAYING(status == PEND_OK, "root %d of %d arms", f->count, t->n)) break;
         f->count += stage == PEND_LOSSY_MODE;
     }
-    pend_lossy_free(&lossy);
 }
 
 /* the largest residual of (p^2 M + p C + K) x = 0 over all shapes, relative to the largest term of
@@ -97,8 +96,8 @@ TEST(lossy_finds_the_modes_that_dense_matrices_have) {
     unsigned long long seed = 1;
     double worst = 0, missed = 0;
     for (int i = 0; i < 60; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct found f;
         struct pend_damped *d;
         struct pend_error error = {0};
@@ -115,8 +114,6 @@ TEST(lossy_finds_the_modes_that_dense_matrices_have) {
             pend_damped_free(&d);
         }
         free(f.shape);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "roots, in parts of the largest");
     CHECK_RESIDUAL(missed, 1e-13, "(p^2 M + p C + K) x = 0");
@@ -125,8 +122,8 @@ TEST(lossy_finds_the_modes_that_dense_matrices_have) {
 TEST(lossy_finds_all_modes_of_some_hundred_arms) {
     unsigned long long seed = 4;
     for (int i = 0; i < 2; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct found f;
         test_tree_random(&t, i ? TEST_TREE_LIMBS : TEST_TREE_ATTACHED, MOST, 0.3, &seed);
         test_bodies_random(&b, t.tree, LOSES | TEST_TERMS_CART, &seed);
@@ -136,8 +133,6 @@ TEST(lossy_finds_all_modes_of_some_hundred_arms) {
         CHECK_INT(all, 2 * t.n);
         CHECK_RESIDUAL(residual(&t, &b.loads, &f), 1e-13, "(p^2 M + p C + K) x = 0");
         free(f.shape);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
 }
 
@@ -146,8 +141,8 @@ TEST(lossy_finds_all_modes_of_some_hundred_arms) {
 TEST(lossy_finds_as_many_roots_of_like_branches_as_there_are) {
     enum { N = 24 };
     unsigned long long seed = 6;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     struct found f;
     test_tree_random(&t, TEST_TREE_STAR, N, 0, &seed);
     for (int k = 0; k < N; k++) CHECK(t.tree->len[k] > 0);
@@ -156,6 +151,4 @@ TEST(lossy_finds_as_many_roots_of_like_branches_as_there_are) {
     CHECK_INT(f.count, N);
     CHECK_SAYING(residual(&t, &b.loads, &f) < 1e-12, "%g", residual(&t, &b.loads, &f));
     free(f.shape);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }

@@ -18,7 +18,7 @@ TEST(matrix_rows_are_those_of_the_whole_matrices) {
     double worst_a = 0, worst_m = 0, other = 0;
     for (int round = 0; round < 60; round++) {
         int n = 1 + test_random_int(&seed, N);
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
         double a[N * N], m[N * N], im[N * N], s[N * N], b[N * N], row[N], zero[N] = {0}, size_a = 0,
                                                                           size_m = 0;
@@ -41,7 +41,6 @@ TEST(matrix_rows_are_those_of_the_whole_matrices) {
             pend_matrix_row(t.tree, TEST_LOADS(9.81), NULL, PEND_MATRIX_B, i, row);
             for (int j = 0; j < n; j++) other = fmax(other, fabs(row[j] - b[i * n + j]));
         }
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst_a, 5e-15, "rows of A");
     CHECK_RESIDUAL(worst_m, 1e-15, "rows of M against S^T diag(m) S");
@@ -53,7 +52,7 @@ TEST(matrix_a_times_m_is_the_stiffness_about_any_equilibrium) {
     double worst = 0;
     for (int round = 0; round < 60; round++) {
         int n = 1 + test_random_int(&seed, N);
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         unsigned char up[N];
         double a[N][N], m[N][N], size = 0, wrong = 0;
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
@@ -72,7 +71,6 @@ TEST(matrix_a_times_m_is_the_stiffness_about_any_equilibrium) {
                 size = fmax(size, terms);
             }
         worst = fmax(worst, wrong / size);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-14, "M A = g diag(±l S^T m)");
 }

@@ -42,8 +42,8 @@ static void check_against(int n, const double mass, const int parent[], const do
                           const char *what) {
     double length[8] = {0}, masses[8] = {0}, worst = 0;
     for (int i = 0; i < n; i++) length[i] = 0.7, masses[i] = mass;
-    struct pend_tree *tree = tree_of(n, length, masses, parent);
-    struct pend_modes *modes = modes_of(tree, GRAVITY);
+    OWN(pend_tree, free) *tree = tree_of(n, length, masses, parent);
+    OWN(pend_modes, free) *modes = modes_of(tree, GRAVITY);
     normalize(modes, tree, rule);
     for (int k = 0; k < n; k++) {
         worst = fmax(worst, fabs(modes->omega[k] / (sqrt(GRAVITY / 0.7) * omega_unit[k]) - 1));
@@ -51,8 +51,6 @@ static void check_against(int n, const double mass, const int parent[], const do
             worst = fmax(worst, fabs(entry(modes, tree, k, i) - vector[k * n + i]));
     }
     CHECK_RESIDUAL(worst, tolerance, what);
-    pend_modes_free(&modes);
-    pend_tree_free(&tree);
 }
 
 TEST(modes_of_the_papers_double_pendulum) {
@@ -76,14 +74,12 @@ TEST(modes_of_the_papers_three_arms_at_one_joint) {
 
 TEST(modes_of_one_arm) {
     double length = 2.5, mass = 3;
-    struct pend_tree *tree = tree_of(1, &length, &mass, (int[]){-1});
-    struct pend_modes *modes = modes_of(tree, GRAVITY);
+    OWN(pend_tree, free) *tree = tree_of(1, &length, &mass, (int[]){-1});
+    OWN(pend_modes, free) *modes = modes_of(tree, GRAVITY);
     CHECK_INT(modes->count, 1);
     CHECK_RESIDUAL(fabs(modes->omega[0] / sqrt(GRAVITY / length) - 1), 5e-16,
                    "one arm's frequency");
     CHECK_RESIDUAL(fabs(modes->vector[0] * length * sqrt(mass) - 1), 5e-16, "one arm's mass norm");
-    pend_modes_free(&modes);
-    pend_tree_free(&tree);
 }
 
 /* A v = omega^2 v with the paper's A: the largest residual relative to the largest entry of A v,
@@ -156,20 +152,18 @@ TEST(modes_solve_the_papers_linearization) {
     double worst[4] = {0, 0, 0, 0};
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++)
         for (int n = 1; n <= 60; n = 2 * n + 1) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             test_tree_random(&t, (enum test_tree_kind)kind, n, 0.3, &seed);
             double *a = malloc(2 * (size_t)n * (size_t)n * sizeof *a),
                    *a_inverse = a + (size_t)n * n;
             test_quad_linearization(t.tree, GRAVITY, a, a_inverse);
-            struct pend_modes *modes = modes_of(t.tree, GRAVITY);
+            OWN(pend_modes, free) *modes = modes_of(t.tree, GRAVITY);
             worst[0] = fmax(worst[0], residual(modes, a));
             worst[1] = fmax(worst[1], orthogonality(modes, t.tree, a_inverse));
             worst[2] = fmax(worst[2], trace_gap(modes, t.tree));
             worst[3] = fmax(worst[3], diagonal_gap(modes, t.tree));
             for (int k = 1; k < n; k++) CHECK(modes->omega[k] >= modes->omega[k - 1]);
-            pend_modes_free(&modes);
             free(a);
-            test_tree_clear(&t);
         }
     CHECK_RESIDUAL(worst[0], 5e-15, "A v = omega^2 v");
     CHECK_RESIDUAL(worst[1], 1e-12, "V^T Re(0) V = I");
@@ -199,7 +193,7 @@ static double modes_gap(const struct pend_modes *a, const struct pend_tree *a_tr
 TEST(modes_do_not_depend_on_the_numbers_of_the_arms) {
     enum { N = 24 };
     unsigned long long seed = 11;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
     int map[N], parent[N];
     double length[N], mass[N];
@@ -215,33 +209,25 @@ TEST(modes_do_not_depend_on_the_numbers_of_the_arms) {
         mass[map[i]] = t.mass[i];
         parent[map[i]] = t.parent[i] < 0 ? -1 : map[t.parent[i]];
     }
-    struct pend_tree *other = tree_of(N, length, mass, parent);
-    struct pend_modes *a = modes_of(t.tree, GRAVITY), *b = modes_of(other, GRAVITY);
+    OWN(pend_tree, free) *other = tree_of(N, length, mass, parent);
+    OWN(pend_modes, free) *a = modes_of(t.tree, GRAVITY), *b = modes_of(other, GRAVITY);
     /* MAX does not depend on which arm comes first */
     normalize(a, t.tree, PEND_NORMALIZE_MAX);
     normalize(b, other, PEND_NORMALIZE_MAX);
     CHECK_RESIDUAL(modes_gap(a, t.tree, b, other, map, 1, 1), 1e-12, "relabelled");
-    pend_modes_free(&a);
-    pend_modes_free(&b);
-    pend_tree_free(&other);
-    test_tree_clear(&t);
 }
 
 TEST(modes_scale_with_gravity_length_and_mass) {
     enum { N = 15 };
     unsigned long long seed = 12;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_LIMBS, N, 0.3, &seed);
     double length[N], mass[N];
     for (int i = 0; i < N; i++) length[i] = 3 * t.length[i], mass[i] = 5 * t.mass[i];
-    struct pend_tree *other = tree_of(N, length, mass, t.parent);
-    struct pend_modes *a = modes_of(t.tree, GRAVITY), *b = modes_of(other, 7 * GRAVITY);
+    OWN(pend_tree, free) *other = tree_of(N, length, mass, t.parent);
+    OWN(pend_modes, free) *a = modes_of(t.tree, GRAVITY), *b = modes_of(other, 7 * GRAVITY);
     CHECK_RESIDUAL(modes_gap(a, t.tree, b, other, NULL, sqrt(7.0 / 3), 3 * sqrt(5)), 1e-12,
                    "scaled");
-    pend_modes_free(&a);
-    pend_modes_free(&b);
-    pend_tree_free(&other);
-    test_tree_clear(&t);
 }
 
 TEST(modes_of_a_star_have_the_stated_basis) {
@@ -249,8 +235,8 @@ TEST(modes_of_a_star_have_the_stated_basis) {
     double length[N], mass[N];
     int parent[N];
     for (int i = 0; i < N; i++) length[i] = 1.5, mass[i] = 2, parent[i] = i ? 0 : -1;
-    struct pend_tree *tree = tree_of(N, length, mass, parent);
-    struct pend_modes *modes = modes_of(tree, GRAVITY);
+    OWN(pend_tree, free) *tree = tree_of(N, length, mass, parent);
+    OWN(pend_modes, free) *modes = modes_of(tree, GRAVITY);
     normalize(modes, tree, PEND_NORMALIZE_FIRST);
     double worst = 0;
     for (int k = 1; k < N - 1; k++) {
@@ -262,32 +248,27 @@ TEST(modes_of_a_star_have_the_stated_basis) {
         }
     }
     CHECK_RESIDUAL(worst, 1e-15, "star's multiple frequency");
-    pend_modes_free(&modes);
-    pend_tree_free(&tree);
 }
 
 TEST(modes_normalize_keeps_the_norm_it_states) {
     unsigned long long seed = 21;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, 12, 0.3, &seed);
-    struct pend_modes *a = modes_of(t.tree, GRAVITY), *b = modes_of(t.tree, GRAVITY);
+    OWN(pend_modes, free) *a = modes_of(t.tree, GRAVITY), *b = modes_of(t.tree, GRAVITY);
     normalize(b, t.tree, PEND_NORMALIZE_MAX);
     normalize(b, t.tree, PEND_NORMALIZE_FIRST);
     for (int k = 0; k < b->count; k++) CHECK(entry(b, t.tree, k, 0) == 1);
     normalize(b, t.tree, PEND_NORMALIZE_MASS);
     CHECK_RESIDUAL(modes_gap(a, t.tree, b, t.tree, NULL, 1, 1), 5e-15, "back to mass norm");
     for (int k = 0; k < b->count; k++) CHECK(entry(b, t.tree, k, 0) > 0 && b->norm[k] == 1);
-    pend_modes_free(&a);
-    pend_modes_free(&b);
-    test_tree_clear(&t);
 }
 
 TEST(modes_decompose_a_start) {
     enum { N = 17 };
     unsigned long long seed = 31;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
-    struct pend_modes *modes = modes_of(t.tree, GRAVITY);
+    OWN(pend_modes, free) *modes = modes_of(t.tree, GRAVITY);
     double theta[N], rate[N], amplitude[N], phase[N];
     for (int rule = 0; rule < 3; rule++) {
         normalize(modes, t.tree, (enum pend_normalize)rule);
@@ -315,25 +296,22 @@ TEST(modes_decompose_a_start) {
     memset(theta, 0, sizeof theta);
     CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, theta, theta, amplitude, phase), PEND_OK);
     for (int k = 0; k < N; k++) CHECK(amplitude[k] == 0 && phase[k] == 0);
-    pend_modes_free(&modes);
-    test_tree_clear(&t);
 }
 
 TEST(modes_refuse_gravity_that_is_not_positive) {
     double one = 1, bad[] = {0, -1, NAN, INFINITY};
-    struct pend_tree *tree = tree_of(1, &one, &one, (int[]){-1});
+    OWN(pend_tree, free) *tree = tree_of(1, &one, &one, (int[]){-1});
     for (int i = 0; i < 4; i++) {
         struct pend_modes *modes = NULL;
         struct pend_error error;
         CHECK_INT(pend_modes_new(&modes, tree, TEST_LOADS(bad[i]), 1, &error), PEND_INVALID);
         CHECK(!modes && error.code == PEND_INVALID && strstr(error.text, "gravity"));
     }
-    pend_tree_free(&tree);
 }
 
 TEST(modes_survive_any_allocation_that_fails) {
     unsigned long long seed = 41;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, 10, 0.3, &seed);
     for (int for_good = 0; for_good < 2; for_good++) {
         int failures = 0;
@@ -352,14 +330,13 @@ TEST(modes_survive_any_allocation_that_fails) {
         }
         CHECK(failures >= 2);
     }
-    test_tree_clear(&t);
 }
 
 TEST(modes_of_like_branches_and_crowds_survive_any_allocation_that_fails) {
     enum { N = 40 };
     unsigned long long seed = 42;
     for (int variant = 0; variant < 6; variant++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         unsigned char up[N] = {0};
         int failures = 0;
         test_tree_random(&t, variant % 2 ? TEST_TREE_STAR : TEST_TREE_BINARY, N, 0, &seed);
@@ -383,14 +360,13 @@ TEST(modes_of_like_branches_and_crowds_survive_any_allocation_that_fails) {
             failures++;
         }
         CHECK(failures >= 10);
-        test_tree_clear(&t);
     }
 }
 
 /* Largest relative difference of the frequencies from GSL's: with K = g diag(l (S^T m)) the matrix
  * K^{-1/2} Re(0) K^{-1/2} has the eigenvalues 1 / omega^2. */
 static double gsl_gap(const struct pend_tree *tree) {
-    struct pend_modes *fast = modes_of(tree, GRAVITY);
+    OWN(pend_modes, free) *fast = modes_of(tree, GRAVITY);
     const double *len = tree->len, *carried = tree->subtree_mass;
     size_t n = (size_t)tree->n;
     gsl_matrix *matrix = gsl_matrix_calloc(n, n);
@@ -408,7 +384,6 @@ static double gsl_gap(const struct pend_tree *tree) {
     gsl_eigen_symm_free(work);
     gsl_matrix_free(matrix);
     gsl_vector_free(value);
-    pend_modes_free(&fast);
     return worst;
 }
 
@@ -420,13 +395,12 @@ TEST(modes_agree_with_the_dense_eigensolver) {
     for (int n = 1; n <= 6; n++) {
         test_parents_first(n, parent);
         do {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             test_tree_init(&t, n, parent, 0.3, &seed);
             worst = fmax(worst, gsl_gap(t.tree));
             for (int i = 0; i < n; i++) t.length[i] = t.mass[i] = 1;
             test_tree_rebuild(&t);
             worst = fmax(worst, gsl_gap(t.tree));
-            test_tree_clear(&t);
         } while (test_parents_next(n, parent));
     }
     CHECK_RESIDUAL(worst, 1e-12, "frequencies against GSL, all trees of up to 6 arms");
@@ -438,7 +412,7 @@ TEST(modes_of_like_branches_are_the_dense_ones) {
     /* few different arms, so that branches are often equal, in all ways */
     for (int round = 0; round < 60; round++) {
         int n = 2 + test_random_int(&seed, 40);
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, round % 2 ? TEST_TREE_ATTACHED : TEST_TREE_LIMBS, n, 0, &seed);
         for (int i = 0; i < n; i++) {
             t.length[i] = round % 3 ? 1 : 1 + test_random_int(&seed, 2);
@@ -447,14 +421,12 @@ TEST(modes_of_like_branches_are_the_dense_ones) {
         test_tree_rebuild(&t);
         double *a = malloc(2 * (size_t)n * (size_t)n * sizeof *a), *a_inverse = a + (size_t)n * n;
         test_quad_linearization(t.tree, GRAVITY, a, a_inverse);
-        struct pend_modes *modes = modes_of(t.tree, GRAVITY);
+        OWN(pend_modes, free) *modes = modes_of(t.tree, GRAVITY);
         worst[0] = fmax(worst[0], gsl_gap(t.tree));
         worst[1] = fmax(worst[1], residual(modes, a));
         worst[2] = fmax(worst[2], orthogonality(modes, t.tree, a_inverse));
         CHECK(trace_gap(modes, t.tree) < 1e-14 && diagonal_gap(modes, t.tree) < 1e-12);
-        pend_modes_free(&modes);
         free(a);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst[0], 1e-12, "frequencies of like branches against GSL");
     CHECK_RESIDUAL(worst[1], 5e-15, "A v = omega^2 v of like branches");
@@ -463,11 +435,11 @@ TEST(modes_of_like_branches_are_the_dense_ones) {
 
 TEST(modes_of_a_star_of_two_thousand) {
     enum { N = 2000 };
-    double *one = malloc(N * sizeof *one);
-    int *parent = malloc(N * sizeof *parent);
+    OWN_MEMORY double *one = malloc(N * sizeof *one);
+    OWN_MEMORY int *parent = malloc(N * sizeof *parent);
     for (int i = 0; i < N; i++) one[i] = 1, parent[i] = i ? 0 : -1;
-    struct pend_tree *tree = tree_of(N, one, one, parent);
-    struct pend_modes *modes = modes_of(tree, GRAVITY);
+    OWN(pend_tree, free) *tree = tree_of(N, one, one, parent);
+    OWN(pend_modes, free) *modes = modes_of(tree, GRAVITY);
     double worst = 0;
     for (int k = 1; k < N - 1; k++) worst = fmax(worst, fabs(modes->omega[k] / sqrt(GRAVITY) - 1));
     /* the other two: (1 - w)(N - w) = (N - 1) w with w = omega^2/g, so w^2 - 2 N w + N = 0 */
@@ -476,17 +448,13 @@ TEST(modes_of_a_star_of_two_thousand) {
     worst = fmax(worst, fabs(modes->omega[N - 1] / sqrt(GRAVITY * high) - 1));
     CHECK_RESIDUAL(worst, 1e-15, "frequencies of a star of 2000");
     CHECK_RESIDUAL(trace_gap(modes, tree), 1e-13, "trace identity of a star of 2000");
-    pend_modes_free(&modes);
-    pend_tree_free(&tree);
-    free(one);
-    free(parent);
 }
 
 TEST(modes_of_two_heavy_bobs_on_a_light_hub) {
     /* the bobs swing together and against each other almost as single pendulums */
     const double length[] = {1, 1, 1}, mass[] = {1e-12, 1, 1 + 1e-6};
-    struct pend_tree *tree = tree_of(3, length, mass, (int[]){-1, 0, 0});
-    struct pend_modes *modes = modes_of(tree, GRAVITY);
+    OWN(pend_tree, free) *tree = tree_of(3, length, mass, (int[]){-1, 0, 0});
+    OWN(pend_modes, free) *modes = modes_of(tree, GRAVITY);
     /* where M is the sum of the two masses, mu = m1 m2 / M: the hub follows at once, lambda = g/2
      * and g; then the hub's own, g M / m0 */
     CHECK_RESIDUAL(fabs(modes->omega[0] / sqrt(GRAVITY / 2) - 1), 1e-12, "bobs together");
@@ -494,8 +462,6 @@ TEST(modes_of_two_heavy_bobs_on_a_light_hub) {
     CHECK_RESIDUAL(fabs(modes->omega[2] / sqrt(2 * GRAVITY * (mass[1] + mass[2]) / mass[0]) - 1),
                    1e-11, "the hub alone");
     CHECK_RESIDUAL(trace_gap(modes, tree), 1e-15, "trace identity of two heavy bobs");
-    pend_modes_free(&modes);
-    pend_tree_free(&tree);
 }
 
 /* largest difference of a selection from the modes number first .. of all */
@@ -512,7 +478,7 @@ static double selection_gap(const struct pend_modes *part, const struct pend_mod
 
 static void check_selections(const struct pend_tree *tree, unsigned long long *seed,
                              double *worst) {
-    struct pend_modes *all = modes_of(tree, GRAVITY), *part = NULL;
+    OWN(pend_modes, free) *all = modes_of(tree, GRAVITY), *part = NULL;
     int n = tree->n, count = 1 + test_random_int(seed, n);
     struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .count = count};
     request.select = PEND_SELECT_SLOWEST;
@@ -542,21 +508,18 @@ static void check_selections(const struct pend_tree *tree, unsigned long long *s
     request.from = request.to = 2 * all->omega[n - 1];
     CHECK_INT(pend_modes_select(&part, tree, &request, NULL), PEND_OK);
     CHECK(part->count == 0);
-    pend_modes_free(&part);
-    pend_modes_free(&all);
 }
 
 TEST(modes_selected_are_those_of_the_whole) {
     unsigned long long seed = 53;
     double worst = 0;
     for (int round = 0; round < 80; round++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS),
                          1 + test_random_int(&seed, 70), 0.3, &seed);
         for (int i = 0; round % 2 && i < t.n; i++) t.length[i] = t.mass[i] = 1;
         test_tree_rebuild(&t);
         check_selections(t.tree, &seed, &worst);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-11, "selections");
 }
@@ -566,7 +529,7 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
     unsigned long long seed = 55;
     double worst = 0;
     for (int round = 0; round < 150; round++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         unsigned char up[N];
         int n = 1 + test_random_int(&seed, N), first = test_random_int(&seed, n);
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
@@ -575,7 +538,7 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
         /* upright by depth, so that equal branches stay equal */
         for (int k = 0; k < n; k++) up[k] = t.tree->depth[k] % 2 == round % 2;
         struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .up = up};
-        struct pend_modes *all = NULL, *some = NULL;
+        OWN(pend_modes, free) *all = NULL, *some = NULL;
         REQUIRE(pend_modes_select(&all, t.tree, &request, NULL) == PEND_OK);
         request.select = PEND_SELECT_NUMBERS;
         request.first = first;
@@ -592,16 +555,13 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
         if (!cut) worst = fmax(worst, selection_gap(some, all));
         for (int k = 0; k < some->count; k++)
             worst = fmax(worst, fabs(some->omega[k] / all->omega[first + k] - 1));
-        pend_modes_free(&all);
-        pend_modes_free(&some);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-10, "selections about standing arms");
 }
 
 TEST(modes_refuse_selections_that_mean_nothing) {
     const double length[] = {1, 1}, mass[] = {1, 1};
-    struct pend_tree *tree = tree_of(2, length, mass, (int[]){-1, 0});
+    OWN(pend_tree, free) *tree = tree_of(2, length, mass, (int[]){-1, 0});
     const struct pend_modes_request bad[] = {
         {.loads.gravity = 1, .select = PEND_SELECT_SLOWEST, .count = 3},
         {.loads.gravity = 1, .select = PEND_SELECT_SLOWEST},
@@ -614,7 +574,6 @@ TEST(modes_refuse_selections_that_mean_nothing) {
         CHECK_INT(pend_modes_select(&modes, tree, &bad[i], &error), PEND_INVALID);
         CHECK(!modes && strlen(error.text) > 10);
     }
-    pend_tree_free(&tree);
 }
 
 /* about an equilibrium K theta = lambda Re(0) theta with K = g diag(+-l S^T m): largest residual
@@ -648,22 +607,19 @@ TEST(modes_about_any_equilibrium) {
     for (int round = 0; round < 80; round++) {
         int n = 1 + test_random_int(&seed, 40), standing = 0;
         unsigned char up[40];
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
         for (int i = 0; round % 2 && i < n; i++) t.length[i] = t.mass[i] = 1;
         test_tree_rebuild(&t);
         for (int k = 0; k < n; k++) standing += up[k] = (unsigned char)(test_random(&seed) < 0.4);
-        double *a_inverse = malloc((size_t)n * (size_t)n * sizeof *a_inverse);
+        OWN_MEMORY double *a_inverse = malloc((size_t)n * (size_t)n * sizeof *a_inverse);
         test_quad_linearization(t.tree, GRAVITY, NULL, a_inverse);
         struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .up = up};
-        struct pend_modes *modes = NULL;
+        OWN(pend_modes, free) *modes = NULL;
         CHECK_INT(pend_modes_select(&modes, t.tree, &request, NULL), PEND_OK);
         CHECK_INT(modes->growing, standing);
         for (int k = 0; k < n; k++) CHECK((modes->omega[k] < 0) == (k < standing));
         worst = fmax(worst, upright_residual(modes, t.tree, up, a_inverse));
-        pend_modes_free(&modes);
-        free(a_inverse);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "modes about arms that stand and hang");
 }
@@ -671,15 +627,13 @@ TEST(modes_about_any_equilibrium) {
 TEST(modes_of_standing_arms_grow_at_the_rates_at_which_hanging_ones_swing) {
     const double length[] = {1, 1}, mass[] = {1, 1};
     const unsigned char up[] = {1, 1};
-    struct pend_tree *tree = tree_of(2, length, mass, (int[]){-1, 0});
+    OWN(pend_tree, free) *tree = tree_of(2, length, mass, (int[]){-1, 0});
     struct pend_modes_request request = {.loads.gravity = GRAVITY, .vectors = 1, .up = up};
-    struct pend_modes *modes = NULL;
+    OWN(pend_modes, free) *modes = NULL;
     CHECK_INT(pend_modes_select(&modes, tree, &request, NULL), PEND_OK);
     CHECK_RESIDUAL(fabs(modes->omega[0] / -sqrt(GRAVITY * (2 + sqrt(2))) - 1), 1e-15,
                    "fast growth");
     CHECK_RESIDUAL(fabs(modes->omega[1] / -sqrt(GRAVITY * (2 - sqrt(2))) - 1), 1e-15,
                    "slow growth");
     CHECK_INT(modes->growing, 2);
-    pend_modes_free(&modes);
-    pend_tree_free(&tree);
 }

@@ -26,10 +26,9 @@ static struct pend_laplacian *laplacian_of(const struct pend_tree *tree) {
 
 /* the values number first .. first + count - 1 */
 static void find_values(const struct pend_laplacian *l, int first, int count, double value[]) {
-    struct pend_values *values;
+    OWN(pend_values, free) *values;
     REQUIRE(pend_values_new(&values, l, first, count, value) == PEND_OK);
     while (!pend_values_step(values)) continue;
-    pend_values_free(&values);
 }
 
 /* the number of eigenvalues below a shift, in quadruple precision */
@@ -58,11 +57,11 @@ static double value_error(const struct pend_laplacian *l, double value, int i, t
 /* largest relative error of all eigenvalues of a random tree */
 static double worst_error(enum test_tree_kind kind, int n, double spread,
                           unsigned long long *seed) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, kind, n, spread, seed);
-    struct pend_laplacian *l = laplacian_of(t.tree);
+    OWN(pend_laplacian, free) *l = laplacian_of(t.tree);
     double worst = 0, sum = 0, *value = malloc((size_t)n * sizeof *value);
-    test_quad *pivot = malloc((size_t)n * sizeof *pivot);
+    OWN_MEMORY test_quad *pivot = malloc((size_t)n * sizeof *pivot);
     find_values(l, 0, n, value);
     for (int i = 0; i < n; i++) {
         CHECK(value[i] > 0 && (!i || value[i] >= value[i - 1]));
@@ -71,9 +70,6 @@ static double worst_error(enum test_tree_kind kind, int n, double spread,
     }
     CHECK(fabs(sum / t.tree->length_total - 1) < 1e-13);
     free(value);
-    free(pivot);
-    pend_laplacian_free(&l);
-    test_tree_clear(&t);
     return worst;
 }
 
@@ -98,16 +94,14 @@ TEST(modes_values_of_double_pendulums_are_those_of_the_quadratic_equation) {
         double length[2], mass[2], value[2];
         for (int k = 0; k < 2; k++)
             length[k] = 0.2 + 4 * test_random(&seed), mass[k] = 0.2 + 4 * test_random(&seed);
-        struct pend_tree *tree;
+        OWN(pend_tree, free) *tree;
         REQUIRE(pend_tree_new(&tree, 2, length, mass, parent, NULL) == PEND_OK);
-        struct pend_laplacian *l = laplacian_of(tree);
+        OWN(pend_laplacian, free) *l = laplacian_of(tree);
         find_values(l, 0, 2, value);
         double square = mass[0] / (mass[0] + mass[1]) * length[0] * length[1],
                half = (length[0] + length[1]) / 2, root = sqrt(half * half - square);
         worst = fmax(worst, fabs(value[0] * (half + root) / GRAVITY - 1));
         worst = fmax(worst, fabs(value[1] * square / (GRAVITY * (half + root)) - 1));
-        pend_laplacian_free(&l);
-        pend_tree_free(&tree);
     }
     CHECK_RESIDUAL(worst, 1e-14, "eigenvalues of double pendulums");
 }
@@ -115,30 +109,26 @@ TEST(modes_values_of_double_pendulums_are_those_of_the_quadratic_equation) {
 TEST(modes_values_of_a_chain_of_a_million_unit_arms) {
     enum { N = 1000000 };
     double *one = malloc(N * sizeof *one), slowest = 0;
-    int *parent = malloc(N * sizeof *parent);
+    OWN_MEMORY int *parent = malloc(N * sizeof *parent);
     for (int i = 0; i < N; i++) one[i] = 1, parent[i] = i - 1;
-    struct pend_tree *tree = NULL;
+    OWN(pend_tree, free) *tree = NULL;
     REQUIRE(pend_tree_new(&tree, N, one, one, parent, NULL) == PEND_OK);
-    struct pend_laplacian *l = laplacian_of(tree);
+    OWN(pend_laplacian, free) *l = laplacian_of(tree);
     find_values(l, 0, 1, &slowest);
-    test_quad *pivot = malloc(N * sizeof *pivot);
+    OWN_MEMORY test_quad *pivot = malloc(N * sizeof *pivot);
     CHECK_RESIDUAL(value_error(l, slowest, 0, pivot), 1e-14, "slowest mode of a million unit arms");
     /* the hanging chain: sqrt(g/length) times half the first zero of J_0 */
     CHECK_RESIDUAL(fabs(sqrt(slowest * N / GRAVITY) / (0.5 * 2.404825557695773) - 1), 1e-5,
                    "against a hanging string");
-    free(pivot);
     free(one);
-    free(parent);
-    pend_laplacian_free(&l);
-    pend_tree_free(&tree);
 }
 
 TEST(modes_values_of_a_part_are_those_of_the_whole) {
     enum { N = 120 };
     unsigned long long seed = 8;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_LIMBS, N, 2, &seed);
-    struct pend_laplacian *l = laplacian_of(t.tree);
+    OWN(pend_laplacian, free) *l = laplacian_of(t.tree);
     double all[N], part[N], worst = 0;
     find_values(l, 0, N, all);
     for (int round = 0; round < 200; round++) {
@@ -149,8 +139,6 @@ TEST(modes_values_of_a_part_are_those_of_the_whole) {
         if (first) CHECK_INT(pend_values_below(l, sqrt(all[first - 1] * all[first])), first);
     }
     CHECK_RESIDUAL(worst, 3e-15, "eigenvalues of parts");
-    pend_laplacian_free(&l);
-    test_tree_clear(&t);
 }
 
 TEST(modes_values_hold_at_every_instruction_set) {
@@ -158,9 +146,9 @@ TEST(modes_values_hold_at_every_instruction_set) {
     unsigned long long seed = 9;
     double worst = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
-        struct pend_laplacian *l = laplacian_of(t.tree);
+        OWN(pend_laplacian, free) *l = laplacian_of(t.tree);
         for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
             const struct pend_modes_kernel *kernel =
                 PEND_ISA_PICK(pend_modes_kernel, (enum pend_isa)isa);
@@ -182,8 +170,6 @@ TEST(modes_values_hold_at_every_instruction_set) {
                 CHECK(alone.log_rate == probe[i].log_rate && alone.log_bend == probe[i].log_bend);
             }
         }
-        pend_laplacian_free(&l);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-9, "log derivatives of all instruction sets");
 }
@@ -191,9 +177,9 @@ TEST(modes_values_hold_at_every_instruction_set) {
 TEST(modes_values_log_derivatives_are_sums_over_the_eigenvalues) {
     enum { N = 40 };
     unsigned long long seed = 10;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
-    struct pend_laplacian *l = laplacian_of(t.tree);
+    OWN(pend_laplacian, free) *l = laplacian_of(t.tree);
     double value[N], worst = 0;
     find_values(l, 0, N, value);
     for (int i = 1; i < N; i++) {
@@ -210,6 +196,4 @@ TEST(modes_values_log_derivatives_are_sums_over_the_eigenvalues) {
             fmax(worst, fmax(fabs(probe.log_rate - rate) / size, fabs(probe.log_bend / bend - 1)));
     }
     CHECK_RESIDUAL(worst, 1e-10, "sums 1/(s - lambda) and 1/(s - lambda)^2");
-    pend_laplacian_free(&l);
-    test_tree_clear(&t);
 }

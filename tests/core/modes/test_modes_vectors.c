@@ -110,8 +110,8 @@ static void worse(struct quality *worst, struct quality q) {
 static struct quality quality_of(enum test_tree_kind kind, int n, double spread, int alike,
                                  double off) {
     unsigned long long seed = 5;
-    struct test_tree t;
-    struct pend_modes *modes = NULL;
+    OWN(test_tree, clear) t;
+    OWN(pend_modes, free) *modes = NULL;
     struct quality q = {NAN, NAN, NAN, NAN, NAN};
     test_tree_random(&t, kind, n, spread, &seed);
     for (int i = 0; alike && i < n; i++) {
@@ -124,8 +124,6 @@ static struct quality quality_of(enum test_tree_kind kind, int n, double spread,
         CHECK_SAYING(pend_modes_new(&modes, t.tree, TEST_LOADS(GRAVITY), 1, &error) == PEND_OK,
                      "%s", error.text);
     if (found) q = measure(modes, t.tree);
-    pend_modes_free(&modes);
-    test_tree_clear(&t);
     return q;
 }
 
@@ -227,8 +225,8 @@ TEST(modes_vectors_of_a_part_of_a_hundred_thousand_arms) {
     struct quality worst = {0, 0, 0, 0, 0};
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
         if (kind == TEST_TREE_STAR) continue; /* modes_of_a_star_of_two_thousand */
-        struct test_tree t;
-        struct pend_modes *part = NULL, *fastest = NULL;
+        OWN(test_tree, clear) t;
+        OWN(pend_modes, free) *part = NULL, *fastest = NULL;
         test_tree_random(&t, (enum test_tree_kind)kind, 100000, 0.3, &seed);
         struct pend_modes_request request = {
             .loads.gravity = GRAVITY, .vectors = 1, .select = PEND_SELECT_SLOWEST, .count = 12};
@@ -237,9 +235,6 @@ TEST(modes_vectors_of_a_part_of_a_hundred_thousand_arms) {
             .loads.gravity = GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
         REQUIRE(pend_modes_select(&fastest, t.tree, &request, NULL) == PEND_OK);
         worse(&worst, quality_of_part(t.tree, part, fastest->omega[0] * fastest->omega[0]));
-        pend_modes_free(&part);
-        pend_modes_free(&fastest);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst.orthogonality, 1e-12, "12 slowest of 100 000 arms: V^T Re(0) V = I");
     CHECK_SAYING(worst.residual <= 1e-13, "12 slowest of 100 000 arms: residual %.2e",
@@ -249,11 +244,11 @@ TEST(modes_vectors_of_a_part_of_a_hundred_thousand_arms) {
 TEST(modes_vectors_hold_at_every_instruction_set) {
     enum { N = 61 };
     unsigned long long seed = 6;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_LIMBS, N, 0.3, &seed);
-    struct pend_modes *modes = NULL;
+    OWN(pend_modes, free) *modes = NULL;
     REQUIRE(pend_modes_new(&modes, t.tree, TEST_LOADS(GRAVITY), 1, NULL) == PEND_OK);
-    struct pend_laplacian *l = NULL;
+    OWN(pend_laplacian, free) *l = NULL;
     REQUIRE(pend_laplacian_alloc(&l, N) == PEND_OK);
     for (int k = 0; k < N; k++) {
         l->spring[k] = pend_laplacian_spring(t.tree, TEST_LOADS(GRAVITY), NULL, k);
@@ -292,7 +287,4 @@ TEST(modes_vectors_hold_at_every_instruction_set) {
         free(work);
     }
     CHECK_RESIDUAL(worst, 1e-12, "vectors of all instruction sets");
-    pend_laplacian_free(&l);
-    pend_modes_free(&modes);
-    test_tree_clear(&t);
 }

@@ -104,14 +104,14 @@ TEST(response_is_what_dense_matrices_give) {
     unsigned long long seed = 1;
     double worst = 0;
     for (int i = 0; i < 40; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct answer a;
         double omega[LANES], couple[ARMS], none[ARMS] = {0};
         answer_init(&a);
         test_tree_random(&t, i % TEST_TREE_KINDS, ARMS, i % 3, &seed);
         test_bodies_random(&b, t.tree, real_terms(i), &seed);
-        struct pend_response *r = response_of(&t, &b.loads);
+        OWN(pend_response, free) *r = response_of(&t, &b.loads);
         if (!r) continue;
         for (int k = 0; k < ARMS; k++) couple[k] = 2 * test_random(&seed) - 1;
         for (int j = 0; j < LANES; j++) omega[j] = j ? pow(10, 3 * test_random(&seed) - 1) : 0;
@@ -128,9 +128,6 @@ TEST(response_is_what_dense_matrices_give) {
             }
             worst = fmax(worst, off / most);
         }
-        pend_response_free(&r);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-12, "(K - w^2 M + i w C) x = f, relative");
 }
@@ -160,10 +157,10 @@ static void full(const struct test_tree *t, const struct test_bodies *b, const d
                  const double rate[], double out[5][ARMS]) {
     struct bodies_state state = {phi, NULL, rate, 0, 0};
     struct bodies_forces forces = {out[1], out[2], out[3], out[4]};
-    void *work = aligned_alloc(64, (pend_bodies_bytes(t->tree, b->terms) + 63) / 64 * 64);
+    OWN_MEMORY void *work =
+        aligned_alloc(64, (pend_bodies_bytes(t->tree, b->terms) + 63) / 64 * 64);
     if (!work) abort();
     pend_bodies_at(t->tree, &b->loads, &state, work, out[0], &forces);
-    free(work);
 }
 
 TEST(response_obeys_the_equations_of_motion_with_a_shaken_pivot_and_a_couple) {
@@ -174,8 +171,8 @@ TEST(response_obeys_the_equations_of_motion_with_a_shaken_pivot_and_a_couple) {
     unsigned long long seed = 2;
     double worst[5] = {0};
     for (int i = 0; i < 20; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct answer a;
         double couple_re[ARMS] = {0}, couple_im[ARMS] = {0}, omega = 0.5 + 6 * test_random(&seed);
         answer_init(&a);
@@ -186,7 +183,7 @@ TEST(response_obeys_the_equations_of_motion_with_a_shaken_pivot_and_a_couple) {
         couple_re[arm] = 1, couple_im[arm] = -0.5;
         struct pend_response_drive drive = {{0.3, -0.2}, {0.1, 0.4}, couple_re, couple_im};
         if (cart) drive = (struct pend_response_drive){{0}, {0}, couple_re, couple_im};
-        struct pend_response *r = response_of(&t, &b.loads);
+        OWN(pend_response, free) *r = response_of(&t, &b.loads);
         if (!r) continue;
         pend_response_at(r, 1, &omega, &drive, a.re, a.im, a.defined);
         for (int moment = 0; moment < 4; moment++) {
@@ -210,9 +207,6 @@ TEST(response_obeys_the_equations_of_motion_with_a_shaken_pivot_and_a_couple) {
                 }
             }
         }
-        pend_response_free(&r);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst[0], 1e-8, "phi'' of the response");
     for (int q = 1; q < 5; q++) CHECK_RESIDUAL(worst[q], 1e-8, "forces of the response");
@@ -222,10 +216,10 @@ TEST(response_is_where_long_runs_of_small_swings_end) {
     enum { COUNT = 40, N = 3 };
     const double omega = 2.5, size = 1e-6;
     unsigned long long seed = 5;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     struct answer a;
-    struct test_record record;
+    OWN(test_record, clear) record = {0};
     double couple[ARMS] = {0}, worst = 0, most = 0;
     answer_init(&a);
     test_tree_random(&t, TEST_TREE_CHAIN, N, 0.2, &seed);
@@ -239,7 +233,7 @@ TEST(response_is_where_long_runs_of_small_swings_end) {
         h[1] = omega, h[2] = 0;
         h[0] = b.terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X ? size : 0;
     }
-    struct pend_response *r = response_of(&t, &b.loads);
+    OWN(pend_response, free) *r = response_of(&t, &b.loads);
     REQUIRE(r);
     struct pend_response_drive drive = {{size, 0}, {0, 0}, couple, couple};
     pend_response_at(r, 1, &omega, &drive, a.re, a.im, a.defined);
@@ -263,23 +257,19 @@ TEST(response_is_where_long_runs_of_small_swings_end) {
         }
     }
     CHECK_RESIDUAL(worst / most, 1e-6, "the end of a long run, in parts of its amplitude");
-    test_record_clear(&record);
-    pend_response_free(&r);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }
 
 TEST(response_without_damping_is_not_defined_at_a_mode_and_is_beside_it) {
     unsigned long long seed = 3;
     for (int i = 0; i < 20; i++) {
-        struct test_tree t;
-        struct pend_modes *modes;
+        OWN(test_tree, clear) t;
+        OWN(pend_modes, free) *modes = NULL;
         struct answer a;
         struct pend_error error = {0};
         double beside[LANES], couple[ARMS] = {1}, none[ARMS] = {0};
         answer_init(&a);
         test_tree_random(&t, i % TEST_TREE_KINDS, ARMS, 0.3, &seed);
-        struct pend_response *r = response_of(&t, TEST_LOADS(9.81));
+        OWN(pend_response, free) *r = response_of(&t, TEST_LOADS(9.81));
         REQUIRE(r && pend_modes_new(&modes, t.tree, TEST_LOADS(9.81), 0, &error) == PEND_OK);
         struct pend_response_drive drive = {.couple_re = couple, .couple_im = none};
         // a star's modes among equal arms do not respond to the couple: the first and the last do
@@ -294,9 +284,6 @@ TEST(response_without_damping_is_not_defined_at_a_mode_and_is_beside_it) {
             CHECK(a.defined[j]);
             CHECK_SAYING(a.im[0][j * ARMS] == 0, "nothing damps, so nothing lags");
         }
-        pend_modes_free(&modes);
-        pend_response_free(&r);
-        test_tree_clear(&t);
     }
 }
 
@@ -336,15 +323,15 @@ TEST(response_is_right_where_a_part_of_the_tree_is_in_resonance_by_itself) {
 
 TEST(response_of_a_frequency_has_the_same_bits_in_any_company) {
     unsigned long long seed = 4;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     struct answer together, alone;
     double omega[LANES], couple[ARMS] = {0, 1}, none[ARMS] = {0};
     answer_init(&together);
     answer_init(&alone);
     test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 2, &seed);
     test_bodies_random(&b, t.tree, REAL, &seed);
-    struct pend_response *r = response_of(&t, &b.loads);
+    OWN(pend_response, free) *r = response_of(&t, &b.loads);
     REQUIRE(r);
     CHECK(pend_response_bytes(ARMS) > 1000);
     for (int j = 0; j < LANES; j++) omega[j] = pow(10, 4 * test_random(&seed) - 2);
@@ -356,14 +343,11 @@ TEST(response_of_a_frequency_has_the_same_bits_in_any_company) {
             CHECK(!memcmp(alone.re[i], together.re[i] + j * ARMS, ARMS * sizeof(double)) &&
                   !memcmp(alone.im[i], together.im[i] + j * ARMS, ARMS * sizeof(double)));
     }
-    pend_response_free(&r);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }
 
 TEST(response_survives_any_allocation_that_fails) {
     unsigned long long seed = 6;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     double phi[ARMS];
     hang(phi);
     test_tree_random(&t, TEST_TREE_CHAIN, ARMS, 0.3, &seed);
@@ -383,5 +367,4 @@ TEST(response_survives_any_allocation_that_fails) {
         CHECK(status == PEND_NO_MEMORY && !r && error.text[0]);
     }
     CHECK_INT(failed, 7);
-    test_tree_clear(&t);
 }

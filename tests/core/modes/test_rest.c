@@ -17,8 +17,8 @@ TEST(rest_is_where_the_dense_form_has_no_acceleration) {
     double worst = 0;
     int found = 0, missed = 0;
     for (int i = 0; i < 80; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         double phi[ARMS];
         test_quad angle[ARMS], rate[ARMS] = {0}, acc[ARMS];
         unsigned terms = i % 4 == 3 ? TEST_TERMS_CART_ALL : TEST_TERMS_ALL;
@@ -41,8 +41,6 @@ TEST(rest_is_where_the_dense_form_has_no_acceleration) {
         } else if (i % 3) {
             missed++;
         }
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     // if each joint has a spring there is an equilibrium
     CHECK_INT(missed, 0);
@@ -53,8 +51,8 @@ TEST(rest_is_where_the_dense_form_has_no_acceleration) {
 TEST(rest_with_springs_is_found_from_anywhere_without_weight_too) {
     unsigned long long seed = 4;
     for (int i = 0; i < 400; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         double phi[ARMS];
         int stable;
         test_tree_random(&t, i % TEST_TREE_KINDS, 1 + i % ARMS, 0.5, &seed);
@@ -65,15 +63,13 @@ TEST(rest_with_springs_is_found_from_anywhere_without_weight_too) {
         CHECK(pend_rest_find(t.tree, &b.loads, phi, &stable, NULL) == PEND_OK);
         // without weight the springs' potential has one minimum and no other stationary point
         if (i % 2 == 0) CHECK(stable);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
 }
 
 TEST(rest_knows_whether_it_is_stable) {
     unsigned long long seed = 2;
     for (int i = 0; i < 30; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double phi[ARMS];
         int stable, standing = test_random_int(&seed, 1 << ARMS);
         test_tree_random(&t, TEST_TREE_ATTACHED, ARMS, 0.5, &seed);
@@ -81,15 +77,14 @@ TEST(rest_knows_whether_it_is_stable) {
         REQUIRE(pend_rest_find(t.tree, TEST_LOADS(9.81), phi, &stable, NULL) == PEND_OK);
         CHECK_INT(stable, standing == 0);
         for (int k = 0; k < ARMS; k++) CHECK(fabs(phi[k]) == M_PI_2);
-        test_tree_clear(&t);
     }
 }
 
 TEST(rest_of_nothing_that_pulls_is_where_it_is_and_a_torque_beyond_gravity_has_none) {
     const double l = 1, m = 1;
     const int parent = -1;
-    struct pend_tree *tree;
-    struct pend_terms *terms;
+    OWN(pend_tree, free) *tree;
+    OWN(pend_terms, free) *terms = NULL;
     struct pend_error error = {0};
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     double phi = 0.3, torque = 20;
@@ -106,6 +101,4 @@ TEST(rest_of_nothing_that_pulls_is_where_it_is_and_a_torque_beyond_gravity_has_n
     phi = -M_PI_2;
     CHECK(pend_rest_find(tree, &loads, &phi, &stable, &error) == PEND_OK && stable);
     CHECK_RESIDUAL(fabs(phi + M_PI_2 - 0.5) + 1e-17, 1e-14, "a torque of m g l sin(1/2)");
-    pend_terms_free(&terms);
-    pend_tree_free(&tree);
 }

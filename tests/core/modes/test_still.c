@@ -21,7 +21,7 @@ enum { STILL = TEST_TERMS_RODS | TEST_TERMS_SPRINGS };
 static double *still_of(const struct test_tree *t, const struct pend_loads *loads, double phi[]) {
     size_t n = (size_t)t->n;
     double *square = malloc((n + n * n) * sizeof *square);
-    struct pend_still *still;
+    OWN(pend_still, free) *still;
     for (int k = 0; k < t->n; k++) phi[k] = k || !pend_terms_cart(loads->terms) ? -M_PI_2 : 0;
     if (!(square != NULL)) abort();
     if (!(pend_rest_find(t->tree, loads, phi, NULL, NULL) == PEND_OK)) abort();
@@ -29,7 +29,6 @@ static double *still_of(const struct test_tree *t, const struct pend_loads *load
     int steps = 1;
     while (!pend_still_step(still, square, square + n)) steps++;
     CHECK(t->n < 200 || steps > 20);
-    pend_still_free(&still);
     return square;
 }
 
@@ -65,24 +64,20 @@ TEST(still_finds_the_modes_that_dense_matrices_have) {
     double worst = 0, left = 0;
     for (int i = 0; i < 36; i++) {
         enum { MOST = 24 };
-        struct test_tree t;
-        struct test_bodies b;
-        struct pend_damped *d;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
+        OWN(pend_damped, free) *d;
         double phi[MOST], start[MOST];
         int n = 2 + i % (MOST - 2);
         test_tree_random(&t, i % TEST_TREE_KINDS, n, 0.5, &seed);
         test_bodies_random(&b, t.tree, STILL | (i % 3 ? 0 : TEST_TERMS_CART), &seed);
-        double *square = still_of(&t, &b.loads, phi);
+        OWN_MEMORY double *square = still_of(&t, &b.loads, phi);
         for (int k = 0; k < n; k++) start[k] = phi[k];
         REQUIRE(pend_damped_new(&d, t.tree, &b.loads, start, NULL) == PEND_OK);
         double most = fabs(square[n - 1]);
         for (int j = 0; j < n && d->count == n; j++)
             worst = fmax(worst, fabs(square[j] - d->omega[j] * d->omega[j]) / most);
         left = fmax(left, residual(&t, &b.loads, phi, square));
-        pend_damped_free(&d);
-        free(square);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "omega^2 against dense matrices, of the largest");
     CHECK_RESIDUAL(left, 1e-11, "K x = s M x, x^T M x = 1");
@@ -94,8 +89,8 @@ TEST(still_finds_like_branches_and_what_stands) {
     unsigned long long seed = 2;
     int parent[N];
     for (int k = 0; k < N; k++) parent[k] = k ? 0 : -1;
-    struct test_tree t;
-    struct test_bodies b;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
     double phi[N];
     test_tree_init(&t, N, parent, 0, &seed);
     test_bodies_random(&b, t.tree, TEST_TERMS_SPRINGS, &seed);
@@ -109,14 +104,11 @@ TEST(still_finds_like_branches_and_what_stands) {
     CHECK_RESIDUAL(residual(&t, &b.loads, phi, square), 1e-13, "modes of a star");
     CHECK(square[1] > 0 && fabs(square[1] / square[N - 2] - 1) < 1e-13);
     free(square);
-    struct pend_still *still;
+    OWN(pend_still, free) *still;
     for (int k = 0; k < N; k++) phi[k] = k % 2 ? M_PI_2 : -M_PI_2;
     b.loads.terms = NULL;
     REQUIRE(pend_still_new(&still, t.tree, &b.loads, phi) == PEND_OK);
     CHECK_INT(pend_still_below(still, 0), N / 2);
-    pend_still_free(&still);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }
 
 TEST(still_finds_all_modes_of_some_hundred_arms_with_springs_and_rods) {
@@ -125,16 +117,13 @@ TEST(still_finds_all_modes_of_some_hundred_arms_with_springs_and_rods) {
     static double phi[N];
     double left = 0;
     for (int i = 0; i < 2; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         test_tree_random(&t, i ? TEST_TREE_LIMBS : TEST_TREE_ATTACHED, N, 0.3, &seed);
         test_bodies_random(&b, t.tree, STILL, &seed);
-        double *square = still_of(&t, &b.loads, phi);
+        OWN_MEMORY double *square = still_of(&t, &b.loads, phi);
         for (int j = 1; j < N; j++) CHECK(square[j] >= square[j - 1] * (1 - 1e-9));
         left = fmax(left, residual(&t, &b.loads, phi, square));
-        free(square);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(left, 3e-12, "K x = s M x, x^T M x = 1");
 }
@@ -142,22 +131,18 @@ TEST(still_finds_all_modes_of_some_hundred_arms_with_springs_and_rods) {
 TEST(still_ends_where_nothing_pulls_back) {
     enum { N = 30, MOST = 100000 };
     unsigned long long seed = 4;
-    struct test_tree t;
-    struct test_bodies b;
-    struct pend_still *still;
+    OWN(test_tree, clear) t;
+    OWN(test_bodies, clear) b;
+    OWN(pend_still, free) *still = NULL;
     double phi[N], square[N];
     int steps = 0;
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 0.3, &seed);
     test_bodies_random(&b, t.tree, TEST_TERMS_RODS, &seed);
     b.loads.gravity = 0;
     for (int k = 0; k < N; k++) phi[k] = -M_PI_2;
-    double *vector = malloc(sizeof(double[N][N]));
+    OWN_MEMORY double *vector = malloc(sizeof(double[N][N]));
     REQUIRE(vector && pend_still_new(&still, t.tree, &b.loads, phi) == PEND_OK);
     while (!pend_still_step(still, square, vector) && steps < MOST) steps++;
     CHECK_SAYING(steps < MOST, "%d steps", steps);
     for (int k = 0; k < N; k++) CHECK(fabs(square[k]) < 1e-12);
-    pend_still_free(&still);
-    free(vector);
-    test_bodies_clear(&b);
-    test_tree_clear(&t);
 }

@@ -106,7 +106,7 @@ TEST(bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowh
     int kinds[PEND_ORBITS_KINDS] = {0};
     for (int number = 0; number < 30; number++) {
         int n = number % 2 ? 3 + number / 2 % 3 : 1 + number / 2 % 4;
-        struct found *f = number % 2 ? swinging(n, &seed) : driven(n, &seed);
+        OWN(found, free) *f = number % 2 ? swinging(n, &seed) : driven(n, &seed);
         found_search(f);
         REQUIRE(f->status == PEND_OK);
         check_steps(f, number);
@@ -115,7 +115,6 @@ TEST(bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowh
         for (int i = 0; i < f->bifurcations && f->problem.driven; i++)
             CHECK(f->kind[i] != PEND_ORBITS_BRANCH);
         for (int i = 1; i < f->bifurcations; i++) CHECK(f->after[i] >= f->after[i - 1]);
-        found_free(f);
     }
     CHECK(kinds[PEND_ORBITS_FOLD] > 10 && kinds[PEND_ORBITS_BRANCH] > 10);
     CHECK(kinds[PEND_ORBITS_SYMMETRY] > 10 && kinds[PEND_ORBITS_TORUS] > 5);
@@ -125,7 +124,7 @@ TEST(bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowh
 TEST(bifurcations_are_not_hidden_by_multipliers_that_meet_away_from_the_circle) {
     static const double length[] = {0.6, 0.97, 0.44}, mass[] = {0.29, 0.74, 0.74};
     static const int parent[] = {-1, 0, 0};
-    struct found *f = found_chain(3, 0, 2, 1);
+    OWN(found, free) *f = found_chain(3, 0, 2, 1);
     pend_tree_free(&f->tree);
     REQUIRE(pend_tree_new(&f->tree, 3, length, mass, parent, NULL) == PEND_OK);
     found_search(f);
@@ -133,7 +132,6 @@ TEST(bifurcations_are_not_hidden_by_multipliers_that_meet_away_from_the_circle) 
     CHECK(f->kind[7] == PEND_ORBITS_SYMMETRY);
     CHECK_RESIDUAL(fabs(f->at[7] - 17.917900006), 1e-7, "energy of the bifurcation, J");
     check_steps(f, 0);
-    found_free(f);
 }
 
 /* an arm whose swing to one side equals that to the other half a period later, until the torque is
@@ -147,7 +145,7 @@ static struct found *torque_grows(double from, double to) {
 }
 
 TEST(bifurcations_at_which_a_driven_swing_loses_its_symmetry_are_told_from_both_sides) {
-    struct found *f = torque_grows(0.9, 1.02), *g = torque_grows(1.02, 0.95);
+    OWN(found, free) *f = torque_grows(0.9, 1.02), *g = torque_grows(1.02, 0.95);
     found_search(f);
     found_search(g);
     REQUIRE(f->status == PEND_OK && g->status == PEND_OK);
@@ -162,8 +160,6 @@ TEST(bifurcations_at_which_a_driven_swing_loses_its_symmetry_are_told_from_both_
     found_search(g);
     CHECK(g->status == PEND_OK && g->end == PEND_ORBITS_REACHED && g->rows > 3);
     CHECK(fabs(g->value[g->rows - 1] - 0.95) < 1e-14 && g->stable[g->rows - 1]);
-    found_free(g);
-    found_free(f);
 }
 
 /* The same for trees: from an orbit of the asymmetric branch back to where it began. Returns false
@@ -198,22 +194,20 @@ TEST(bifurcations_at_which_driven_trees_lose_their_symmetry_are_told_from_both_s
     int seen[4] = {0};
     for (int number = 0; number < 16; number++) {
         int n = 2 + number % 2;
-        struct found *f = driven(n, &seed);
+        OWN(found, free) *f = driven(n, &seed);
         seen[n] += symmetry_from_beyond(f);
-        found_free(f);
     }
     CHECK(seen[2] > 0 && seen[3] > 0);
 }
 
 /* orbits of twice the period turn back where they meet those of the single period */
 TEST(bifurcations_at_which_a_period_was_doubled_are_told_from_both_sides) {
-    struct found *f = torque_grows(1.068, 1.05);
+    OWN(found, free) *f = torque_grows(1.068, 1.05);
     f->problem.periods = 2, f->problem.settle = 2000;
     found_search(f);
     REQUIRE(f->status == PEND_OK && f->bifurcations == 1);
     CHECK(f->end == PEND_ORBITS_BACK && f->kind[0] == PEND_ORBITS_DOUBLING && f->turns[0]);
     CHECK_RESIDUAL(fabs(f->at[0] - 1.0663738), 1e-6, "torque of the bifurcation, N m");
-    found_free(f);
 }
 
 /* Searches at the edges of constants of orbit_constants: where they end, where a bifurcation is or
@@ -243,10 +237,10 @@ TEST(searches_end_as_they_must) {
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         unsigned long long seed = (unsigned long long)row[i].a;
         char what = row[i].what;
-        struct found *f = what == 'd'   ? driven(row[i].n, &seed)
-                          : what == 's' ? swinging(row[i].n, &seed)
-                          : what == 't' ? torque_grows(row[i].a, row[i].b)
-                                        : found_chain(row[i].n, 0, row[i].a, what != 'c');
+        OWN(found, free) *f = what == 'd'   ? driven(row[i].n, &seed)
+                              : what == 's' ? swinging(row[i].n, &seed)
+                              : what == 't' ? torque_grows(row[i].a, row[i].b)
+                                            : found_chain(row[i].n, 0, row[i].a, what != 'c');
         if (what == 't') f->problem.periods = row[i].n, f->problem.settle = row[i].n > 1 ? 2000 : 0;
         if (what == 'u') f->problem.target = PEND_ORBIT_ENERGY;
         double seen = 0;
@@ -259,6 +253,5 @@ TEST(searches_end_as_they_must) {
         CHECK_SAYING(f->maps >= row[i].maps[0] && f->maps <= row[i].maps[1] &&
                          f->calls <= row[i].calls,
                      "row %zu: %ld motions, %ld calls", i, f->maps, f->calls);
-        found_free(f);
     }
 }

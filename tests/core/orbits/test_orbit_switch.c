@@ -56,7 +56,7 @@ TEST(orbits_switch_through_a_cascade_of_doublings_as_feigenbaum_says) {
     static const enum pend_orbits_kind kinds[] = {PEND_ORBITS_SYMMETRY, PEND_ORBITS_DOUBLING};
     double at[5], period = 3 * M_PI;
     for (int switches = 0; switches < 5; switches++) {
-        struct found *f = cascade(switches);
+        OWN(found, free) *f = cascade(switches);
         int first = switches > 0;
         REQUIRE(f->bifurcations == 1 + first);
         CHECK(f->kind[first] == kinds[first]);
@@ -70,7 +70,6 @@ TEST(orbits_switch_through_a_cascade_of_doublings_as_feigenbaum_says) {
             double product = f->re[i][0] * f->re[i][1] - f->im[i][0] * f->im[i][1];
             CHECK(fabs(product - exp(-0.5 * period)) < 1e-9);
         }
-        found_free(f);
     }
     // the first of these numbers are near the universal ratio
     CHECK(fabs((at[2] - at[1]) / (at[3] - at[2]) - 4.6692) < 0.02);
@@ -78,23 +77,21 @@ TEST(orbits_switch_through_a_cascade_of_doublings_as_feigenbaum_says) {
 }
 
 TEST(orbits_switch_to_orbits_that_take_two_periods_and_not_one) {
-    struct found *f = cascade(2);
+    OWN(found, free) *f = cascade(2);
     for (int i = 0; i < f->rows; i += 4) {
-        struct found *one = found_driven(0.5, f->value[i], 2.0 / 3);
+        OWN(found, free) *one = found_driven(0.5, f->value[i], 2.0 / 3);
         one->problem.branch = 0, one->problem.periods = 2, one->problem.settle = 0;
         one->problem.phi = f->phi[i], one->problem.rate = f->rate[i];
         found_search(one);
         // the same orbit is found directly, from its start, as one of two periods
         REQUIRE(one->status == PEND_OK && one->end == PEND_ORBITS_REACHED && one->rows == 1);
         CHECK(fabs(one->phi[0][0] - f->phi[i][0]) < 1e-10 && one->stable[0] == f->stable[i]);
-        found_free(one);
     }
-    found_free(f);
 }
 
 /* the two sides of a fork are mirror images, half a period apart */
 TEST(orbits_switch_to_both_sides_of_a_fork) {
-    struct found *f = cascade(1), *g = found_driven(0.5, 0.9, 2.0 / 3);
+    OWN(found, free) *f = cascade(1), *g = found_driven(0.5, 0.9, 2.0 / 3);
     g->problem = f->problem;
     g->problem.loads.terms = g->terms, g->problem.loads.value = g->term;
     g->problem.leave[0] = -1;
@@ -104,15 +101,13 @@ TEST(orbits_switch_to_both_sides_of_a_fork) {
     CHECK(fabs(f->phi[last][0] - g->phi[other][0]) > 0.1);
     CHECK(fabs(f->re[last][0] + f->re[last][1] - g->re[other][0] - g->re[other][1]) < 1e-9);
     CHECK(fabs(f->amplitude[last][0] - g->amplitude[other][0]) < 1e-3);
-    found_free(g);
-    found_free(f);
 }
 
 /* the fast mode of two arms becomes unstable at large amplitudes; the orbits that replace it are
  * never at rest */
 TEST(orbits_switch_to_orbits_that_do_not_rest) {
     for (int mode = 0; mode < 2; mode++) {
-        struct found *f = found_chain(2, mode, 2.5, 1);
+        OWN(found, free) *f = found_chain(2, mode, 2.5, 1);
         f->problem.switches = f->problem.leave[0] = 1;
         found_search(f);
         REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 5);
@@ -126,13 +121,12 @@ TEST(orbits_switch_to_orbits_that_do_not_rest) {
             found_check_multipliers(f, i);
         }
         CHECK(f->stable[0] && !f->stable[f->rows - 1]);
-        found_free(f);
     }
 }
 
 /* three arms: orbits between two states of rest that are no longer mirror images of each other */
 TEST(orbits_switch_to_orbits_between_rests_that_are_no_mirror_images) {
-    struct found *f = found_chain(3, 1, 2.5, 1);
+    OWN(found, free) *f = found_chain(3, 1, 2.5, 1);
     f->problem.switches = f->problem.leave[0] = 1;
     found_search(f);
     REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 10);
@@ -144,12 +138,11 @@ TEST(orbits_switch_to_orbits_between_rests_that_are_no_mirror_images) {
         CHECK(away_after(f, i, 0.5, -1) > 1e-3);
         found_check_multipliers(f, i);
     }
-    found_free(f);
 }
 
 TEST(orbits_switch_to_twice_the_period_without_a_drive_too) {
     for (int at = 1; at <= 2; at++) {
-        struct found *f = found_chain(3, 0, 2.5, 1);
+        OWN(found, free) *f = found_chain(3, 0, 2.5, 1);
         f->problem.switches = 2, f->problem.leave[0] = 1, f->problem.leave[1] = at;
         f->problem.points = 30;
         found_search(f);
@@ -160,7 +153,6 @@ TEST(orbits_switch_to_twice_the_period_without_a_drive_too) {
             CHECK(away_after(f, i, 0.5, 1) > 1e-4);
             found_check_multipliers(f, i);
         }
-        found_free(f);
     }
 }
 
@@ -169,7 +161,7 @@ TEST(orbits_switch_round_a_closed_branch) {
     static const enum pend_orbits_kind kinds[] = {PEND_ORBITS_SYMMETRY, PEND_ORBITS_DOUBLING,
                                                   PEND_ORBITS_DOUBLING, PEND_ORBITS_SYMMETRY};
     for (int side = -1; side <= 1; side += 2) {
-        struct found *f = found_chain(3, 0, 2.5, 1);
+        OWN(found, free) *f = found_chain(3, 0, 2.5, 1);
         f->problem.switches = 1, f->problem.leave[0] = side;
         found_search(f);
         CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_CLOSED);
@@ -182,7 +174,6 @@ TEST(orbits_switch_round_a_closed_branch) {
             CHECK(f->turns[6 - i] == (i % 3 == 0));
             CHECK_SAYING(apart < (i ? 3e-7 : 1e-8), "bifurcation %d: %g J apart", i, apart);
         }
-        found_free(f);
     }
 }
 
@@ -228,10 +219,10 @@ static int orbits_in_turns(const struct found *f, long each, struct found *g) {
 
 TEST(orbits_switch_with_the_same_bits_after_any_number_of_checkpoints) {
     for (int i = 0; i < 4; i++) {
-        struct found *f = i == 2  ? cascade(2)
-                          : i < 2 ? found_chain(2, 1, 2.2, 1)
-                                  : found_trunk(4, 2, 2.2, 1);
-        struct found *g = found_chain(1, 0, 1, 1);
+        OWN(found, free) *f = i == 2  ? cascade(2)
+                              : i < 2 ? found_chain(2, 1, 2.2, 1)
+                                      : found_trunk(4, 2, 2.2, 1);
+        OWN(found, free) *g = found_chain(1, 0, 1, 1);
         if (i == 1) f->problem.switches = f->problem.leave[0] = 1;
         found_search(f);
         CHECK(orbits_in_turns(f, 1 + 2 * (i % 3), g) > 5);
@@ -241,18 +232,16 @@ TEST(orbits_switch_with_the_same_bits_after_any_number_of_checkpoints) {
             CHECK(g->period[row] == f->period[row] && g->energy[row] == f->energy[row]);
             CHECK(g->amplitude[row][0] == f->amplitude[row][0]);
         }
-        found_free(g);
-        found_free(f);
     }
 }
 
 TEST(orbits_switch_nowhere_where_no_branch_begins) {
     // there is one bifurcation
-    struct found *f = found_chain(2, 1, 2, 1);
+    OWN(found, free) *f = found_chain(2, 1, 2, 1);
     f->problem.switches = 1, f->problem.leave[0] = 2;
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_MISSING && f->rows == 0);
-    found_free(f);
+    found_free(&f);
     // at a fold no other branch begins
     f = found_driven(0.05, 0.06, 0.5);
     f->problem.branch = 1, f->problem.vary = PEND_ORBIT_OMEGA, f->problem.to = 1.2;
@@ -260,7 +249,7 @@ TEST(orbits_switch_nowhere_where_no_branch_begins) {
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_APART && f->rows == 0);
     CHECK(f->bifurcations == 1 && f->kind[0] == PEND_ORBITS_FOLD);
-    found_free(f);
+    found_free(&f);
     // more than eight periods
     f = found_driven(0.5, 0.9, 2.0 / 3);
     f->problem.settle = 50, f->problem.branch = 1, f->problem.vary = PEND_ORBIT_PARAMETER;
@@ -272,11 +261,10 @@ TEST(orbits_switch_nowhere_where_no_branch_begins) {
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_APART && f->rows == 0);
     CHECK(f->bifurcations == 1 && f->kind[0] == PEND_ORBITS_DOUBLING);
-    found_free(f);
 }
 
 TEST(orbits_switch_in_spite_of_any_allocation_that_fails) {
-    struct found *f = found_chain(2, 1, 2, 1);
+    OWN(found, free) *f = found_chain(2, 1, 2, 1);
     long failed = 0;
     f->problem.switches = f->problem.leave[0] = 1;
     f->problem.step = 0.4, f->problem.points = 30;
@@ -289,5 +277,4 @@ TEST(orbits_switch_in_spite_of_any_allocation_that_fails) {
         failed++;
     }
     CHECK(failed > 20 && f->rows >= 2);
-    found_free(f);
 }

@@ -30,7 +30,7 @@ TEST(orbits_of_one_arm_have_the_elliptic_period_up_to_170_degrees) {
     static const double degrees[] = {0.1, 1, 10, 30, 60, 90, 120, 150, 165, 170};
     for (size_t i = 0; i < sizeof degrees / sizeof *degrees; i++) {
         double amplitude = degrees[i] * M_PI / 180;
-        struct found *f = found_chain(1, 0, amplitude, 0);
+        OWN(found, free) *f = found_chain(1, 0, amplitude, 0);
         found_search(f);
         REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows == 1);
         double period = 4 / sqrt(9.81) * elliptic(amplitude);
@@ -38,7 +38,6 @@ TEST(orbits_of_one_arm_have_the_elliptic_period_up_to_170_degrees) {
         CHECK(fabs(f->phi[0][0] + M_PI / 2 - amplitude) < 1e-14);
         CHECK(fabs(f->energy[0] / (9.81 * (1 - cos(amplitude))) - 1) < 1e-9);
         CHECK(f->stable[0] && f->re[0][0] == 1 && f->im[0][1] == 0);
-        found_free(f);
     }
 }
 
@@ -46,7 +45,7 @@ TEST(orbits_of_one_arm_have_the_elliptic_period_up_to_170_degrees) {
 
 TEST(orbits_of_the_double_pendulum_have_the_multipliers_of_32_digits_up_to_2_rad) {
     for (int mode = 0; mode < 2; mode++) {
-        struct found *f = found_chain(2, mode, 2, 1);
+        OWN(found, free) *f = found_chain(2, mode, 2, 1);
         found_search(f);
         CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 20);
         for (int i = 0; i < f->rows; i++) {
@@ -63,7 +62,6 @@ TEST(orbits_of_the_double_pendulum_have_the_multipliers_of_32_digits_up_to_2_rad
         CHECK(fabs(f->amplitude[0][1] / f->amplitude[0][0] - M_SQRT2) < 1e-3);
         CHECK(mode ? f->bifurcations == 1 && f->kind[0] == PEND_ORBITS_BRANCH && !f->stable[25]
                    : f->bifurcations == 0 && f->stable[f->rows - 1]);
-        found_free(f);
     }
 }
 
@@ -72,7 +70,7 @@ TEST(a_branch_ends_once_where_a_bifurcation_lies_just_before_its_end) {
     static const double beyond[] = {1e-4, 3e-3, 3e-2};
     for (size_t i = 0; i < sizeof beyond / sizeof *beyond; i++) {
         double until = 1.08115598451 + beyond[i];
-        struct found *f = found_chain(2, 1, until, 1);
+        OWN(found, free) *f = found_chain(2, 1, until, 1);
         found_search(f);
         REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 2);
         CHECK_INT(f->bifurcations, 1);
@@ -82,7 +80,6 @@ TEST(a_branch_ends_once_where_a_bifurcation_lies_just_before_its_end) {
                          "%g beyond: orbit %d of %d has %.17g of %.17g", beyond[i], row + 1,
                          f->rows, most, until);
         }
-        found_free(f);
     }
 }
 
@@ -102,7 +99,7 @@ static void seen_after(const struct found *f, double part, double *angle, double
 /* between two states of rest, through the hanging equilibrium: arXiv:2505.13064 */
 TEST(orbits_of_five_links_swing_between_two_rests_through_the_hanging_one) {
     for (int mode = 0; mode < 5; mode++) {
-        struct found *f = found_chain(5, mode, 0.4, 0);
+        OWN(found, free) *f = found_chain(5, mode, 0.4, 0);
         double angle, rate;
         found_search(f);
         REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED);
@@ -110,7 +107,6 @@ TEST(orbits_of_five_links_swing_between_two_rests_through_the_hanging_one) {
         CHECK(angle < 1e-12 && rate > 0.1);
         seen_after(f, 0.5, &angle, &rate);
         CHECK(fabs(angle - 0.4) < 1e-12 && rate < 1e-11);
-        found_free(f);
     }
 }
 
@@ -120,18 +116,18 @@ TEST(orbits_of_larger_chains_come_back) {
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows == 1);
     CHECK(f->closure[0] < 1e-11 && fabs(f->amplitude[0][19] - 0.6) < 1e-12);
     for (int j = 0; j < 40; j++) CHECK(fabs(hypot(f->re[0][j], f->im[0][j]) - 1) < 1e-6);
-    found_free(f);
+    found_free(&f);
     for (int mode = 0; mode < 5; mode++) {
         f = found_chain(5, mode, 0.5, 0);
         found_search(f);
         CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->closure[0] < 1e-11);
         found_check_multipliers(f, 0);
-        found_free(f);
+        found_free(&f);
     }
 }
 
 TEST(orbits_up_to_an_energy_are_those_up_to_its_amplitude) {
-    struct found *f = found_chain(3, 1, 1, 0), *g = found_chain(3, 1, 1, 0);
+    OWN(found, free) *f = found_chain(3, 1, 1, 0), *g = found_chain(3, 1, 1, 0);
     found_search(f);
     REQUIRE(f->status == PEND_OK && f->rows == 1);
     g->problem.target = PEND_ORBIT_ENERGY, g->problem.until = f->energy[0];
@@ -139,8 +135,6 @@ TEST(orbits_up_to_an_energy_are_those_up_to_its_amplitude) {
     REQUIRE(g->status == PEND_OK && g->rows == 1);
     CHECK(fabs(g->period[0] / f->period[0] - 1) < 1e-11);
     for (int k = 0; k < 3; k++) CHECK(fabs(g->phi[0][k] - f->phi[0][k]) < 1e-11);
-    found_free(g);
-    found_free(f);
 }
 
 /* Of three equal arms on a trunk two swing against each other, each as a single pendulum, and the
@@ -150,7 +144,7 @@ TEST(orbits_of_equal_branches_that_swing_against_each_other_have_the_elliptic_pe
     for (int i = 0; i < 9; i++) {
         int n = 4 + i % 3;
         double amplitude = amplitudes[i / 3], period = 4 * sqrt(0.7 / 9.81) * elliptic(amplitude);
-        struct found *f = found_trunk(n, n - 2, amplitude, i % 2);
+        OWN(found, free) *f = found_trunk(n, n - 2, amplitude, i % 2);
         found_search(f);
         REQUIRE(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 0);
         int last = f->rows - 1;
@@ -162,14 +156,13 @@ TEST(orbits_of_equal_branches_that_swing_against_each_other_have_the_elliptic_pe
         }
         CHECK(fabs(f->phi[last][n - 2] + f->phi[last][n - 1] + M_PI) < 1e-13);
         found_check_multipliers(f, last);
-        found_free(f);
     }
 }
 
 /* rods make them real pendulums, whose modes may be any shapes of that frequency */
 TEST(orbits_of_equal_real_branches_swing_against_each_other_too) {
     for (int mode = 1; mode <= 2; mode++) {
-        struct found *f = found_trunk(4, mode, 1.2, 0);
+        OWN(found, free) *f = found_trunk(4, mode, 1.2, 0);
         const struct pend_terms *terms = found_terms(f, PEND_TERM_ROD, 0);
         for (int k = 0; k < 4; k++) f->term[pend_terms_place(terms, PEND_TERM_ROD, k)] = 0.2;
         found_search(f);
@@ -178,14 +171,13 @@ TEST(orbits_of_equal_real_branches_swing_against_each_other_too) {
         double length = 0.7 * (0.6 + 0.2 / 3) / (0.6 + 0.1);
         CHECK(fabs(f->period[0] / (4 * sqrt(length / 9.81) * elliptic(1.2)) - 1) < 1e-12);
         CHECK(fabs(f->phi[0][0] + M_PI / 2) < 1e-13 && f->closure[0] < 1e-12);
-        found_free(f);
     }
 }
 
 /* ---- real pendulums */
 
 TEST(orbits_about_a_rest_that_is_no_mirror_image_come_back_too) {
-    struct found *f = found_chain(2, 0, 1, 1);
+    OWN(found, free) *f = found_chain(2, 0, 1, 1);
     const struct pend_terms *terms = found_terms(f, PEND_TERM_STIFFNESS, 0);
     for (int k = 0; k < 2; k++) {
         f->term[pend_terms_place(terms, PEND_TERM_STIFFNESS, k)] = 3 + k;
@@ -195,11 +187,10 @@ TEST(orbits_about_a_rest_that_is_no_mirror_image_come_back_too) {
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows > 8);
     for (int i = 0; i < f->rows; i++) CHECK(f->closure[i] < 1e-11);
     found_check_multipliers(f, f->rows - 1);
-    found_free(f);
 }
 
 TEST(orbits_of_a_driven_arm_fold_at_resonance_where_steps_in_frequency_see_a_jump) {
-    struct found *f = found_driven(0.05, 0.06, 0.5);
+    OWN(found, free) *f = found_driven(0.05, 0.06, 0.5);
     f->problem.branch = 1, f->problem.vary = PEND_ORBIT_OMEGA, f->problem.to = 1.2;
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED);
@@ -213,11 +204,10 @@ TEST(orbits_of_a_driven_arm_fold_at_resonance_where_steps_in_frequency_see_a_jum
         double product = f->re[i][0] * f->re[i][1] - f->im[i][0] * f->im[i][1];
         CHECK(fabs(product / exp(-0.05 * f->period[i]) - 1) < 1e-11);
     }
-    found_free(f);
 }
 
 TEST(orbits_of_a_driven_arm_double_their_period_and_the_doubled_ones_are_found) {
-    struct found *f = found_driven(0.5, 1.02, 2.0 / 3);
+    OWN(found, free) *f = found_driven(0.5, 1.02, 2.0 / 3);
     f->problem.settle = 200, f->problem.branch = 1, f->problem.vary = PEND_ORBIT_PARAMETER;
     f->problem.by =
         (struct pend_parameter){PEND_PARAMETER_TERM, f->problem.loads.terms->harmonic[0].at};
@@ -236,35 +226,33 @@ TEST(orbits_of_a_driven_arm_double_their_period_and_the_doubled_ones_are_found) 
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_REACHED && f->rows == 1);
     CHECK(f->stable[0] && f->closure[0] < 1e-11);
-    found_free(f);
 }
 
 TEST(orbits_that_do_not_exist_are_not_found) {
     // beyond the energy of the upright arm it turns over, and no swing comes to rest
-    struct found *f = found_chain(1, 0, 1, 1);
+    OWN(found, free) *f = found_chain(1, 0, 1, 1);
     f->problem.target = PEND_ORBIT_ENERGY, f->problem.until = 2.1 * 9.81;
     found_search(f);
     CHECK(f->status == PEND_OK && f->end != PEND_ORBITS_REACHED && f->rows > 10);
     for (int i = 0; i < f->rows; i++) CHECK(f->energy[i] < 2 * 9.81);
-    found_free(f);
+    found_free(&f);
     // an orbit of one period is not one of two
     f = found_driven(0.5, 0.1, 0.7);
     f->problem.periods = 2;
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_MEETS && f->rows == 0);
-    found_free(f);
+    found_free(&f);
     // larger swings than allowed
     f = found_chain(2, 0, 2, 1);
     f->problem.points = 5;
     found_search(f);
     CHECK(f->status == PEND_OK && f->end == PEND_ORBITS_POINTS && f->rows == 5);
-    found_free(f);
+    found_free(&f);
     // an upright arm has no oscillating mode
     f = found_chain(1, 0, 1, 1);
     f->problem.loads.gravity = -1;
     found_search(f);
     CHECK(f->status == PEND_INVALID);
-    found_free(f);
 }
 
 TEST(orbits_and_their_search_survive_any_allocation_that_fails) {
@@ -284,12 +272,12 @@ TEST(orbits_and_their_search_survive_any_allocation_that_fails) {
         }
         CHECK(failed > 10 && some[i]->status == PEND_OK && some[i]->rows >= 2);
     }
-    found_free(some[0]);
-    found_free(some[1]);
+    found_free(&some[0]);
+    found_free(&some[1]);
 }
 
 TEST(common_periods_are_found) {
-    struct pend_terms *terms;
+    OWN(pend_terms, free) *terms;
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     static const int drives[] = {0, 0};
     int place[2];
@@ -307,5 +295,4 @@ TEST(common_periods_are_found) {
         value[terms->harmonic[1].at + 1] = row[i].second;
         CHECK_INT(pend_orbit_drive(&loads, &omega), row[i].common);
     }
-    pend_terms_free(&terms);
 }

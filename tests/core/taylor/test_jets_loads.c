@@ -155,8 +155,8 @@ static void bodies_spread(const struct test_bodies *b, double decades, unsigned 
 
 static void pendulum_errors(struct errors *worst, const struct test_tree *t, unsigned what,
                             double decades, enum pend_isa isa, unsigned long long *seed) {
-    struct test_bodies b;
-    struct twin twin;
+    OWN(test_bodies, clear) b;
+    OWN(twin, close) twin;
     struct scene quick, general;
     double unit = what % 3 ? 0.0625 : -0.0625;
     test_bodies_random(&b, t->tree, what, seed);
@@ -172,8 +172,6 @@ static void pendulum_errors(struct errors *worst, const struct test_tree *t, uns
     for (int i = 0; i <= 2; i++) series_errors(worst, t->n, &quick, &general, 0.5 * i * reach);
     free(quick.memory);
     free(general.memory);
-    twin_close(&twin);
-    test_bodies_clear(&b);
 }
 
 TEST(quick_kernels_have_the_series_of_the_general_one_with_any_loads_on_all_small_trees) {
@@ -210,10 +208,9 @@ TEST(quick_kernels_keep_the_digits_of_bodies_whose_masses_differ_by_many_decades
     unsigned long long seed = 4;
     struct errors worst = {0};
     for (int i = 0; i < 200; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 2 + i % 7, 4, &seed);
         pendulum_errors(&worst, &t, TEST_TERMS_RODS, 4, pend_isa_best(), &seed);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst.acc, 1e-13, "phi'' against quadruple precision");
     CHECK_RESIDUAL(worst.force, 1e-12, "lambda against quadruple precision");
@@ -231,10 +228,9 @@ TEST(quick_kernels_of_large_trees_have_the_series_of_the_general_one_with_any_lo
             unsigned what = 0;
             for (int bit = 0; bit < 4; bit++)
                 if ((i % 15 + 1) >> bit & 1) what |= loads[bit];
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             test_tree_random(&t, (enum test_tree_kind)kind, arms[size], 0.3, &seed);
             pendulum_errors(&worst, &t, what, 0, (enum pend_isa)(i % (pend_isa_best() + 1)), &seed);
-            test_tree_clear(&t);
         }
     CHECK(worst.chains >= 5 && worst.blocks >= 5);
     CHECK_RESIDUAL(worst.acc, 1e-13, "phi'' against quadruple precision");
@@ -249,8 +245,8 @@ TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
     unsigned long long seed = 2;
     enum pend_isa best = pend_isa_best(), least = best < PEND_ISA_AVX2 ? best : PEND_ISA_AVX2;
     for (int i = 0; i < 60; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         struct scene one, other;
         int large = i % 3 == 2, n = large ? 9 + i : 1 + i % 8;
         unsigned what = loads[i % LOADS] | loads[i / LOADS % LOADS];
@@ -270,46 +266,42 @@ TEST(quick_kernels_with_loads_have_the_same_bits_in_avx2_and_avx512) {
         CHECK(!differ);
         free(one.memory);
         free(other.memory);
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
 }
 
 TEST(quick_kernels_take_no_pendulum_with_any_other_term) {
     unsigned long long seed = 3;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
     int taken = 0;
     for (int i = 0; i < PEND_TERM_ROWS + PEND_TERM_ONES; i++) {
         unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
-        struct pend_terms *terms;
+        OWN(pend_terms, free) *terms;
         if (i < PEND_TERM_ROWS)
             rows[i] = 1;
         else
             ones[i - PEND_TERM_ROWS] = 1;
         REQUIRE(pend_terms_new(&terms, 2, rows, ones, 0, NULL, NULL) == PEND_OK);
         taken += jets_loads_suit(t.tree, terms);
-        pend_terms_free(&terms);
     }
     // all terms of masses and attachment points, damping, stiffness and rest, torque, drag per
     // mass, the two of the pivot's acceleration, and the four of a piece
     CHECK_INT(taken, 7 + 4 + 3 + 4);
-    test_tree_clear(&t);
 }
 
 TEST(quick_kernels_with_loads_write_nothing_behind_the_memory_that_they_ask_for) {
     enum { GUARD = 4096, NEAR = 4 };
     unsigned long long seed = 4;
     for (int n = 1; n <= 12; n++) {
-        struct test_tree t;
-        struct pend_terms *terms;
+        OWN(test_tree, clear) t;
+        OWN(pend_terms, free) *terms;
         struct pend_jets jets;
         unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_DAMPING] = 1}, ones[PEND_TERM_ONES] = {0};
         test_tree_random(&t, TEST_TREE_CHAIN, n, 0.3, &seed);
         REQUIRE(pend_terms_new(&terms, n, rows, ones, 0, NULL, NULL) == PEND_OK);
-        double *value = calloc((size_t)terms->count, sizeof *value);
+        OWN_MEMORY double *value = calloc((size_t)terms->count, sizeof *value);
         size_t bytes = pend_jets_bytes(t.tree, terms, NEAR), all = (bytes + GUARD + 63) / 64 * 64;
-        char *memory = aligned_alloc(64, all);
+        OWN_MEMORY char *memory = aligned_alloc(64, all);
         REQUIRE(value && memory);
         memset(memory, 0x55, all);
         const struct pend_loads given = {.gravity = 9.81, .terms = terms, .value = value};
@@ -317,9 +309,5 @@ TEST(quick_kernels_with_loads_write_nothing_behind_the_memory_that_they_ask_for)
         size_t written = all;
         while (written > 0 && memory[written - 1] == 0x55) written--;
         CHECK(written <= bytes);
-        free(memory);
-        free(value);
-        pend_terms_free(&terms);
-        test_tree_clear(&t);
     }
 }

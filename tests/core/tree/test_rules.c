@@ -35,7 +35,7 @@ TEST(inputs_are_those_of_the_piece_on_that_side) {
                  {1, 1, 1, 0.5, -1, 4}, {1, -1, 1, 0.5, -1, -8. / 3}, {1, 1, 1, 1.25, 2, 4},
                  {1, 1, 1, -5, 3, 0},   {1, 1, 2, -5, 0, 0},          {1, -1, 1, 2, 5, 4}};
     double list[8];
-    struct pend_terms *terms = rules_terms(list);
+    OWN(pend_terms, free) *terms = rules_terms(list);
     REQUIRE(terms);
     for (size_t i = 0; i < sizeof tries / sizeof *tries; i++) {
         const struct pend_table table = {.drives = 1,
@@ -51,7 +51,6 @@ TEST(inputs_are_those_of_the_piece_on_that_side) {
         CHECK(fabs(list[terms->row[PEND_TERM_INPUT] + 1] - tries[i].input) < 1e-15);
         CHECK(fabs(list[terms->row[PEND_TERM_INPUT_RATE] + 1] - tries[i].rise) < 1e-15);
     }
-    pend_terms_free(&terms);
 }
 
 TEST(motions_beyond_a_table_are_refused_unless_it_says_what_it_gives_there) {

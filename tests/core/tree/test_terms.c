@@ -84,7 +84,7 @@ TEST(harmonics_are_grouped_by_what_they_drive_and_keep_their_order) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     int drives[HARMONICS], place[HARMONICS];
     unsigned long long seed = 5;
-    struct pend_terms *terms;
+    OWN(pend_terms, free) *terms;
     for (int i = 0; i < HARMONICS; i++) drives[i] = test_random_int(&seed, ARMS + 2) - 2;
     REQUIRE(pend_terms_new(&terms, ARMS, rows, ones, HARMONICS, drives, place) == PEND_OK);
     CHECK(terms->harmonic[0].drives == PEND_DRIVE_PIVOT_Y);
@@ -96,7 +96,6 @@ TEST(harmonics_are_grouped_by_what_they_drive_and_keep_their_order) {
         CHECK(harmonic[-1].drives < harmonic->drives ||
               (harmonic[-1].drives == harmonic->drives && place[h - 1] < place[h]));
     }
-    pend_terms_free(&terms);
 }
 
 TEST(a_cleared_list_does_nothing) {
@@ -219,8 +218,8 @@ TEST(the_pace_of_terms_is_that_of_springs_friction_and_drives) {
     const double lengths[] = {2, 1}, masses[] = {1, 0.5};
     const int above[] = {-1, 0}, drives[] = {1, PEND_DRIVE_PIVOT_Y};
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
-    struct pend_tree *tree;
-    struct pend_terms *terms;
+    OWN(pend_tree, free) *tree;
+    OWN(pend_terms, free) *terms = NULL;
     double value[40] = {0};
     int place[2];
     rows[PEND_TERM_ROD] = rows[PEND_TERM_STIFFNESS] = rows[PEND_TERM_DAMPING] = 1;
@@ -247,6 +246,4 @@ TEST(the_pace_of_terms_is_that_of_springs_friction_and_drives) {
     CHECK(pend_terms_drive_rate(terms, value) == 5);
     value[terms->harmonic[0].at] = 1e-9;
     CHECK(pend_terms_drive_rate(terms, value) == 7);
-    pend_terms_free(&terms);
-    pend_tree_free(&tree);
 }

@@ -42,12 +42,11 @@ static int fault_seen(const struct fault_list *list, enum pend_field field, int 
 
 static enum pend_status try_tree(int n, const double length[], const double mass[],
                                  const int parent[], struct fault_list *list) {
-    struct pend_tree *tree = (struct pend_tree *)list;
+    OWN(pend_tree, free) *tree = (struct pend_tree *)list;
     struct pend_fault_sink sink = {.report = fault_note, .context = list};
     list->count = 0;
     enum pend_status status = pend_tree_new(&tree, n, length, mass, parent, &sink);
     CHECK(status == PEND_OK ? pend_tree_valid(tree) : !tree);
-    pend_tree_free(&tree);
     return status;
 }
 
@@ -67,7 +66,7 @@ TEST(tree_stores_arms_depth_first_with_the_largest_sub_tree_last) {
     // the caller's arms: 3 at the pivot; 0, 1 and 5 on it; 2 and 4 on 0
     static const double length[] = {1, 2, 3, 4, 5, 6}, mass[] = {10, 20, 30, 40, 50, 60};
     static const int parent[] = {3, 3, 0, -1, 0, 3};
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     REQUIRE(pend_tree_new(&tree, 6, length, mass, parent, NULL) == PEND_OK);
     check_ints(tree->order, (const int[]){3, 1, 5, 0, 2, 4}, 6, "order");
     check_ints(tree->place, (const int[]){3, 1, 4, 0, 5, 2}, 6, "place");
@@ -82,20 +81,18 @@ TEST(tree_stores_arms_depth_first_with_the_largest_sub_tree_last) {
     CHECK_INT(tree->n, 6);
     pend_tree_free(&tree);
     CHECK(!tree);
-    pend_tree_free(&tree);
 }
 
 TEST(tree_keeps_ties_in_the_callers_order) {
     // four equal leaves on the first arm, then two equal chains on it
     static const double ones[] = {1, 1, 1, 1, 1, 1, 1, 1, 1};
     static const int leaves[] = {-1, 0, 0, 0, 0}, chains[] = {-1, 0, 0, 1, 2};
-    struct pend_tree *tree;
+    OWN(pend_tree, free) *tree;
     REQUIRE(pend_tree_new(&tree, 5, ones, ones, leaves, NULL) == PEND_OK);
     check_ints(tree->order, (const int[]){0, 1, 2, 3, 4}, 5, "order");
     pend_tree_free(&tree);
     REQUIRE(pend_tree_new(&tree, 5, ones, ones, chains, NULL) == PEND_OK);
     check_ints(tree->order, (const int[]){0, 1, 3, 2, 4}, 5, "order");
-    pend_tree_free(&tree);
 }
 
 TEST(tree_accepts_every_parent_list_of_up_to_8_arms) {
@@ -127,24 +124,21 @@ TEST(tree_accepts_every_parent_list_of_up_to_8_arms) {
 
 TEST(tree_takes_a_million_arms_of_any_kind) {
     int n = 1000000;
-    int *parent = malloc((size_t)n * sizeof *parent);
-    double *one = malloc((size_t)n * sizeof *one);
+    OWN_MEMORY int *parent = malloc((size_t)n * sizeof *parent);
+    OWN_MEMORY double *one = malloc((size_t)n * sizeof *one);
     REQUIRE(parent && one);
     for (int i = 0; i < n; i++) one[i] = 1;
     unsigned long long seed = 5;
     static const enum test_tree_kind kinds[] = {TEST_TREE_CHAIN, TEST_TREE_STAR,
                                                 TEST_TREE_ATTACHED};
     for (int i = 0; i < 3; i++) {
-        struct pend_tree *tree;
+        OWN(pend_tree, free) *tree;
         test_parents(kinds[i], n, parent, &seed);
         REQUIRE(pend_tree_new(&tree, n, one, one, parent, NULL) == PEND_OK);
         CHECK(pend_tree_valid(tree));
         CHECK(tree->subtree_mass[0] == n && tree->length_total == n);
         if (kinds[i] == TEST_TREE_CHAIN) CHECK_INT(tree->depth[n - 1], n);
-        pend_tree_free(&tree);
     }
-    free(parent);
-    free(one);
 }
 
 TEST(tree_valid_sees_damage) {
@@ -298,7 +292,7 @@ TEST(tree_path_and_parents_are_inverse_to_each_other) {
         do {
             int parent[8], back[8];
             double path[64], stored[64];
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             struct fault_list faults;
             memcpy(parent, list, sizeof parent);
             test_parents_shuffle(n, parent, &seed);
@@ -308,7 +302,6 @@ TEST(tree_path_and_parents_are_inverse_to_each_other) {
             test_tree_init(&t, n, parent, 0, &seed);
             pend_tree_path(t.tree, stored);
             wrong += memcmp(stored, path, (size_t)(n * n) * sizeof *path) != 0;
-            test_tree_clear(&t);
         } while (test_parents_next(n, list));
     }
     CHECK_INT(wrong, 0);
@@ -416,7 +409,7 @@ TEST(tree_force_map_is_the_inverse_transpose_of_the_path) {
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
         enum { N = 40 };
         static double path[N * N], map[N * N];
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 1, &seed);
         pend_tree_path(t.tree, path);
         pend_tree_force_map(t.tree, map);
@@ -430,7 +423,6 @@ TEST(tree_force_map_is_the_inverse_transpose_of_the_path) {
                 wrong += product != (i == j);
                 spoilt += fabs(transposed - (i == j));
             }
-        test_tree_clear(&t);
     }
     CHECK_INT(wrong, 0);
     // B S in place of B S^T is far from I: the check can fail
@@ -443,7 +435,7 @@ TEST(tree_path_has_no_eigenvalue_but_1) {
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
         enum { N = 24 };
         double path[N * N];
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         int upper = 0, diagonal = 0;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 1, &seed);
         pend_tree_path(t.tree, path);
@@ -454,7 +446,6 @@ TEST(tree_path_has_no_eigenvalue_but_1) {
         }
         CHECK_INT(diagonal, N);
         CHECK_INT(upper, 0);
-        test_tree_clear(&t);
     }
 }
 

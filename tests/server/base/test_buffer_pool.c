@@ -14,7 +14,7 @@ static struct api_buffer pool_buffer(size_t bytes, size_t limit) {
 }
 
 TEST(memory_that_is_given_is_taken_again_last_first) {
-    struct srv_buffer_pool pool;
+    OWN(srv_buffer_pool, clear) pool;
     struct api_buffer one = pool_buffer(5000, 1 << 20), two = pool_buffer(6000, 1 << 20), next;
     char *first = one.data, *second = two.data;
     srv_buffer_pool_init(&pool);
@@ -34,11 +34,10 @@ TEST(memory_that_is_given_is_taken_again_last_first) {
     CHECK(!two.data);
     api_buffer_clear(&next);
     srv_buffer_pool_give(&pool, &one);
-    srv_buffer_pool_clear(&pool);
 }
 
 TEST(spare_memory_is_bounded_and_keeps_to_the_taker_s_limit) {
-    struct srv_buffer_pool pool;
+    OWN(srv_buffer_pool, clear) pool;
     srv_buffer_pool_init(&pool);
     struct api_buffer huge = pool_buffer(SRV_SPARE_BYTES + 1, SRV_SPARE_BYTES * 4), small;
     srv_buffer_pool_give(&pool, &huge);
@@ -53,5 +52,4 @@ TEST(spare_memory_is_bounded_and_keeps_to_the_taker_s_limit) {
     srv_buffer_pool_take(&pool, &small);
     CHECK(small.cap <= 1000 && small.limit == 1000);
     api_buffer_clear(&small);
-    srv_buffer_pool_clear(&pool);
 }

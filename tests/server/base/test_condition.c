@@ -31,7 +31,7 @@ static void *room_enter(void *context) {
 }
 
 TEST(a_wait_ends_at_its_instant_and_not_before) {
-    struct room room;
+    OWN(room, clear) room;
     room_init(&room);
     pthread_mutex_lock(&room.lock);
     int64_t until = srv_clock_now() + 20000000;
@@ -41,12 +41,11 @@ TEST(a_wait_ends_at_its_instant_and_not_before) {
     CHECK(!srv_condition_wait(&room.some, &room.lock, 0));
     CHECK(!srv_condition_wait(&room.some, &room.lock, until));
     pthread_mutex_unlock(&room.lock);
-    room_clear(&room);
 }
 
 TEST(a_signal_ends_a_wait_that_has_no_instant_or_a_late_one) {
     for (int late = 0; late < 2; late++) {
-        struct room room;
+        OWN(room, clear) room;
         pthread_t thread;
         room_init(&room);
         int64_t until = late ? srv_clock_now() + srv_clock_span(600) : SRV_CONDITION_NEVER;
@@ -57,6 +56,5 @@ TEST(a_signal_ends_a_wait_that_has_no_instant_or_a_late_one) {
         CHECK(room.there && early);
         pthread_mutex_unlock(&room.lock);
         pthread_join(thread, NULL);
-        room_clear(&room);
     }
 }

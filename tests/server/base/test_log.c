@@ -34,8 +34,8 @@ static size_t log_file(FILE *file, char text[], size_t cap) {
 
 /* the number or text of a member of a line, as text */
 static const char *log_member(const char *line, const char *name, char out[256]) {
-    struct api_problem problem;
-    struct api_json *document = NULL;
+    OWN(api_problem, clear) problem;
+    OWN(api_json, free) *document = NULL;
     api_problem_init(&problem);
     out[0] = 0;
     if (!CHECK_SAYING(api_json_new(&document, line, strcspn(line, "\n"), 8, &problem) == PEND_OK,
@@ -47,8 +47,6 @@ static const char *log_member(const char *line, const char *name, char out[256])
         snprintf(out, 256, "%s", text);
     else if (api_value_kind(&value) == API_NUMBER)
         snprintf(out, 256, "%.15g", api_value_number(&value));
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return out;
 }
 

@@ -71,7 +71,7 @@ static void metrics_check_form(const char *text) {
 TEST(metrics_are_counted_and_written_in_prometheus_form) {
     static struct srv_metrics metrics;
     struct srv_gauges gauges = {.queued = 3, .resident = srv_metrics_resident(), .started = 1e9};
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     memset(&metrics, 0, sizeof metrics);
     api_buffer_init(&out, 1 << 20);
     srv_metrics_request(&metrics, 0, 200);
@@ -117,7 +117,6 @@ TEST(metrics_are_counted_and_written_in_prometheus_form) {
     /* not enough space: reported, not truncated silently */
     api_buffer_init(&out, 1000);
     CHECK(srv_metrics_write(&metrics, &gauges, metrics_label, &out) == PEND_LIMIT);
-    api_buffer_clear(&out);
 }
 
 static void *metrics_crowd(void *argument) {

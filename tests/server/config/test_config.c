@@ -279,7 +279,7 @@ TEST(help_and_version_are_tasks) {
 }
 
 TEST(the_help_tells_every_option_and_the_limits) {
-    struct api_buffer text;
+    OWN(api_buffer, clear) text;
     struct srv_option row;
     api_buffer_init(&text, 65536);
     REQUIRE(srv_config_help(&text) == PEND_OK && api_buffer_add(&text, "", 1) == PEND_OK);
@@ -292,11 +292,10 @@ TEST(the_help_tells_every_option_and_the_limits) {
     for (int i = 0; api_limits_row(i); i++)
         CHECK(strstr(text.data, api_limits_row(i)->name) != NULL);
     CHECK(rows > 20);
-    api_buffer_clear(&text);
 }
 
 TEST(the_readme_has_the_table_of_options) {
-    struct api_buffer table;
+    OWN(api_buffer, clear) table = {0};
     static char readme[131072];
     FILE *file = fopen("docker/README.md", "re");
     if (!file) {
@@ -310,7 +309,6 @@ TEST(the_readme_has_the_table_of_options) {
     CHECK_SAYING(strstr(readme, table.data) != NULL,
                  "docker/README.md does not have the table that build/release/pendulumd "
                  "--help=markdown prints");
-    api_buffer_clear(&table);
 }
 
 TEST(the_readme_names_what_a_reload_may_change) {

@@ -86,7 +86,7 @@ TEST(a_waiting_client_that_goes_away_is_noticed_once) {
 }
 
 TEST(a_client_is_only_looked_at_while_it_waits) {
-    struct srv_watch *watch;
+    OWN(srv_watch, free) *watch;
     struct watch_pair pair;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
     srv_watch_add(watch, &pair.watched, 0);
@@ -96,14 +96,13 @@ TEST(a_client_is_only_looked_at_while_it_waits) {
     CHECK_INT(pair.left, 0);
     srv_watch_remove(watch, &pair.watched);
     watch_close(&pair);
-    srv_watch_free(&watch);
 }
 
 TEST(a_request_that_is_late_gets_408_and_an_answer_that_is_not_taken_an_end) {
     static const enum srv_watch_phase phase[] = {SRV_WATCH_READING, SRV_WATCH_IDLE,
                                                  SRV_WATCH_SENDING};
     for (int i = 0; i < 3; i++) {
-        struct srv_watch *watch;
+        OWN(srv_watch, free) *watch;
         struct watch_pair pair;
         struct test_reply reply;
         REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
@@ -121,7 +120,6 @@ TEST(a_request_that_is_late_gets_408_and_an_answer_that_is_not_taken_an_end) {
         CHECK(test_client_ended(&pair.client, TEST_PATIENCE));
         srv_watch_remove(watch, &pair.watched);
         watch_close(&pair);
-        srv_watch_free(&watch);
     }
 }
 
@@ -135,7 +133,7 @@ static int watch_moment(struct srv_watch *watch, double begin) {
 static void watch_pass(void) { srv_clock_advance((int64_t)SRV_WATCH_MOMENT_MS * 1000000 + 1); }
 
 TEST(busy_counts_what_is_not_over) {
-    struct srv_watch *watch;
+    OWN(srv_watch, free) *watch;
     struct watch_pair pair;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
     CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
@@ -159,12 +157,11 @@ TEST(busy_counts_what_is_not_over) {
     CHECK_INT(srv_watch_busy(watch, 0, 0), 1);
     srv_watch_remove(watch, &pair.watched);
     watch_close(&pair);
-    srv_watch_free(&watch);
 }
 
 TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
     const int64_t minute = 60000000000;
-    struct srv_watch *watch;
+    OWN(srv_watch, free) *watch;
     struct watch_pair pair;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
     int64_t now = srv_clock_now();
@@ -188,11 +185,10 @@ TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
     CHECK_INT(srv_watch_busy(watch, now - minute, 0), 0);
     srv_watch_remove(watch, &pair.watched);
     watch_close(&pair);
-    srv_watch_free(&watch);
 }
 
 TEST(leave_all_tells_those_that_wait_once) {
-    struct srv_watch *watch;
+    OWN(srv_watch, free) *watch;
     struct watch_pair one, two;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&one) && watch_open(&two));
     srv_watch_add(watch, &one.watched, 0);
@@ -206,11 +202,10 @@ TEST(leave_all_tells_those_that_wait_once) {
     srv_watch_remove(watch, &two.watched);
     watch_close(&one);
     watch_close(&two);
-    srv_watch_free(&watch);
 }
 
 TEST(a_lingering_socket_reads_on_so_that_nothing_is_reset) {
-    struct srv_watch *watch;
+    OWN(srv_watch, free) *watch;
     struct watch_pair pair;
     struct test_reply reply;
     static char rubbish[65536];
@@ -234,13 +229,11 @@ TEST(a_lingering_socket_reads_on_so_that_nothing_is_reset) {
          srv_watch_busy(watch, 0, 0) && test_clock() < until;)
         test_sleep(0.005);
     CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
-    srv_watch_free(&watch);
 }
 
 TEST(a_watch_survives_want_of_memory) {
-    struct srv_watch *watch = NULL;
+    OWN(srv_watch, free) *watch = NULL;
     test_alloc_fail(1, 0);
     CHECK(srv_watch_new(&watch) == PEND_NO_MEMORY && !watch);
     test_alloc_faults_off();
-    srv_watch_free(&watch);
 }

@@ -60,8 +60,8 @@ enum srv_stored __wrap_srv_store_claim(struct srv_store *store, struct srv_claim
 /* posts a job to a live daemon; returns its id */
 static void runner_post(const struct srv_daemon *daemon, const char *path, const char *body,
                         char id[SRV_ID_BYTES]) {
-    struct test_client client;
-    struct test_reply reply;
+    OWN(test_client, close) client;
+    OWN(test_reply, clear) reply = {0};
     char text[1024];
     id[0] = 0;
     snprintf(text, sizeof text,
@@ -73,8 +73,6 @@ static void runner_post(const struct srv_daemon *daemon, const char *path, const
     const char *location = test_reply_header(&reply, "Location");
     if (CHECK(location && strlen(location) == 9 + ID))
         snprintf(id, SRV_ID_BYTES, "%s", location + 9);
-    test_reply_clear(&reply);
-    test_client_close(&client);
 }
 
 static struct srv_store *runner_look(const char *url) {

@@ -39,13 +39,11 @@ static enum pend_status add(struct srv_keys *keys, void *context, struct pend_er
 }
 
 static int count(void) {
-    struct srv_keys keys;
+    OWN(srv_keys, clear) keys;
     struct pend_error error = {.text = ""};
     srv_keys_init(&keys);
     enum pend_status status = srv_key_file_read(path, &keys, NULL, &error);
-    int found = status == PEND_OK ? keys.count : -1;
-    srv_keys_clear(&keys);
-    return found;
+    return status == PEND_OK ? keys.count : -1;
 }
 
 TEST(a_change_makes_a_file_that_nobody_else_reads) {

@@ -65,7 +65,7 @@ static int verdict(struct rig *rig, const char *token, int64_t now) {
 }
 
 TEST(each_key_has_its_verdict) {
-    struct rig rig;
+    OWN(rig, end) rig;
     char none[SRV_KEY_TOKEN];
     REQUIRE(rig_begin(&rig) && srv_keys_draw(none));
     struct srv_key_found found = srv_key_ring_find(rig.ring, rig.good, 4999);
@@ -85,11 +85,10 @@ TEST(each_key_has_its_verdict) {
     none[10] ^= 1;
     CHECK_INT(verdict(&rig, none, 1000), SRV_KEY_BROKEN);
     CHECK_INT(verdict(&rig, "pdk_", 1000), SRV_KEY_BROKEN);
-    rig_end(&rig);
 }
 
 TEST(a_file_that_changes_is_in_force_and_one_that_is_wrong_is_not) {
-    struct rig rig;
+    OWN(rig, end) rig;
     REQUIRE(rig_begin(&rig));
     srv_key_ring_look(rig.ring, rig.log);
     CHECK_INT(verdict(&rig, rig.good, 1000), SRV_KEY_GOOD);
@@ -118,5 +117,4 @@ TEST(a_file_that_changes_is_in_force_and_one_that_is_wrong_is_not) {
     srv_key_ring_look(rig.ring, rig.log);
     CHECK_INT(verdict(&rig, rig.good, 1000), SRV_KEY_UNKNOWN);
     CHECK_INT(verdict(&rig, rig.other, 1000), SRV_KEY_GOOD);
-    rig_end(&rig);
 }

@@ -65,7 +65,7 @@ TEST(a_key_is_found_by_its_digest_wherever_it_stands) {
 TEST(names_roles_and_digests_are_looked_at_when_a_key_is_added) {
     static const char *const bad[] = {
         "", "a b", "j\xc3\xb6rg", "a/b", "-a", "a\n", "0123456789012345678901234567890123"};
-    struct srv_keys keys;
+    OWN(srv_keys, clear) keys;
     struct pend_error error;
     srv_keys_init(&keys);
     struct srv_key key = made("lab", SRV_ROLE_BATCH, "pdk_1");
@@ -83,7 +83,6 @@ TEST(names_roles_and_digests_are_looked_at_when_a_key_is_added) {
     snprintf(id, sizeof id, "%.*s", SRV_KEY_ID, key.digest);
     CHECK(srv_keys_means(&keys.key[1], id) && srv_keys_means(&keys.key[1], "lab"));
     CHECK(!srv_keys_means(&keys.key[0], id) && !srv_keys_means(&keys.key[1], "la"));
-    srv_keys_clear(&keys);
 }
 
 #define DIGEST "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
@@ -96,7 +95,7 @@ TEST(a_table_that_is_written_is_read_as_it_was) {
         "key lab role=batch made=2023-11-14T22:13:20Z expires=2030-01-01T00:00:00Z "
         "revoked=2024-02-29 priority=2 jobs=5 digest=" DIGEST;
     struct srv_keys keys, again;
-    struct api_buffer out, twice;
+    OWN(api_buffer, clear) out, twice;
     struct pend_error error = {.text = ""};
     srv_keys_init(&keys);
     srv_keys_init(&again);
@@ -117,8 +116,6 @@ TEST(a_table_that_is_written_is_read_as_it_was) {
     REQUIRE(srv_keys_read(&again, out.data, out.bytes, &error) == PEND_OK);
     REQUIRE(srv_keys_write(&again, &twice) == PEND_OK);
     CHECK(out.bytes == twice.bytes && !memcmp(out.data, twice.data, out.bytes));
-    api_buffer_clear(&out);
-    api_buffer_clear(&twice);
     srv_keys_clear(&keys);
     srv_keys_clear(&again);
 }
@@ -150,14 +147,13 @@ TEST(a_line_that_is_wrong_is_named) {
         {"role pupil jobs=x\n", "jobs"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        struct srv_keys keys;
+        OWN(srv_keys, clear) keys;
         struct pend_error error = {.text = ""};
         srv_keys_init(&keys);
         CHECK_SAYING(srv_keys_read(&keys, bad[i].text, strlen(bad[i].text), &error) == PEND_INVALID,
                      "%s", bad[i].text);
         CHECK_SAYING(!strncmp(error.text, "line ", 5) && strstr(error.text, bad[i].says), "%s: %s",
                      bad[i].text, error.text);
-        srv_keys_clear(&keys);
     }
 }
 
@@ -168,7 +164,7 @@ TEST(bytes_that_are_no_table_are_refused_and_nothing_else) {
     unsigned seed = 1;
     int refused = 0;
     for (int turn = 0; turn < 20000; turn++) {
-        struct srv_keys keys;
+        OWN(srv_keys, clear) keys;
         struct pend_error error = {.text = ""};
         memcpy(text, start, sizeof start);
         for (int change = 0; change < 1 + turn % 4; change++) {
@@ -179,7 +175,6 @@ TEST(bytes_that_are_no_table_are_refused_and_nothing_else) {
         enum pend_status status = srv_keys_read(&keys, text, sizeof start - 1, &error);
         CHECK(status == PEND_OK || (status == PEND_INVALID && error.text[0]));
         refused += status != PEND_OK;
-        srv_keys_clear(&keys);
     }
     CHECK_SAYING(refused > 10000 && refused < 20000, "%d", refused);
 }

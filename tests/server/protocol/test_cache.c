@@ -34,10 +34,8 @@ static void cache_put(struct srv_cache *cache, struct cache_room *room, const ch
 
 /* the first byte of the response body of a key, 0 if there is none */
 static char cache_get(struct srv_cache *cache, const char *key) {
-    struct srv_response_body *response_body = srv_cache_find(cache, key, strlen(key));
-    char first = response_body ? response_body->body.data[0] : 0;
-    srv_response_body_drop(&response_body);
-    return first;
+    OWN(srv_response_body, drop) *response_body = srv_cache_find(cache, key, strlen(key));
+    return response_body ? response_body->body.data[0] : 0;
 }
 
 TEST(a_response_body_lives_as_long_as_somebody_has_it) {
@@ -157,14 +155,13 @@ static void *cache_crowd(void *argument) {
         char key[16];
         int k = test_random_int(&random, 60);
         snprintf(key, sizeof key, "key %d", k);
-        struct srv_response_body *found = srv_cache_find(crowd->cache, key, strlen(key));
+        OWN(srv_response_body, drop) *found = srv_cache_find(crowd->cache, key, strlen(key));
         if (found) crowd->wrong += found->body.data[found->body.bytes - 1] != 'A' + k % 26;
         if (!found) {
             found = cache_response_body(crowd->room, 100 + (size_t)test_random_int(&random, 3000),
                                         (char)('A' + k % 26));
             if (found) srv_cache_add(crowd->cache, key, strlen(key), found);
         }
-        srv_response_body_drop(&found);
     }
     return NULL;
 }

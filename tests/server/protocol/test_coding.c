@@ -79,7 +79,7 @@ TEST(what_was_written_is_read_again_whole_and_in_pieces) {
     for (int i = 0; i < BYTES; i++) text[i] = (char)('0' + test_random_int(&random, 10));
     for (int coding = SRV_GZIP; coding < SRV_CODINGS; coding++) {
         const struct srv_coding_row *row = srv_coding_at((enum srv_coding)coding);
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, 2 * BYTES);
         CHECK(srv_coding_whole((enum srv_coding)coding, text, BYTES, &out) == PEND_OK);
         CHECK_SAYING(out.bytes < 0.6 * BYTES, "%s: %zu bytes", row->name, out.bytes);
@@ -106,7 +106,6 @@ TEST(what_was_written_is_read_again_whole_and_in_pieces) {
         /* not enough space */
         api_buffer_init(&out, 1000);
         CHECK(srv_coding_whole((enum srv_coding)coding, text, BYTES, &out) == PEND_LIMIT);
-        api_buffer_clear(&out);
     }
     free(text);
     free(back);

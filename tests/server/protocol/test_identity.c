@@ -150,7 +150,7 @@ static struct srv_key_ring *ring_of(char path[], char token[SRV_KEY_TOKEN]) {
 
 TEST(a_key_is_one_client_wherever_it_comes_from_and_gives_its_role) {
     char path[] = "/tmp/pendulumd-test-XXXXXX", token[SRV_KEY_TOKEN], field[64];
-    struct srv_key_ring *ring = ring_of(path, token);
+    OWN(srv_key_ring, free) *ring = ring_of(path, token);
     struct srv_identity here, there;
     REQUIRE(ring != NULL);
     snprintf(field, sizeof field, "bearer %s", token);
@@ -186,5 +186,4 @@ TEST(a_key_is_one_client_wherever_it_comes_from_and_gives_its_role) {
     CHECK_INT(there.kind, SRV_IDENTITY_ADDRESS);
     CHECK_INT(there.role, SRV_ROLE_ANONYMOUS);
     CHECK_TEXT(there.source, there.key);
-    srv_key_ring_free(&ring);
 }

@@ -9,13 +9,12 @@
 #include "tests/harness/test.h"
 
 static enum pend_status reads(const char *path, size_t limit, struct pend_error *error) {
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     struct stat seen;
     api_buffer_init(&out, limit);
     enum pend_status status = srv_secret_read(path, &out, &seen, error);
     if (status == PEND_OK) CHECK(out.bytes == 6 && !memcmp(out.data, "secret", 6));
     if (status == PEND_OK) CHECK(seen.st_size == 6);
-    api_buffer_clear(&out);
     return status;
 }
 

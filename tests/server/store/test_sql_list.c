@@ -29,7 +29,7 @@ static unsigned list_number(const char *at) {
 }
 
 TEST(a_list_is_an_array_of_each_column) {
-    struct srv_sql_list list = {0};
+    OWN(srv_sql_list, free) list = {0};
     const char *data[SRV_SQL_PARAMETERS];
     int bytes[SRV_SQL_PARAMETERS];
     for (int i = 0; i < 3; i++) {
@@ -52,7 +52,6 @@ TEST(a_list_is_an_array_of_each_column) {
                            &(struct srv_value){.kind = SRV_SQL_NULL}, 1));
     srv_sql_list_arrays(&list, data, bytes);
     CHECK(list.columns == 1 && bytes[0] == 24 && list_number(data[0] + 12) == 1);
-    srv_sql_list_free(&list);
 }
 
 enum { ID_INSERT = 90, ID_UPDATE, ID_SELECT, ROWS = 300 };

@@ -85,7 +85,7 @@ static void *submitter_main(void *context) {
 
 TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
     static struct submission submission[SUBMITTERS * EACH];
-    struct setting setting = {0};
+    OWN(setting, end) setting = {0};
     struct submitter submitter[SUBMITTERS];
     pthread_t thread[SUBMITTERS];
     atomic_int done = 0, good = 0;
@@ -105,14 +105,12 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
     /* the end waits for queued queries */
     srv_storage_free(&setting.storage);
     CHECK(done == SUBMITTERS * EACH && good == SUBMITTERS * EACH);
-    struct srv_store *store;
+    OWN(srv_store, close) *store;
     struct srv_store_figures figures;
     struct pend_error error;
     REQUIRE(srv_store_open(&store, setting.url, &ground_rules, &error) == PEND_OK);
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
     CHECK_INT(figures.jobs[SRV_JOB_ACCEPTED], SUBMITTERS * EACH);
-    srv_store_close(&store);
-    setting_end(&setting);
 }
 
 /* A query that only records when it ran. */
@@ -142,7 +140,7 @@ static void turn_done(struct srv_ask *ask) { atomic_fetch_add(((struct turn *)as
 TEST(who_asks_much_makes_nobody_wait_for_more_than_a_turn) {
     enum { MANY = 8, ALL = MANY + 6 };
     static const int expected[ALL] = {0, 1, 8, 10, 12, 2, 9, 11, 13, 3, 4, 5, 6, 7};
-    struct setting setting = {0};
+    OWN(setting, end) setting = {0};
     struct srv_asker home = {0}, one = {.origin = &home}, two = {.origin = &home}, far = {0};
     struct srv_asker *const who[ALL] = {&one, &one, &one, &one, &one, &one, &one,
                                         &one, &two, &two, &far, &far, NULL, NULL};
@@ -167,7 +165,6 @@ TEST(who_asks_much_makes_nobody_wait_for_more_than_a_turn) {
     CHECK_INT(done, ALL);
     for (int i = 0; i < ALL && count == ALL; i++) CHECK_INT(order[i], expected[i]);
     CHECK_INT(count, ALL);
-    setting_end(&setting);
 }
 
 static void *setting_free(void *context) {
@@ -179,7 +176,7 @@ static void *setting_free(void *context) {
 /* A writer sweeps each second. Another program locks the store meanwhile, so that the sweep lasts
  * until a query has arrived, followed by the end. */
 TEST(what_is_asked_during_a_sweep_is_answered_before_the_end) {
-    struct setting setting = {0};
+    OWN(setting, end) setting = {0};
     atomic_int done = 0, good = 0;
     struct submission submission = {
         .ask = {.call = {.run = submission_run}, .done = submission_done},
@@ -201,11 +198,10 @@ TEST(what_is_asked_during_a_sweep_is_answered_before_the_end) {
     pthread_join(end, NULL);
     CHECK(done == 1 && good == 1);
     sqlite3_close(db);
-    setting_end(&setting);
 }
 
 TEST(who_may_wait_waits_and_sees_what_was_written) {
-    struct setting setting = {0};
+    OWN(setting, end) setting = {0};
     atomic_int none = 0;
     struct submission submission = {
         .ask = {.call = {.run = submission_run}}, .id = "j", .done = &none, .good = &none};
@@ -222,7 +218,6 @@ TEST(who_may_wait_waits_and_sees_what_was_written) {
         test_sleep(0.01);
     }
     CHECK_INT(srv_storage_figures(setting.storage).parts, 1);
-    setting_end(&setting);
 }
 
 /* waits until the storage is reachable, or unreachable; 0 if that does not happen */
@@ -241,7 +236,7 @@ static int storage_tells(const struct setting *setting, int before) {
 
 TEST(a_store_that_goes_away_is_noticed_and_so_is_its_return) {
     struct setting setting = {0};
-    struct test_postgres *postgres;
+    OWN(test_postgres, stop) *postgres = NULL;
     if (access("/usr/lib/postgresql", F_OK)) {
         test_skip("PostgreSQL is not installed");
         return;
@@ -258,7 +253,6 @@ TEST(a_store_that_goes_away_is_noticed_and_so_is_its_return) {
         CHECK(storage_tells(&setting, before));
         setting_end(&setting);
     }
-    test_postgres_stop(&postgres);
 }
 
 struct silence {
@@ -289,7 +283,7 @@ TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
         test_skip("PostgreSQL is not installed");
         return;
     }
-    struct test_postgres *postgres = test_postgres_start();
+    OWN(test_postgres, stop) *postgres = test_postgres_start();
     REQUIRE(postgres);
     if (setting_begin(&setting, test_postgres_url(postgres))) {
         test_postgres_freeze(postgres, 1);
@@ -319,5 +313,4 @@ TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
                   SRV_STORED);
         setting_end(&setting);
     }
-    test_postgres_stop(&postgres);
 }

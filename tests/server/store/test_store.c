@@ -117,7 +117,7 @@ TEST(a_lost_database_is_away_and_comes_back) {
         return;
     }
     REQUIRE(ground_begin(&ground, 1));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     REQUIRE(store);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
     for (int kill = 0; kill < 2; kill++) {
@@ -132,12 +132,11 @@ TEST(a_lost_database_is_away_and_comes_back) {
     }
     CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, "j");
-    srv_store_close(&store);
 }
 
 /* nobody listens there: the store is unreachable at once, and says why */
 TEST(a_database_that_is_not_there_yet_is_away) {
-    struct srv_store *store;
+    OWN(srv_store, close) *store;
     struct pend_error error;
     struct srv_job job;
     REQUIRE(srv_store_open(&store, "postgresql://127.0.0.1:1/x", &ground_rules, &error) == PEND_OK);
@@ -145,12 +144,11 @@ TEST(a_database_that_is_not_there_yet_is_away) {
     for (int i = 0; i < 3; i++) CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_AWAY);
     CHECK_SAYING(strstr(srv_store_complaint(store), "127.0.0.1"), "%s", srv_store_complaint(store));
     CHECK_INT(srv_store_listen(store, 1, -1), 0);
-    srv_store_close(&store);
 }
 
 STORE_TEST(processes_that_share_a_store_hear_each_other) {
     struct srv_job job;
-    struct srv_store *ear = ground_open(ground);
+    OWN(srv_store, close) *ear = ground_open(ground);
     REQUIRE(ear);
     CHECK_INT(srv_store_listen(ear, 1, -1), 0);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
@@ -165,5 +163,4 @@ STORE_TEST(processes_that_share_a_store_hear_each_other) {
     CHECK_TEXT(job.id, "k");
     srv_store_ring(store, SRV_RING_ALL);
     CHECK_INT(srv_store_listen(ear, 50, -1), 0);
-    srv_store_close(&ear);
 }

@@ -137,7 +137,7 @@ static void altered_part(long number, struct api_buffer *carry, struct api_buffe
                                   .body_bytes = sizeof altered_body - 1};
     struct api_limits limits;
     struct pend_error error;
-    struct api_part *part;
+    OWN(api_part, free) *part;
     int done = 0;
     api_limits_init(&limits);
     out->bytes = 0;
@@ -147,7 +147,6 @@ static void altered_part(long number, struct api_buffer *carry, struct api_buffe
         if (!CHECK(api_part_run(part, out, &done, &error) == PEND_OK)) break;
     carry->bytes = 0;
     CHECK(api_part_carry(part, carry) == PEND_OK);
-    api_part_free(&part);
 }
 
 static void altered_digest(unsigned char digest[SRV_DIGEST_BYTES]) {
@@ -157,12 +156,11 @@ static void altered_digest(unsigned char digest[SRV_DIGEST_BYTES]) {
                                   .body_bytes = sizeof altered_body - 1};
     struct api_limits limits;
     struct api_plan plan;
-    struct api_buffer out;
+    OWN(api_buffer, clear) out;
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 16);
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, NULL, &out), 0);
     for (int i = 0; i < SRV_DIGEST_BYTES; i++) sscanf(plan.digest + 2 * i, "%2hhx", &digest[i]);
-    api_buffer_clear(&out);
 }
 
 static void altered_template(struct srv_store *store, char life) {
@@ -170,7 +168,7 @@ static void altered_template(struct srv_store *store, char life) {
     unsigned char digest[SRV_DIGEST_BYTES];
     struct srv_lease lease;
     struct srv_job job;
-    struct api_buffer carry, out;
+    OWN(api_buffer, clear) carry, out;
     client[6] = life;
     client[7] = 0;
     altered_digest(digest);
@@ -205,8 +203,6 @@ static void altered_template(struct srv_store *store, char life) {
         srv_lease_clear(&lease);
     }
     if (life == 'd') CHECK_INT(srv_store_dismiss(store, id, &job), SRV_STORED);
-    api_buffer_clear(&carry);
-    api_buffer_clear(&out);
 }
 
 /* --- altering --- */
@@ -278,7 +274,7 @@ static int altered_ask(const struct srv_daemon *daemon, struct test_client *clie
                        const char *method, const char *path, const char *key, char body[],
                        size_t cap) {
     char text[512];
-    struct test_reply reply;
+    OWN(test_reply, clear) reply = {0};
     snprintf(text, sizeof text, "%s %s HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Key: %s\r\n\r\n", method,
              path, key);
     if (client->fd < 0 && !test_client_open(client, live_port(daemon))) return 0;
@@ -286,7 +282,6 @@ static int altered_ask(const struct srv_daemon *daemon, struct test_client *clie
     int status = test_client_receive(client, &reply, 0, TEST_PATIENCE);
     snprintf(body, cap, "%s", reply.body);
     if (!status || !reply.keep_alive) test_client_close(client);
-    test_reply_clear(&reply);
     return status;
 }
 
@@ -347,8 +342,8 @@ static void altered_serve(struct altered *all, const char *url) {
     const char *const options[] = {
         "--store",         url,           "--workers", "1", "--client-header", "X-Key",
         "--trusted-proxy", "127.0.0.0/8", NULL};
-    struct srv_daemon *daemon = live_start(options);
-    struct test_client client = {.fd = -1};
+    OWN(srv_daemon, free) *daemon = live_start(options);
+    OWN(test_client, close) client = {.fd = -1};
     char path[128], body[2048];
     int failed = 0, left = 1, were = 0;
     if (!daemon) return;
@@ -402,8 +397,6 @@ static void altered_serve(struct altered *all, const char *url) {
                      path, status, body);
     }
     CHECK_INT(altered_ask(daemon, &client, "GET", "/readyz", "x", body, sizeof body), 200);
-    test_client_close(&client);
-    srv_daemon_free(&daemon);
 }
 
 STORE_TEST(no_altered_row_harms_more_than_its_job) {

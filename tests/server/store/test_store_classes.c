@@ -108,7 +108,7 @@ STORE_TEST(a_room_is_read_by_who_may) {
     struct found found;
     int64_t pupil;
     (void)store;
-    struct srv_store *own = begin(ground, &room);
+    OWN(srv_store, close) *own = begin(ground, &room);
     REQUIRE(own != NULL);
     CHECK(room.teacher && !room.pupil && !room.version && room.ends > room.created);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
@@ -144,7 +144,6 @@ STORE_TEST(a_room_is_read_by_who_may) {
     CHECK_INT(put(own, "ada", "stages", "AA", 1, SRV_CLASS_FINE), SRV_STORED);
     CHECK_INT(read_all(own, "teacher", 6, &found), SRV_STORED);
     CHECK(found.count == 1 && found.version[0] == 7);
-    srv_store_close(&own);
 }
 
 static int fits(int64_t base, int64_t flag) { return base / 2 == flag; }
@@ -153,7 +152,7 @@ STORE_TEST(an_answer_needs_a_question_that_is_open_and_of_its_kind) {
     struct srv_class room;
     int64_t pupil;
     (void)store;
-    struct srv_store *own = begin(ground, &room);
+    OWN(srv_store, close) *own = begin(ground, &room);
     REQUIRE(own != NULL);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     struct srv_class_put answer = item("ada", "answers/q", "1", 1),
@@ -183,7 +182,6 @@ STORE_TEST(an_answer_needs_a_question_that_is_open_and_of_its_kind) {
     CHECK_INT(read_all(own, "teacher", 0, &found), SRV_STORED);
     CHECK_TEXT(body_of(&found, "answers/q/1"), "1");
     CHECK_TEXT(body_of(&found, "questions/q"), "");
-    srv_store_close(&own);
 }
 
 STORE_TEST(a_room_is_bounded) {
@@ -192,7 +190,7 @@ STORE_TEST(a_room_is_bounded) {
     int64_t pupil;
     (void)store;
     memset(large, 'x', sizeof large - 1);
-    struct srv_store *own = begin(ground, &room);
+    OWN(srv_store, close) *own = begin(ground, &room);
     REQUIRE(own != NULL);
     CHECK_INT(make(own, "ABCDEF", "t", NULL, SECOND, &room), SRV_STORED_CLASH);
     CHECK_INT(make(own, "ABCDFF", "t", "key", SECOND, &room), SRV_STORED);
@@ -223,7 +221,6 @@ STORE_TEST(a_room_is_bounded) {
     CHECK_INT(ground_ask(ground, "SELECT bytes FROM classes WHERE code = 'ABCDEF'"),
               ground_ask(ground, "SELECT CAST(SUM(LENGTH(body) + 128) AS BIGINT) FROM class_items "
                                  "WHERE code = 'ABCDEF'"));
-    srv_store_close(&own);
 }
 
 STORE_TEST(a_pupil_with_many_items_goes_with_all_of_them) {
@@ -232,7 +229,7 @@ STORE_TEST(a_pupil_with_many_items_goes_with_all_of_them) {
     int64_t pupil;
     char name[32];
     (void)store;
-    struct srv_store *own = begin(ground, &room);
+    OWN(srv_store, close) *own = begin(ground, &room);
     REQUIRE(own != NULL);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     for (int i = 0; i < 100; i++) {
@@ -249,7 +246,6 @@ STORE_TEST(a_pupil_with_many_items_goes_with_all_of_them) {
         CHECK_TEXT(found.body[i], "");
     }
     CHECK_INT(ground_ask(ground, "SELECT bytes FROM classes"), 101 * SRV_CLASS_ITEM_BYTES);
-    srv_store_close(&own);
 }
 
 STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
@@ -259,7 +255,7 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
     struct srv_store_sweep sweep = {.more = 1};
     int64_t pupil, version, shared, looked = 0;
     (void)store;
-    struct srv_store *own = begin(ground, &room);
+    OWN(srv_store, close) *own = begin(ground, &room);
     REQUIRE(own != NULL);
     CHECK_INT(join(own, "ada", &pupil), SRV_STORED);
     CHECK_INT(put(own, "teacher", "questions/q", "Q", 0, SRV_CLASS_FINE), SRV_STORED);
@@ -283,7 +279,6 @@ STORE_TEST(of_a_room_that_has_ended_nothing_is_left) {
     CHECK_INT(ground_ask(ground, left), 3);
     while (sweep.more) REQUIRE(srv_store_sweep(own, &looked, &sweep) == SRV_STORED);
     CHECK_INT(ground_ask(ground, left), 0);
-    srv_store_close(&own);
 }
 
 /* --- who comes from where, and how they are called --- */
@@ -313,7 +308,7 @@ static struct srv_store *begin_large(struct ground *ground) {
 
 STORE_TEST(names_that_look_alike_are_numbered) {
     (void)store;
-    struct srv_store *own = begin_large(ground);
+    OWN(srv_store, close) *own = begin_large(ground);
     REQUIRE(own != NULL);
     CHECK_TEXT(join_as(own, "a", "5ee13", "anna", SRV_CLASS_FINE), "{\"n\"}");
     CHECK_TEXT(join_as(own, "b", "5ee13", "ann", SRV_CLASS_FINE), "{\"n\"}");
@@ -334,14 +329,13 @@ STORE_TEST(names_that_look_alike_are_numbered) {
     CHECK_INT(
         ground_ask(ground, "SELECT bytes FROM classes"),
         ground_ask(ground, "SELECT CAST(SUM(LENGTH(body) + 128) AS BIGINT) FROM class_items"));
-    srv_store_close(&own);
 }
 
 STORE_TEST(an_address_has_a_share_of_a_room_that_its_teacher_raises) {
     struct srv_class room;
     char who[16];
     (void)store;
-    struct srv_store *own = begin_large(ground);
+    OWN(srv_store, close) *own = begin_large(ground);
     REQUIRE(own != NULL);
     ground_run(ground, "UPDATE classes SET share = 3");
     for (int i = 0; i < 4; i++) {
@@ -363,7 +357,6 @@ STORE_TEST(an_address_has_a_share_of_a_room_that_its_teacher_raises) {
     CHECK_INT(srv_store_class(own, "ABCDEF", "teacher", &room), SRV_STORED);
     CHECK_INT(room.pupils, 2);
     (void)join_as(own, "p4", "5ee13", "p4", SRV_CLASS_FINE);
-    srv_store_close(&own);
 }
 
 STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) {
@@ -372,7 +365,7 @@ STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) 
     struct srv_store_sweep sweep = {.more = 1};
     int64_t pupil, looked = 0;
     (void)store;
-    struct srv_store *own = begin(ground, &room);
+    OWN(srv_store, close) *own = begin(ground, &room);
     REQUIRE(own != NULL);
     srv_store_close(&own);
     ground->rules.classes = 1000;
@@ -411,7 +404,6 @@ STORE_TEST(rooms_of_a_teacher_and_of_an_address_are_bounded_and_empty_ones_end) 
     CHECK_INT(srv_store_erase_classes(own, "t", &count), SRV_STORED);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM class_pupils"), 0);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM classes"), 1);
-    srv_store_close(&own);
 }
 
 /* two processes on one store: a process that is blocked by the other says so, and no number is used
@@ -457,7 +449,7 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
     struct srv_store_sweep sweep;
     int64_t looked = 0;
     (void)store;
-    struct srv_store *own = begin(ground, &room);
+    OWN(srv_store, close) *own = begin(ground, &room);
     REQUIRE(own != NULL);
     ground->rules.classes = 1000;
     srv_store_close(&own);
@@ -519,5 +511,4 @@ STORE_TEST(an_altered_row_harms_its_room_alone) {
     driver->close(sql);
     CHECK_INT(read_all(own, "teacher", 0, &found), SRV_STORED);
     CHECK(found.count == 1 && !strcmp(found.body[0], "Q"));
-    srv_store_close(&own);
 }

@@ -91,7 +91,7 @@ static void cost_seed(struct srv_store *store) {
 
 /* the steps of each call on a store with this many stored jobs and as many waiting ones */
 static void cost_measure(int count, long steps[CALLS]) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_store_figures figures;
     struct srv_store_sweep sweep;
     struct srv_lease lease;
@@ -99,7 +99,7 @@ static void cost_measure(int count, long steps[CALLS]) {
     int listed;
     REQUIRE(ground_begin(&ground, 0));
     cost_begin(&ground);
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     REQUIRE(store);
     cost_seed(store);
     cost_fill(&ground, count);
@@ -136,8 +136,6 @@ static void cost_measure(int count, long steps[CALLS]) {
         }
         steps[call] = cost_steps;
     }
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 TEST(what_a_call_costs_does_not_depend_on_what_is_kept) {

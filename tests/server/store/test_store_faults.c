@@ -380,7 +380,7 @@ STORE_TEST(a_life_survives_every_statement_that_fails) {
     for (int i = 0; i < LIFE_BYTES; i++) life_data[i] = (char)(i * 31);
     for (int mode = 0; mode < 2 * FAULTS; mode++) {
         struct life life;
-        struct srv_store *own = life_open(ground);
+        OWN(srv_store, close) *own = life_open(ground);
         REQUIRE(own);
         CHECK(own->sql->driver->run(own->sql, -1,
                                     ground->postgres ? "SET synchronous_commit = off"
@@ -401,7 +401,6 @@ STORE_TEST(a_life_survives_every_statement_that_fails) {
             life_judge(ground, own, &life, what);
         }
         CHECK_SAYING(n > 40 && n < MOST_FAULTS, "%ld statements", n);
-        srv_store_close(&own);
     }
     test_disk_faults_off();
 }
@@ -418,7 +417,7 @@ STORE_TEST(a_life_survives_every_allocation_that_fails) {
              n += (n < 60 ? 1 : n / (ground->postgres ? 15 : 40)) * TEST_STRIDE) {
             struct life life = {.submitted = SRV_STORED_BROKEN};
             struct pend_error error;
-            struct srv_store *own = NULL;
+            OWN(srv_store, close) *own = NULL;
             char what[80];
             for (int i = 0; i < LIFE_PARTS; i++) life.finished[i] = SRV_STORED_NONE;
             snprintf(what, sizeof what, "allocation %ld%s", n, for_good ? " for good" : "");
@@ -432,7 +431,6 @@ STORE_TEST(a_life_survives_every_allocation_that_fails) {
             if (!own) own = life_open(ground);
             REQUIRE(own);
             life_judge(ground, own, &life, what);
-            srv_store_close(&own);
         }
         CHECK_SAYING(n < MOST_FAULTS, "%ld allocations", n);
     }
@@ -469,9 +467,8 @@ static void life_disk(struct ground *ground, struct srv_store *store) {
 }
 
 TEST(a_life_survives_every_write_that_fails_on_sqlite) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     REQUIRE(ground_begin(&ground, 0));
     struct srv_store *store = ground_open(&ground);
     if (store) life_disk(&ground, store);
-    ground_clear(&ground);
 }

@@ -115,11 +115,10 @@ STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
 }
 
 static void finishes(struct srv_store *store, const char *id) {
-    struct srv_lease lease;
+    OWN(srv_lease, clear) lease;
     CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, id);
     CHECK_INT(srv_store_finish(store, &lease, "r", 1, NULL, 0), SRV_STORED);
-    srv_lease_clear(&lease);
 }
 
 static void on_expiring(struct ground *ground, struct srv_store *unused) {
@@ -127,7 +126,7 @@ static void on_expiring(struct ground *ground, struct srv_store *unused) {
     (void)unused;
     /* stored for an hour: a repetition returns the result; stored for no time: it makes a new job,
      * swept or not */
-    struct srv_store *store = ground_open(ground);
+    OWN(srv_store, close) *store = ground_open(ground);
     if (!store) return;
     CHECK_INT(ground_submit(store, "a", "anna", "k", 1, 0, &job), SRV_STORED);
     finishes(store, "a");
@@ -144,7 +143,6 @@ static void on_expiring(struct ground *ground, struct srv_store *unused) {
     CHECK_INT(ground_submit(store, "d", "anna", "l", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "d");
     CHECK_INT(job.state, SRV_JOB_ACCEPTED);
-    srv_store_close(&store);
 }
 
 STORE_TEST(a_key_is_free_again_once_its_job_has_expired) { on_expiring(ground, store); }

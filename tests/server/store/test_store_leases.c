@@ -9,7 +9,7 @@
 #include "tests/server/ground.h"
 
 STORE_TEST(a_late_worker_writes_nothing) {
-    struct srv_store *other = ground_open(ground);
+    OWN(srv_store, close) *other = ground_open(ground);
     struct srv_store_sweep sweep;
     struct srv_lease late, now;
     struct srv_job job;
@@ -34,11 +34,10 @@ STORE_TEST(a_late_worker_writes_nothing) {
     CHECK(bytes == 3 && !memcmp(back, "now", 3));
     CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_SUCCESSFUL && job.done == 1 && job.bytes == 3);
-    srv_store_close(&other);
 }
 
 STORE_TEST(a_bit_that_changed_in_a_result_is_seen) {
-    struct srv_lease lease;
+    OWN(srv_lease, clear) lease;
     struct srv_job job;
     char back[SRV_CHUNK_BYTES];
     size_t bytes;
@@ -57,7 +56,6 @@ STORE_TEST(a_bit_that_changed_in_a_result_is_seen) {
     ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616263'::bytea, chunk = 1"
                                         : "UPDATE results SET data = X'616263', chunk = 1");
     CHECK_INT(srv_store_chunk(store, "j", 0, 1, back, &bytes), SRV_STORED_DAMAGED);
-    srv_lease_clear(&lease);
 }
 
 STORE_TEST(what_kills_three_workers_is_given_up) {

@@ -17,7 +17,7 @@ STORE_TEST(quotas_hold_and_say_so) {
                                     .all_bytes = 5000,
                                     .keep_us = 3600LL * SECOND,
                                     .client_scenes = 1};
-    struct srv_store *own;
+    OWN(srv_store, close) *own;
     struct pend_error error;
     static char data[1600];
     (void)store;
@@ -47,7 +47,6 @@ STORE_TEST(quotas_hold_and_say_so) {
     CHECK_INT(srv_store_finish(own, &lease, data, 600, NULL, 0), SRV_STORED_QUOTA);
     CHECK_INT(srv_store_job(own, "b1", &job), SRV_STORED);
     CHECK(strstr(job.message, "max-store-bytes") != NULL);
-    srv_store_close(&own);
 }
 
 static enum srv_stored submit_from(struct srv_store *store, const char *id, const char *client,
@@ -61,7 +60,7 @@ static enum srv_stored submit_from(struct srv_store *store, const char *id, cons
 STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     struct srv_job job;
     struct srv_lease lease;
-    struct srv_store *own;
+    OWN(srv_store, close) *own;
     char name[16];
     static char data[900];
     (void)store;
@@ -92,7 +91,6 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     CHECK_INT(submit_from(own, "t1b", "t1", "home", &job), SRV_STORED_QUOTA);
     CHECK_SAYING(strstr(job.message, "bytes of jobs") != NULL, "%s", job.message);
     CHECK_INT(submit_from(own, "s1", "s1", "school", &job), SRV_STORED);
-    srv_store_close(&own);
 }
 
 static enum srv_stored submit_bytes(struct srv_store *store, const char *id, size_t bytes,
@@ -107,7 +105,7 @@ static enum srv_stored submit_bytes(struct srv_store *store, const char *id, siz
 /* the quota limits the bytes on disk: a request counts, and is deleted at its job's end */
 STORE_TEST(a_request_is_counted_and_goes_with_its_job) {
     struct srv_job job;
-    struct srv_store *own;
+    OWN(srv_store, close) *own;
     struct srv_store_figures figures;
     enum srv_stored stored = SRV_STORED;
     char id[16];
@@ -132,13 +130,12 @@ STORE_TEST(a_request_is_counted_and_goes_with_its_job) {
     CHECK_INT(figures.bytes, 5LL * SRV_ROW_BYTES);
     CHECK_INT(submit_bytes(own, "k", 10000, &job), SRV_STORED);
     ground_sums(ground);
-    srv_store_close(&own);
 }
 
 /* ended jobs are limited as well, however small they are */
 STORE_TEST(jobs_that_ended_are_bounded) {
     struct srv_job job;
-    struct srv_store *own;
+    OWN(srv_store, close) *own;
     enum srv_stored stored = SRV_STORED;
     char id[16];
     int jobs = 0;
@@ -152,14 +149,13 @@ STORE_TEST(jobs_that_ended_are_bounded) {
     }
     CHECK_INT(stored, SRV_STORED_QUOTA);
     CHECK_INT(jobs, 63);
-    srv_store_close(&own);
 }
 
 /* a full store is reported before a job is refused */
 STORE_TEST(a_full_store_says_so) {
     struct srv_store_figures figures;
     struct srv_job job;
-    struct srv_store *own;
+    OWN(srv_store, close) *own;
     (void)store;
     ground->rules.all_bytes = 2 * SRV_ROW_BYTES + 100;
     REQUIRE((own = ground_open(ground)) != NULL);
@@ -169,7 +165,6 @@ STORE_TEST(a_full_store_says_so) {
     CHECK_INT(ground_submit(own, "b", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
     CHECK(figures.full && strstr(figures.full, "max-store-bytes"));
-    srv_store_close(&own);
 }
 
 /* recounts the sums of a client, on a separate connection */
@@ -199,7 +194,7 @@ STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
         "WHERE id = 'j1'",
         "UPDATE clients SET jobs = jobs + 1, ready = ready + 1, bytes = bytes + (SELECT held FROM "
         "jobs WHERE id = 'j1') WHERE name = 'anna'"};
-    struct srv_store *other = ground_open(ground);
+    OWN(srv_store, close) *other = ground_open(ground);
     struct srv_job job;
     struct srv_sql *sql;
     struct pend_error error;
@@ -221,7 +216,6 @@ STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
     CHECK_INT(ground_ask(ground, "SELECT jobs FROM clients WHERE name = 'anna'"), 2);
     CHECK_INT(ground_ask(ground, "SELECT ready FROM clients WHERE name = 'anna'"), 2);
     CHECK_INT(ground_ask(ground, "SELECT bytes FROM clients WHERE name = 'anna'"), 2 * job.held);
-    srv_store_close(&other);
 }
 
 STORE_TEST(sums_that_cannot_be_are_counted_anew_when_a_job_is_submitted) {

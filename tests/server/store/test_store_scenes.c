@@ -8,7 +8,7 @@
 #include "tests/server/ground.h"
 
 STORE_TEST(scenes_last_and_never_change) {
-    void *body;
+    OWN_MEMORY void *body = NULL;
     size_t bytes;
     (void)ground;
     CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED_NONE);
@@ -20,7 +20,6 @@ STORE_TEST(scenes_last_and_never_change) {
     CHECK_INT(srv_store_scene_put(store, "v", "anna", NULL, "x", 1), SRV_STORED_QUOTA);
     CHECK_INT(srv_store_scene(store, "u", &body, &bytes), SRV_STORED);
     CHECK(bytes == 3 && !memcmp(body, "a\0b", 3));
-    free(body);
 }
 
 STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
@@ -59,7 +58,7 @@ STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
 /* tokens are easily created: the scenes of all tokens of an address are limited too */
 STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
     char client[16], id[16];
-    struct srv_store *bounded;
+    OWN(srv_store, close) *bounded;
     (void)store;
     ground->rules.source_scenes = 5;
     REQUIRE((bounded = ground_open(ground)) != NULL);
@@ -72,14 +71,13 @@ STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
     CHECK_INT(srv_store_scene_put(bounded, "elsewhere", "t9", "school", "{}", 2), SRV_STORED);
     CHECK_INT(srv_store_scene_drop(bounded, "s0", "t0"), SRV_STORED);
     CHECK_INT(srv_store_scene_put(bounded, "s9", "t8", "home", "{}", 2), SRV_STORED);
-    srv_store_close(&bounded);
 }
 
 /* scenes are limited in bytes, for each client and in total */
 STORE_TEST(scenes_are_bounded_in_bytes) {
     static const char body[4000];
     struct srv_store_figures figures;
-    struct srv_store *own;
+    OWN(srv_store, close) *own;
     char id[16];
     (void)store;
     ground->rules.client_scenes = 100;
@@ -102,7 +100,6 @@ STORE_TEST(scenes_are_bounded_in_bytes) {
     CHECK_INT(srv_store_scene_drop(own, "s1", "anna"), SRV_STORED);
     CHECK_INT(srv_store_scene_put(own, "s9", "anna", NULL, body, sizeof body), SRV_STORED);
     ground_sums(ground);
-    srv_store_close(&own);
 }
 
 /* a full disk has space for the removal of only a few rows at a time */

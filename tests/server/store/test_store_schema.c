@@ -13,7 +13,7 @@ STORE_TEST(processes_that_begin_together_make_one_store) {
     struct srv_store *other[4];
     struct srv_job job;
     pthread_t thread[4];
-    struct ground own;
+    OWN(ground, clear) own;
     (void)store;
     REQUIRE(ground_begin(&own, ground->postgres != NULL));
     for (int i = 0; i < 4; i++) REQUIRE(!pthread_create(&thread[i], NULL, schema_open, &own));
@@ -24,7 +24,6 @@ STORE_TEST(processes_that_begin_together_make_one_store) {
         srv_store_close(&other[i]);
     }
     CHECK_INT(ground_ask(&own, "SELECT COUNT(*) FROM pendulumd"), 1);
-    ground_clear(&own);
 }
 
 STORE_TEST(tables_of_another_version_are_refused_in_a_sentence) {

@@ -42,12 +42,12 @@ TEST(a_new_store_is_its_owners_alone) {
 
 /* a foreign file may contain more than tables */
 TEST(a_store_from_elsewhere_runs_nothing_of_its_own) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_sql *sql;
     struct srv_job job;
     struct pend_error error;
     REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     srv_store_close(&store);
     char command[400];
     snprintf(command, sizeof command,
@@ -67,6 +67,4 @@ TEST(a_store_from_elsewhere_runs_nothing_of_its_own) {
                                  NULL, NULL) != SRV_STORED);
         srv_sql_sqlite.close(sql);
     }
-    srv_store_close(&store);
-    ground_clear(&ground);
 }

@@ -53,12 +53,12 @@ static int limit_files(double bytes, struct rlimit *before) {
 }
 
 TEST(a_full_disk_is_said_and_harms_nothing) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_job job;
     struct srv_lease lease;
     struct rlimit limit;
     REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     REQUIRE(store);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
@@ -70,19 +70,17 @@ TEST(a_full_disk_is_said_and_harms_nothing) {
     CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_FAILED && job.bytes == 0);
     CHECK_TEXT(job.message, "the disk is full");
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 /* committed changes can be copied to the file although the disk is full: the log frees its space */
 TEST(a_log_of_writes_is_emptied_on_a_disk_without_room) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_job job;
     struct srv_lease kept, lease;
     struct rlimit limit;
     enum srv_stored stored;
     REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     REQUIRE(store);
     REQUIRE(submit_and_claim(store, 1, &kept) && submit_and_claim(store, 2, &lease));
     CHECK_INT(srv_store_finish(store, &kept, data, 2 << 20, NULL, 0), SRV_STORED);
@@ -97,8 +95,6 @@ TEST(a_log_of_writes_is_emptied_on_a_disk_without_room) {
     CHECK_INT(srv_store_job(store, "j1", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_SUCCESSFUL && job.bytes == 2 << 20);
     REQUIRE(!setrlimit(RLIMIT_FSIZE, &limit));
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 struct call_dismiss {
@@ -115,7 +111,7 @@ static enum srv_stored call_dismiss(struct srv_store *store, struct srv_store_ca
 /* a dismissal frees space: a connection that has not met the full disk yet does it at the first
  * attempt */
 TEST(a_job_is_dismissed_on_a_disk_without_room) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_lease lease;
     struct rlimit limit;
     struct call_dismiss dismiss = {.call.run = call_dismiss, .id = "j1"};
@@ -137,18 +133,17 @@ TEST(a_job_is_dismissed_on_a_disk_without_room) {
     REQUIRE(!setrlimit(RLIMIT_FSIZE, &limit));
     srv_store_close(&other);
     srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 /* as another program, or a crashed machine, may leave it: reads succeed, writes are refused */
 TEST(a_file_that_is_short_on_a_full_disk_can_be_read) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_job job;
     struct rlimit limit;
     char path[128];
     sqlite3 *db = NULL;
     REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     REQUIRE(store);
     CHECK_INT(ground_submit(store, "j1", "anna", NULL, 1, 0, &job), SRV_STORED);
     snprintf(path, sizeof path, "%s/store.db", ground.path);
@@ -167,14 +162,12 @@ TEST(a_file_that_is_short_on_a_full_disk_can_be_read) {
     CHECK_INT(ground_submit(store, "j2", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK(file_bytes(&ground, "") > 1000000);
     sqlite3_close(db);
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 /* several connections that write in turn, each result as large as a batch's */
 TEST(whatever_is_committed_has_its_place_in_the_file) {
     enum { CONNECTIONS = 3, RESULTS = 24, RESULT = 700000 };
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_store *store[CONNECTIONS];
     struct srv_lease lease;
     double longest = 0;
@@ -196,16 +189,15 @@ TEST(whatever_is_committed_has_its_place_in_the_file) {
                  longest);
     srv_sql_sqlite.close(sql);
     for (int i = 0; i < CONNECTIONS; i++) srv_store_close(&store[i]);
-    ground_clear(&ground);
 }
 
 /* a backup reads for a long time: writers continue, and the log is emptied when it has ended */
 TEST(a_reader_that_does_not_end_stops_nobody) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_lease lease;
     int number = 0;
     REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     struct srv_sql *reader = other_connection(&ground);
     REQUIRE(store && reader);
     CHECK_INT(srv_sql_sqlite.run(reader, -1, "BEGIN", NULL, 0, NULL, NULL), SRV_STORED);
@@ -225,8 +217,6 @@ TEST(a_reader_that_does_not_end_stops_nobody) {
     CHECK_SAYING(file_bytes(&ground, "-wal") < LOG_BYTES + (2 << 20), "a log of %.0f bytes",
                  file_bytes(&ground, "-wal"));
     srv_sql_sqlite.close(reader);
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 /* reads without a pause, until it is told to end */
@@ -249,12 +239,12 @@ static void *looker_main(void *context) {
 /* nor does a writer stop them; and the log is emptied although one of them always reads */
 TEST(readers_without_a_pause_stop_no_writer) {
     enum { LOOKERS = 4 };
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_lease lease;
     struct looker looker[LOOKERS] = {0};
     int number = 0, before;
     REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     struct srv_sql *writer = other_connection(&ground);
     REQUIRE(store && writer && submit_and_claim(store, number, &lease));
     for (int i = 0; i < LOOKERS; i++) {
@@ -284,8 +274,6 @@ TEST(readers_without_a_pause_stop_no_writer) {
         srv_store_close(&looker[i].store);
     }
     srv_sql_sqlite.close(writer);
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 /* a process that writes much and runs checkpoints although only our writer may, as SQLite's own
@@ -325,12 +313,12 @@ static void *stranger_main(void *context) {
 }
 
 TEST(who_carries_the_log_over_meanwhile_finds_its_pages_whole) {
-    struct ground ground;
+    OWN(ground, clear) ground;
     struct srv_job job;
     struct stranger stranger = {0};
     pthread_t thread;
     REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
+    OWN(srv_store, close) *store = ground_open(&ground);
     REQUIRE(store);
     REQUIRE((stranger.sql = other_connection(&ground)) != NULL);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
@@ -345,6 +333,4 @@ TEST(who_carries_the_log_over_meanwhile_finds_its_pages_whole) {
                                "SELECT integrity_check = 'ok' FROM pragma_integrity_check LIMIT 1"),
               1);
     srv_sql_sqlite.close(stranger.sql);
-    srv_store_close(&store);
-    ground_clear(&ground);
 }

@@ -42,7 +42,7 @@ STORE_TEST(a_dismissed_job_stops_and_frees_what_it_held) {
 STORE_TEST(a_job_past_its_time_is_removed) {
     struct srv_store_rules brief = ground_rules;
     struct srv_store_sweep sweep;
-    struct srv_store *own;
+    OWN(srv_store, close) *own;
     struct srv_lease lease;
     struct srv_job job;
     struct pend_error error;
@@ -59,7 +59,6 @@ STORE_TEST(a_job_past_its_time_is_removed) {
     CHECK_INT(srv_store_job(own, "j", &job), SRV_STORED_NONE);
     CHECK_INT(ground_submit(own, "again", "anna", "k", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "again");
-    srv_store_close(&own);
 }
 
 /* a connection whose jobs expire at once */
@@ -94,7 +93,7 @@ static int brief_sweep(struct srv_store *store, int *expired) {
 /* 300 jobs with results take only as many steps as their number requires, and are deleted directly,
  * without becoming "dismissed" */
 STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
-    struct srv_store *own = brief_open(ground);
+    OWN(srv_store, close) *own = brief_open(ground);
     struct srv_store_figures figures;
     char id[16];
     int expired;
@@ -114,12 +113,11 @@ STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts"), 0);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM results"), 0);
     ground_sums(ground);
-    srv_store_close(&own);
 }
 
 /* the row of a large job is deleted at once, the rest piece by piece, counted until then */
 STORE_TEST(a_large_expired_job_goes_piece_by_piece) {
-    struct srv_store *own = brief_open(ground);
+    OWN(srv_store, close) *own = brief_open(ground);
     struct srv_store_figures figures;
     struct srv_store_sweep sweep;
     struct srv_job job;
@@ -139,7 +137,6 @@ STORE_TEST(a_large_expired_job_goes_piece_by_piece) {
     CHECK_INT(figures.bytes, 0);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM parts"), 0);
     ground_sums(ground);
-    srv_store_close(&own);
 }
 
 /* the time announced to its client is kept, also when it is dismissed after its end */
@@ -160,7 +157,7 @@ STORE_TEST(a_job_that_ended_expires_when_it_was_said_to) {
 
 /* a clock that is a week ahead for a while deletes no result; once it is trusted, it does */
 STORE_TEST(a_clock_that_jumps_ahead_ends_no_job) {
-    struct srv_store *own = brief_open(ground);
+    OWN(srv_store, close) *own = brief_open(ground);
     struct srv_store_sweep sweep;
     struct srv_job job;
     (void)store;
@@ -176,5 +173,4 @@ STORE_TEST(a_clock_that_jumps_ahead_ends_no_job) {
     own->expiry.hold_ns = 0;
     CHECK_INT(srv_store_sweep(own, NULL, &sweep), SRV_STORED);
     CHECK_INT(sweep.expired, 1);
-    srv_store_close(&own);
 }

@@ -7,7 +7,7 @@
 #include "tests/harness/test.h"
 
 TEST(a_client_is_one_record_however_often_it_comes) {
-    struct srv_clients *clients;
+    OWN(srv_clients, free) *clients;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
     struct srv_client *one = srv_clients_take(clients, "192.0.2.1", NULL),
                       *again = srv_clients_take(clients, "192.0.2.1", NULL),
@@ -19,11 +19,10 @@ TEST(a_client_is_one_record_however_often_it_comes) {
     /* a record without references is kept for a while */
     CHECK(srv_clients_take(clients, "192.0.2.1", NULL) == one);
     srv_clients_give(clients, one);
-    srv_clients_free(&clients);
 }
 
 TEST(clients_that_nobody_has_are_forgotten_beyond_a_bound) {
-    struct srv_clients *clients;
+    OWN(srv_clients, free) *clients;
     char key[SRV_CLIENT_KEY];
     int64_t second = 1000000000;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
@@ -47,11 +46,10 @@ TEST(clients_that_nobody_has_are_forgotten_beyond_a_bound) {
     srv_clients_give(clients, first);
     srv_clients_give(clients, held);
     srv_clients_give(clients, held);
-    srv_clients_free(&clients);
 }
 
 TEST(a_quota_is_so_many_a_minute_and_fills_evenly) {
-    struct srv_clients *clients;
+    OWN(srv_clients, free) *clients;
     int64_t second = 1000000000, now = 5 * second;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
     struct srv_client *client = srv_clients_take(clients, "a", NULL);
@@ -75,11 +73,10 @@ TEST(a_quota_is_so_many_a_minute_and_fills_evenly) {
     for (int i = 0; i < 6; i++) CHECK(srv_clients_quota(clients, client, 6, 64, now).granted);
     CHECK(!srv_clients_quota(clients, client, 6, 64, now).granted);
     srv_clients_give(clients, client);
-    srv_clients_free(&clients);
 }
 
 TEST(clients_survive_want_of_memory) {
-    struct srv_clients *clients = NULL;
+    OWN(srv_clients, free) *clients = NULL;
     test_alloc_fail(1, 0);
     CHECK(srv_clients_new(&clients) == PEND_NO_MEMORY && !clients);
     test_alloc_faults_off();
@@ -90,13 +87,12 @@ TEST(clients_survive_want_of_memory) {
     struct srv_client *client = srv_clients_take(clients, "a", NULL);
     CHECK(client != NULL);
     srv_clients_give(clients, client);
-    srv_clients_free(&clients);
 }
 
 /* a new token for each request does not exceed the quota of its address: here twice that of a
  * client */
 TEST(clients_of_one_address_share_its_quota) {
-    struct srv_clients *clients;
+    OWN(srv_clients, free) *clients;
     struct srv_quota quota;
     int64_t now = 5000000000;
     char key[16];
@@ -128,11 +124,10 @@ TEST(clients_of_one_address_share_its_quota) {
     srv_clients_give(clients, one);
     srv_clients_give(clients, same);
     srv_clients_give(clients, home);
-    srv_clients_free(&clients);
 }
 
 TEST(who_has_computed_too_much_waits_until_it_is_made_up_for) {
-    struct srv_clients *clients;
+    OWN(srv_clients, free) *clients;
     int64_t second = 1000000000, now = 5 * second;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
     struct srv_client *client = srv_clients_take(clients, "a", NULL);
@@ -149,11 +144,10 @@ TEST(who_has_computed_too_much_waits_until_it_is_made_up_for) {
     /* a client that may compute nothing always waits */
     CHECK(srv_clients_debt(clients, client, 0, now + 22 * second) == 60);
     srv_clients_give(clients, client);
-    srv_clients_free(&clients);
 }
 
 TEST(what_comes_at_a_pace_comes_in_bursts_and_then_one_by_one) {
-    struct srv_clients *clients;
+    OWN(srv_clients, free) *clients;
     const int64_t second = 1000000000;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
     struct srv_client *one = srv_clients_take(clients, "t:1", "a:1"),
@@ -182,5 +176,4 @@ TEST(what_comes_at_a_pace_comes_in_bursts_and_then_one_by_one) {
     CHECK(srv_clients_pace(clients, other->source, SRV_PACE_MISSES, 1, 1, 1, now) > 0);
     srv_clients_give(clients, one);
     srv_clients_give(clients, other);
-    srv_clients_free(&clients);
 }

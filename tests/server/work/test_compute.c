@@ -114,8 +114,8 @@ TEST(a_stopped_computation_ends_within_a_piece_of_its_work) {
 /* the estimated time of a trajectory */
 static double compute_cost(const char *body) {
     struct api_limits limits;
-    struct api_call *call;
-    struct api_buffer out;
+    OWN(api_call, free) *call;
+    OWN(api_buffer, clear) out;
     struct api_request request = {.op = API_OP_TRAJECTORIES,
                                   .content_type = "application/json",
                                   .body = body,
@@ -124,10 +124,7 @@ static double compute_cost(const char *body) {
     api_buffer_init(&out, 1 << 20);
     if (!CHECK(api_call_new(&call, &limits) == PEND_OK)) return 1;
     CHECK(api_call_open(call, &request, &out) == API_MORE);
-    double cost = api_call_cost(call);
-    api_call_free(&call);
-    api_buffer_clear(&out);
-    return cost;
+    return api_call_cost(call);
 }
 
 TEST(a_computation_that_is_sure_to_outrun_its_time_is_not_begun) {

@@ -39,7 +39,7 @@ static void faults_finish(struct srv_exchange *exchange) {
  * were fewer */
 static int faults_compute(struct srv_service *service, const struct test_request *one, long n,
                           int for_good, int *over) {
-    struct srv_exchange exchange;
+    OWN(srv_exchange, clear) exchange;
     char path[64];
     srv_exchange_init(&exchange, service);
     exchange.finish = faults_finish;
@@ -59,9 +59,7 @@ static int faults_compute(struct srv_service *service, const struct test_request
     *over = test_alloc_count() - before < n;
     test_alloc_faults_off();
     CHECK_INT(faults_finished, 1);
-    int status = exchange.status;
-    srv_exchange_clear(&exchange);
-    return status;
+    return exchange.status;
 }
 
 /* waits until the worker, which delivers an answer before it cleans up, is idle; returns 0 if that

@@ -45,7 +45,7 @@ static double nap_seconds(struct nap *nap) {
 }
 
 TEST(the_sockets_thread_naps_only_while_every_worker_has_a_short_task) {
-    struct nap nap;
+    OWN(nap, end) nap;
     struct srv_lane lane = {0};
     struct srv_task task = {.lane = &lane};
     nap_begin(&nap, 2);
@@ -61,7 +61,6 @@ TEST(the_sockets_thread_naps_only_while_every_worker_has_a_short_task) {
     CHECK(nap_seconds(&nap) < 0.0003);
     srv_fairness_end(&nap.fairness, 3);
     srv_fairness_end(&nap.fairness, 0);
-    nap_end(&nap);
 }
 
 static void *nap_on(void *argument) {
@@ -87,7 +86,7 @@ static long nap_least(struct nap *nap, int look, long below) {
 }
 
 TEST(a_worker_that_looks_wakes_the_thread_only_when_something_came) {
-    struct nap nap;
+    OWN(nap, end) nap;
     nap_begin(&nap, 1);
     srv_fairness_begin(&nap.fairness, 0);
     REQUIRE(!pthread_create(&nap.thread, NULL, nap_on, &nap));
@@ -100,11 +99,10 @@ TEST(a_worker_that_looks_wakes_the_thread_only_when_something_came) {
     atomic_store(&nap.stop, 1);
     pthread_join(nap.thread, NULL);
     srv_fairness_end(&nap.fairness, 0);
-    nap_end(&nap);
 }
 
 TEST(naps_and_wakes_that_meet_lose_nothing) {
-    struct nap nap;
+    OWN(nap, end) nap;
     nap_begin(&nap, 1);
     REQUIRE(!pthread_create(&nap.thread, NULL, nap_on, &nap));
     for (double end = test_clock() + 0.3; test_clock() < end;) {
@@ -116,5 +114,4 @@ TEST(naps_and_wakes_that_meet_lose_nothing) {
     pthread_join(nap.thread, NULL);
     int left = -1;
     CHECK(sem_getvalue(&nap.fairness.wake, &left) == 0 && left == 0);
-    nap_end(&nap);
 }

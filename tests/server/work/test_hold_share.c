@@ -32,12 +32,10 @@ static int share_post(const struct srv_daemon *daemon, struct test_client *clien
 
 static int share_ask(const struct srv_daemon *daemon, struct test_reply *reply, const char *headers,
                      const char *body) {
-    struct test_client client;
+    OWN(test_client, close) client;
     *reply = (struct test_reply){0};
     if (!share_post(daemon, &client, headers, body)) return 0;
-    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
-    test_client_close(&client);
-    return status;
+    return test_client_receive(&client, reply, 0, TEST_PATIENCE);
 }
 
 static const char *share_header(const struct test_reply *reply, const char *name) {
@@ -46,8 +44,8 @@ static const char *share_header(const struct test_reply *reply, const char *name
 }
 
 TEST(the_same_again_comes_from_the_cache_in_every_coding) {
-    struct srv_daemon *daemon = live_start(NULL);
-    struct test_reply first, reply;
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
+    OWN(test_reply, clear) first = {0}, reply = {0};
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}";
     /* the same request in another spelling */
     static const char other[] = "{\"times\":{\"step\":1e-2,\"stop\":5.0,\"start\":0},\"output\":["
@@ -86,15 +84,12 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
     CHECK_INT(share_ask(daemon, &reply, "Accept: text/csv\r\n", body), 200);
     CHECK(strcmp(share_header(&reply, "ETag"), share_header(&first, "ETag")) != 0);
     CHECK(!strncmp(reply.body, "t,phi_1,phi_2", 13));
-    test_reply_clear(&reply);
-    test_reply_clear(&first);
-    srv_daemon_free(&daemon);
 }
 
 TEST(without_a_cache_304_needs_no_computation_all_the_same) {
     static const char *const options[] = {"--cache-bytes", "0", "--compress-above", "0", NULL};
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}";
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_reply reply;
     char match[256];
     REQUIRE(daemon != NULL);
@@ -108,7 +103,6 @@ TEST(without_a_cache_304_needs_no_computation_all_the_same) {
     test_reply_clear(&reply);
     CHECK(live_metric(daemon, MISSED) == 2);
     CHECK(live_metric(daemon, "pendulumd_cache_bytes ") == 0);
-    srv_daemon_free(&daemon);
 }
 
 enum { CLASS = 12 };
@@ -142,7 +136,7 @@ static struct srv_daemon *class_joined(struct test_client client[CLASS]) {
 TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nobody) {
     struct test_client client[CLASS];
     struct test_reply reply[CLASS];
-    struct srv_daemon *daemon = class_joined(client);
+    OWN(srv_daemon, free) *daemon = class_joined(client);
     REQUIRE(daemon != NULL);
     /* the one that started it leaves, and one of the others */
     test_client_close(&client[0]);
@@ -160,7 +154,6 @@ TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nob
     CHECK(live_metric(daemon, MISSED) == 1);
     CHECK(live_metric(daemon, "pendulumd_cancelled_total ") == 0);
     live_await(daemon, "pendulumd_computations ", 0);
-    srv_daemon_free(&daemon);
 }
 
 TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
@@ -169,7 +162,7 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":200,\"count\":150001}}";
     static const char *const options[] = {"--workers", "1", NULL},
                              *const octets = "Accept: application/octet-stream\r\n";
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client blocker, client[FEW];
     struct test_reply reply[FEW], again;
     REQUIRE(daemon != NULL);
@@ -198,13 +191,12 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     /* the cache holds the rest, up to a few bytes */
     double held = live_metric(daemon, "pendulumd_held_bytes ");
     CHECK_SAYING(held >= 3600024 && held < 6e6, "%.0f bytes are held", held);
-    srv_daemon_free(&daemon);
 }
 
 #define STREAM DOUBLE "\"times\":{\"start\":0,\"stop\":3000,\"count\":300001}}"
 
 TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
-    struct srv_daemon *daemon = live_start(NULL);
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
     struct test_client client;
     struct test_reply reply, coded, old;
     char text[1024];
@@ -237,7 +229,6 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     test_reply_clear(&old);
     live_await(daemon, "pendulumd_computations ", 0);
     CHECK(live_metric(daemon, "pendulumd_held_bytes ") < 100000);
-    srv_daemon_free(&daemon);
 }
 
 #define ENDLESS DOUBLE "\"times\":{\"start\":0,\"stop\":3000,\"count\":1000000}}"
@@ -245,7 +236,7 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
 TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
     enum { SLOW = 6 };
     static const char *const options[] = {"--workers", "1", "--max-samples", "2000000", NULL};
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client slow[SLOW];
     struct test_reply reply;
     REQUIRE(daemon != NULL);
@@ -275,27 +266,24 @@ TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
     live_await(daemon, "pendulumd_computations ", 0);
     printf("  %d streams were over %.0f ms after their clients had gone\n", SLOW,
            1e3 * (test_clock() - begin));
-    srv_daemon_free(&daemon);
 }
 
 TEST(a_reader_that_does_not_read_runs_out_of_time) {
     static const char *const options[] = {"--send-seconds", "0.5", "--least-rate", "100M", NULL};
-    struct srv_daemon *daemon = live_start(options);
-    struct test_client slow;
+    OWN(srv_daemon, free) *daemon = live_start(options);
+    OWN(test_client, close) slow = {.fd = -1};
     REQUIRE(daemon != NULL);
     REQUIRE(share_post(daemon, &slow, "Accept: text/csv\r\n", ENDLESS));
     live_await_least(daemon, "pendulumd_slices_total ", 1);
     live_await(daemon, "pendulumd_computations ", 0);
     CHECK(live_metric(daemon, "pendulumd_held_bytes ") < 100000);
-    test_client_close(&slow);
-    srv_daemon_free(&daemon);
 }
 
 TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
     for (int old = 0; old < 2; old++) {
-        struct srv_daemon *daemon = live_start(NULL);
-        struct test_client client;
-        struct test_reply reply;
+        OWN(srv_daemon, free) *daemon = live_start(NULL);
+        OWN(test_client, close) client = {.fd = -1};
+        OWN(test_reply, clear) reply = {0};
         char text[1024];
         REQUIRE(daemon != NULL);
         snprintf(text, sizeof text,
@@ -312,9 +300,6 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
         /* the test's client, like others, does not notice the end of an HTTP/1.0 answer that ends
          * without a reset */
         CHECK_INT(status, 0);
-        test_reply_clear(&reply);
-        test_client_close(&client);
-        srv_daemon_free(&daemon);
     }
 }
 
@@ -327,7 +312,7 @@ TEST(requests_a_minute_are_counted_for_each_client) {
                                           "0",
                                           NULL};
     static const char body[] = DOUBLE "\"times\":[0,1]}";
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_reply reply;
     REQUIRE(daemon != NULL);
     for (int i = 0; i < 5; i++) {
@@ -348,14 +333,13 @@ TEST(requests_a_minute_are_counted_for_each_client) {
                           "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\n\r\n"),
               200);
     CHECK(live_metric(daemon, "pendulumd_refused_total{limit=\"max-requests-a-minute\"} ") == 2);
-    srv_daemon_free(&daemon);
 }
 
 TEST(one_client_cannot_fill_the_queue) {
     static const char *const options[] = {
         "--workers",       "1",         "--max-queue", "20", "--max-client-queue", "3",
         "--trusted-proxy", "127.0.0.1", NULL};
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client client[8];
     struct test_reply reply;
     REQUIRE(daemon != NULL);
@@ -378,7 +362,6 @@ TEST(one_client_cannot_fill_the_queue) {
     for (int i = 0; i < 8; i++) test_client_close(&client[i]);
     CHECK(live_metric(daemon, "pendulumd_refused_total{limit=\"max-client-queue\"} ") == 4);
     live_await(daemon, "pendulumd_computations ", 0);
-    srv_daemon_free(&daemon);
 }
 
 /* a new token for each request fills three quarters of the queue, and takes turns with others */
@@ -387,7 +370,7 @@ TEST(one_address_cannot_fill_the_queue_with_tokens) {
     static const char *const options[] = {
         "--workers",       "1",         "--max-queue", "8", "--max-client-queue", "3",
         "--trusted-proxy", "127.0.0.1", NULL};
-    struct srv_daemon *daemon = live_start(options);
+    OWN(srv_daemon, free) *daemon = live_start(options);
     struct test_client client[TOKENS];
     struct test_reply reply;
     REQUIRE(daemon != NULL);
@@ -411,15 +394,14 @@ TEST(one_address_cannot_fill_the_queue_with_tokens) {
     test_reply_clear(&reply);
     for (int i = 0; i < TOKENS; i++) test_client_close(&client[i]);
     live_await(daemon, "pendulumd_computations ", 0);
-    srv_daemon_free(&daemon);
 }
 
 TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     static const char trace[] = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
     static const char *const options[] = {"--cors-origins", "https://a.org, https://b.org", NULL};
-    struct srv_daemon *daemon = live_start(NULL);
-    struct test_client client;
-    struct test_reply reply;
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
+    OWN(test_client, close) client = {.fd = -1};
+    OWN(test_reply, clear) reply = {0};
     char text[512];
     REQUIRE(daemon != NULL);
     REQUIRE(live_say(daemon, &client,
@@ -459,17 +441,14 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\n\r\n");
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK(!test_reply_header(&reply, "Access-Control-Allow-Origin"));
-    test_reply_clear(&reply);
-    test_client_close(&client);
-    srv_daemon_free(&daemon);
 }
 
 TEST(what_is_known_of_the_digits_is_told_with_every_answer) {
     static const char octets[] = "Accept: application/octet-stream\r\n",
                       trusted[] = DOUBLE "\"initial\":{\"theta\":[2,2.5]},\"trust\":true,\"times\":"
                                          "{\"start\":0,\"stop\":20,\"count\":40001}}";
-    struct srv_daemon *daemon = live_start(NULL);
-    struct test_reply reply;
+    OWN(srv_daemon, free) *daemon = live_start(NULL);
+    OWN(test_reply, clear) reply = {0};
     REQUIRE(daemon != NULL);
     /* doubles cannot contain it: before the body, or after it if it is sent while it is computed */
     CHECK_INT(share_ask(daemon, &reply, octets, STREAM), 200);
@@ -486,6 +465,4 @@ TEST(what_is_known_of_the_digits_is_told_with_every_answer) {
     CHECK_SAYING(!reply.trailer && horizon > 0.5 * until && horizon <= 1.1 * until &&
                      *share_header(&reply, "X-Warning"),
                  "%g and %g", horizon, until);
-    test_reply_clear(&reply);
-    srv_daemon_free(&daemon);
 }

@@ -10,7 +10,7 @@
 #include "tests/harness/test.h"
 
 TEST(a_lane_is_first_in_first_out_and_the_queue_is_bounded) {
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane lane = {0};
     struct srv_task task[4] = {0};
     for (int i = 0; i < 4; i++) task[i].lane = &lane;
@@ -28,11 +28,10 @@ TEST(a_lane_is_first_in_first_out_and_the_queue_is_bounded) {
     }
     srv_queue_free(&queue);
     CHECK(queue == NULL);
-    srv_queue_free(&queue);
 }
 
 TEST(one_lane_does_not_take_all_the_room_but_what_was_begun_has_room) {
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane one = {0}, two = {0};
     struct srv_task task[5] = {0};
     for (int i = 0; i < 5; i++) task[i].lane = i < 3 ? &one : &two;
@@ -46,12 +45,11 @@ TEST(one_lane_does_not_take_all_the_room_but_what_was_begun_has_room) {
     CHECK_INT(srv_queue_count(queue), 4);
     CHECK(srv_queue_valid(queue));
     while (srv_queue_count(queue)) srv_queue_pop(queue);
-    srv_queue_free(&queue);
 }
 
 TEST(lanes_take_turns_however_much_one_brings) {
     enum { MANY = 12 };
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane lane[3] = {0};
     struct srv_task many[MANY] = {0}, few[2] = {0};
     REQUIRE(srv_queue_new(&queue, 100, 100) == PEND_OK);
@@ -67,13 +65,12 @@ TEST(lanes_take_turns_however_much_one_brings) {
     CHECK(srv_queue_pop(queue) == &few[0]);
     CHECK(srv_queue_pop(queue) == &few[1]);
     for (int i = 1; i < MANY; i++) CHECK(srv_queue_pop(queue) == &many[i]);
-    srv_queue_free(&queue);
 }
 
 /* an address with many clients has a turn for each, eight at most; another one waits no longer */
 TEST(lanes_of_one_road_take_its_turns) {
     enum { LANES = 20, EACH = 3 };
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane home = {0}, lane[LANES] = {0}, other = {0};
     struct srv_task task[LANES][EACH] = {0}, some[EACH] = {0};
     int at = 0;
@@ -97,12 +94,11 @@ TEST(lanes_of_one_road_take_its_turns) {
     for (; at < LANES * EACH; at++) CHECK(srv_queue_pop(queue) == &task[at % LANES][at / LANES]);
     CHECK_INT(home.own.count, 0);
     CHECK_INT(srv_queue_count(queue), 0);
-    srv_queue_free(&queue);
 }
 
 TEST(lanes_of_one_road_leave_room_to_others) {
     enum { CAP = 16, LANES = 8 };
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane home = {0}, lane[LANES] = {0}, other = {0};
     struct srv_task task[CAP] = {0}, guest = {.lane = &other};
     REQUIRE(srv_queue_new(&queue, CAP, 4) == PEND_OK);
@@ -114,12 +110,11 @@ TEST(lanes_of_one_road_leave_room_to_others) {
     CHECK(srv_queue_push(queue, &guest) == PEND_OK);
     CHECK(srv_queue_valid(queue));
     while (srv_queue_count(queue)) srv_queue_pop(queue);
-    srv_queue_free(&queue);
 }
 
 /* a task that reads a long body in one go is left to the reader, and continues at another level */
 TEST(workers_leave_long_reading_to_the_reader) {
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane lane = {0};
     struct srv_task long_body = {.lane = &lane, .level = SRV_QUEUE_READ}, task = {.lane = &lane};
     REQUIRE(srv_queue_new(&queue, 10, 10) == PEND_OK);
@@ -133,12 +128,11 @@ TEST(workers_leave_long_reading_to_the_reader) {
     CHECK(srv_queue_pop(queue) == &long_body && !srv_queue_count(queue));
     srv_queue_close(queue);
     CHECK(!srv_queue_pop(queue) && !srv_queue_pop_read(queue));
-    srv_queue_free(&queue);
 }
 
 TEST(short_tasks_come_before_long_ones_which_do_not_starve) {
     enum { SHORTS = 64 };
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane lane[2] = {0};
     struct srv_task task[SHORTS] = {0}, batch = {.lane = &lane[1], .level = 3};
     REQUIRE(srv_queue_new(&queue, 100, 100) == PEND_OK);
@@ -159,12 +153,11 @@ TEST(short_tasks_come_before_long_ones_which_do_not_starve) {
     CHECK_SAYING(taken >= turns / (2 * SRV_QUEUE_SHARE), "it had %d of %d turns", taken, turns);
     CHECK_SAYING(taken <= turns / SRV_QUEUE_SHARE + 1, "it had %d of %d turns", taken, turns);
     srv_queue_pop(queue);
-    srv_queue_free(&queue);
 }
 
 TEST(who_puts_one_back_and_takes_one_makes_no_lane_fuller) {
     enum { ROUNDS = 100 };
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane lane = {0}, other = {0};
     struct srv_task task[3] = {0}, late = {.lane = &lane}, guest = {.lane = &other};
     REQUIRE(srv_queue_new(&queue, 10, 3) == PEND_OK);
@@ -187,11 +180,10 @@ TEST(who_puts_one_back_and_takes_one_makes_no_lane_fuller) {
     while (srv_queue_count(queue)) srv_queue_pop(queue);
     /* nobody else waits: it gets the same task again */
     CHECK(srv_queue_swap(queue, &guest) == &guest && srv_queue_count(queue) == 0);
-    srv_queue_free(&queue);
 }
 
 TEST(a_task_can_be_taken_out_of_the_middle_once) {
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane lane = {0};
     struct srv_task task[3] = {0};
     REQUIRE(srv_queue_new(&queue, 3, 3) == PEND_OK);
@@ -207,12 +199,11 @@ TEST(a_task_can_be_taken_out_of_the_middle_once) {
     srv_queue_close(queue);
     CHECK(srv_queue_pop(queue) == NULL);
     CHECK(srv_queue_push(queue, &task[0]) == PEND_LIMIT);
-    srv_queue_free(&queue);
 }
 
 TEST(random_pushes_pops_and_removals_keep_a_queue_whole) {
     enum { TASKS = 40, LANES = 5 };
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue;
     struct srv_lane lane[LANES] = {0};
     struct srv_task task[TASKS] = {0};
     int waiting = 0;
@@ -246,7 +237,6 @@ TEST(random_pushes_pops_and_removals_keep_a_queue_whole) {
     }
     while (waiting--) srv_queue_pop(queue);
     for (int i = 0; i < LANES; i++) CHECK_INT(lane[i].count, 0);
-    srv_queue_free(&queue);
 }
 
 static atomic_int task_runs;
@@ -264,10 +254,10 @@ static int task_run(struct srv_task *task) {
 
 TEST(workers_run_every_task_once) {
     enum { TASKS = 5000, CAP = 16 };
-    struct srv_queue *queue;
+    OWN(srv_queue, free) *queue = NULL;
     struct srv_workers *workers;
     struct srv_lane lane[3] = {0};
-    struct task_count *task = calloc(TASKS, sizeof *task);
+    OWN_MEMORY struct task_count *task = calloc(TASKS, sizeof *task);
     atomic_store(&task_runs, 0);
     REQUIRE(task && srv_queue_new(&queue, CAP, CAP) == PEND_OK);
     REQUIRE(srv_workers_new(&workers, 4, queue, NULL) == PEND_OK);
@@ -282,13 +272,11 @@ TEST(workers_run_every_task_once) {
     int wrong = 0;
     for (int i = 0; i < TASKS; i++) wrong += task[i].runs != 1;
     CHECK_INT(wrong, 0);
-    srv_queue_free(&queue);
-    free(task);
 }
 
 TEST(workers_wait_for_tasks_and_are_woken) {
-    struct srv_queue *queue;
-    struct srv_workers *workers;
+    OWN(srv_queue, free) *queue;
+    OWN(srv_workers, free) *workers = NULL;
     struct srv_lane lane = {0};
     struct task_count task = {.task.run = task_run, .task.lane = &lane};
     REQUIRE(srv_queue_new(&queue, 2, 2) == PEND_OK);
@@ -298,8 +286,6 @@ TEST(workers_wait_for_tasks_and_are_woken) {
     for (double until = test_clock() + TEST_PATIENCE; !task.runs && test_clock() < until;)
         test_sleep(0.001);
     CHECK_INT(task.runs, 1);
-    srv_workers_free(&workers);
-    srv_queue_free(&queue);
 }
 
 TEST(there_is_a_worker_for_each_processor_at_least_one) {
@@ -307,7 +293,7 @@ TEST(there_is_a_worker_for_each_processor_at_least_one) {
 }
 
 TEST(queue_and_workers_survive_want_of_memory) {
-    struct srv_queue *queue = NULL;
+    OWN(srv_queue, free) *queue = NULL;
     struct srv_workers *workers = NULL;
     test_alloc_fail(1, 0);
     CHECK(srv_queue_new(&queue, 2, 2) == PEND_NO_MEMORY && !queue);
@@ -316,5 +302,4 @@ TEST(queue_and_workers_survive_want_of_memory) {
     test_alloc_fail(1, 0);
     CHECK(srv_workers_new(&workers, 2, queue, NULL) == PEND_NO_MEMORY && !workers);
     test_alloc_faults_off();
-    srv_queue_free(&queue);
 }

@@ -55,17 +55,17 @@ static void check_member(const struct test_reply *all, const char *name, int m,
 TEST(members_have_the_derivatives_of_their_trajectories) {
     static const char *const lengths[] = {"1", "1.5"}, *const masses[] = {"2", "3"};
     for (int real = 0; real < 2; real++) {
-        struct test_reply last = posted(
+        OWN(test_reply, free) last = posted(
             API_OP_ENSEMBLES, "2", "2", real,
             GRID "," BY ",\"start\":0.5,\"duration\":1.5,\"observables\":[\"final\",\"flips\"]");
-        struct test_reply rows =
+        OWN(test_reply, free) rows =
             posted(API_OP_ENSEMBLES, "2", "2", real,
                    GRID "," BY ",\"times\":[0.5,1,2],\"observables\":[\"trajectory\"],\"output\":["
                         "\"theta\",\"phid\",\"lambda\"]");
         CHECK_INT(last.status, 200);
         CHECK_INT(rows.status, 200);
         for (int m = 0; m < 4; m++) {
-            struct test_reply one =
+            OWN(test_reply, free) one =
                 posted(API_OP_TRAJECTORIES, lengths[m % 2], masses[m / 2], real,
                        "\"initial\":{\"theta\":[1,0.5],\"thetad\":[0,-1]},\"times\":[0.5,1,2]," BY);
             CHECK_INT(one.status, 200);
@@ -74,12 +74,9 @@ TEST(members_have_the_derivatives_of_their_trajectories) {
             check_member(&rows, "theta", m, &one, "phi", 3, 0);
             check_member(&rows, "phid", m, &one, "phid", 3, 0);
             check_member(&rows, "lambda", m, &one, "lambda", 3, 0);
-            test_reply_free(&one);
         }
         CHECK_INT(test_reply_count(&last, "/derivatives"), 2);
         CHECK_INT(test_reply_count(&rows, "/derivatives"), 3);
-        test_reply_free(&last);
-        test_reply_free(&rows);
     }
 }
 
@@ -138,7 +135,7 @@ TEST(members_derivatives_have_an_axis_in_every_representation) {
         {"application/octet-stream", ""},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = test_post_as(
+        OWN(test_reply, free) reply = test_post_as(
             API_OP_ENSEMBLES,
             FREE STATES "\"duration\":1,\"derivatives\":[{\"vary\":\"gravity\"},{\"vary\":\"phi\","
                         "\"arm\":1}]}",
@@ -146,13 +143,12 @@ TEST(members_derivatives_have_an_axis_in_every_representation) {
         CHECK_INT(reply.status, 200);
         CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, rows[i].text, strlen(rows[i].text)),
                      "%s lacks %s", rows[i].accept, rows[i].text);
-        test_reply_free(&reply);
     }
 }
 
 TEST(members_that_fail_have_no_derivatives_and_leave_the_others_alone) {
     // about every fourth length is drawn negative, and is invalid
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_ENSEMBLES, FREE
                   "\"random\":{\"count\":20,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,"
                   "\"distribution\":\"normal\",\"mean\":1,\"deviation\":1.5}]},\"duration\":1,"
@@ -170,12 +166,11 @@ TEST(members_that_fail_have_no_derivatives_and_leave_the_others_alone) {
     }
     CHECK(failed > 2 && failed < 12);
     CHECK_INT((long)test_reply_number(&reply, "/stats/failed"), failed);
-    test_reply_free(&reply);
 }
 
 TEST(members_whose_derivatives_overflow_keep_their_motion_and_say_so) {
     // a pendulum of centimetres moves chaotically: neighbours diverge as about e^(40 t)
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_ENSEMBLES,
         "{\"pendulum\":{\"length\":[0.01,0.01],\"mass\":[1,1],\"parent\":[0,1]},\"states\":["
         "{\"theta\":[0,0]},{\"theta\":[2,2.5]}],\"times\":[0,1,60],\"observables\":["
@@ -194,7 +189,6 @@ TEST(members_whose_derivatives_overflow_keep_their_motion_and_say_so) {
         CHECK((test_reply_number(&reply, pointer) != 0) == (row > 2));
     }
     CHECK_INT((long)test_reply_number(&reply, "/stats/failed"), 1);
-    test_reply_free(&reply);
 }
 
 TEST(members_whose_outputs_overflow_have_no_derivatives) {
@@ -208,7 +202,7 @@ TEST(members_whose_outputs_overflow_have_no_derivatives) {
                  "\"trajectory\"],\"output\":[\"theta\",\"energy\"],\"derivatives\":[{"
                  "\"vary\":\"theta\",\"arm\":1}]}",
                  masses[i]);
-        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
         CHECK_INT(reply.status, 200);
         for (int row = 0; row < 6; row++) {
             char pointer[32];
@@ -217,7 +211,6 @@ TEST(members_whose_outputs_overflow_have_no_derivatives) {
             CHECK_INT((long)test_reply_number(&reply, pointer), i);
             CHECK(isnan(number_at(&reply, "theta", index, 3)) == i);
         }
-        test_reply_free(&reply);
     }
 }
 
@@ -230,8 +223,7 @@ TEST(members_derivatives_count_in_the_estimates) {
                                   "\"low\":-1,\"high\":1}]},\"duration\":10,\"derivatives\":[");
     for (int i = 0; i < 1000; i++) at += sprintf(at, "%s{\"vary\":\"gravity\"}", i ? "," : "");
     strcpy(at, "]}");
-    struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
     CHECK_INT(reply.status, 422);
     CHECK(test_reply_has_fault(&reply, "", "limit"));
-    test_reply_free(&reply);
 }

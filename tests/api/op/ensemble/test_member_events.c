@@ -20,13 +20,13 @@
     "\"bound\":900}]"
 
 TEST(members_pass_what_trajectories_pass_and_when) {
-    struct test_reply many = test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{}," ONE
-                                                         "],\"duration\":4," EVENTS "}");
-    struct test_reply rows =
+    OWN(test_reply, free) many = test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{}," ONE
+                                                             "],\"duration\":4," EVENTS "}");
+    OWN(test_reply, free) rows =
         test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{}," ONE
                                     "],\"duration\":4,\"rows\":\"events\"," EVENTS "}");
-    struct test_reply one = test_post(API_OP_TRAJECTORIES, "{" TURNED ",\"initial\":" ONE
-                                                           ",\"times\":[0,4]," EVENTS "}");
+    OWN(test_reply, free) one = test_post(API_OP_TRAJECTORIES, "{" TURNED ",\"initial\":" ONE
+                                                               ",\"times\":[0,4]," EVENTS "}");
     double worst = 0;
     int told = test_reply_count(&one, "/events"), all = test_reply_count(&rows, "/member"),
         first = 0, count[5] = {0};
@@ -71,17 +71,14 @@ TEST(members_pass_what_trajectories_pass_and_when) {
     }
     CHECK_INT(count[4], 0);
     CHECK_RESIDUAL(worst, 1e-10, "passages of a member, beside those of a trajectory");
-    test_reply_free(&one);
-    test_reply_free(&rows);
-    test_reply_free(&many);
 }
 
 TEST(members_that_never_pass_say_so_and_a_stop_ends_the_others) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{\"theta\":[0.01,0,0]}," ONE
                                     "],\"duration\":4,\"events\":[{\"of\":"
                                     "\"theta\",\"arm\":3,\"value\":0.3,\"stop\":2}]}");
-    struct test_reply csv = test_post_as(
+    OWN(test_reply, free) csv = test_post_as(
         API_OP_ENSEMBLES,
         "{" TURNED ",\"states\":[{\"theta\":[0.01,0,0]}],\"duration\":4,\"events\":[{\"of\":"
         "\"theta\",\"arm\":3,\"value\":1,\"stop\":2}],\"observables\":[\"horizon\"]}",
@@ -100,13 +97,11 @@ TEST(members_that_never_pass_say_so_and_a_stop_ends_the_others) {
                  "member,status,horizon,events_count_1,events_time_1,events_direction_1,"
                  "events_phi_1_1,") == csv.out.data);
     CHECK(strstr(csv.out.data, "\n0,0,4,0,,0,0,0,0,0,0,0,\n") != NULL);
-    test_reply_free(&csv);
-    test_reply_free(&reply);
 }
 
 /* the energy of a cart without friction is constant; its parts are not */
 TEST(members_on_a_cart_have_conditions_too) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_ENSEMBLES,
         "{" CARRIED ",\"states\":[{\"theta\":[1,0.5],\"cart\":{\"x\":0.2}}],\"duration\":3,"
         "\"rows\":\"events\",\"events\":[{\"of\":\"kinetic\",\"value\":1},{\"of\":\"energy\","
@@ -135,5 +130,4 @@ TEST(members_on_a_cart_have_conditions_too) {
     }
     CHECK(seen[0] > 1 && !seen[1] && seen[2] > 0);
     CHECK_RESIDUAL(worst, 1e-13, "kinetic energies and places at members' passages");
-    test_reply_free(&reply);
 }

@@ -31,19 +31,17 @@ static double column_differs(const struct test_reply *many, int member,
 static double rows_differ(const char *many_body, int members, const char *const alone[], int arms) {
     static const char *const names[] = {"phidd", "z/re", "z/im", "zd/re", "zd/im"};
     static const char *const energies[] = {"energy/kinetic", "energy/potential", "energy/total"};
-    struct test_reply many = test_post(API_OP_ENSEMBLES, many_body);
+    OWN(test_reply, free) many = test_post(API_OP_ENSEMBLES, many_body);
     double worst = 0;
     CHECK_SAYING(many.status == 200, "%.300s", many.out.data);
     for (int i = 0; i < members; i++) {
-        struct test_reply one = test_post(API_OP_TRAJECTORIES, alone[i]);
+        OWN(test_reply, free) one = test_post(API_OP_TRAJECTORIES, alone[i]);
         CHECK_SAYING(one.status == 200, "%.300s", one.out.data);
         for (int c = 0; c < 5; c++)
             worst = fmax(worst, column_differs(&many, i, &one, names[c], arms));
         for (int c = 0; c < 3; c++)
             worst = fmax(worst, column_differs(&many, i, &one, energies[c], 0));
-        test_reply_free(&one);
     }
-    test_reply_free(&many);
     return worst;
 }
 
@@ -83,14 +81,12 @@ TEST(outputs_of_members_are_those_of_trajectories_of_their_own_pendulums) {
 
 TEST(accelerations_of_small_swings_keep_their_digits) {
 #define SMALL "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}"
-    struct test_reply many = test_post(
+    OWN(test_reply, free) many = test_post(
         API_OP_ENSEMBLES, "{" SMALL ",\"states\":[{\"theta\":[1e-9,2e-9]}],\"times\":[0,1,2,3,4],"
                           "\"observables\":[\"trajectory\"],\"output\":[\"phidd\"]}");
-    struct test_reply one =
+    OWN(test_reply, free) one =
         test_post(API_OP_TRAJECTORIES, "{" SMALL ",\"initial\":{\"theta\":[1e-9,2e-9]},\"times\":["
                                        "0,1,2,3,4],\"output\":[\"phidd\"]}");
     double worst = column_differs(&many, 0, &one, "phidd", 2);
     CHECK_RESIDUAL(worst, 1e-13, "accelerations of small swings, relative");
-    test_reply_free(&many);
-    test_reply_free(&one);
 }

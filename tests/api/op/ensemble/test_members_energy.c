@@ -15,7 +15,7 @@
 /* the energy of a trajectory at the start of member i of a reply with starts */
 static double energy_of(const char *pendulum, const struct test_reply *reply, int i, double time) {
     char body[900], at[40], *end = body;
-    struct test_reply one;
+    OWN(test_reply, free) one;
     end += sprintf(end, "{%s,\"time\":%g,\"state\":{", pendulum, time);
     for (int part = 0; part < 2; part++) {
         end += sprintf(end, "%s\"%s\":[", part ? "," : "", part ? "phid" : "phi");
@@ -27,9 +27,7 @@ static double energy_of(const char *pendulum, const struct test_reply *reply, in
     }
     strcpy(end, "}}");
     one = test_post(API_OP_FORCES, body);
-    double energy = test_reply_number(&one, "/energy/total");
-    test_reply_free(&one);
-    return energy;
+    return test_reply_number(&one, "/energy/total");
 }
 
 TEST(members_start_on_the_energy_that_is_asked_for) {
@@ -64,20 +62,19 @@ TEST(members_start_on_the_energy_that_is_asked_for) {
         char body[900];
         snprintf(body, sizeof body, "{%s,%s,\"duration\":0.1,\"observables\":[\"start\"]}",
                  ask[j].pendulum, ask[j].members);
-        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
         CHECK_SAYING(reply.status == 200, "%.300s", reply.out.data);
         for (int i = 0; i < 5; i++) {
             double wanted = ask[j].energy + i * ask[j].more,
                    got = energy_of(ask[j].pendulum, &reply, i, ask[j].time);
             worst = fmax(worst, fabs(got - wanted) / wanted);
         }
-        test_reply_free(&reply);
     }
     CHECK_RESIDUAL(worst, 1e-13, "energies of starts, relative");
 }
 
 TEST(rates_keep_their_direction_and_members_that_cannot_have_the_energy_say_so) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_ENSEMBLES,
         "{" TWO ",\"energy\":-20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,"
         "\"count\":2}],\"initial\":{\"theta\":[0,0],\"thetad\":[1,-2]},\"duration\":1,"
@@ -95,5 +92,4 @@ TEST(rates_keep_their_direction_and_members_that_cannot_have_the_energy_say_so) 
                       "\"duration\":1,\"observables\":[\"start\"]}");
     CHECK(test_reply_number(&reply, "/start/phid/0/0") == 0);
     CHECK(test_reply_number(&reply, "/status/0") == 0);
-    test_reply_free(&reply);
 }

@@ -31,18 +31,16 @@ TEST(shards_of_random_members_join_to_the_same_whole) {
     CHECK_INT((int)at, (int)whole.out.bytes);
     test_reply_free(&whole);
     // numbers that need 64 bits are different members
-    struct test_reply far = drawn(9007194959773696, 2), near = drawn(4294967296 - 1, 2);
+    OWN(test_reply, free) far = drawn(9007194959773696, 2), near = drawn(4294967296 - 1, 2);
     double number[2];
     memcpy(&number[0], far.out.data, sizeof number[0]);
     memcpy(&number[1], near.out.data, sizeof number[1]);
     CHECK(number[0] == 9007194959773696 && number[1] == 4294967295);
     CHECK(memcmp(far.out.data + 16, near.out.data + 16, 16) != 0);
-    test_reply_free(&far);
-    test_reply_free(&near);
 }
 
 TEST(several_numbers_go_along_one_axis) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_ENSEMBLES,
         "{" TWO ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":90,\"unit\":\"deg\","
         "\"count\":4,\"with\":[{\"vary\":\"theta\",\"arm\":2,\"start\":1,\"stop\":-2},{\"vary\":"
@@ -63,11 +61,10 @@ TEST(several_numbers_go_along_one_axis) {
         CHECK(fabs(test_reply_number(&reply, at[2]) / pow(10, j) - 1) < 1e-14);
         CHECK(test_reply_number(&reply, at[3]) == (i < 4 ? 5 : 6));
     }
-    test_reply_free(&reply);
 }
 
 TEST(a_grid_with_tied_paths_is_drawn_as_one_of_two_axes) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_ENSEMBLES,
         "{" TWO ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,"
         "\"with\":[{\"vary\":\"theta\",\"arm\":2,\"start\":0,\"stop\":3}]},{\"vary\":\"gravity\","
@@ -76,5 +73,4 @@ TEST(a_grid_with_tied_paths_is_drawn_as_one_of_two_axes) {
     CHECK_INT(reply.status, 200);
     // width and height
     CHECK(reply.out.bytes > 24 && reply.out.data[19] == 4 && reply.out.data[23] == 2);
-    test_reply_free(&reply);
 }

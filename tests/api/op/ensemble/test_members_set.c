@@ -10,7 +10,7 @@
     "0]}"
 
 TEST(members_with_numbers_of_their_own_move_as_pendulums_that_have_them) {
-    struct test_reply many = test_post(
+    OWN(test_reply, free) many = test_post(
         API_OP_ENSEMBLES,
         "{" TURNED ",\"initial\":{\"theta\":[1,2,-1]},\"members\":[{},{\"initial\":{\"phi\":[0,1,"
         "2],\"phid\":[1,0,0]},\"length\":[1,2,3],\"gravity\":4},{\"mass\":[1,1,5],\"set\":[{"
@@ -25,7 +25,7 @@ TEST(members_with_numbers_of_their_own_move_as_pendulums_that_have_them) {
     double worst = 0;
     CHECK_SAYING(many.status == 200, "%.300s", many.out.data);
     for (int i = 0; i < 3; i++) {
-        struct test_reply one = test_post(API_OP_TRAJECTORIES, alone[i]);
+        OWN(test_reply, free) one = test_post(API_OP_TRAJECTORIES, alone[i]);
         for (int k = 0; k < 3; k++) {
             char pointer[2][40];
             snprintf(pointer[0], 40, "/final/phi/%d/%d", i, k);
@@ -33,7 +33,6 @@ TEST(members_with_numbers_of_their_own_move_as_pendulums_that_have_them) {
             worst = fmax(worst, fabs(test_reply_number(&many, pointer[0]) -
                                      test_reply_number(&one, pointer[1])));
         }
-        test_reply_free(&one);
     }
     CHECK_RESIDUAL(worst, 1e-13, "members of a list against trajectories");
     CHECK(test_reply_number(&many, "/parameters/length/1/1") == 2);
@@ -43,14 +42,13 @@ TEST(members_with_numbers_of_their_own_move_as_pendulums_that_have_them) {
     CHECK(test_reply_number(&many, "/parameters/varied/2/0") == 0.2);
     CHECK(test_reply_number(&many, "/parameters/varied/1/0") == 0);
     CHECK_INT(test_reply_count(&many, "/parameters/varied/0"), 1);
-    test_reply_free(&many);
 }
 
 TEST(members_beyond_a_limit_are_refused_by_its_name) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.members = 2;
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_ENSEMBLES, "{" TURNED ",\"duration\":1,\"members\":[{},{},{}]}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/members", "max-members"));
     test_reply_free(&reply);
@@ -60,5 +58,4 @@ TEST(members_beyond_a_limit_are_refused_by_its_name) {
     reply = test_post_as(API_OP_ENSEMBLES, "{" TURNED ",\"duration\":1,\"members\":[{},{},{}]}",
                          NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/members", "starts that take 336 bytes"));
-    test_reply_free(&reply);
 }

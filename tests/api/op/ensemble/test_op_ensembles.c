@@ -15,7 +15,7 @@
 #define AXIS2 "{\"vary\":\"theta\",\"arm\":2,\"start\":-2,\"stop\":2,\"count\":5}"
 
 TEST(ensembles_members_end_where_trajectories_end) {
-    struct test_reply many =
+    OWN(test_reply, free) many =
         test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{\"theta\":[1,2,-1],\"thetad\":[0,1,"
                                     "2]},{},{\"mode\":2,\"amplitude\":0.3}],\"duration\":2}");
     static const char *const state[] = {"{\"theta\":[1,2,-1],\"thetad\":[0,1,2]}", "{}",
@@ -26,31 +26,29 @@ TEST(ensembles_members_end_where_trajectories_end) {
     for (int i = 0; i < 3; i++) {
         char body[300], pointer[40];
         snprintf(body, sizeof body, "{" TURNED ",\"initial\":%s,\"times\":[0,2]}", state[i]);
-        struct test_reply one = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) one = test_post(API_OP_TRAJECTORIES, body);
         for (int k = 0; k < 3; k++) {
             snprintf(pointer, sizeof pointer, "/final/phi/%d/%d", i, k);
             double got = test_reply_number(&many, pointer);
             snprintf(pointer, sizeof pointer, "/phi/1/%d", k);
             worst = fmax(worst, fabs(got - test_reply_number(&one, pointer)));
         }
-        test_reply_free(&one);
     }
     CHECK_RESIDUAL(worst, 1e-14, "final angles against trajectories");
     CHECK_TEXT(test_reply_text(&many, "/stats/method"), "taylor");
     CHECK(test_reply_number(&many, "/stats/members") == 3 &&
           test_reply_number(&many, "/stats/failed") == 0);
-    test_reply_free(&many);
 }
 
 TEST(ensembles_trajectories_are_member_major_and_those_of_trajectories) {
-    struct test_reply many = test_post(
+    OWN(test_reply, free) many = test_post(
         API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{},{\"phi\":[1,2,3]}],\"times\":{\"start\":1,"
                           "\"stop\":2,\"count\":5},\"observables\":[\"trajectory\"],\"output\":["
                           "\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
     double worst = 0;
     CHECK_INT(test_reply_count(&many, "/t"), 10);
     for (int i = 0; i < 2; i++) {
-        struct test_reply one = test_post(
+        OWN(test_reply, free) one = test_post(
             API_OP_TRAJECTORIES,
             i ? "{" TURNED
                 ",\"initial\":{\"phi\":[1,2,3]},\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
@@ -67,14 +65,12 @@ TEST(ensembles_trajectories_are_member_major_and_those_of_trajectories) {
         }
         CHECK(test_reply_number(&many, i ? "/member/9" : "/member/0") == i);
         CHECK(test_reply_number(&many, i ? "/t/9" : "/t/4") == 2);
-        test_reply_free(&one);
     }
     CHECK_RESIDUAL(worst, 1e-11, "rows against trajectories");
-    test_reply_free(&many);
 }
 
 TEST(ensembles_grids_run_through_their_axes_the_first_fastest) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_ENSEMBLES, "{" TURNED ",\"grid\":[{\"vary\":\"phi\",\"arm\":3,\"start\":-90,"
                           "\"stop\":90,\"count\":3,\"unit\":\"deg\"},{\"vary\":\"gravity\","
                           "\"start\":1,\"stop\":4,\"count\":2},{\"vary\":\"mass\",\"arm\":1,"
@@ -95,7 +91,6 @@ TEST(ensembles_grids_run_through_their_axes_the_first_fastest) {
         CHECK(fabs(test_reply_number(&reply, pointer[2]) / mass[i / 6] - 1) < 1e-15);
         CHECK(test_reply_number(&reply, pointer[3]) == 6);
     }
-    test_reply_free(&reply);
 }
 
 TEST(ensembles_draws_depend_on_seed_and_member_alone) {
@@ -152,25 +147,23 @@ TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
         {"text/csv", {"\n0,0,,0,,\n", "\n1,0,0."}},
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
-        struct test_reply reply = answer_as(row[i].accept, body);
+        OWN(test_reply, free) reply = answer_as(row[i].accept, body);
         for (int j = 0; j < 2; j++)
             CHECK_SAYING(strstr(reply.out.data, row[i].never[j]) != NULL, "%s: no %s in %.400s",
                          row[i].accept, row[i].never[j], reply.out.data);
         CHECK(!strstr(reply.out.data, "-1"));
-        test_reply_free(&reply);
     }
     /* doubles have NaN for it: member, status, time, arm, times */
-    struct test_reply plain = answer_as("application/octet-stream", body);
+    OWN(test_reply, free) plain = answer_as("application/octet-stream", body);
     double numbers[12];
     REQUIRE(plain.out.bytes == sizeof numbers);
     memcpy(numbers, plain.out.data, sizeof numbers);
     CHECK(isnan(numbers[2]) && isnan(numbers[4]) && isnan(numbers[5]) && numbers[8] > 0);
-    test_reply_free(&plain);
 }
 
 TEST(ensembles_a_member_with_a_number_that_is_not_finite_is_told_as_failed) {
     /* its motion is finite, but its energy overflows: rows 2 and 3 say so */
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_ENSEMBLES,
                   "{\"pendulum\":{\"length\":[1000],\"mass\":[1e304],\"parent\":[0]},\"states\":[{"
                   "\"theta\":[1e-3]},{\"theta\":[1e-3],\"thetad\":[10]}],\"times\":[0,0.1],"
@@ -183,7 +176,6 @@ TEST(ensembles_a_member_with_a_number_that_is_not_finite_is_told_as_failed) {
     }
     CHECK(test_reply_number(&reply, "/phi/3/0") > -1);
     CHECK_INT((int)test_reply_number(&reply, "/stats/failed"), 1);
-    test_reply_free(&reply);
 }
 
 TEST(ensembles_a_member_with_an_energy_or_a_force_beyond_all_numbers_is_told_as_failed) {
@@ -194,16 +186,15 @@ TEST(ensembles_a_member_with_an_energy_or_a_force_beyond_all_numbers_is_told_as_
                  "{\"pendulum\":{\"length\":[1000],\"mass\":[1e306],\"parent\":[0]},\"states\":[{"
                  "\"theta\":[1e-3],\"thetad\":[10]}],\"duration\":0.1,\"observables\":[\"%s\"]}",
                  observable[i]);
-        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
         CHECK_INT(reply.status, 200);
         CHECK_SAYING((int)test_reply_number(&reply, "/status/0") == (i < 3), "%s", reply.out.data);
         CHECK_INT((int)test_reply_number(&reply, "/stats/failed"), i < 3);
-        test_reply_free(&reply);
     }
 }
 
 TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_ENSEMBLES,
         "{" TWO ",\"states\":[{},{\"phi\":[0,0],\"phid\":[1e200,0]},{\"phi\":[1,1]}],\"duration\":"
         "1,\"observables\":[\"final\",\"first_flip\",\"lambda_max\",\"sign_change\","
@@ -225,7 +216,6 @@ TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     CHECK(test_reply_number(&reply, "/status/1") != 0 &&
           test_reply_number(&reply, "/status/3") == 0);
     CHECK(test_reply_number(&reply, "/t/1") == 1 && strstr(reply.out.data, "[null,null]") != NULL);
-    test_reply_free(&reply);
 }
 
 /* for a motion that was not completed only the start is returned, however far it was computed */
@@ -235,7 +225,7 @@ TEST(ensembles_tell_nothing_of_a_member_that_failed) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.steps = 100000;
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_ENSEMBLES,
         "{" TWO ",\"states\":[{\"phi\":[1,2],\"phid\":[1e9,0]},{\"phi\":[1,2],\"phid\":[9,0]}],"
         "\"duration\":1,\"observables\":[\"start\",\"parameters\",\"final\",\"first_flip\","
@@ -250,32 +240,25 @@ TEST(ensembles_tell_nothing_of_a_member_that_failed) {
     for (int i = 11; i < COLUMNS; i++) CHECK_SAYING(isnan(lost[i]), "number %d is %g", i, lost[i]);
     /* a flip that did occur, and its arm */
     CHECK(isnan(lost[15]) && isnan(lost[16]) && good[15] > 0 && good[16] > 0 && good[11] != 0);
-    test_reply_free(&reply);
 }
 
 TEST(ensembles_come_in_every_representation) {
     const char *body = "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
                        "],\"duration\":3,\"observables\":[\"first_flip\",\"flips\"]}";
-    struct test_reply csv = answer_as("text/csv", body),
-                      lines = answer_as("application/x-ndjson", body);
+    OWN(test_reply, free) csv = answer_as("text/csv", body),
+                          lines = answer_as("application/x-ndjson", body);
     static const char head[] = "member,status,first_flip_time,first_flip_arm,flips_1,flips_2\n0,0,";
     CHECK(!strncmp(csv.out.data, head, sizeof head - 1));
     CHECK(!strncmp(lines.out.data, "{\"member\":0,", 12));
-    struct test_reply octets = answer_as("application/octet-stream", body);
+    OWN(test_reply, free) octets = answer_as("application/octet-stream", body);
     CHECK_INT((long long)octets.out.bytes, 35 * 6 * 8);
-    struct test_reply npz = answer_as("application/x-npz", body),
-                      mat = answer_as("application/x-matlab-data", body);
+    OWN(test_reply, free) npz = answer_as("application/x-npz", body),
+                          mat = answer_as("application/x-matlab-data", body);
     CHECK(!memcmp(npz.out.data, "PK", 2) && !memcmp(mat.out.data, "MATLAB", 6));
-    struct test_reply png = answer_as("image/png", body);
+    OWN(test_reply, free) png = answer_as("image/png", body);
     CHECK(!memcmp(png.out.data, "\x89PNG\r\n\x1a\n", 8));
     // width and height in the head
     CHECK(png.out.data[19] == 7 && png.out.data[23] == 5);
-    test_reply_free(&csv);
-    test_reply_free(&lines);
-    test_reply_free(&octets);
-    test_reply_free(&npz);
-    test_reply_free(&mat);
-    test_reply_free(&png);
 }
 
 TEST(ensembles_pictures_are_refused_where_there_is_nothing_to_draw) {
@@ -299,23 +282,22 @@ TEST(ensembles_pictures_are_refused_where_there_is_nothing_to_draw) {
          "/picture/arm", "belongs to no arm"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        struct test_reply reply = test_post_as(API_OP_ENSEMBLES, bad[i].body, "image/png", NULL);
+        OWN(test_reply, free) reply =
+            test_post_as(API_OP_ENSEMBLES, bad[i].body, "image/png", NULL);
         CHECK_INT(reply.status, 422);
         CHECK_SAYING(test_reply_has_fault(&reply, bad[i].pointer, bad[i].piece), "%s: %.400s",
                      bad[i].body, reply.out.data);
-        test_reply_free(&reply);
     }
-    struct test_reply forces = test_post_as(API_OP_FORCES, "{" TWO "}", "image/png", NULL);
+    OWN(test_reply, free) forces = test_post_as(API_OP_FORCES, "{" TWO "}", "image/png", NULL);
     CHECK_INT(forces.status, 406);
-    test_reply_free(&forces);
 }
 
 /* a valid ensemble of a body, and its raw rows computed in ranges of members of the given sizes */
 static double *raw_rows(const char *body, const long size[], int sizes, size_t *bytes) {
     struct api_limits limits;
-    struct api_json *document;
-    struct api_problem problem;
-    struct api_ensemble *ensemble;
+    OWN(api_json, free) *document;
+    OWN(api_problem, clear) problem;
+    OWN(api_ensemble, free) *ensemble = NULL;
     api_limits_init(&limits);
     api_problem_init(&problem);
     if (!CHECK(api_json_new(&document, body, strlen(body), 16, &problem) == PEND_OK)) return NULL;
@@ -344,9 +326,6 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
         api_member_range_free(&range);
         first += members;
     }
-    api_ensemble_free(&ensemble);
-    api_json_free(&document);
-    api_problem_clear(&problem);
     return raw;
 }
 
@@ -374,7 +353,7 @@ TEST(ensembles_have_the_same_bits_however_they_are_cut_into_ranges) {
 }
 
 TEST(ensembles_of_trees_with_varied_masses_and_large_answers_come_in_turns) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_ENSEMBLES,
         "{" TURNED ",\"random\":{\"count\":2000,\"draw\":[{\"vary\":\"mass\",\"arm\":1,"
         "\"distribution\":\"normal\",\"mean\":1,\"deviation\":0.4}]},\"duration\":0.2,"
@@ -392,7 +371,6 @@ TEST(ensembles_of_trees_with_varied_masses_and_large_answers_come_in_turns) {
     }
     CHECK_INT(lines, 2001);
     CHECK(failed > 3 && failed < 30);
-    test_reply_free(&reply);
 }
 
 TEST(ensembles_survive_allocation_faults) {
@@ -404,8 +382,8 @@ TEST(ensembles_survive_allocation_faults) {
         for (long count = 1; count < 200 && !good; count++) {
             test_alloc_fail(count, 1);
             struct api_limits limits;
-            struct api_call *call = NULL;
-            struct api_buffer out;
+            OWN(api_call, free) *call = NULL;
+            OWN(api_buffer, clear) out;
             api_limits_init(&limits);
             api_buffer_init(&out, 1 << 24);
             struct api_request request = {.op = API_OP_ENSEMBLES,
@@ -421,8 +399,6 @@ TEST(ensembles_survive_allocation_faults) {
                 CHECK(status == 200 || status == 503);
             }
             test_alloc_faults_off();
-            api_call_free(&call);
-            api_buffer_clear(&out);
         }
         CHECK(good);
     }
@@ -471,7 +447,7 @@ TEST(every_number_of_a_real_pendulum_varies_by_name) {
         snprintf(body, sizeof body,
                  "%s\"grid\":[{\"vary\":\"%s\",%s\"start\":0.25,\"stop\":0.75,\"count\":2}]}",
                  pendulum, api_varied_name(i), arm);
-        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_ENSEMBLES, body);
         CHECK_SAYING(reply.status == 200, "%s: %d", api_varied_name(i), reply.status);
         CHECK(test_reply_number(&reply, "/parameters/varied/0/0") == 0.25);
         CHECK(test_reply_number(&reply, "/parameters/varied/1/0") == 0.75);
@@ -479,7 +455,6 @@ TEST(every_number_of_a_real_pendulum_varies_by_name) {
                          test_reply_number(&reply, "/final/phi/1/0"),
                      "%s changes nothing", api_varied_name(i));
         CHECK(test_reply_number(&reply, "/status/0") == 0);
-        test_reply_free(&reply);
     }
     char body[2000];
     snprintf(body, sizeof body,

@@ -19,11 +19,11 @@
 
 TEST(rows_of_members_on_a_cart_are_those_of_trajectories) {
     static const char *const column[] = {"cart/x", "cart/v"};
-    struct test_reply rows =
+    OWN(test_reply, free) rows =
         test_post(API_OP_ENSEMBLES, "{" DRIVEN ",\"states\":[" FAST "],\"times\":[2,2.5,4],"
                                     "\"observables\":[\"trajectory\"],\"output\":[\"cart\","
                                     "\"theta\"],\"rtol\":1e-14}");
-    struct test_reply alone =
+    OWN(test_reply, free) alone =
         test_post(API_OP_TRAJECTORIES, "{" DRIVEN ",\"initial\":" FAST ",\"times\":[2,2.5,4],"
                                        "\"output\":[\"cart\",\"theta\"],\"rtol\":1e-14}");
     CHECK_INT(rows.status, 200);
@@ -37,12 +37,10 @@ TEST(rows_of_members_on_a_cart_are_those_of_trajectories) {
         }
     CHECK_RESIDUAL(gap, 1e-12, "rows of a member on a cart");
     CHECK(test_reply_number(&rows, "/cart/x/0") == 9);
-    test_reply_free(&alone);
-    test_reply_free(&rows);
 }
 
 TEST(what_a_cart_was_drawn_to_begin_with_is_told) {
-    struct test_reply rows = test_post(
+    OWN(test_reply, free) rows = test_post(
         API_OP_ENSEMBLES,
         "{" DRIVEN ",\"initial\":" FAST ",\"duration\":1,\"observables\":[\"start\","
         "\"parameters\"],\"grid\":[{\"vary\":\"mass\",\"arm\":\"cart\",\"start\":2,\"stop\":3,"
@@ -60,7 +58,6 @@ TEST(what_a_cart_was_drawn_to_begin_with_is_told) {
     }
     CHECK(test_reply_number(&rows, "/start/phid/1/1") == -5);
     CHECK(test_reply_number(&rows, "/parameters/gravity/1") == 9.81);
-    test_reply_free(&rows);
 }
 
 TEST(members_begin_at_the_start_that_a_request_gives) {
@@ -71,13 +68,13 @@ TEST(members_begin_at_the_start_that_a_request_gives) {
                  "{" DRIVEN ",\"states\":[" FAST "],\"start\":%s,\"duration\":2,\"observables\":["
                  "\"final\",\"cart\",\"energy_drift\",\"horizon\"],\"rtol\":1e-14}",
                  start);
-        struct test_reply one = test_post(API_OP_ENSEMBLES, body);
+        OWN(test_reply, free) one = test_post(API_OP_ENSEMBLES, body);
         CHECK_INT(one.status, 200);
         snprintf(body, sizeof body,
                  "{" DRIVEN ",\"initial\":" FAST ",\"times\":{\"start\":%s,\"stop\":%.17g,"
                  "\"count\":2},\"output\":[\"cart\",\"phi\",\"phid\"],\"rtol\":1e-14}",
                  start, atof(start) + 2);
-        struct test_reply alone = test_post(API_OP_TRAJECTORIES, body);
+        OWN(test_reply, free) alone = test_post(API_OP_TRAJECTORIES, body);
         double gap = 0;
         for (int c = 0; c < 6; c++) {
             static const char *const names[][2] = {
@@ -91,8 +88,6 @@ TEST(members_begin_at_the_start_that_a_request_gives) {
         CHECK(test_reply_number(&one, "/energy_drift/0") < 1e-11);
         // times count from the start
         CHECK(test_reply_number(&one, "/horizon/0") == 2);
-        test_reply_free(&alone);
-        test_reply_free(&one);
     }
 }
 
@@ -111,23 +106,21 @@ TEST(flips_on_a_cart_are_passages_of_the_upright_section) {
                  "{" DRIVEN ",\"initial\":" FAST ",\"start\":2,\"duration\":9,\"section\":{\"arm\":"
                  "%d,\"theta\":180,\"unit\":\"deg\",\"direction\":\"both\"}}",
                  k + 1);
-        struct test_reply passages = test_post(API_OP_SECTIONS, body);
+        OWN(test_reply, free) passages = test_post(API_OP_SECTIONS, body);
         snprintf(at, sizeof at, "/flips/0/%d", k);
         CHECK_INT(test_reply_count(&passages, "/t"), (int)test_reply_number(&flips, at));
         double t = test_reply_number(&passages, "/t/0") - 2;
         snprintf(at, sizeof at, "/flip_time/0/%d", k);
         CHECK(fabs(test_reply_number(&flips, at) - t) < 1e-12);
         if (t < first) first = t, arm = k + 1;
-        test_reply_free(&passages);
     }
     CHECK(fabs(test_reply_number(&flips, "/first_flip/time/0") - first) < 1e-10);
     CHECK_INT((int)test_reply_number(&flips, "/first_flip/arm/0"), arm);
     test_reply_free(&flips);
     // everything requested is known once both arms have turned over
-    struct test_reply times = test_post(API_OP_ENSEMBLES, "{" DRIVEN ",\"states\":[" FAST
-                                                          "],\"start\":2,\"duration\":2e3,"
-                                                          "\"observables\":[\"flip_time\"]}");
+    OWN(test_reply, free) times = test_post(API_OP_ENSEMBLES, "{" DRIVEN ",\"states\":[" FAST
+                                                              "],\"start\":2,\"duration\":2e3,"
+                                                              "\"observables\":[\"flip_time\"]}");
     CHECK_INT(times.status, 200);
     CHECK(test_reply_number(&times, "/flip_time/0/1") > 0);
-    test_reply_free(&times);
 }

@@ -60,13 +60,13 @@ static double at(const struct test_reply *reply, const char *name, int i, int k)
 TEST(controlled_members_end_and_settle_as_trajectories_do) {
     static const char ask[] = "\"duration\":6,\"observables\":[\"final\",\"settled\","
                               "\"energy_drift\"],\"within\":0.05";
-    struct test_reply all = members(CAUGHT, 1, 0, ask), back = members(CAUGHT, 1, 1, ask);
+    OWN(test_reply, free) all = members(CAUGHT, 1, 0, ask), back = members(CAUGHT, 1, 1, ask);
     double gap = 0, drift = 0;
     int caught = 0;
     for (int i = 0; i < MEMBERS; i++) {
-        struct test_reply one = trajectory(CAUGHT, 1, i,
-                                           "\"times\":{\"stop\":6,\"step\":0.02},\"output\":["
-                                           "\"theta\",\"phid\"]");
+        OWN(test_reply, free) one = trajectory(CAUGHT, 1, i,
+                                               "\"times\":{\"stop\":6,\"step\":0.02},\"output\":["
+                                               "\"theta\",\"phid\"]");
         double size = 1 + fabs(at(&all, "final/phi", i, 0)), since = 0;
         double settled = at(&all, "settled", i, -1);
         gap = fmax(gap,
@@ -80,13 +80,10 @@ TEST(controlled_members_end_and_settle_as_trajectories_do) {
         else
             CHECK(isnan(settled));
         CHECK(at(&back, "final/phi", MEMBERS - 1 - i, 0) == at(&all, "final/phi", i, 0));
-        test_reply_free(&one);
     }
     CHECK(caught > 2 && caught < MEMBERS - 2);
     CHECK_RESIDUAL(gap, 1e-12, "controlled members beside trajectories");
     CHECK_RESIDUAL(drift, 1e-14, "their balance of energy");
-    test_reply_free(&all);
-    test_reply_free(&back);
 }
 
 /* one by one through the same loop: the same bits */
@@ -99,10 +96,10 @@ TEST(members_that_stick_and_hit_are_those_of_trajectories) {
                                      "\"output\":[\"theta\",\"phid\",\"lambda\"]");
     double drift = 0;
     for (int i = 0; i < MEMBERS; i++) {
-        struct test_reply one = trajectory(STUCK, 2, i,
-                                           "\"times\":[0,2,4],\"output\":[\"theta\",\"phi\","
-                                           "\"phid\",\"lambda\"],\"events\":[{\"of\":\"theta\","
-                                           "\"arm\":1,\"value\":0}]");
+        OWN(test_reply, free) one = trajectory(STUCK, 2, i,
+                                               "\"times\":[0,2,4],\"output\":[\"theta\",\"phi\","
+                                               "\"phid\",\"lambda\"],\"events\":[{\"of\":\"theta\","
+                                               "\"arm\":1,\"value\":0}]");
         int row = 3 * (MEMBERS - 1 - i) + 2;
         for (int k = 0; k < 2; k++) {
             CHECK(at(&all, "final/phi", i, k) == at(&one, "phi", 2, k));
@@ -112,14 +109,12 @@ TEST(members_that_stick_and_hit_are_those_of_trajectories) {
         }
         CHECK_INT((int)at(&all, "events/count", i, 0), test_reply_count(&one, "/events"));
         drift = fmax(drift, at(&all, "energy_drift", i, -1));
-        test_reply_free(&one);
     }
     CHECK_RESIDUAL(drift, 1e-13, "balance of work, heat and energy");
     test_reply_free(&all);
     test_reply_free(&rows);
-    struct test_reply beyond =
+    OWN(test_reply, free) beyond =
         test_post(API_OP_ENSEMBLES, "{" STUCK ",\"states\":[{},{\"theta\":[0,1.5]}],"
                                     "\"duration\":1}");
     CHECK(at(&beyond, "status", 0, -1) == 0 && at(&beyond, "status", 1, -1) == 4);
-    test_reply_free(&beyond);
 }

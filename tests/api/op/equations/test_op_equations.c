@@ -11,7 +11,7 @@
 #define DOUBLE "\"pendulum\":{\"length\":[1,2],\"mass\":[3,0.5],\"parent\":[0,1]}"
 
 TEST(equations_of_two_arms_are_those_of_the_textbook) {
-    struct test_reply reply = test_post(API_OP_EQUATIONS, "{" DOUBLE "}");
+    OWN(test_reply, free) reply = test_post(API_OP_EQUATIONS, "{" DOUBLE "}");
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/n") == 2);
     CHECK_TEXT(test_reply_text(&reply, "/form"), "explicit");
@@ -32,11 +32,10 @@ TEST(equations_of_two_arms_are_those_of_the_textbook) {
     CHECK_TEXT(test_reply_text(&reply, "/latex/parameters"),
                "\\ell=(1,\\,2)\\,\\mathrm{m},\\qquad m=(3,\\,0.5)\\,\\mathrm{kg},\\qquad g=9.81\\,"
                "\\mathrm{m/s^{2}}");
-    test_reply_free(&reply);
 }
 
 TEST(equations_start_where_the_request_does) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_EQUATIONS, "{" DOUBLE ",\"initial\":{\"phi\":[1e-9,2],\"phid\":[0,-3]}}");
     CHECK_INT(reply.status, 200);
     CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "phi0 = [1e-9; 2];") != NULL);
@@ -45,7 +44,6 @@ TEST(equations_start_where_the_request_does) {
                  "phi0 = np.array([1e-9, 2], dtype=float)") != NULL);
     CHECK(strstr(test_reply_text(&reply, "/curl"),
                  "\"initial\":{\"phi\":[1e-9,2],\"phid\":[0,-3]}") != NULL);
-    test_reply_free(&reply);
 }
 
 /* a chain of n arms in some form, or in the usual one */
@@ -72,45 +70,40 @@ TEST(equations_are_explicit_up_to_eight_arms_and_can_be_up_to_twenty) {
                 {20, "explicit", "explicit"}, {20, "compact", "compact"},
                 {21, NULL, "compact"}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = chain(rows[i].n, rows[i].asked);
+        OWN(test_reply, free) reply = chain(rows[i].n, rows[i].asked);
         CHECK_INT(reply.status, 200);
         CHECK_TEXT(test_reply_text(&reply, "/form"), rows[i].form);
-        test_reply_free(&reply);
     }
-    struct test_reply reply = chain(21, "explicit");
+    OWN(test_reply, free) reply = chain(21, "explicit");
     CHECK_INT(reply.status, 422);
     CHECK(test_reply_has_fault(&reply, "/form", "at most 20 arms, this pendulum has 21"));
-    test_reply_free(&reply);
 }
 
 TEST(equations_of_a_large_tree_are_short_formulas_and_whole_programs) {
-    struct test_reply reply = chain(5000, NULL);
+    OWN(test_reply, free) reply = chain(5000, NULL);
     CHECK_INT(reply.status, 200);
     CHECK(strlen(test_reply_text(&reply, "/latex/S")) < 200);
     CHECK(strlen(test_reply_text(&reply, "/latex/parameters")) < 300);
     CHECK(strstr(test_reply_text(&reply, "/latex/S"), "p=(0,\\,1,\\,2,") != NULL);
     CHECK(strstr(test_reply_text(&reply, "/latex/S"), "\\ldots,\\,4999)") != NULL);
     CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "; 4999];") != NULL);
-    test_reply_free(&reply);
 }
 
 TEST(equations_tell_nothing_back_but_numbers) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"arms\":[{\"name\":\"');evil(\\\"\\n%\","
                                     "\"length\":1,\"mass\":1}]}}");
     CHECK_INT(reply.status, 200);
     CHECK(!strstr(reply.out.data, "evil"));
-    test_reply_free(&reply);
 }
 
 TEST(equations_from_a_mode_that_is_beyond_all_numbers_are_a_problem) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_EQUATIONS,
         "{\"pendulum\":{\"length\":[4e-324,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
         "\"initial\":{\"mode\":3,\"amplitude\":1}}");
     CHECK_SAYING(reply.status == 422 || reply.status == 200, "%d", reply.status);
     CHECK(!strstr(reply.out.data, "nan") && !strstr(reply.out.data, "inf"));
-    test_reply_free(&reply);
 }
 
 /* a formula of a reply */
@@ -122,7 +115,7 @@ static const char *formula(const struct test_reply *reply, const char *name) {
 }
 
 TEST(equations_of_a_damped_driven_pendulum_have_its_terms_and_no_others) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_EQUATIONS,
         "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"damping\":[0.5],\"torque\":[{"
         "\"harmonics\":[{\"amplitude\":-1.5,\"omega\":3,\"phase\":-0.25}]}]}}");
@@ -146,11 +139,10 @@ TEST(equations_of_a_damped_driven_pendulum_have_its_terms_and_no_others) {
         strstr(test_reply_text(&reply, "/curl"),
                "\"arms\":[{\"name\":\"1\",\"length\":1,\"mass\":2,\"damping\":0.5,\"torque\":{") !=
         NULL);
-    test_reply_free(&reply);
 }
 
 TEST(equations_of_a_pendulum_with_everything_are_whole) {
-    struct test_reply reply = test_post(API_OP_EQUATIONS, "{" TEST_REAL_TREE "}");
+    OWN(test_reply, free) reply = test_post(API_OP_EQUATIONS, "{" TEST_REAL_TREE "}");
     CHECK_INT(reply.status, 200);
     CHECK(strstr(formula(&reply, "aaa"), "+\\ddot{z}_{0}") == NULL);
     CHECK(strstr(formula(&reply, "aaa"), "h\\,(\\ddot{z}_{0}+\\mathrm{i}g)") != NULL);
@@ -159,12 +151,11 @@ TEST(equations_of_a_pendulum_with_everything_are_whole) {
     CHECK(strstr(formula(&reply, "parameters"), "\\gamma=0.05\\,\\mathrm{1/s}") != NULL);
     CHECK(strstr(formula(&reply, "z"), "H_{2,1}=0.5+0.1\\,\\mathrm{i}") != NULL);
     CHECK(strstr(test_reply_text(&reply, "/curl"), "\"drag_per_mass\":0.05") != NULL);
-    test_reply_free(&reply);
 }
 
 /* their correctness is tested by tests/rules/equations.py */
 TEST(equations_on_a_cart_have_its_own_and_no_others) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_EQUATIONS,
         "{\"pendulum\":{\"length\":[1],\"mass\":[2],\"parent\":[0],\"pivot\":{\"cart\":{\"mass\":3,"
         "\"angle\":0.25,\"damping\":0.5,\"force\":{\"constant\":-4,\"harmonics\":[{"
@@ -182,11 +173,10 @@ TEST(equations_on_a_cart_have_its_own_and_no_others) {
     CHECK(!strstr(test_reply_text(&reply, "/code/python"), "torques("));
     CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "\nM0 = 3;  %") != NULL);
     CHECK(strstr(test_reply_text(&reply, "/curl"), "\"cart\":{\"x\":7,\"v\":0}") != NULL);
-    test_reply_free(&reply);
 }
 
 TEST(equations_have_their_rules_in_words) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,"
                                     "\"friction\":{\"torque\":0.1,\"static\":0.2},\"torque\":{"
                                     "\"table\":{\"t\":[0,2],\"value\":[1,3],\"hold\":\"linear\"}}},"
@@ -212,5 +202,4 @@ TEST(equations_have_their_rules_in_words) {
     CHECK(strstr(formula(&reply, "loads"), "T_{2}&=0+u_{2}"));
     CHECK(strstr(test_reply_text(&reply, "/code/python"), "(-2, 0, 0, [0, 1], [0, 1])"));
     CHECK(strstr(test_reply_text(&reply, "/curl"), "# without \"control\": add it"));
-    test_reply_free(&reply);
 }

@@ -59,7 +59,7 @@ static char *table(char *at, const struct test_reply *from, int rows, int arms, 
 TEST(fits_of_several_runs_have_a_start_each) {
     static char body[BODY];
     unsigned long long seed = 4;
-    struct test_reply one = motion("1,0.5", 0, ROWS), other = motion("-0.7,0.9", 5, ROWS / 2);
+    OWN(test_reply, free) one = motion("1,0.5", 0, ROWS), other = motion("-0.7,0.9", 5, ROWS / 2);
     char *at = body + sprintf(body,
                               "{\"pendulum\":{\"arms\":[" ARMS "]},\"unknowns\":[{\"vary\":"
                               "\"length\",\"arm\":1},{\"vary\":\"damping\",\"arm\":1},{"
@@ -80,7 +80,7 @@ TEST(fits_of_several_runs_have_a_start_each) {
     at += sprintf(at, "]},{\"initial\":{\"theta\":[-0.6,0.9]},\"sigma\":0.01,\"csv\":\"");
     at = table(at, &other, ROWS / 2, 1, 1, "t,theta_1", &seed);
     sprintf(at, "\"}]}}");
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     const double truth[] = {0.35, 0.004, 1, -0.7, 0.5};
@@ -104,9 +104,6 @@ TEST(fits_of_several_runs_have_a_start_each) {
     CHECK(fabs(test_reply_number(&reply, "/runs/1/request/initial/phi/0") + 0.7 + M_PI / 2) < 0.1);
     // each residual is at the position of its measurement
     CHECK(fabs(test_reply_number(&reply, "/runs/0/residuals/9/1")) < 6);
-    test_reply_free(&reply);
-    test_reply_free(&one);
-    test_reply_free(&other);
 }
 
 /* degrees by the name of a column, and by a field */
@@ -114,7 +111,7 @@ TEST(fits_take_angles_of_tables_in_degrees) {
     static char body[BODY];
     static const char *const names[] = {"t,theta_1 (deg),theta_2 [\u00b0]", "t,theta_1,theta_2",
                                         "t,theta_1 (rad),theta_2"};
-    struct test_reply from = motion("1,0.5", 0, ROWS);
+    OWN(test_reply, free) from = motion("1,0.5", 0, ROWS);
     for (int i = 0; i < 3; i++) {
         unsigned long long seed = 4;
         char *at = body + sprintf(body,
@@ -127,14 +124,12 @@ TEST(fits_take_angles_of_tables_in_degrees) {
         sprintf(at, "\"}}");
         // the standard deviation is in the unit of each
         if (i == 0) memcpy(strstr(body, "0.01,\"csv"), "0.57", 4);
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
         CHECK_SAYING(test_reply_off(&reply, 0, 0.35) < 4, "%d", i);
         CHECK(fabs(test_reply_number(&reply, "/chi_squared_per_degree") - 1) < 0.4);
-        test_reply_free(&reply);
     }
-    test_reply_free(&from);
 }
 
 #define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
@@ -148,17 +143,16 @@ TEST(fits_count_the_memory_of_all_runs_together) {
     for (int enough = 0; enough < 2; enough++) {
         // the parsed runs, and the table of both with the memory to sort it
         limits.answer_bytes = 2 * 8 * 3 * 3 - 1 + enough * (1 + 8 * 6 * 3 + 6 * (32 + 4 + 8));
-        struct test_reply reply = test_post_as(
+        OWN(test_reply, free) reply = test_post_as(
             API_OP_FITS, ONE LENGTH ",\"data\":{\"runs\":[" RUN "," RUN "]}}", NULL, &limits);
         CHECK_INT(reply.status, enough ? 200 : 422);
         CHECK(enough || test_reply_has_fault(&reply, "/data/runs/1", "take 144 bytes"));
-        test_reply_free(&reply);
     }
 }
 
 /* a drive and the air, kept in their places beside the new terms */
 TEST(fits_look_for_terms_from_nothing) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"drag_per_mass\":0.1,"
         "\"torque\":[{\"constant\":0.2,\"harmonics\":[{\"amplitude\":0.5,\"omega\":2}]}]},"
@@ -173,7 +167,6 @@ TEST(fits_look_for_terms_from_nothing) {
     double omega = test_reply_number(&reply, "/request/pendulum/arms/0/torque/harmonics/0/omega");
     CHECK(omega == test_reply_number(&reply, "/unknowns/1/value") && omega > 1.8 && omega < 2.2);
     CHECK(test_reply_number(&reply, "/unknowns/0/value") >= 0);
-    test_reply_free(&reply);
 }
 
 TEST(a_table_says_nothing_of_arms_of_a_pendulum_that_cannot_be_read) {
@@ -184,18 +177,17 @@ TEST(a_table_says_nothing_of_arms_of_a_pendulum_that_cannot_be_read) {
                  "{\"pendulum\":{},\"data\":{\"csv\":\"%s\\n0,1,2\\n\"},\"unknowns\":[{\"vary\":"
                  "\"gravity\"}]}",
                  heads[i]);
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_INT(reply.status, 422);
         CHECK_TEXT(test_reply_text(&reply, "/errors/0/pointer"), "/pendulum");
         CHECK(!test_reply_text(&reply, "/errors/1/pointer"));
-        test_reply_free(&reply);
     }
 }
 
 /* decimal commas, an error for each angle, the last instant twice and a note at the end, as one
  * table */
 TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_FITS, ONE LENGTH
                   ",\"data\":{\"csv\":\"Zeit (s);Winkel (\\u00b0);sigma;Bild\\n0,0;10,0;0,5;1\\n"
                   "0,5;-0,1;0,5;2\\n1,0;-10,1;0,5;3\\n1,5;0,1;0,6;4\\n1,5;0,1;0,6;4\\nEnde\\n\"}}");
@@ -220,7 +212,6 @@ TEST(fits_read_a_table_as_it_was_saved_and_say_what_they_took) {
     CHECK_INT((int)test_reply_number(&reply, "/tables/0/rows"), 4);
     const char *why = test_reply_text(&reply, "/tables/0/suggestions/0");
     CHECK(why && strstr(why, "decimal mark"));
-    test_reply_free(&reply);
 }
 
 /* series of both arms from instruments without a zero of their own: an angle with another zero, a
@@ -261,7 +252,7 @@ TEST(fits_find_zeros_and_biases_from_angles_rates_and_angles_between_arms) {
     CHECK_INT(from.status, 200);
     for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
         instruments(body, &from, tried[i].data, tried[i].gyro, tried[i].joint, tried[i].unknowns);
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
         CHECK_TEXT(test_reply_text(&reply, "/model"), "accepted");
@@ -271,7 +262,6 @@ TEST(fits_find_zeros_and_biases_from_angles_rates_and_angles_between_arms) {
                      "%zu: %g and %g errors off", i, test_reply_off(&reply, 0, 0.35),
                      test_reply_off(&reply, 1, tried[i].truth));
         CHECK(test_reply_number(&reply, "/unknowns/1/error") < 0.02);
-        test_reply_free(&reply);
     }
     test_reply_free(&from);
     CHECK_REFUSED(API_OP_FITS,
@@ -283,7 +273,7 @@ TEST(fits_find_zeros_and_biases_from_angles_rates_and_angles_between_arms) {
 /* pixels below a pivot at 300, 200, with y downwards; a gyroscope alone */
 TEST(fits_turn_y_over_and_begin_with_rates_alone) {
     static char body[BODY];
-    struct test_reply from =
+    OWN(test_reply, free) from =
         test_post(API_OP_TRAJECTORIES,
                   "{\"pendulum\":{\"length\":[0.5],\"mass\":[1],\"parent\":[0],\"damping\":[0.02]},"
                   "\"initial\":{\"theta\":[0.8]},\"times\":{\"start\":0,\"stop\":6,\"count\":90},"
@@ -310,14 +300,12 @@ TEST(fits_turn_y_over_and_begin_with_rates_alone) {
                               200 - 900 * number(&from, "z/im", i, 0) + test_noise(&seed));
         }
         sprintf(at, "\\n\"}}");
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
         CHECK_SAYING(test_reply_off(&reply, 0, 0.5) < 4 && test_reply_off(&reply, 1, 0.02) < 4,
                      "%d: %g, %g", gyro, test_reply_off(&reply, 0, 0.5),
                      test_reply_off(&reply, 1, 0.02));
         CHECK(test_reply_number(&reply, "/unknowns/0/error") < 0.01);
-        test_reply_free(&reply);
     }
-    test_reply_free(&from);
 }

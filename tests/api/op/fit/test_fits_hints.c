@@ -259,7 +259,7 @@ TEST(wrong_requests_of_fits_are_told_what_helps) {
     struct test_reply from[4];
     for (int arms = 1; arms < 4; arms++) from[arms] = motion(arms);
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = asked(&rows[i], &from[rows[i].arms]);
+        OWN(test_reply, free) reply = asked(&rows[i], &from[rows[i].arms]);
         char verdict[40] = "";
         if (*rows[i].verdict)
             snprintf(verdict, sizeof verdict, "%s %s", test_reply_text(&reply, "/status"),
@@ -267,7 +267,6 @@ TEST(wrong_requests_of_fits_are_told_what_helps) {
         CHECK_TEXT(verdict, rows[i].verdict);
         CHECK_SAYING(strstr((const char *)reply.out.data, rows[i].says), "%zu: %s: %.9000s", i,
                      rows[i].says, (const char *)reply.out.data);
-        test_reply_free(&reply);
     }
     for (int arms = 1; arms < 4; arms++) test_reply_free(&from[arms]);
 }
@@ -276,7 +275,7 @@ TEST(wrong_requests_of_fits_are_told_what_helps) {
  * explains half of the variance at best, and no text says that the motion follows. */
 TEST(fits_that_explain_half_do_not_follow) {
     static char body[BODY];
-    struct test_reply from = test_post(
+    OWN(test_reply, free) from = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":0.1,\"mass\":0.01,\"rod\":1},{"
         "\"parent\":\"a\",\"length\":0.07,\"mass\":0.01,\"rod\":0.6}]},\"initial\":{\"theta\":[-3,"
@@ -303,13 +302,11 @@ TEST(fits_that_explain_half_do_not_follow) {
     sprintf(at, "]},\"unknowns\":[" START
                 ",{\"vary\":\"theta\",\"arm\":2},{\"vary\":\"thetad\",\"arm\":2},{"
                 "\"vary\":\"mass\",\"arm\":2}]}");
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/explained") < 0.9);
     CHECK(strcmp(test_reply_text(&reply, "/model"), "accepted") != 0);
     CHECK(strstr(test_reply_text(&reply, "/message"), "follows") == NULL);
     CHECK(isnan(test_reply_number(&reply, "/follows_until")));
     CHECK(isnan(test_reply_number(&reply, "/unknowns/4/error")));
-    test_reply_free(&reply);
-    test_reply_free(&from);
 }

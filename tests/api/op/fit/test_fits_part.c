@@ -66,9 +66,9 @@ static struct test_reply fitted(const char *request, const double t[], int rows,
 TEST(fits_take_accelerations_and_gyroscopes_of_a_phone) {
     double t[ROWS], along[ROWS], across[ROWS], bare[ROWS], gyro[ROWS];
     unsigned long long seed = 3;
-    struct test_reply from = test_post(API_OP_TRAJECTORIES, ONE
-                                       "\"initial\":{\"theta\":[0.6]},\"times\":{\"stop\":6,"
-                                       "\"count\":121},\"output\":[\"theta\",\"phid\",\"phidd\"]}");
+    OWN(test_reply, free) from = test_post(
+        API_OP_TRAJECTORIES, ONE "\"initial\":{\"theta\":[0.6]},\"times\":{\"stop\":6,"
+                                 "\"count\":121},\"output\":[\"theta\",\"phid\",\"phidd\"]}");
     for (int i = 0; i < ROWS; i++) {
         double theta = number(&from, "/theta/", i, "/0"), rate = number(&from, "/phid/", i, "/0");
         t[i] = number(&from, "/t/", i, "");
@@ -78,10 +78,11 @@ TEST(fits_take_accelerations_and_gyroscopes_of_a_phone) {
             0.4 * number(&from, "/phidd/", i, "/0") + 9.81 * sin(theta) + 0.05 * test_noise(&seed);
         gyro[i] = rate + 0.02 * test_noise(&seed);
     }
-    struct test_reply reply = fitted(GUESS SOUGHT ",{\"vary\":\"bias_along\",\"arm\":1}]", t, ROWS,
-                                     (const char *[2]){"\"along\":1,\"at\":0.4,\"sigma\":0.05",
-                                                       "\"across\":1,\"at\":0.4,\"sigma\":0.05"},
-                                     (double *[2]){along, across});
+    OWN(test_reply, free) reply =
+        fitted(GUESS SOUGHT ",{\"vary\":\"bias_along\",\"arm\":1}]", t, ROWS,
+               (const char *[2]){"\"along\":1,\"at\":0.4,\"sigma\":0.05",
+                                 "\"across\":1,\"at\":0.4,\"sigma\":0.05"},
+               (double *[2]){along, across});
     CHECK(off(&reply, "bias_along of arm 1", 0.3) < 4);
     test_reply_free(&reply);
     reply = fitted(GUESS SOUGHT "]", t, ROWS,
@@ -95,22 +96,20 @@ TEST(fits_take_accelerations_and_gyroscopes_of_a_phone) {
         "]",
         t, ROWS, (const char *[2]){"\"thetad\":1", NULL}, (double *[2]){gyro, NULL});
     CHECK(off(&reply, "length of arm 1", 0.5) < 4 && off(&reply, "shift of the camera", -0.1) < 4);
-    test_reply_free(&reply);
-    test_reply_free(&from);
 }
 
 /* the instants of a light gate, amplitudes read from a scale, and a stopwatch */
 TEST(fits_take_passages_amplitudes_and_periods) {
     double t[ROWS], turn[ROWS], wide[ROWS], period[ROWS];
     unsigned long long seed = 8;
-    struct test_reply gate = test_post(
+    OWN(test_reply, free) gate = test_post(
         API_OP_TRAJECTORIES, ONE "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":40,\"count\":2},"
                                  "\"events\":[{\"of\":\"theta\",\"arm\":1,\"value\":0}]}");
     int count = test_reply_count(&gate, "/events");
     REQUIRE(count > 40 && count < ROWS);
     for (int i = 0; i < count; i++)
         t[i] = number(&gate, "/events/", i, "/t") + 1e-3 * test_noise(&seed);
-    struct test_reply reply = fitted(
+    OWN(test_reply, free) reply = fitted(
         GUESS
         "\"initial\":{\"theta\":[1]},\"start\":0,\"fixed\":[{\"vary\":\"theta\",\"arm\":1}]," SOUGHT
         "]",
@@ -118,7 +117,7 @@ TEST(fits_take_passages_amplitudes_and_periods) {
         (double *[2]){NULL, NULL});
     CHECK(number(&reply, "/unknowns/", 0, "/error") < 1e-3);
     test_reply_free(&reply);
-    struct test_reply top = test_post(
+    OWN(test_reply, free) top = test_post(
         API_OP_TRAJECTORIES, ONE "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":40,\"count\":2},"
                                  "\"events\":[{\"of\":\"thetad\",\"arm\":1,\"value\":0}]}");
     count = test_reply_count(&top, "/events") - 2;
@@ -134,9 +133,6 @@ TEST(fits_take_passages_amplitudes_and_periods) {
                    (double *[2]){period, wide});
     CHECK_TEXT(test_reply_text(&reply, "/freed/0"), "theta of arm 1");
     CHECK_INT(test_reply_count(&reply, "/freed"), 1);
-    test_reply_free(&reply);
-    test_reply_free(&top);
-    test_reply_free(&gate);
 }
 
 /* a cart that a measured force drives */
@@ -154,7 +150,7 @@ TEST(fits_find_a_cart_that_a_measured_force_drives) {
              "\"cart\":{\"mass\":1,\"damping\":0.3,%s}}},\"initial\":{\"theta\":[0.3]},\"times\":{"
              "\"stop\":6,\"count\":121},\"output\":[\"theta\",\"cart\"]}",
              force);
-    struct test_reply from = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) from = test_post(API_OP_TRAJECTORIES, body);
     for (int i = 0; i < ROWS; i++) {
         t[i] = number(&from, "/t/", i, "");
         angle[i] = number(&from, "/theta/", i, "/0") + 0.005 * test_noise(&seed);
@@ -168,15 +164,13 @@ TEST(fits_find_a_cart_that_a_measured_force_drives) {
         force);
     static char request[BODY];
     memcpy(request, body, sizeof request);
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         fitted(request, t, ROWS, (const char *[2]){"\"theta\":1", "\"cart\":true"},
                (double *[2]){angle, place});
     CHECK(off(&reply, "mass of the cart", 1) < 4 && off(&reply, "damping of the cart", 0.3) < 4);
     CHECK(off(&reply, "phi of the cart", 0) < 4 && off(&reply, "phid of the cart", 0) < 4);
     CHECK(fabs(test_reply_number(&reply, "/request/initial/cart/x")) < 0.01);
     CHECK(fabs(test_reply_number(&reply, "/request/pendulum/pivot/cart/mass") - 1) < 0.02);
-    test_reply_free(&reply);
-    test_reply_free(&from);
 }
 
 /* a tip seen by a camera with tilt, stretch and lens distortion */
@@ -188,7 +182,7 @@ TEST(fits_find_tilt_stretch_and_distortion_of_a_camera) {
                  {"stretch", "stretch of the camera", {0, 0}, 0.05, 0, 0.05},
                  {"distortion", "distortion of the camera", {0, 0}, 0, -0.05, -0.05}};
     double t[ROWS], x[ROWS], y[ROWS];
-    struct test_reply from = test_post(
+    OWN(test_reply, free) from = test_post(
         API_OP_TRAJECTORIES,
         ONE "\"initial\":{\"theta\":[1]},\"times\":{\"stop\":6,\"count\":121},\"output\":[\"z\"]}");
     for (size_t k = 0; k < sizeof tried / sizeof *tried; k++) {
@@ -210,13 +204,11 @@ TEST(fits_find_tilt_stretch_and_distortion_of_a_camera) {
                  "\"camera\":{\"scale\":800,\"origin\":[300,190],\"center\":[350,0],\"unknown\":["
                  "\"rotation\",\"origin\",\"%s\"]}," SOUGHT "]",
                  tried[k].unknown);
-        struct test_reply reply =
+        OWN(test_reply, free) reply =
             fitted(request, t, ROWS, (const char *[2]){"\"x\":1", "\"y\":1"}, (double *[2]){x, y});
         double by =
             tried[k].bent == 0 ? 1 : pow(test_reply_number(&reply, "/camera/reach") / 350, 2);
         CHECK_SAYING(off(&reply, tried[k].name, by * tried[k].truth) < 4, "%s: %s", tried[k].name,
                      reply.out.data);
-        test_reply_free(&reply);
     }
-    test_reply_free(&from);
 }

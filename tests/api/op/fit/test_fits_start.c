@@ -18,7 +18,7 @@ static struct test_reply post_film(int places, double metre, const char *damping
     static char body[BODY];
     unsigned long long seed = 11;
     char *at = body;
-    struct test_reply film = test_post(
+    OWN(test_reply, free) film = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[0.318],\"mass\":[1],\"parent\":[0],\"damping\":[0.01]},"
         "\"initial\":{\"theta\":[0.4]},\"times\":{\"stop\":3,\"count\":60},\"output\":[\"theta\"]"
@@ -45,7 +45,6 @@ static struct test_reply post_film(int places, double metre, const char *damping
         at += sprintf(at, s < 0 ? "],\"series\":[" : "]}");
     }
     sprintf(at, "]}%s}", rest);
-    test_reply_free(&film);
     return test_post(API_OP_FITS, body);
 }
 
@@ -83,33 +82,31 @@ TEST(fits_of_places_begin_where_the_data_are_with_any_friction_from_none) {
                  ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1},"
                  "{\"vary\":\"%s\",\"arm\":1}]",
                  terms[i]);
-        struct test_reply reply = post_film(1, 1, "", rest);
+        OWN(test_reply, free) reply = post_film(1, 1, "", rest);
         check_converged(&reply);
         if (!i) check_value(&reply, 0, "length of arm 1", 0.318);
         check_value(&reply, 1, "theta of arm 1", 0.4);
         check_text(&reply, "/freed/0", "thetad of arm 1");
-        test_reply_free(&reply);
     }
 }
 
 TEST(fits_take_a_camera_that_is_sought_from_the_data) {
-    struct test_reply reply = post_film(1, 800, ",\"damping\":[0.01]",
-                                        ",\"camera\":{\"unknown\":[\"scale\",\"origin\"]},"
-                                        "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]");
+    OWN(test_reply, free) reply = post_film(1, 800, ",\"damping\":[0.01]",
+                                            ",\"camera\":{\"unknown\":[\"scale\",\"origin\"]},"
+                                            "\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]");
     check_converged(&reply);
     check_value(&reply, 0, "length of arm 1", 0.318);
     check_value(&reply, 2, "origin x of the camera", 320);
     check_value(&reply, 4, "theta of arm 1", 0.4);
     check_text(&reply, "/freed/1", "thetad of arm 1");
     check_text(&reply, "/fixed/3", "rotation of the camera");
-    test_reply_free(&reply);
 }
 
 /* A rate that was estimated from noisy angles and fixed made the length wrong by many standard
  * errors. */
 TEST(fits_free_what_they_take_from_the_data_and_name_what_stays_fixed) {
 #define SOUGHT ",\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]"
-    struct test_reply reply = post_film(0, 1, ",\"damping\":[0.01]", SOUGHT);
+    OWN(test_reply, free) reply = post_film(0, 1, ",\"damping\":[0.01]", SOUGHT);
     check_converged(&reply);
     check_value(&reply, 0, "length of arm 1", 0.318);
     check_value(&reply, 2, "thetad of arm 1", 0);
@@ -130,28 +127,25 @@ TEST(fits_free_what_they_take_from_the_data_and_name_what_stays_fixed) {
     reply = post_film(0, 1, "", SOUGHT ",\"fixed\":[{\"vary\":\"theta\",\"arm\":1}]");
     CHECK_INT(reply.status, 422);
     check_text(&reply, "/errors/0/pointer", "/fixed/0");
-    test_reply_free(&reply);
 }
 
 /* Friction that stops an arm in 0.1 ms makes each motion take 7000 steps, where swings take 700. */
 TEST(fits_compute_motions_whose_steps_friction_shortens) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         post_film(0, 1, ",\"damping\":[0.02],\"friction\":[{\"torque\":1e-4,\"speed\":1e-7}]",
                   ",\"initial\":{\"theta\":[0.4]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{"
                   "\"vary\":\"damping\",\"arm\":1}]");
     check_converged(&reply);
     check_value(&reply, 0, "length of arm 1", 0.318);
     check_value(&reply, 1, "damping of arm 1", 0.01);
-    test_reply_free(&reply);
 }
 
 TEST(fits_blame_a_start_from_which_there_is_no_motion) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         post_film(0, 1, ",\"damping\":[1e14]",
                   ",\"initial\":{\"theta\":[1]},\"unknowns\":[{\"vary\":\"damping\",\"arm\":1}]");
     CHECK_INT(reply.status, 422);
     check_text(&reply, "/errors/0/pointer", "/initial");
-    test_reply_free(&reply);
 }
 
 /* Angles of a double pendulum, 10 ms apart except for `lost` rows after the third, as "t" and
@@ -164,7 +158,7 @@ static char *film_angles(char *at, const char *start, int rows, int lost,
              "\"damping\":[1e-4,4e-5]},\"initial\":{%s},\"times\":{\"stop\":%g,\"count\":%d},"
              "\"output\":[\"theta\"]}",
              start, 0.01 * (rows - 1), rows);
-    struct test_reply film = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) film = test_post(API_OP_TRAJECTORIES, body);
     at += sprintf(at, "\"t\":[");
     for (int i = 0; i < rows; i += i == 2 ? lost + 1 : 1)
         at += sprintf(at, "%s%.9g", i ? "," : "", 0.01 * i);
@@ -179,7 +173,6 @@ static char *film_angles(char *at, const char *start, int rows, int lost,
         }
         at += sprintf(at, "]}");
     }
-    test_reply_free(&film);
     return at + sprintf(at, "]");
 }
 
@@ -199,12 +192,11 @@ TEST(fits_find_the_motion_whose_whole_turns_are_those_of_the_data) {
                                   spinning, starts[s]);
         at = film_angles(at, "\"theta\":[0.4,1.2],\"thetad\":[-18,-35]", 61, 0, &seed);
         sprintf(at, "}}");
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         check_converged(&reply);
         check_value(&reply, 0, "length of arm 1", 0.17);
         check_value(&reply, 2, "thetad of arm 2", -35);
         CHECK(test_reply_number(&reply, "/explained") > 0.9999);
-        test_reply_free(&reply);
     }
 }
 
@@ -218,10 +210,9 @@ TEST(spinning_arms_are_found_in_one_of_two_runs) {
     at += sprintf(at, "},{");
     at = film_angles(at, "\"theta\":[2,0],\"thetad\":[12,12]", 64, 4, &seed);
     sprintf(at, "}]}}");
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     check_converged(&reply);
     check_value(&reply, 0, "length of arm 1", 0.17);
     check_value(&reply, 1, "mass of arm 2", 0.08);
     CHECK(test_reply_number(&reply, "/explained") > 0.9999);
-    test_reply_free(&reply);
 }

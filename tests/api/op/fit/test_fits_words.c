@@ -58,7 +58,7 @@ TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
                  "\"frequency\":%.17g%s}]}," LENGTHS("%s", "%s") "}",
                  tried[i].first, tried[i].sigma, tried[i].second, tried[i].sigma, tried[i].bounds,
                  tried[i].bounds);
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         check_says(&reply, tried[i].status, tried[i].says);
         double length = alike_length(tried[i].first, tried[i].second);
         for (int j = 0; j < 2; j++) {
@@ -70,13 +70,12 @@ TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
         CHECK(strstr((const char *)reply.out.data, "\"at_bound\":true") == NULL);
         CHECK(strstr((const char *)reply.out.data, "\"unidentifiable\":[],\"not_told\":[]") !=
               NULL);
-        test_reply_free(&reply);
     }
 }
 
 /* a millionth of a length: if both bounds are next to each other, the better one is the answer */
 TEST(fits_end_at_bounds_that_are_next_to_each_other) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":0.6},{"
         "\"mode\":2,\"period\":0.7}]}," LENGTHS(",\"low\":0.499999,\"high\":0.500001",
@@ -92,23 +91,21 @@ TEST(fits_end_at_bounds_that_are_next_to_each_other) {
     check_says(&reply, "converged rejected", "47.3 % below");
     CHECK(value(&reply, 0, "value") == 0.500001);
     CHECK(fabs(value(&reply, 1, "value") - 0.549076) < 1e-5);
-    test_reply_free(&reply);
 }
 
 /* the second frequency approaches the required one as the first tip grows without limit */
 TEST(fits_say_what_goes_away_without_end) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{" ALIKE ",\"data\":{\"modes\":[{\"mode\":1,\"frequency\":1},{\"mode\":2,\"frequency\":"
         "1.05}]},\"unknowns\":[{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"length\",\"arm\":2}]}");
     check_says(&reply, "no_minimum undecided",
                "keeps falling as mass of arm 1 grows or shrinks without limit");
-    test_reply_free(&reply);
 }
 
 /* a position 0.4243 m from the pivot, for an arm of 0.4 m: the residual has its direction */
 TEST(fits_say_how_far_a_wanted_place_is) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[0.4],\"mass\":[1],\"parent\":[0]},\"initial\":{\"theta\":[1]},"
         "\"start\":0,\"data\":{\"t\":[0.4],\"series\":[{\"x\":1,\"values\":[0.3]},{\"y\":1,"
@@ -116,7 +113,6 @@ TEST(fits_say_how_far_a_wanted_place_is) {
         "[-0.3]}]},\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}]}");
     // 0.3 - 0.4 / sqrt 2
     check_says(&reply, "converged rejected", "of arm 1 at t = 0.4 s, 0.0172 off.");
-    test_reply_free(&reply);
 }
 
 #define MEASURED(sigma, more)                                                                      \
@@ -137,7 +133,7 @@ TEST(fits_say_that_nothing_is_left_to_check_by) {
     for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
         char body[800];
         snprintf(body, sizeof body, "%s%s", tried[i].data, unknowns);
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         const char *says = tried[i].left     ? "a minimum, with too few measurements to test"
                            : tried[i].errors ? "the fit cannot be checked"
                                              : "cannot be checked, and has no standard errors";
@@ -145,12 +141,11 @@ TEST(fits_say_that_nothing_is_left_to_check_by) {
         CHECK(tried[i].left || test_reply_number(&reply, "/degrees_of_freedom") == 0);
         CHECK(!tried[i].left || strstr(test_reply_text(&reply, "/message"), "check") == NULL);
         for (int j = 0; j < 3; j++) CHECK(isfinite(value(&reply, j, "error")) == tried[i].errors);
-        test_reply_free(&reply);
     }
 }
 
 TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[0.9,0.001],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{"
         "\"theta\":[0.5,0.5],\"thetad\":[0,1e6]},\"data\":{\"t\":[0,0.3,0.6],\"series\":[{"
@@ -161,7 +156,6 @@ TEST(fits_say_how_to_begin_where_the_motion_is_too_wild) {
     CHECK_SAYING(detail && strstr(detail, "too fast, too chaotic or too strongly damped") &&
                      strstr(detail, "lower rate"),
                  "%s", detail ? detail : "");
-    test_reply_free(&reply);
 }
 
 /* a measurement with a sigma is not compared with one without, nor an angle with a position */
@@ -178,11 +172,10 @@ TEST(fits_name_no_farthest_row_of_what_cannot_be_compared) {
         for (int i = 1; i < 30; i++) at += sprintf(at, ",%.6f", sin(0.2 * i * i));
         sprintf(at, "]}]},\"initial\":{\"theta\":[0.05,0.07]},\"unknowns\":[{\"vary\":\"length\","
                     "\"arm\":1}]}");
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_TEXT(test_reply_text(&reply, "/model"), "rejected");
         CHECK_SAYING(!strstr(test_reply_text(&reply, "/message"), "farthest"), "%s",
                      test_reply_text(&reply, "/message"));
-        test_reply_free(&reply);
     }
 }
 
@@ -205,7 +198,7 @@ static struct test_reply swung(int swing, double turns) {
 TEST(fits_that_follow_nothing_do_not_converge_as_one_angle_is_many_turns_off) {
     static const double turns[] = {0, 1, -40, 1000};
     for (size_t i = 0; i < sizeof turns / sizeof *turns; i++) {
-        struct test_reply reply = swung(1, turns[i]);
+        OWN(test_reply, free) reply = swung(1, turns[i]);
         // these are small swings, which are not exactly the pendulum's
         check_says(&reply, "converged rejected", "consecutive residuals are correlated");
         CHECK(fabs(value(&reply, 0, "value") - 1) < 0.01);
@@ -213,7 +206,6 @@ TEST(fits_that_follow_nothing_do_not_converge_as_one_angle_is_many_turns_off) {
         reply = swung(0, turns[i]);
         CHECK_SAYING(strcmp(test_reply_text(&reply, "/model"), "accepted") != 0, "%g", turns[i]);
         CHECK(test_reply_number(&reply, "/explained") < 0.5);
-        test_reply_free(&reply);
     }
 }
 
@@ -229,7 +221,7 @@ TEST(fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell) {
     sprintf(at,
             "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"damping\",\"arm\":1},"
             "{\"vary\":\"gravity\"}]}");
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     static const char *const names[] = {"length of arm 1", "damping of arm 1", "gravity"};
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/unidentifiable"), 3);
@@ -239,5 +231,4 @@ TEST(fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell) {
         snprintf(said, sizeof said, "the data do not depend on %s", names[i]);
         CHECK_TEXT(test_reply_text(&reply, pointer), said);
     }
-    test_reply_free(&reply);
 }

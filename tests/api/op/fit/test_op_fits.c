@@ -61,10 +61,10 @@ static void body_angles(const struct test_reply *from, char *body) {
 /* value number j, and its error in standard errors */
 TEST(fits_of_angles_answer_values_errors_and_a_request) {
     static char body[BODY];
-    struct test_reply from = motion();
+    OWN(test_reply, free) from = motion();
     const double truth[] = {0.35, 0.002, 1, 0.5, 0, 0};
     body_angles(&from, body);
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/0/name"), "length of arm 1");
@@ -78,14 +78,12 @@ TEST(fits_of_angles_answer_values_errors_and_a_request) {
     CHECK(test_reply_number(&reply, "/follows_until") == 3);
     CHECK(fabs(test_reply_number(&reply, "/request/pendulum/arms/0/length") - 0.35) < 0.01);
     CHECK_INT(test_reply_count(&reply, "/unidentifiable"), 0);
-    test_reply_free(&reply);
-    test_reply_free(&from);
 }
 
 /* tracks of a film, with decimal commas and the names of the tracks above */
 TEST(fits_take_the_table_of_a_film_as_it_is) {
     static char body[BODY];
-    struct test_reply from = motion();
+    OWN(test_reply, free) from = motion();
     unsigned long long seed = 5;
     char *at =
         body +
@@ -112,33 +110,29 @@ TEST(fits_take_the_table_of_a_film_as_it_is) {
     sprintf(at, "\"}}");
     for (char *c = strstr(body, "x;y\\n"); c && *c != '}'; c++)
         if (*c == '.') *c = ',';
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(test_reply_text(&reply, "/unknowns/5/name"), "scale of the camera");
     CHECK(test_reply_off(&reply, 5, 500) < 4 && test_reply_off(&reply, 0, 0.002) < 4);
     CHECK(fabs(test_reply_number(&reply, "/camera/scale") - 500) < 2);
-    test_reply_free(&reply);
-    test_reply_free(&from);
 }
 
 TEST(fits_say_in_words_what_the_data_do_not_tell) {
     static char body[BODY];
-    struct test_reply from = motion();
+    OWN(test_reply, free) from = motion();
     body_angles(&from, body);
     char *list = strstr(body, "\"unknowns\":[") + strlen("\"unknowns\":[");
     static const char more[] = "{\"vary\":\"mass\",\"arm\":1},{\"vary\":\"mass\",\"arm\":2},";
     memmove(list + strlen(more), list, strlen(list) + 1);
     memcpy(list, more, strlen(more));
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(
         test_reply_text(&reply, "/unidentifiable/0"),
         "the data determine only the ratios of mass of arm 1, mass of arm 2 and damping of arm 1");
     CHECK(isnan(test_reply_number(&reply, "/unknowns/0/error")));
     CHECK(test_reply_number(&reply, "/unknowns/2/error") > 0);
-    test_reply_free(&reply);
-    test_reply_free(&from);
 }
 
 /* rows in any order, two with the same instant among them, give the same measurements as in
@@ -197,7 +191,7 @@ TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
                               0.1 * ((k == 3) + (k == 17) + (k == 40)));
         sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\""
                     ":1},{\"vary\":\"thetad\",\"arm\":1}]}");
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_INT(reply.status, 200);
         CHECK_INT(test_reply_count(&reply, "/outliers"), 3);
         CHECK_INT((int)test_reply_number(&reply, "/outliers/1/row"), 18);
@@ -209,7 +203,6 @@ TEST(fits_list_outliers_and_robust_losses_pass_them_by) {
         CHECK_TEXT(test_reply_text(&reply, "/model"), i == 0  ? "rejected"
                                                       : i > 3 ? test_reply_text(&reply, "/model")
                                                               : "accepted");
-        test_reply_free(&reply);
     }
 }
 
@@ -226,10 +219,9 @@ TEST(fits_weigh_every_measurement_by_its_own_sigma) {
                  "\"theta\":1,\"sigma\":%s,\"values\":[0.355,0.0134,-0.336,-0.4]}]},\"unknowns\":[{"
                  "\"vary\":\"length\",\"arm\":1}]}",
                  sigmas[i]);
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_INT(reply.status, 200);
         length[i] = test_reply_number(&reply, "/unknowns/0/value");
-        test_reply_free(&reply);
     }
     CHECK_SAYING(length[0] == length[1], "%.17g, %.17g", length[0], length[1]);
     // the last angle is wrong by 0.1 rad, for a pendulum of 1 m
@@ -240,24 +232,22 @@ TEST(fits_weigh_every_measurement_by_its_own_sigma) {
 /* a damper that starts at its bound */
 TEST(fits_begin_at_a_bound) {
     static char body[BODY];
-    struct test_reply from = motion();
+    OWN(test_reply, free) from = motion();
     body_angles(&from, body);
     char *damping = strstr(body, "\"damping\",\"arm\":1");
     static const char start[] = ",\"start\":0";
     damping += strlen("\"damping\",\"arm\":1");
     memmove(damping + strlen(start), damping, strlen(damping) + 1);
     memcpy(damping, start, strlen(start));
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK(test_reply_off(&reply, 1, 0.002) < 4);
-    test_reply_free(&reply);
-    test_reply_free(&from);
 }
 
 /* a camera with a clock that is a tenth of a second late */
 TEST(fits_find_the_shift_of_a_camera) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_FITS,
                   "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
                   "\"theta\":[0.5]},\"start\":0,\"data\":{\"t\":[0.15,0.4,0.65],\"series\":[{"
@@ -270,24 +260,22 @@ TEST(fits_find_the_shift_of_a_camera) {
     double shift = test_reply_number(&reply, "/camera/shift");
     CHECK(shift == test_reply_number(&reply, "/unknowns/0/value"));
     CHECK(fabs(test_reply_number(&reply, "/request/times/stop") - 0.65 - shift) < 1e-12);
-    test_reply_free(&reply);
 }
 
 /* a start on the motion's clock, long before the instants of the data */
 TEST(fits_follow_a_motion_whose_clock_is_ahead) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
                      "\"theta\":[0.5]},\"start\":100,\"camera\":{\"shift\":100},\"data\":{\"t\":[0,"
                      "0.25,0.5],\"series\":[{\"theta\":1,\"sigma\":0.01,\"values\":[0.5,0.3596,"
                      "0.0147]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1}]}");
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
-    test_reply_free(&reply);
 }
 
 /* a pendulum with required modes, and with modes from a stopwatch in addition to a motion */
 TEST(fits_take_counted_and_wanted_modes) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[0.3,0.3],\"mass\":[1,0.5],\"parent\":[0,1]},\"data\":{"
         "\"modes\":[{\"mode\":1,\"frequency\":0.6},{\"mode\":2,\"period\":0.7}]},\"unknowns\":[{"
@@ -317,12 +305,11 @@ TEST(fits_take_counted_and_wanted_modes) {
     CHECK(fabs(test_reply_number(&reply, "/unknowns/0/error") - 0.000997) < 1e-5);
     CHECK(isfinite(test_reply_number(&reply, "/residuals/0/1")));
     CHECK(isnan(test_reply_number(&reply, "/residuals/1/1")));
-    test_reply_free(&reply);
 }
 
 /* an unknown with bounds that are a hundred-thousandth apart */
 TEST(fits_of_modes_take_narrow_bounds) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{\"pendulum\":{\"length\":[0.3,0.3],\"mass\":[1,0.5],\"parent\":[0,1]},\"data\":{"
         "\"modes\":[{\"mode\":1,\"frequency\":1.0},{\"mode\":2,\"frequency\":1.6}]},\"unknowns\":[{"
@@ -330,7 +317,6 @@ TEST(fits_of_modes_take_narrow_bounds) {
     CHECK_INT(reply.status, 200);
     CHECK(fabs(test_reply_number(&reply, "/unknowns/1/value") - 9.81) <= 1e-4);
     CHECK(test_reply_number(&reply, "/unknowns/0/value") > 0.1);
-    test_reply_free(&reply);
 }
 
 /* angles of an accelerating rotation, for a pendulum that cannot follow; less than a turn between
@@ -344,13 +330,12 @@ TEST(fits_say_that_the_model_does_not_follow) {
     for (int i = 1; i < 60; i++) at += sprintf(at, ",%.6f", remainder(0.0025 * i * i, 2 * M_PI));
     sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1},"
                 "{\"vary\":\"thetad\",\"arm\":1}]}");
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     CHECK_TEXT(test_reply_text(&reply, "/model"), "rejected");
     CHECK_SAYING(strstr(test_reply_text(&reply, "/message"), "the model is rejected") != NULL, "%s",
                  test_reply_text(&reply, "/message"));
-    test_reply_free(&reply);
 }
 
 /* friction of the joint and of the air have the same effect, also if the search ends near a
@@ -359,7 +344,7 @@ TEST(fits_tell_what_is_alike_beside_a_bound) {
     static char body[BODY];
     for (unsigned long long seed = 1; seed < 9; seed++) {
         unsigned long long s = seed;
-        struct test_reply from =
+        OWN(test_reply, free) from =
             test_post(API_OP_TRAJECTORIES,
                       "{\"pendulum\":{\"length\":0.3,\"mass\":0.2,\"parent\":0,\"damping\":0.003},"
                       "\"initial\":{\"theta\":0.3,\"thetad\":20},\"output\":[\"theta\"],\"times\":{"
@@ -374,12 +359,10 @@ TEST(fits_tell_what_is_alike_beside_a_bound) {
         sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"damping\",\"arm\":1},{\"vary\":"
                     "\"drag_per_mass\"},{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"thetad\","
                     "\"arm\":1},{\"vary\":\"length\",\"arm\":1}]}");
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
         CHECK(isnan(test_reply_number(&reply, "/unknowns/0/error")));
         CHECK(isnan(test_reply_number(&reply, "/unknowns/1/error")));
-        test_reply_free(&reply);
-        test_reply_free(&from);
     }
 }
 
@@ -397,10 +380,9 @@ TEST(fits_tell_another_pendulum_from_noise) {
                           0.3 * cos(i / 8.) + (noisy ? test_noise(&s) : cos(0.3 * i)) / 25);
         sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\","
                     "\"arm\":1},{\"vary\":\"thetad\",\"arm\":1}]}");
-        struct test_reply reply = test_post(API_OP_FITS, body);
+        OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
         CHECK_TEXT(test_reply_text(&reply, "/model"), noisy ? "accepted" : "rejected");
         CHECK(fabs(test_reply_number(&reply, "/explained") - 0.97) < 0.02);
-        test_reply_free(&reply);
     }
 }
 
@@ -415,14 +397,13 @@ TEST(fits_name_the_row_that_is_farthest_off) {
         at += sprintf(at, ",%.6f", 0.1 * cos(sqrt(9.81) * 0.05 * i) + (i == 30));
     sprintf(at, "]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1},"
                 "{\"vary\":\"thetad\",\"arm\":1}]}");
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/model"), "rejected");
     const char *said = test_reply_text(&reply, "/message");
     CHECK_SAYING(strstr(said, "The farthest is the angle of arm 1 at t = 1.5 s, ") &&
                      strstr(said, " sigma off."),
                  "%s", said);
-    test_reply_free(&reply);
 }
 
 #define ONE "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"damping\":[0]},"
@@ -434,7 +415,7 @@ TEST(fits_name_the_row_that_is_farthest_off) {
 TEST(fits_survive_more_faults_than_one) {
     enum { MANY = 40 };
     static char body[4096];
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_FITS, ONE SERIES ",\"unknowns\":[{\"vary\":\"torque_phase\",\"arm\":1},{"
                                           "\"vary\":\"torque_phase\",\"arm\":1}]}");
     CHECK(test_reply_has_fault(&reply, "/unknowns/0/vary", "is absent"));
@@ -445,18 +426,16 @@ TEST(fits_survive_more_faults_than_one) {
     reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 422);
     CHECK(test_reply_has_fault(&reply, "/unknowns/1/arm", "1"));
-    test_reply_free(&reply);
 }
 
 TEST(fits_refuse_memory_before_they_take_it) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.answer_bytes = 8 * 3 * (3 + 5) + 3 * (32 + 4 + 8) - 1;
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post_as(API_OP_FITS,
                      ONE GRAVITY ",\"data\":{\"t\":[0,0.5,1],\"series\":[{\"theta\":1,\"values\":["
                                  "1,0,-1]}],\"modes\":[{\"mode\":1,\"omega\":3}]}}",
                      NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/data", "take 324 bytes"));
-    test_reply_free(&reply);
 }

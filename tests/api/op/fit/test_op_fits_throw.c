@@ -24,7 +24,7 @@ static void passes(const char *sigmas, const char *sigma) {
              "\"unknowns\":[{\"vary\":\"theta\",\"arm\":1},{\"vary\":\"theta\",\"arm\":2},"
              "{\"vary\":\"thetad\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":2}]}",
              sigmas, sigma);
-    struct test_reply reply = test_post(API_OP_FITS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_FITS, body);
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
     double start[4];
@@ -37,25 +37,22 @@ static void passes(const char *sigmas, const char *sigma) {
              "{" THROWN "{\"theta\":[%.17g,%.17g],\"thetad\":[%.17g,%.17g]},"
              "\"times\":{\"stop\":0.8,\"count\":3},\"output\":[\"z\"]}",
              start[0], start[1], start[2], start[3]);
-    struct test_reply thrown = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) thrown = test_post(API_OP_TRAJECTORIES, body);
     const double wanted[] = {0.1, -0.65, -0.4, -0.5};
     for (int i = 0; i < 4; i++) {
         double gap = motion_at(&thrown, i % 2 ? "z/im" : "z/re", 1 + i / 2, 1) - wanted[i];
         CHECK_SAYING(fabs(gap) < 1e-5, "coordinate %d is missed by %g m", i, gap);
     }
-    test_reply_free(&thrown);
-    test_reply_free(&reply);
 }
 
 TEST(fits_find_a_throw_that_passes_through_points) {
     passes("\"sigma\":[0.001,0.002],", "\"sigma\":0.001,");
     passes("", "");
     // one point: the mean of one coordinate is no scale for a miss
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_FITS,
         "{" THROWN "{\"theta\":[0.5,0.5]},\"start\":0,\"data\":{\"t\":[0.5],\"series\":["
         "{\"x\":2,\"values\":[0.3]},{\"y\":2,\"values\":[-0.4]}]},\"unknowns\":[{\"vary\":"
         "\"thetad\",\"arm\":1},{\"vary\":\"thetad\",\"arm\":2}]}");
     CHECK_TEXT(test_reply_text(&reply, "/status"), "converged");
-    test_reply_free(&reply);
 }

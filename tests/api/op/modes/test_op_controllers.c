@@ -19,7 +19,7 @@ TEST(the_loop_of_an_upright_arm_is_the_textbooks) {
     double b[2] = {(cosh(w * h) - 1) / (w * w * j), sinh(w * h) / (w * j)};
     char body[400], pointer[20];
     snprintf(body, sizeof body, "{" UPRIGHT ",\"gains\":[%.17g,%.17g]}", gain, rate);
-    struct test_reply reply = test_post(API_OP_CONTROLLERS, body);
+    OWN(test_reply, free) reply = test_post(API_OP_CONTROLLERS, body);
     CHECK_INT(reply.status, 200);
     double trace = 0, product = 1, re[2], im[2];
     for (int i = 0; i < 2; i++) {
@@ -40,17 +40,15 @@ TEST(the_loop_of_an_upright_arm_is_the_textbooks) {
     CHECK(fabs(re[0] + re[1] - trace) < 1e-13);
     CHECK(fabs(re[0] * re[1] - im[0] * im[1] - product) < 1e-13);
     CHECK_INT((int)test_reply_number(&reply, "/stats/stable"), 1);
-    test_reply_free(&reply);
 }
 
 TEST(a_loop_that_is_unstable_says_its_multiplier) {
-    struct test_reply reply = test_post(API_OP_CONTROLLERS, "{" UPRIGHT ",\"gains\":[[1,1]]}");
+    OWN(test_reply, free) reply = test_post(API_OP_CONTROLLERS, "{" UPRIGHT ",\"gains\":[[1,1]]}");
     CHECK_INT(reply.status, 200);
     CHECK_INT((int)test_reply_number(&reply, "/stats/stable"), 0);
     CHECK_INT(test_reply_count(&reply, "/margins"), 0);
     const char *warning = test_reply_text(&reply, "/warnings/0");
     CHECK(warning && strstr(warning, "the loop is unstable: its largest multiplier is 1.2"));
-    test_reply_free(&reply);
 }
 
 TEST(an_angle_that_is_no_equilibrium_says_the_torque_that_would_hold_it) {
@@ -59,14 +57,13 @@ TEST(an_angle_that_is_no_equilibrium_says_the_torque_that_would_hold_it) {
                                "\"deg\"},\"actuators\":{\"joints\":[1]},\"period\":0.1}";
     char text[300];
     snprintf(text, sizeof text, body, "");
-    struct test_reply reply = test_post(API_OP_CONTROLLERS, text);
+    OWN(test_reply, free) reply = test_post(API_OP_CONTROLLERS, text);
     CHECK(test_reply_has_fault(&reply, "/equilibrium", "60 N m in the joint of arm 1"));
     test_reply_free(&reply);
     snprintf(text, sizeof text, body, ",\"torque\":[60]");
     reply = test_post(API_OP_CONTROLLERS, text);
     CHECK_INT((int)test_reply_number(&reply, "/stats/stable"), 1);
     CHECK(fabs(test_reply_number(&reply, "/control/0/law/feedback/reference/0") - M_PI_2) < 1e-15);
-    test_reply_free(&reply);
 }
 
 TEST(modes_that_no_actuator_reaches_are_named) {
@@ -75,7 +72,7 @@ TEST(modes_that_no_actuator_reaches_are_named) {
         "[0.1,%s,%s]},%s\"actuators\":{\"joints\":[1]},\"sensors\":{\"arms\":[1]},\"period\":0.1}";
     char text[400];
     snprintf(text, sizeof text, body, "0.1", "0.1", "");
-    struct test_reply reply = test_post(API_OP_CONTROLLERS, text);
+    OWN(test_reply, free) reply = test_post(API_OP_CONTROLLERS, text);
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/unreachable"), 1);
     CHECK_INT(test_reply_count(&reply, "/unobservable"), 1);
@@ -85,5 +82,4 @@ TEST(modes_that_no_actuator_reaches_are_named) {
     reply = test_post(API_OP_CONTROLLERS, text);
     CHECK_INT(reply.status, 422);
     CHECK(strstr(reply.out.data, "the actuators cannot control mode"));
-    test_reply_free(&reply);
 }

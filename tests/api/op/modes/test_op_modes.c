@@ -23,7 +23,7 @@ static double gap_of(const struct test_reply *reply, const char *array, int n,
 }
 
 TEST(the_papers_double_pendulum_has_its_modes) {
-    struct test_reply reply = test_post(API_OP_MODES, "{" DOUBLE "}");
+    OWN(test_reply, free) reply = test_post(API_OP_MODES, "{" DOUBLE "}");
     double w = sqrt(9.81), omega[] = {w * sqrt(2 - sqrt(2)), w * sqrt(2 + sqrt(2))};
     CHECK_INT(reply.status, 200);
     CHECK(gap_of(&reply, "/omega", 2, omega) < 1e-14 * omega[1]);
@@ -34,17 +34,15 @@ TEST(the_papers_double_pendulum_has_its_modes) {
                1) < 1e-15);
     CHECK(test_reply_number(&reply, "/identity/relative_difference") < 1e-14);
     CHECK(fabs(test_reply_number(&reply, "/identity/length_total_over_g") - 2 / 9.81) < 1e-16);
-    test_reply_free(&reply);
 }
 
 TEST(the_papers_non_standard_triple_has_its_modes) {
-    struct test_reply reply = test_post(API_OP_MODES, "{" TRIPLE ",\"normalize\":\"first\"}");
+    OWN(test_reply, free) reply = test_post(API_OP_MODES, "{" TRIPLE ",\"normalize\":\"first\"}");
     double w = sqrt(5), r = sqrt(1.5), omega[] = {w * sqrt(3 - sqrt(6)), w, w * sqrt(3 + sqrt(6))};
     CHECK(gap_of(&reply, "/omega", 3, omega) < 1e-14 * omega[2]);
     CHECK(gap_of(&reply, "/vectors/0", 3, (double[]){1, r, r}) < 1e-14);
     CHECK(gap_of(&reply, "/vectors/1", 3, (double[]){0, 1, -1}) < 1e-14);
     CHECK(gap_of(&reply, "/vectors/2", 3, (double[]){1, -r, -r}) < 1e-14);
-    test_reply_free(&reply);
 }
 
 static double matrix_at(const struct test_reply *reply, const char *name, int i, int j) {
@@ -54,7 +52,7 @@ static double matrix_at(const struct test_reply *reply, const char *name, int i,
 }
 
 TEST(matrices_and_vectors_are_in_the_callers_order) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_MODES, "{" MIXED ",\"include\":[\"B\",\"A\",\"S\",\"M\"],\"normalize\":\"mass\"}");
     CHECK_INT(reply.status, 200);
     double eigen = 0, mass = 0, inverse = 0;
@@ -77,13 +75,11 @@ TEST(matrices_and_vectors_are_in_the_callers_order) {
     CHECK(inverse == 0);
     CHECK_RESIDUAL(eigen, 1e-11, "A v = omega^2 v");
     CHECK_RESIDUAL(mass, 1e-14, "v^T M v = 1");
-    test_reply_free(&reply);
 }
 
 TEST(max_makes_the_largest_entry_one) {
-    struct test_reply reply = test_post(API_OP_MODES, "{" DOUBLE ",\"normalize\":\"max\"}");
+    OWN(test_reply, free) reply = test_post(API_OP_MODES, "{" DOUBLE ",\"normalize\":\"max\"}");
     CHECK(gap_of(&reply, "/vectors/0", 2, (double[]){1 / sqrt(2), 1}) < 1e-14);
-    test_reply_free(&reply);
 }
 
 TEST(a_selection_is_part_of_all_modes) {
@@ -97,11 +93,11 @@ TEST(a_selection_is_part_of_all_modes) {
                  {"{\"from\":0,\"to\":1000}", 1, 4},
                  {"{\"from\":3,\"to\":6}", 2, 1},
                  {"{\"from\":1000,\"to\":1001}", 1, 0}};
-    struct test_reply all = test_post(API_OP_MODES, "{" MIXED "}");
+    OWN(test_reply, free) all = test_post(API_OP_MODES, "{" MIXED "}");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char body[300], pointer[60];
         snprintf(body, sizeof body, "{" MIXED ",\"select\":%s}", cases[i].select);
-        struct test_reply some = test_post(API_OP_MODES, body);
+        OWN(test_reply, free) some = test_post(API_OP_MODES, body);
         CHECK_INT(some.status, 200);
         CHECK_SAYING(test_reply_count(&some, "/omega") == cases[i].count, "%s gives %.200s",
                      cases[i].select, some.out.data);
@@ -117,24 +113,21 @@ TEST(a_selection_is_part_of_all_modes) {
             CHECK(matrix_at(&some, "vectors", k, 3) ==
                   matrix_at(&all, "vectors", cases[i].first - 1 + k, 3));
         }
-        test_reply_free(&some);
     }
-    test_reply_free(&all);
 }
 
 TEST(vectors_can_be_left_out) {
-    struct test_reply reply = test_post(API_OP_MODES, "{" DOUBLE ",\"vectors\":false}");
+    OWN(test_reply, free) reply = test_post(API_OP_MODES, "{" DOUBLE ",\"vectors\":false}");
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/vectors"), -1);
     CHECK_INT(test_reply_count(&reply, "/omega"), 2);
-    test_reply_free(&reply);
 }
 
 TEST(amplitudes_and_phases_rebuild_the_start) {
     static const char body[] =
         "{" MIXED ",\"initial\":{\"theta\":[0.1,-0.2,0.3,0.05],\"thetad\":[1,0.5,-1,0.2]}}";
     static const double theta[] = {0.1, -0.2, 0.3, 0.05}, rate[] = {1, 0.5, -1, 0.2};
-    struct test_reply reply = test_post(API_OP_MODES, body);
+    OWN(test_reply, free) reply = test_post(API_OP_MODES, body);
     double gap = 0;
     for (int i = 0; i < 4; i++) {
         double angle = 0, velocity = 0;
@@ -158,7 +151,6 @@ TEST(amplitudes_and_phases_rebuild_the_start) {
                       "{" DOUBLE ",\"initial\":{\"mode\":2,\"amplitude\":0.2},\"vectors\":false,"
                       "\"select\":{\"fastest\":1}}");
     CHECK(gap_of(&reply, "/amplitude", 1, (double[]){0.2 / sqrt(2)}) < 1e-14);
-    test_reply_free(&reply);
 }
 
 /* the residual of A v = lambda v, lambda = omega^2 - growth^2, relative to the size of its terms;
@@ -188,7 +180,7 @@ static double equilibrium_residual(const struct test_reply *reply, int n, int *g
 }
 
 TEST(modes_about_standing_arms_grow_and_swing) {
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_MODES,
                   "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"include\":[\"A\"]}");
     CHECK_INT(reply.status, 200);
@@ -217,13 +209,12 @@ TEST(modes_about_standing_arms_grow_and_swing) {
     reply = test_post(API_OP_MODES, "{" DOUBLE ",\"about\":[\"down\",\"down\"]}");
     CHECK_INT(test_reply_count(&reply, "/period"), 2);
     CHECK_INT(test_reply_count(&reply, "/growth"), -1);
-    test_reply_free(&reply);
 }
 
 TEST(a_start_about_standing_arms_rises_falls_and_swings) {
     /* angles from the equilibrium: arms 1 and 3 stand at theta = pi */
     static const double theta[] = {0.1, -0.2, 0.3, 0.05}, rate[] = {1, 0.5, -1, 0.2};
-    struct test_reply reply =
+    OWN(test_reply, free) reply =
         test_post(API_OP_MODES,
                   "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"initial\":{\"theta\":["
                   "3.241592653589793,-0.2,-2.841592653589793,0.05],\"thetad\":[1,0.5,-1,0.2]}}");
@@ -246,7 +237,6 @@ TEST(a_start_about_standing_arms_rises_falls_and_swings) {
         gap = fmax(gap, fmax(fabs(angle - theta[i]), fabs(velocity - rate[i])));
     }
     CHECK_RESIDUAL(gap, 1e-13, "the start about standing arms as a sum of modes");
-    test_reply_free(&reply);
 }
 
 TEST(modes_are_rows_of_a_table_in_other_representations) {
@@ -282,11 +272,10 @@ TEST(modes_are_rows_of_a_table_in_other_representations) {
             API_OP_MODES, "{" DOUBLE ",\"select\":{\"from\":99,\"to\":100}}", types[i], NULL);
         CHECK_INT(none.status, 200);
         test_reply_free(&none);
-        struct test_reply refused =
+        OWN(test_reply, free) refused =
             test_post_as(API_OP_MODES, "{" DOUBLE ",\"include\":[\"A\"]}", types[i], NULL);
         CHECK(test_reply_has_fault(&refused, "/include",
                                    "matrices are returned only in application/json"));
-        test_reply_free(&refused);
     }
 }
 
@@ -295,17 +284,15 @@ TEST(a_multiple_frequency_that_is_cut_keeps_its_basis) {
         "{\"pendulum\":{\"length\":[1,1,1,1,1],\"mass\":[1,1,1,1,1],\"parent\":[0,1,1,1,1]}";
     char body[300];
     snprintf(body, sizeof body, "%s}", star);
-    struct test_reply all = test_post(API_OP_MODES, body);
+    OWN(test_reply, free) all = test_post(API_OP_MODES, body);
     for (int count = 1; count <= 5; count++) {
         snprintf(body, sizeof body, "%s,\"select\":{\"slowest\":%d}}", star, count);
-        struct test_reply some = test_post(API_OP_MODES, body);
+        OWN(test_reply, free) some = test_post(API_OP_MODES, body);
         for (int k = 0; k < count; k++)
             for (int i = 0; i < 5; i++)
                 CHECK(fabs(matrix_at(&some, "vectors", k, i) - matrix_at(&all, "vectors", k, i)) <
                       1e-14);
-        test_reply_free(&some);
     }
-    test_reply_free(&all);
 }
 
 /* a request for a tree of `n` different arms, three per joint */
@@ -333,9 +320,9 @@ static void body_of(struct api_buffer *body, int n, const char *more) {
 static double ticking(void *context) { return *(double *)context += 1e-3; }
 
 TEST(a_search_comes_back_every_turn) {
-    struct api_call *call = NULL;
+    OWN(api_call, free) *call = NULL;
     struct api_limits limits;
-    struct api_buffer out, body;
+    OWN(api_buffer, clear) out, body;
     double time = 0;
     int runs = 0;
     api_limits_init(&limits);
@@ -361,17 +348,14 @@ TEST(a_search_comes_back_every_turn) {
     for (int i = 0; i < 3; i++) CHECK_INT(api_call_run(call, &out), API_MORE);
     CHECK_INT(api_call_stop(call, 503, "stopped", &out), API_DONE);
     CHECK_INT(api_call_answer(call).status, 503);
-    api_call_free(&call);
-    api_buffer_clear(&out);
-    api_buffer_clear(&body);
 }
 
 TEST(all_modes_of_a_thousand_arms_are_the_same_in_json_and_in_doubles) {
     enum { N = 1000, COLUMNS = 4 + N };
-    struct api_buffer body;
+    OWN(api_buffer, clear) body;
     body_of(&body, N, "");
-    struct test_reply json = test_post(API_OP_MODES, body.data);
-    struct test_reply octets =
+    OWN(test_reply, free) json = test_post(API_OP_MODES, body.data);
+    OWN(test_reply, free) octets =
         test_post_as(API_OP_MODES, body.data, "application/octet-stream", NULL);
     CHECK_INT(json.status, 200);
     CHECK_INT(octets.status, 200);
@@ -385,18 +369,15 @@ TEST(all_modes_of_a_thousand_arms_are_the_same_in_json_and_in_doubles) {
         CHECK(row[0] == k + 1 && row[1] == test_reply_number(&json, pointer));
         for (int i = 0; i < N; i += 41) CHECK(row[4 + i] == matrix_at(&json, "vectors", k, i));
     }
-    test_reply_free(&json);
-    test_reply_free(&octets);
-    api_buffer_clear(&body);
 }
 
 TEST(too_much_names_the_way_out) {
     struct api_limits limits;
-    struct api_buffer body;
+    OWN(api_buffer, clear) body;
     body_of(&body, 200, "");
     api_limits_init(&limits);
     limits.answer_bytes = 600000;
-    struct test_reply reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
+    OWN(test_reply, free) reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
     CHECK(test_reply_has_fault(
         &reply, "", "fewer modes by \"select\", or only the frequencies by \"vectors\": false"));
     CHECK(test_reply_has_fault(&reply, "", "application/octet-stream"));
@@ -414,8 +395,6 @@ TEST(too_much_names_the_way_out) {
         &reply, "/pendulum",
         "at most 100 arms (the limit max-mode-arms) for all modes, and at most 50 modes of 200 "
         "arms; got 200 modes"));
-    test_reply_free(&reply);
-    api_buffer_clear(&body);
 }
 
 /* each is refused with a reason, whatever is requested, and is no error of the server */
@@ -435,24 +414,22 @@ TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         char body[256];
         snprintf(body, sizeof body, "{\"pendulum\":{%s}}", bad[i]);
-        struct test_reply reply = test_post(API_OP_MODES, body);
+        OWN(test_reply, free) reply = test_post(API_OP_MODES, body);
         CHECK_INT(reply.status, 422);
         CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, "differ too much", 15) != NULL, "%s",
                      bad[i]);
-        test_reply_free(&reply);
     }
     /* extreme, but still possible */
-    struct test_reply good = test_post(
+    OWN(test_reply, free) good = test_post(
         API_OP_MODES, "{\"pendulum\":{\"length\":[1e100,1e-100],\"mass\":[1,1],\"parent\":[0,1]}}");
     CHECK_INT(good.status, 200);
-    test_reply_free(&good);
 }
 
 TEST(limits_of_modes_are_named) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;
-    struct test_reply reply = test_post_as(API_OP_MODES, "{" DOUBLE "}", NULL, &limits);
+    OWN(test_reply, free) reply = test_post_as(API_OP_MODES, "{" DOUBLE "}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/pendulum", "(the limit max-mode-arms)"));
     test_reply_free(&reply);
     reply = test_post_as(API_OP_MODES, "{" DOUBLE ",\"select\":{\"slowest\":1}}", NULL, &limits);
@@ -471,7 +448,6 @@ TEST(limits_of_modes_are_named) {
     limits.answer_bytes = 1100;
     reply = test_post_as(API_OP_MODES, "{" DOUBLE "}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "", "more than the limit max-answer-bytes of 1100"));
-    test_reply_free(&reply);
 }
 
 /* all kinds of answers have the same name and sign, and say whether the equilibrium is stable */
@@ -499,8 +475,8 @@ TEST(modes_say_whether_they_grow_and_where_they_are_another_motions) {
     for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
         char body[400];
         snprintf(body, sizeof body, "{\"pendulum\":{%s}", some[i].body);
-        struct test_reply reply = test_post(API_OP_MODES, body);
-        struct test_reply table = test_post_as(API_OP_MODES, body, "text/csv", NULL);
+        OWN(test_reply, free) reply = test_post(API_OP_MODES, body);
+        OWN(test_reply, free) table = test_post_as(API_OP_MODES, body, "text/csv", NULL);
         REQUIRE(reply.status == 200 && table.status == 200);
         CHECK(test_reply_number(&reply, "/stats/stable") == some[i].stable);
         CHECK_INT(test_reply_count(&reply, "/warnings"), some[i].word ? 1 : -1);
@@ -516,8 +492,6 @@ TEST(modes_say_whether_they_grow_and_where_they_are_another_motions) {
                          "%s grows by %.17g", some[i].body, growth);
         if (test_reply_count(&reply, "/decay") > 0)
             CHECK(growth == 0 - test_reply_number(&reply, "/decay/0"));
-        test_reply_free(&table);
-        test_reply_free(&reply);
     }
 }
 
@@ -529,12 +503,11 @@ TEST(modes_of_a_real_pendulum_have_decay_and_complex_shapes) {
     CHECK(fabs(test_reply_number(&rod, "/omega/0") - sqrt(1.5 * 9.81 / 0.9)) < 1e-14 * 4);
     CHECK(test_reply_number(&rod, "/decay/0") == 0);
     test_reply_free(&rod);
-    struct test_reply two =
+    OWN(test_reply, free) two =
         test_post(API_OP_MODES, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1],"
                                 "\"damping\":[0.1,0.2],\"stiffness\":[1,2],\"rest\":[0.3,0.1]}}");
     CHECK_INT(two.status, 200);
     CHECK_INT(test_reply_count(&two, "/vectors/im"), 2);
     CHECK(test_reply_number(&two, "/decay/1") > 0 && test_reply_number(&two, "/omega/1") > 0);
     CHECK(test_reply_number(&two, "/equilibrium/0") > -1.5707);
-    test_reply_free(&two);
 }

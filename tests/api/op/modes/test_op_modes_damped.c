@@ -32,7 +32,7 @@ static struct test_reply chain(int n, double friction, double drag) {
 TEST(modes_of_many_arms_with_drag_per_mass_decay_alike) {
     enum { N = 120 };
     static const double zero = 2.404825557695773; /* of J_0, the first */
-    struct test_reply reply = chain(N, 0, 0.25);
+    OWN(test_reply, free) reply = chain(N, 0, 0.25);
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/omega"), N);
     double off = 0;
@@ -45,18 +45,16 @@ TEST(modes_of_many_arms_with_drag_per_mass_decay_alike) {
     // a hanging rope of length n with gravity n: omega = zero / 2
     double omega = hypot(test_reply_number(&reply, "/omega/0"), 0.25);
     CHECK_SAYING(fabs(omega / (zero / 2) - 1) < 0.01, "%g", omega);
-    test_reply_free(&reply);
 }
 
 TEST(modes_of_more_than_a_thousand_damped_arms_are_refused) {
-    struct test_reply reply = chain(1001, 0.1, 0);
+    OWN(test_reply, free) reply = chain(1001, 0.1, 0);
     CHECK_INT(reply.status, 422);
     CHECK(test_reply_has_fault(&reply, "/pendulum", "at most 1000, or 2000 without friction"));
-    test_reply_free(&reply);
 }
 
 TEST(the_matrices_of_a_cart_with_an_upright_arm_are_the_textbooks) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_MODES, "{\"pendulum\":{\"length\":[0.5],\"mass\":[2],\"parent\":[0],\"gravity\":10,"
                       "\"damping\":[0.1],\"pivot\":{\"cart\":{\"mass\":3,\"damping\":1}}},"
                       "\"about\":[\"up\"],\"include\":[\"A\",\"M\",\"B\",\"C\",\"K\",\"S\"]}");
@@ -74,5 +72,4 @@ TEST(the_matrices_of_a_cart_with_an_upright_arm_are_the_textbooks) {
             snprintf(pointer, sizeof pointer, "%s/%d", rows[i].row, j);
             CHECK(fabs(test_reply_number(&reply, pointer) - rows[i].want[j]) < 1e-13);
         }
-    test_reply_free(&reply);
 }

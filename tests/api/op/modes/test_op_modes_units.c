@@ -174,19 +174,17 @@ TEST(law_answers_do_not_depend_on_the_units_of_length_mass_and_time) {
         const struct law *law = &laws[i];
         char body[2000];
         write_request(law->request, &metres, body, sizeof body);
-        struct test_reply want = test_post(law->op, body);
+        OWN(test_reply, free) want = test_post(law->op, body);
         CHECK_SAYING(want.status == 200, "%d for %s", want.status, body);
         for (size_t j = 0; j < sizeof all / sizeof *all; j++) {
             write_request(law->request, &all[j], body, sizeof body);
-            struct test_reply got = test_post(law->op, body);
+            OWN(test_reply, free) got = test_post(law->op, body);
             CHECK_SAYING(got.status == 200, "%d for %s", got.status, body);
             for (const struct number *number = law->number; number->pointer; number++) {
                 double gap = law_gap(&got, &want, number, power(&all[j], number->by));
                 CHECK_SAYING(gap <= law->most, "%s of %s: a gap of %g", number->pointer, body, gap);
             }
-            test_reply_free(&got);
         }
-        test_reply_free(&want);
     }
 }
 
@@ -194,9 +192,9 @@ TEST(law_answers_do_not_depend_on_the_units_of_length_mass_and_time) {
 TEST(law_a_start_in_a_mode_on_a_cart_has_its_amplitude) {
     char body[2000];
     write_request(laws[4].request, &(struct units){0, 0, 0}, body, sizeof body);
-    struct test_reply start = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) start = test_post(API_OP_TRAJECTORIES, body);
     write_request(laws[0].request, &(struct units){0, 0, 0}, body, sizeof body);
-    struct test_reply modes = test_post(API_OP_MODES, body);
+    OWN(test_reply, free) modes = test_post(API_OP_MODES, body);
     double most = 0, hanging = 2 * atan(1);
     for (int k = 0; k < 2; k++) {
         char theta[32], rest[32];
@@ -206,6 +204,4 @@ TEST(law_a_start_in_a_mode_on_a_cart_has_its_amplitude) {
                                test_reply_number(&modes, rest)));
     }
     CHECK_SAYING(fabs(most - 0.1) < 1e-14, "an amplitude of %.17g, not 0.1", most);
-    test_reply_free(&start);
-    test_reply_free(&modes);
 }

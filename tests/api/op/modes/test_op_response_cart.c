@@ -51,7 +51,7 @@ TEST(response_on_a_cart_is_that_of_its_two_equations) {
         char body[800];
         snprintf(body, sizeof body, "{" CART "%s,\"output\":[\"phi\",\"cart\"],\"poles\":true}",
                  cases[i].more);
-        struct test_reply reply = test_post(API_OP_RESPONSE, body);
+        OWN(test_reply, free) reply = test_post(API_OP_RESPONSE, body);
         CHECK_INT(reply.status, 200);
         CHECK_INT(test_reply_count(&reply, "/omega"), cases[i].rows);
         for (int j = 0; j < cases[i].rows; j++) {
@@ -64,17 +64,15 @@ TEST(response_on_a_cart_is_that_of_its_two_equations) {
                        "where the cart rests");
         CHECK_INT(test_reply_count(&reply, "/equilibrium"), 1);
         CHECK_INT(test_reply_count(&reply, "/poles/decay"), 2);
-        test_reply_free(&reply);
     }
     CHECK_RESIDUAL(gap, 1e-14, "the cart and the arm, over the force");
 }
 
 TEST(response_on_a_cart_has_its_columns_and_refuses_a_shaken_pivot) {
-    struct test_reply reply = test_post_as(
+    OWN(test_reply, free) reply = test_post_as(
         API_OP_RESPONSE, "{" TEST_CART_TREE ",\"output\":[\"cart\",\"phi\"]}", "text/csv", NULL);
     CHECK(!strncmp(reply.out.data, "omega,frequency,phi_amplitude_1,", 32));
     CHECK(strstr(reply.out.data,
                  ",phi_phase_3,cart_amplitude,cart_phase,equilibrium_1,equilibrium_2,equilibrium_3,"
                  "cart_equilibrium\n3,") != NULL);
-    test_reply_free(&reply);
 }

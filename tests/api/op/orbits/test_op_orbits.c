@@ -16,8 +16,8 @@
     "\"torque\":[{\"harmonics\":[{\"amplitude\":0.1,\"omega\":0.5}]}]}"
 
 TEST(orbits_of_a_mode_are_answered_one_or_all) {
-    struct test_reply one = test_post(API_OP_ORBITS, "{" TWO ",\"mode\":2,\"amplitude\":1}");
-    struct test_reply all =
+    OWN(test_reply, free) one = test_post(API_OP_ORBITS, "{" TWO ",\"mode\":2,\"amplitude\":1}");
+    OWN(test_reply, free) all =
         test_post(API_OP_ORBITS, "{" TWO ",\"mode\":2,\"amplitude\":57.29577951308232,\"unit\":"
                                  "\"deg\",\"branch\":true}");
     CHECK_INT(one.status, 200);
@@ -34,37 +34,34 @@ TEST(orbits_of_a_mode_are_answered_one_or_all) {
     CHECK_TEXT(test_reply_text(&one, "/end"), "reached");
     CHECK_TEXT(test_reply_text(&all, "/end"), "reached");
     CHECK(test_reply_count(&one, "/warnings") < 1);
-    test_reply_free(&all);
-    test_reply_free(&one);
 }
 
 /* the orbit's start, posted as a trajectory, repeats after the period */
 TEST(orbits_come_back_as_trajectories_do_in_the_callers_order) {
     char body[600];
-    struct test_reply orbit = test_post(API_OP_ORBITS, "{" TURNED ",\"mode\":1,\"amplitude\":1.5}");
+    OWN(test_reply, free) orbit =
+        test_post(API_OP_ORBITS, "{" TURNED ",\"mode\":1,\"amplitude\":1.5}");
     CHECK_INT(orbit.status, 200);
     double period = test_reply_number(&orbit, "/period/0"), phi[2];
     for (int k = 0; k < 2; k++) phi[k] = test_reply_number(&orbit, k ? "/phi/0/1" : "/phi/0/0");
     snprintf(body, sizeof body,
              "{" TURNED ",\"initial\":{\"phi\":[%.17g,%.17g]},\"times\":[0,%.17g]}", phi[0], phi[1],
              period);
-    struct test_reply motion = test_post(API_OP_TRAJECTORIES, body);
+    OWN(test_reply, free) motion = test_post(API_OP_TRAJECTORIES, body);
     CHECK_INT(motion.status, 200);
     CHECK(fabs(test_reply_number(&motion, "/phi/1/0") - phi[0]) < 1e-9);
     CHECK(fabs(test_reply_number(&motion, "/phi/1/1") - phi[1]) < 1e-9);
     CHECK(fabs(test_reply_number(&motion, "/phid/1/0")) < 1e-9);
     CHECK(fabs(phi[0] - phi[1]) > 0.01);
-    test_reply_free(&motion);
-    test_reply_free(&orbit);
 }
 
 TEST(orbits_of_a_driven_pendulum_follow_what_varies) {
-    struct test_reply omega = test_post(
+    OWN(test_reply, free) omega = test_post(
         API_OP_ORBITS, "{" DRIVEN ",\"branch\":{\"vary\":\"omega\",\"to\":0.6},\"digits\":9}");
-    struct test_reply torque =
+    OWN(test_reply, free) torque =
         test_post(API_OP_ORBITS, "{" DRIVEN ",\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,"
                                  "\"to\":0.2},\"step\":0.5,\"settle\":3}");
-    struct test_reply alone = test_post(API_OP_ORBITS, "{" DRIVEN "}");
+    OWN(test_reply, free) alone = test_post(API_OP_ORBITS, "{" DRIVEN "}");
     CHECK_INT(omega.status, 200);
     CHECK_INT(torque.status, 200);
     CHECK_INT(alone.status, 200);
@@ -76,9 +73,6 @@ TEST(orbits_of_a_driven_pendulum_follow_what_varies) {
     snprintf(last, sizeof last, "/value/%d", rows - 1);
     CHECK(rows > 2 && fabs(test_reply_number(&torque, last) - 0.2) < 1e-14);
     CHECK(test_reply_number(&torque, "/value/0") == 0.1);
-    test_reply_free(&alone);
-    test_reply_free(&torque);
-    test_reply_free(&omega);
 }
 
 #define CASCADE                                                                                    \
@@ -87,9 +81,9 @@ TEST(orbits_of_a_driven_pendulum_follow_what_varies) {
     "\"settle\":50,\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,\"to\":1.08}"
 
 TEST(orbits_switch_to_the_branch_that_begins_at_a_bifurcation) {
-    struct test_reply once = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1]}");
-    struct test_reply twice = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1,1]}");
-    struct test_reply swing = test_post(
+    OWN(test_reply, free) once = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1]}");
+    OWN(test_reply, free) twice = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1,1]}");
+    OWN(test_reply, free) swing = test_post(
         API_OP_ORBITS, "{" TWO ",\"mode\":2,\"amplitude\":2,\"branch\":true,\"switch\":[-1]}");
     CHECK_INT(once.status, 200);
     CHECK_INT(twice.status, 200);
@@ -106,17 +100,14 @@ TEST(orbits_switch_to_the_branch_that_begins_at_a_bifurcation) {
           test_reply_number(&swing, "/bifurcations/0/energy"));
     CHECK(fabs(test_reply_number(&swing, "/phid/0/0")) > 1e-4 ||
           fabs(test_reply_number(&swing, "/phid/0/1")) > 1e-4);
-    test_reply_free(&swing);
-    test_reply_free(&twice);
-    test_reply_free(&once);
 }
 
 /* the same numbers as in the list of bifurcations */
 TEST(orbits_have_their_bifurcations_as_rows) {
-    struct test_reply list = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1]}");
-    struct test_reply rows =
+    OWN(test_reply, free) list = test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1]}");
+    OWN(test_reply, free) rows =
         test_post(API_OP_ORBITS, "{" CASCADE ",\"switch\":[1],\"rows\":\"bifurcations\"}");
-    struct test_reply none =
+    OWN(test_reply, free) none =
         test_post(API_OP_ORBITS, "{" TWO ",\"mode\":1,\"amplitude\":0.1,\"branch\":true,\"rows\":"
                                  "\"bifurcations\"}");
     CHECK_INT(list.status, 200);
@@ -138,9 +129,6 @@ TEST(orbits_have_their_bifurcations_as_rows) {
     }
     CHECK(test_reply_number(&rows, "/kind/0") == 3 && test_reply_number(&rows, "/kind/1") == 4);
     CHECK(test_reply_number(&rows, "/stats/orbits") == test_reply_number(&list, "/stats/orbits"));
-    test_reply_free(&none);
-    test_reply_free(&rows);
-    test_reply_free(&list);
 }
 
 TEST(orbits_say_in_words_how_they_ended) {
@@ -158,18 +146,17 @@ TEST(orbits_say_in_words_how_they_ended) {
          "apart"},
     };
     for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
-        struct test_reply reply = test_post(API_OP_ORBITS, some[i].body);
+        OWN(test_reply, free) reply = test_post(API_OP_ORBITS, some[i].body);
         CHECK_INT(reply.status, 200);
         if (some[i].end) CHECK_TEXT(test_reply_text(&reply, "/end"), some[i].end);
         CHECK(strcmp(test_reply_text(&reply, "/end"), "reached") != 0);
         CHECK_INT(test_reply_count(&reply, "/warnings"), 1);
         CHECK(strlen(test_reply_text(&reply, "/message")) > 40);
-        test_reply_free(&reply);
     }
 }
 
 TEST(orbits_say_which_others_they_meet_where_their_branch_turns_back) {
-    struct test_reply reply = test_post(
+    OWN(test_reply, free) reply = test_post(
         API_OP_ORBITS,
         "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"
         "\"torque\":[{\"harmonics\":[{\"amplitude\":1.02,\"omega\":0.6666666666666666}]}]},"
@@ -179,7 +166,6 @@ TEST(orbits_say_which_others_they_meet_where_their_branch_turns_back) {
     CHECK_TEXT(test_reply_text(&reply, "/end"), "back");
     CHECK_TEXT(test_reply_text(&reply, "/bifurcations/0/kind"), "symmetry");
     CHECK(strstr(test_reply_text(&reply, "/message"), "their own mirror images") != NULL);
-    test_reply_free(&reply);
 }
 
 /* chains of arms of 1 m and 1 kg; s that their orbits took on the notebook's machine */
@@ -206,7 +192,7 @@ TEST(orbits_are_estimated_within_a_factor_of_six_of_what_was_measured) {
     for (size_t i = 0; i < sizeof measured / sizeof *measured; i++) {
         char body[1200], *at = body + sprintf(body, "{\"pendulum\":{\"length\":[1");
         struct api_limits limits;
-        struct api_call *call;
+        OWN(api_call, free) *call;
         api_limits_init(&limits);
         for (int k = 1; k < measured[i].arms; k++) at += sprintf(at, ",1");
         at += sprintf(at, "],\"mass\":[1");
@@ -219,15 +205,13 @@ TEST(orbits_are_estimated_within_a_factor_of_six_of_what_was_measured) {
                                       .content_type = "application/json",
                                       .body = body,
                                       .body_bytes = (size_t)(at - body)};
-        struct api_buffer out;
+        OWN(api_buffer, clear) out;
         api_buffer_init(&out, 1 << 20);
         REQUIRE(api_call_new(&call, &limits) == PEND_OK);
         CHECK_INT(api_call_open(call, &request, &out), API_MORE);
         double ratio = api_call_cost(call) / measured[i].seconds;
         CHECK_SAYING(ratio > 1.0 / 6 && ratio < 6, "%d arms: %g of what was measured",
                      measured[i].arms, ratio);
-        api_call_free(&call);
-        api_buffer_clear(&out);
     }
 }
 
@@ -247,10 +231,9 @@ TEST(orbits_come_as_tables_too) {
         {"application/octet-stream", ""},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        struct test_reply reply = test_post_as(API_OP_ORBITS, body, rows[i].accept, NULL);
+        OWN(test_reply, free) reply = test_post_as(API_OP_ORBITS, body, rows[i].accept, NULL);
         CHECK_INT(reply.status, 200);
         CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, rows[i].text, strlen(rows[i].text)),
                      "%s lacks %s: %.300s", rows[i].accept, rows[i].text, reply.out.data);
-        test_reply_free(&reply);
     }
 }

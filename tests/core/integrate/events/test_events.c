@@ -62,7 +62,7 @@ TEST(events_are_where_32_digits_have_them) {
     double worst = 0;
     long hits = 0;
     for (int i = 0; i < runs; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
         struct test_record grid;
         struct pend_event event[CONDITIONS];
@@ -74,7 +74,6 @@ TEST(events_are_where_32_digits_have_them) {
         hits += found.count;
         test_record_clear(&grid);
         if (i % 2) test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK(hits > runs);
     CHECK_RESIDUAL(worst, 1e-12, "quantities at their events, in 32 digits");
@@ -87,7 +86,7 @@ TEST(events_that_graze_are_found_in_pairs_or_not_at_all) {
     unsigned long long seed = 2;
     int pairs = 0;
     for (int i = 0; i < 30; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, TEST_TREE_CHAIN, 2, 0.3, &seed);
         struct pend_event rest = {PEND_QUANTITY_RATE,          1,    0, 0, 0,
                                   PEND_WAY_UP | PEND_WAY_DOWN, MOST, 0};
@@ -110,7 +109,6 @@ TEST(events_that_graze_are_found_in_pairs_or_not_at_all) {
             CHECK_SAYING(passed[1] == 0 && passed[0] == 2, "%d and %d passages at an extreme",
                          passed[0], passed[1]);
         }
-        test_tree_clear(&t);
     }
     CHECK(pairs > 30);
 }
@@ -122,7 +120,7 @@ TEST(events_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
     static struct test_passages found;
     double worst = 0;
     for (int i = 0; i < runs; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
         struct test_record grid;
         struct pend_event event[CONDITIONS];
@@ -139,7 +137,6 @@ TEST(events_that_graze_in_any_quantity_come_in_pairs_or_not_at_all) {
         }
         test_record_clear(&grid);
         if (i % 2) test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_SAYING(grazing > 2 * runs, "%d extremes of %d pendulums", grazing, runs);
     CHECK_RESIDUAL(worst, asked ? 3e-13 : 1e-13,
@@ -150,7 +147,7 @@ TEST(events_that_are_simultaneous_are_all_told_in_the_order_of_the_conditions) {
     enum { ALIKE = 5 };
     static struct test_passages found, alone;
     unsigned long long seed = 3;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_random(&t, TEST_TREE_CHAIN, 3, 0.3, &seed);
     struct pend_event event[ALIKE];
     for (int i = 0; i < ALIKE; i++)
@@ -173,7 +170,6 @@ TEST(events_that_are_simultaneous_are_all_told_in_the_order_of_the_conditions) {
         CHECK_INT(found.hit[i].event, round ? (i - 5) % 4 : i);
         CHECK(!memcmp(found.phi[i], alone.phi[round], sizeof found.phi[i][0] * 3));
     }
-    test_tree_clear(&t);
 }
 
 TEST(events_of_a_bound_go_out_and_in_on_both_sides_and_may_end_the_motion) {
@@ -253,8 +249,8 @@ TEST(events_are_none_while_a_quantity_stays_where_it_began) {
 
 TEST(events_that_make_no_sense_are_refused_and_memory_may_be_short) {
     unsigned long long seed = 5;
-    struct test_tree t;
-    struct pend_events *events;
+    OWN(test_tree, clear) t;
+    OWN(pend_events, free) *events;
     struct pend_error error;
     test_tree_random(&t, TEST_TREE_CHAIN, 3, 0.3, &seed);
     struct pend_event event = {PEND_QUANTITY_ENERGY, 0, 0, 1, 0, PEND_WAY_UP, 1, 0}, bad = event;
@@ -277,8 +273,6 @@ TEST(events_that_make_no_sense_are_refused_and_memory_may_be_short) {
         CHECK(status == PEND_NO_MEMORY && !events);
     }
     CHECK_INT(failed, 2);
-    pend_events_free(&events);
-    test_tree_clear(&t);
 }
 
 enum { MANY = 12 };
@@ -311,7 +305,7 @@ TEST(events_of_forces_keep_their_digits_where_masses_are_unlike) {
     double worst = 0;
     long hits = 0;
     for (int i = 0; i < 60; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct test_bodies b = {.loads = *TEST_LOADS(9.81)};
         double acc[MANY], force[MANY];
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), MANY, 6, &seed);
@@ -327,7 +321,6 @@ TEST(events_of_forces_keep_their_digits_where_masses_are_unlike) {
         }
         free(work);
         if (i % 4 == 3) test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_SAYING(hits > 200, "%ld passages", hits);
     CHECK_RESIDUAL(worst, 2e-13, "forces at their events, of the largest");

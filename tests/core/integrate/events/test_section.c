@@ -76,8 +76,8 @@ TEST(section_finds_as_many_passages_as_a_fine_look_at_the_motion) {
     for (int n = 1; n <= ARMS; n++)
         for (unsigned long long seed = 1; seed <= 5; seed++) {
             static struct search up, down, both;
-            struct test_tree t;
-            struct test_record record;
+            OWN(test_tree, clear) t;
+            OWN(test_record, clear) record;
             tree_of(&t, n, seed);
             int arm = (int)(seed % (unsigned)n), ups = 0, downs = 0, caller = t.tree->order[arm];
             double angle = -1.5 + 0.3 * (double)seed;
@@ -104,8 +104,6 @@ TEST(section_finds_as_many_passages_as_a_fine_look_at_the_motion) {
             for (int i = 0; i < down.count; i++)
                 CHECK(down.passage[i].way == PEND_WAY_DOWN && down.rate[i][arm] <= 0);
             all += both.count;
-            test_record_clear(&record);
-            test_tree_clear(&t);
         }
     CHECK_SAYING(all > 100, "%ld in all", all);
 }
@@ -115,7 +113,7 @@ TEST(section_passages_are_found_to_rounding) {
     double off = 0, gap = 0;
     for (unsigned long long seed = 1; seed <= 10; seed++) {
         static struct search both;
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         struct test_record record;
         double times[MOST];
         tree_of(&t, 3, seed);
@@ -147,7 +145,6 @@ TEST(section_passages_are_found_to_rounding) {
                                          both.phi[i][k]));
             test_record_clear(&record);
         }
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(off, 2e-14, "distance from the section");
     CHECK_SAYING(gap <= 1e-9, "the states are off by %g", gap);
@@ -161,7 +158,7 @@ TEST(section_passages_that_graze_are_found_and_those_that_miss_are_not) {
     unsigned long long seed = 1;
     for (int i = 0; i < 4; i++) {
         static struct search below, beyond;
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_init(&t, 1, parent, 0, &seed);
         t.length[0] = t.mass[0] = 1;
         test_tree_rebuild(&t);
@@ -179,7 +176,6 @@ TEST(section_passages_that_graze_are_found_and_those_that_miss_are_not) {
         problem.angle = 1 + hair[i] - M_PI_2;
         search(&beyond, &problem, 1000);
         CHECK_INT(beyond.count, 0);
-        test_tree_clear(&t);
     }
 }
 
@@ -200,7 +196,7 @@ TEST(section_in_which_a_motion_starts_is_not_passed_by_that) {
 
 TEST(section_whole_turns_do_not_matter) {
     static struct search plain, turned;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tree_of(&t, 2, 3);
     struct pend_section_problem problem = section_of(&t, 10, 0, -0.5, PEND_WAY_UP);
     search(&plain, &problem, 1000);
@@ -210,11 +206,10 @@ TEST(section_whole_turns_do_not_matter) {
     CHECK_INT(turned.count, plain.count);
     for (int i = 0; i < plain.count && i < turned.count; i++)
         CHECK(fabs(turned.passage[i].time - plain.passage[i].time) < 1e-12);
-    test_tree_clear(&t);
 }
 
 TEST(sections_that_make_no_sense_are_refused) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     struct pend_section *section;
     struct pend_error error;
     tree_of(&t, 2, 3);
@@ -229,7 +224,6 @@ TEST(sections_that_make_no_sense_are_refused) {
     CHECK(pend_section_new(&section, &bad, &error) == PEND_INVALID && !section);
     bad = good, bad.angle = NAN;
     CHECK(pend_section_new(&section, &bad, &error) == PEND_INVALID && !section);
-    test_tree_clear(&t);
 }
 
 /* the passages of the motion in 32 digits agree with those found, for as long as these are reported
@@ -237,8 +231,8 @@ TEST(sections_that_make_no_sense_are_refused) {
 TEST(section_says_which_passages_hold) {
     int short_of = 0;
     for (int i = 0; i < 6; i++) {
-        struct test_tree t;
-        struct pend_section *section;
+        OWN(test_tree, clear) t;
+        OWN(pend_section, free) *section;
         struct pend_passage passage;
         enum pend_found what = PEND_FOUND_NOTHING;
         double phi[ARMS], rate[ARMS], exact[ARMS], fast = 0, lost = 0;
@@ -249,7 +243,7 @@ TEST(section_says_which_passages_hold) {
         while (what != PEND_FOUND_END) {
             REQUIRE(pend_section_next(section, 1000, &what, &passage, phi, rate, NULL) == PEND_OK);
             if (what != PEND_FOUND_PASSAGE || lost > 0) continue;
-            struct test_record record;
+            OWN(test_record, clear) record;
             const double list[] = {0, passage.time};
             const struct pend_problem motion = {.tree = t.tree,
                                                 .loads.gravity = 9.81,
@@ -261,15 +255,12 @@ TEST(section_says_which_passages_hold) {
             for (int k = 0; k < t.n; k++)
                 fast = fabs(exact[k] - phi[k]) > problem.accuracy ? 1 : fast;
             if (fast > 0) lost = passage.time;
-            test_record_clear(&record);
         }
         double held = pend_section_held(section);
         // passages are about a second apart
         CHECK_SAYING(lost ? held <= 1.1 * lost && held >= 0.6 * lost : held > 9,
                      "%d: held %g, lost %g", i, held, lost);
         short_of += held < 15;
-        pend_section_free(&section);
-        test_tree_clear(&t);
     }
     CHECK_SAYING(short_of >= 2, "%d", short_of);
 }

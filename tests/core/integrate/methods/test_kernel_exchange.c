@@ -88,16 +88,14 @@ TEST(exchange_at_nodes_is_the_integral_of_the_powers_series_in_every_instruction
     double worst = 0;
     int all = 0;
     for (int i = 0; i < 240; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         int n = i % 3 ? 1 + test_random_int(&seed, 8) : 9 + test_random_int(&seed, 31), taken;
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.3, &seed);
         test_bodies_random(&b, t.tree, terms[i / 3 % 6], &seed);
         double gap = gap_of(&t, &b, &taken);
         if (!(gap <= worst)) worst = gap;
         all += taken;
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_SAYING(all > 150, "%d pendulums at nodes", all);
     CHECK_RESIDUAL(worst, 1e-12, "work and heat at nodes");
@@ -108,8 +106,8 @@ static double quick_drift(int n, int rods, int drag, unsigned long long *seed) {
     unsigned char rows[PEND_TERM_ROWS] = {0}, ones[PEND_TERM_ONES] = {0};
     int drives[1] = {PEND_DRIVE_PIVOT_Y}, place[1], done = 0;
     double t[2], phi[2 * ARMS], value[2 * ARMS + 3];
-    struct test_tree tree;
-    struct pend_terms *terms;
+    OWN(test_tree, clear) tree;
+    OWN(pend_terms, free) *terms;
     test_tree_random(&tree, TEST_TREE_CHAIN, n, 0.1, seed);
     rows[PEND_TERM_ROD] = rods != 0, rows[PEND_TERM_DRAG] = drag != 0;
     if (!CHECK(pend_terms_new(&terms, n, rows, ones, 1, drives, place) == PEND_OK)) return NAN;
@@ -124,14 +122,10 @@ static double quick_drift(int n, int rods, int drag, unsigned long long *seed) {
                                          .times = {.count = 2, .span = 1, .divisor = 1},
                                          .rtol = 1e-12};
     struct pend_samples samples = {.cap = 2, .t = t, .phi = phi};
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     if (!CHECK(pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK)) return NAN;
     CHECK(pend_run_next(run, &samples, 1e12, &done, NULL) == PEND_OK && done);
-    double drift = pend_run_stats(run).energy_drift;
-    pend_run_free(&run);
-    pend_terms_free(&terms);
-    test_tree_clear(&tree);
-    return drift;
+    return pend_run_stats(run).energy_drift;
 }
 
 /* A product of two series to order 25 lost 5e-9 of the scale with a drive of 1000 rad/s. */
@@ -187,15 +181,13 @@ TEST(the_powers_of_a_general_pendulum_have_all_orders_of_a_product) {
     unsigned long long seed = 7;
     double worst = 0;
     for (int i = 0; i < 40; i++) {
-        struct test_tree t;
-        struct test_bodies b;
+        OWN(test_tree, clear) t;
+        OWN(test_bodies, clear) b;
         test_tree_random(&t, TEST_TREE_LIMBS, 2 + i % 11, 0.3, &seed);
         test_bodies_random(&b, t.tree, TEST_TERMS_CART | TEST_TERMS_RODS | TEST_TERMS_DAMPING,
                            &seed);
         double gap = product_gap(&t, &b);
         if (!(gap <= worst)) worst = gap;
-        test_bodies_clear(&b);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "heat as a product of series");
 }

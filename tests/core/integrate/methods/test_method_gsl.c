@@ -19,12 +19,12 @@ static const struct {
                  {"msadams", 1e-6, 1e-2, 1e-2, 1e-1}};
 
 TEST(gsl_methods_solve_the_papers_example) {
-    struct test_paper paper;
+    OWN(test_paper, clear) paper = {0};
     struct test_paper_row exact[TEST_PAPER_ROWS];
     REQUIRE(test_paper_read(exact));
     test_paper_init(&paper, 501);
     for (size_t i = 0; i < sizeof gsl_paper / sizeof *gsl_paper; i++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         paper.problem.rtol = gsl_paper[i].rtol;
         paper.problem.atol = gsl_paper[i].rtol / 100;
         test_record(&record, gsl_paper[i].method, &paper.problem);
@@ -33,9 +33,7 @@ TEST(gsl_methods_solve_the_papers_example) {
         CHECK_RESIDUAL(gap.phi, gsl_paper[i].phi, gsl_paper[i].method);
         CHECK_RESIDUAL(gap.rate, gsl_paper[i].rate, gsl_paper[i].method);
         CHECK_RESIDUAL(gap.force, gsl_paper[i].force, gsl_paper[i].method);
-        test_record_clear(&record);
     }
-    test_paper_clear(&paper);
 }
 
 /* instants so close that every step ends at one require their own steps, but no more: shortened
@@ -43,10 +41,10 @@ TEST(gsl_methods_solve_the_papers_example) {
 TEST(gsl_methods_keep_their_step_size_when_they_land) {
     static const char *const name[] = {"rkf45", "rk8pd", "msadams"};
     const double list[] = {0, 1, 1 + 1e-13, 1 + 2e-13, 2};
-    struct test_paper paper;
+    OWN(test_paper, clear) paper;
     test_paper_init(&paper, 2);
     for (int i = 0; i < 3; i++) {
-        struct test_record near, far;
+        OWN(test_record, clear) near, far;
         paper.problem.times = (struct pend_times){.count = 2, .span = 2, .divisor = 1};
         test_record(&far, name[i], &paper.problem);
         paper.problem.times = (struct pend_times){.count = 5, .list = list};
@@ -54,29 +52,24 @@ TEST(gsl_methods_keep_their_step_size_when_they_land) {
         CHECK_INT(near.status, PEND_OK);
         CHECK_SAYING(near.stats.steps <= far.stats.steps + far.stats.steps / 4,
                      "%s: %ld steps with, %ld without", name[i], near.stats.steps, far.stats.steps);
-        test_record_clear(&near);
-        test_record_clear(&far);
     }
-    test_paper_clear(&paper);
 }
 
 /* a step of one unit in the last place is possible too */
 TEST(gsl_methods_land_on_neighbouring_numbers) {
     static const char *const name[] = {"rkf45", "rk8pd", "msadams"};
     double list[20];
-    struct test_paper paper;
+    OWN(test_paper, clear) paper;
     list[0] = 0.1;
     for (int i = 1; i < 20; i++) list[i] = nextafter(list[i - 1], 1);
     test_paper_init(&paper, 2);
     paper.problem.times = (struct pend_times){.count = 20, .list = list};
     for (int i = 0; i < 3; i++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         test_record(&record, name[i], &paper.problem);
         CHECK_INT(record.status, PEND_OK);
         CHECK_INT(record.samples.count, 20);
-        test_record_clear(&record);
     }
-    test_paper_clear(&paper);
 }
 
 static int gsl_rest(double t, const double y[], double f[], void *context) {
@@ -93,19 +86,17 @@ TEST(gsl_errors_do_not_end_the_process) {
 
 TEST(gsl_methods_say_when_numbers_overflow) {
     static const char *const name[] = {"rkf45", "rk8pd", "msadams"};
-    struct test_paper paper;
+    OWN(test_paper, clear) paper;
     test_paper_init(&paper, 11);
     for (int i = 0; i < 4; i++) paper.rate[i] = 1e200;
     for (int i = 0; i < 3; i++) {
         double t[11];
         struct pend_samples samples = {.cap = 11, .t = t};
         struct pend_error error = {.text = ""};
-        struct pend_run *run;
+        OWN(pend_run, free) *run;
         int done;
         REQUIRE(pend_run_new(&run, pend_method_find(name[i]), &paper.problem, NULL) == PEND_OK);
         CHECK_INT(pend_run_next(run, &samples, INFINITY, &done, &error), PEND_NOT_FINITE);
         CHECK_TEXT(error.text, "at t = 0 s: the accelerations ceased to be finite");
-        pend_run_free(&run);
     }
-    test_paper_clear(&paper);
 }

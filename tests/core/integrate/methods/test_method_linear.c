@@ -48,8 +48,8 @@ static double residual(const struct test_record *record, const struct pend_tree 
 TEST(linear_solves_the_linearised_equation) {
     enum { ARMS = 12 };
     double a[ARMS * ARMS];
-    struct test_tree t;
-    struct test_record record;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) record;
     swing_init(&t, ARMS, 0.5, 1);
     struct pend_problem problem = swing_problem(&t, 20, 101);
     test_record(&record, "linear", &problem);
@@ -57,15 +57,13 @@ TEST(linear_solves_the_linearised_equation) {
     CHECK_INT(record.stats.steps, 1);
     test_quad_linearization(t.tree, GRAVITY, a, NULL);
     CHECK_RESIDUAL(residual(&record, t.tree, a), 5e-13, "theta'' + A theta");
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 /* rate and acc are the derivatives of phi: central differences of second order */
 TEST(linear_differentiates_its_own_motion) {
     enum { ARMS = 5, COUNT = 4001 };
-    struct test_tree t;
-    struct test_record record;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) record;
     swing_init(&t, ARMS, 0.5, 3);
     struct pend_problem problem = swing_problem(&t, 1, COUNT);
     test_record(&record, "linear", &problem);
@@ -80,8 +78,6 @@ TEST(linear_differentiates_its_own_motion) {
         }
     CHECK_RESIDUAL(rate_gap, 1e-4, "rate against differences of phi");
     CHECK_RESIDUAL(acc_gap, 1e-3, "acc against differences of rate");
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 /* the difference from the true motion is proportional to the cube of the amplitude */
@@ -89,8 +85,8 @@ TEST(linear_is_the_limit_of_small_swings) {
     enum { ARMS = 6 };
     double error[2];
     for (int i = 0; i < 2; i++) {
-        struct test_tree t;
-        struct test_record linear, full;
+        OWN(test_tree, clear) t;
+        OWN(test_record, clear) linear, full;
         swing_init(&t, ARMS, i ? 1e-4 : 1e-3, 5);
         struct pend_problem problem = swing_problem(&t, 3, 31);
         test_record(&linear, "linear", &problem);
@@ -99,9 +95,6 @@ TEST(linear_is_the_limit_of_small_swings) {
         test_record(&full, "rk8pd", &problem);
         CHECK_INT(full.status, PEND_OK);
         error[i] = test_record_gap(&linear, &full).phi;
-        test_record_clear(&linear);
-        test_record_clear(&full);
-        test_tree_clear(&t);
     }
     CHECK_RESIDUAL(error[1], 1e-10, "phi at amplitude 1e-4");
     CHECK_SAYING(error[0] / error[1] > 900 && error[0] / error[1] < 1100, "ratio %g",
@@ -111,8 +104,8 @@ TEST(linear_is_the_limit_of_small_swings) {
 /* the forces of the linear motion: hanging at rest each arm carries what hangs on it */
 TEST(linear_forces_follow_from_its_motion) {
     enum { ARMS = 5 };
-    struct test_tree t;
-    struct test_record record;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) record;
     swing_init(&t, ARMS, 0, 7);
     struct pend_problem problem = swing_problem(&t, 1, 3);
     test_record(&record, "linear", &problem);
@@ -124,15 +117,13 @@ TEST(linear_forces_follow_from_its_motion) {
                          fabs(record.samples.force[i * ARMS + t.tree->order[k]] + weight) / weight);
         }
     CHECK_RESIDUAL(worst, 1e-15, "force hanging at rest");
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 /* an arm after whole turns hangs as before */
 TEST(linear_swings_about_the_nearest_hanging_position) {
     enum { ARMS = 4 };
-    struct test_tree t;
-    struct test_record plain, turned;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) plain, turned;
     swing_init(&t, ARMS, 0.2, 11);
     struct pend_problem problem = swing_problem(&t, 1, 11);
     test_record(&plain, "linear", &problem);
@@ -146,17 +137,14 @@ TEST(linear_swings_about_the_nearest_hanging_position) {
                                  plain.samples.phi[i * ARMS + k]));
         }
     CHECK_RESIDUAL(gap, 1e-14, "phi but for whole turns");
-    test_record_clear(&plain);
-    test_record_clear(&turned);
-    test_tree_clear(&t);
 }
 
 /* a motion that starts in one mode stays in it and repeats after that mode's period */
 TEST(linear_repeats_after_the_period_of_a_mode) {
     enum { ARMS = 4 };
-    struct test_tree t;
-    struct test_record record;
-    struct pend_modes *modes;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) record = {0};
+    OWN(pend_modes, free) *modes;
     swing_init(&t, ARMS, 0, 9);
     REQUIRE(pend_modes_new(&modes, t.tree, TEST_LOADS(GRAVITY), 1, NULL) == PEND_OK);
     for (int k = 0; k < modes->count; k++)
@@ -172,7 +160,4 @@ TEST(linear_repeats_after_the_period_of_a_mode) {
     }
     CHECK_RESIDUAL(fmax(full, 1e-16), 1e-14, "phi after two periods");
     CHECK_RESIDUAL(fmax(half, 1e-16), 1e-14, "phi after one period");
-    test_record_clear(&record);
-    pend_modes_free(&modes);
-    test_tree_clear(&t);
 }

@@ -14,9 +14,9 @@ static const double matlab_end[8] = {-0.9410172426987587, -2.4566853708000975, 4
                                      -3.088956172845715,  4.640701477489687};
 
 TEST(ode23_is_matlabs_on_the_papers_example) {
-    struct test_paper paper;
+    OWN(test_paper, clear) paper = {0};
     struct test_paper_row exact[TEST_PAPER_ROWS];
-    struct test_record record;
+    OWN(test_record, clear) record = {0};
     REQUIRE(test_paper_read(exact));
     test_paper_init(&paper, 501);
     test_record(&record, "ode23", &paper.problem);
@@ -32,8 +32,6 @@ TEST(ode23_is_matlabs_on_the_papers_example) {
     }
     CHECK_RESIDUAL(gap, 2e-9, "state at t = 5 against the transcription");
     CHECK_SAYING(error > 0.1 && error < 0.3, "error at t = 5 is %g rad", error);
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }
 
 /* a record of the paper's example over the instants of a list */
@@ -46,24 +44,21 @@ static void record_list(struct test_record *record, struct test_paper *paper, co
 TEST(ode23_takes_the_same_steps_whatever_lies_in_between) {
     const double rough[] = {0, 0.01, 5},
                  fine[] = {0, 1e-7, 0.02, 0.5, 1.25, 1.2500001, 3, 4.999, 5};
-    struct test_paper paper;
-    struct test_record a, b;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) a, b;
     test_paper_init(&paper, 2);
     record_list(&a, &paper, rough, 3);
     record_list(&b, &paper, fine, 9);
     CHECK_INT(a.stats.evaluations, b.stats.evaluations);
     CHECK(!memcmp(a.samples.phi + 2 * 4, b.samples.phi + 8 * 4, sizeof(double[4])));
-    test_record_clear(&a);
-    test_record_clear(&b);
-    test_paper_clear(&paper);
 }
 
 /* MATLAB's first step depends on |y'| only: h = 0.8 rtol^(1/3) threshold / |phi''|, here 0.08 *
  * 1e-3 / (g / l_1) */
 TEST(ode23_begins_with_matlabs_first_step) {
     const double first = 0.08e-3 / (9.81 / 2), list[] = {0, first * 0.999999, first * 1.000001, 5};
-    struct test_paper paper;
-    struct pend_run *run;
+    OWN(test_paper, clear) paper;
+    OWN(pend_run, free) *run;
     double t[4], work = 0;
     int done;
     struct pend_samples samples = {.cap = 4, .t = t};
@@ -79,15 +74,13 @@ TEST(ode23_begins_with_matlabs_first_step) {
     CHECK_INT(pend_run_next(run, &samples, work, &done, NULL), PEND_OK);
     CHECK_INT(samples.count, 0);
     CHECK_INT(pend_run_stats(run).steps, 2);
-    pend_run_free(&run);
-    test_paper_clear(&paper);
 }
 
 /* No step is longer than a tenth of the time, as in MATLAB. Unlike in MATLAB, the first gap between
  * requested instants limits no step. */
 TEST(ode23_limits_its_steps_by_the_span_alone) {
-    struct test_paper paper;
-    struct test_record record;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) record;
     const double near[] = {0, 1e-9, 5};
     test_paper_init(&paper, 2);
     record_list(&record, &paper, near, 3);
@@ -100,8 +93,6 @@ TEST(ode23_limits_its_steps_by_the_span_alone) {
     CHECK_INT(record.status, PEND_OK);
     CHECK_INT(record.stats.steps, 10); /* the last one is lengthened by the rounding errors of the
                                         * others */
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }
 
 /* equally spaced instants inside one step lie on one cubic: fourth differences vanish, third do
@@ -109,8 +100,8 @@ TEST(ode23_limits_its_steps_by_the_span_alone) {
 TEST(ode23_interpolates_with_a_cubic) {
     enum { COUNT = 9 };
     double list[COUNT + 2], third = 0, fourth = 0;
-    struct test_paper paper;
-    struct test_record record;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) record;
     test_paper_init(&paper, 2);
     list[0] = 0;
     for (int i = 0; i < COUNT; i++) list[1 + i] = 1.0e-1 + i * 0.25e-3;
@@ -123,17 +114,13 @@ TEST(ode23_interpolates_with_a_cubic) {
     }
     CHECK(third > 1e-14);
     CHECK_RESIDUAL(fourth, 2e-15, "fourth differences");
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }
 
 TEST(ode23_meets_no_tolerance_where_numbers_overflow) {
-    struct test_paper paper;
-    struct test_record record;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) record;
     test_paper_init(&paper, 11);
     for (int i = 0; i < 4; i++) paper.rate[i] = 1e200;
     test_record(&record, "ode23", &paper.problem);
     CHECK(record.status == PEND_NOT_FINITE || record.status == PEND_STEP_TOO_SMALL);
-    test_record_clear(&record);
-    test_paper_clear(&paper);
 }

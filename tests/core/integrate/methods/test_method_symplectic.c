@@ -154,7 +154,7 @@ static void map_defects(unsigned what, double *worst, double *plain) {
     *worst = 0, *plain = INFINITY;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++)
         for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
-            struct test_tree t;
+            OWN(test_tree, clear) t;
             struct test_bodies b = {0};
             double z[2 * MOST], jacobian[4 * MOST * MOST];
             test_tree_random(&t, (enum test_tree_kind)kind, 5, 0.3, &seed);
@@ -171,7 +171,6 @@ static void map_defects(unsigned what, double *worst, double *plain) {
             map_jacobian(isa, &map, 0.1, z, 1, jacobian);
             *plain = fmin(*plain, map_defect(5, jacobian));
             if (what) test_bodies_clear(&b);
-            test_tree_clear(&t);
         }
 }
 
@@ -191,7 +190,7 @@ TEST(symplectic_step_is_a_symplectic_map) {
 TEST(symplectic_kernels_agree) {
     unsigned long long seed = 2;
     for (int n = 1; n <= MOST; n++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         double z[2 * MOST], out[PEND_ISA_COUNT][2 * MOST];
         test_tree_random(&t, TEST_TREE_ATTACHED, n, 0.3, &seed);
         memcpy(z, t.phi, (size_t)n * sizeof *z);
@@ -205,7 +204,6 @@ TEST(symplectic_kernels_agree) {
         if (pend_isa_best() == PEND_ISA_AVX512)
             CHECK(!memcmp(out[1], out[2], (size_t)(2 * n) * sizeof(double)));
         CHECK(out[0][0] != z[0]);
-        test_tree_clear(&t);
     }
 }
 
@@ -223,52 +221,45 @@ static void pair_init(struct test_tree *t) {
 }
 
 static double pair_error(const struct test_tree *t, double step, long count) {
-    struct test_record got, want;
+    OWN(test_record, clear) got, want;
     struct pend_problem problem = tree_problem(t, 2, count, step), exact = problem;
     test_record(&got, "symplectic", &problem);
     CHECK_INT(got.status, PEND_OK);
     exact.rtol = 1e-20;
     test_record_blocks(&want, pend_method_find("taylor")->extended, &exact, count, INFINITY);
-    double gap = test_record_gap(&got, &want).phi;
-    test_record_clear(&got);
-    test_record_clear(&want);
-    return gap;
+    return test_record_gap(&got, &want).phi;
 }
 
 /* largest error of the energy of a tumbling double pendulum: proportional to the sixteenth power of
  * the step, although chaos changes the angles */
 static double pair_drift(struct test_tree *t, double step) {
-    struct test_record record;
+    OWN(test_record, clear) record;
     t->phi[0] = 2 - M_PI_2;
     t->phi[1] = 2.5 - M_PI_2;
     struct pend_problem problem = tree_problem(t, 150, 2, step);
     test_record(&record, "symplectic", &problem);
     CHECK_INT(record.status, PEND_OK);
-    double drift = record.stats.energy_drift;
-    test_record_clear(&record);
-    return drift;
+    return record.stats.energy_drift;
 }
 
 TEST(symplectic_has_order_sixteen) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     pair_init(&t);
     double coarse = pair_drift(&t, 0.03), fine = pair_drift(&t, 0.02),
            order = log(coarse / fine) / log(1.5);
     CHECK_SAYING(order > 14.5 && order < 17.5, "order %.2f: error %g, then %g", order, coarse,
                  fine);
-    test_tree_clear(&t);
 }
 
 TEST(symplectic_step_of_its_own_is_accurate_at_every_instant) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     pair_init(&t);
     CHECK_RESIDUAL(pair_error(&t, 0, 777), 1e-13, "phi at 777 instants of 2 s");
-    test_tree_clear(&t);
 }
 
 TEST(symplectic_steps_do_not_depend_on_the_instants) {
-    struct test_tree t;
-    struct test_record few, many;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) few, many;
     pair_init(&t);
     struct pend_problem problem = tree_problem(&t, 8, 9, 0.0625);
     test_record(&few, "symplectic", &problem);
@@ -279,15 +270,12 @@ TEST(symplectic_steps_do_not_depend_on_the_instants) {
     for (int i = 0; i < 9; i++)
         CHECK(!memcmp(few.samples.phi + (size_t)i * 2, many.samples.phi + (size_t)i * 200,
                       2 * sizeof(double)));
-    test_record_clear(&few);
-    test_record_clear(&many);
-    test_tree_clear(&t);
 }
 
 TEST(symplectic_runs_backwards_to_its_start) {
     unsigned long long seed = 4;
-    struct test_tree t;
-    struct test_record there, back;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) there, back = {0};
     test_tree_random(&t, TEST_TREE_ATTACHED, 4, 0.3, &seed);
     // coarse steps: the reversal tests the map's own symmetry, not its accuracy
     struct pend_problem problem = tree_problem(&t, 2, 2, 0.03125);
@@ -307,9 +295,6 @@ TEST(symplectic_runs_backwards_to_its_start) {
         gap = fmax(gap, fabs(back.samples.rate[4 + t.tree->order[k]] - t.rate[k]));
     }
     CHECK_RESIDUAL(gap, 1e-10, "phi and phi' after 64 steps there and back");
-    test_record_clear(&there);
-    test_record_clear(&back);
-    test_tree_clear(&t);
 }
 
 /* ---- very long runs */
@@ -339,7 +324,7 @@ enum { LONG_STEPS = 20000 };
 #endif
 
 TEST(symplectic_energy_does_not_drift_in_a_hundred_thousand_periods) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     unsigned long long seed = 5;
     const int parent[] = {-1};
     test_tree_init(&t, 1, parent, 0.3, &seed);
@@ -364,14 +349,13 @@ TEST(symplectic_energy_does_not_drift_in_a_hundred_thousand_periods) {
     CHECK_RESIDUAL(fabs(mean[1] - mean[0]) / 9.81, 1e-12,
                    "drift of the mean energy, relative to g l m");
     pend_method_symplectic.close(&stepper);
-    test_tree_clear(&t);
 }
 
 /* ---- refusals */
 
 TEST(symplectic_says_when_its_step_is_too_long) {
-    struct test_tree t;
-    struct test_record record;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) record;
     pair_init(&t);
     struct pend_problem problem = tree_problem(&t, 100, 2, 5);
     test_record(&record, "symplectic", &problem);
@@ -386,12 +370,10 @@ TEST(symplectic_says_when_its_step_is_too_long) {
     test_record(&record, "symplectic", &problem);
     CHECK_SAYING(problem.step > 0.01 && record.status == PEND_OK, "%g s: %s", problem.step,
                  record.error.text);
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 TEST(symplectic_open_fails_cleanly_without_memory) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     pair_init(&t);
     struct pend_problem problem = tree_problem(&t, 1, 2, 0);
     for (long i = 1;; i++) {
@@ -406,12 +388,11 @@ TEST(symplectic_open_fails_cleanly_without_memory) {
             break;
         }
     }
-    test_tree_clear(&t);
 }
 
 TEST(symplectic_stays_where_nothing_moves) {
-    struct test_tree t;
-    struct test_record record;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) record;
     pair_init(&t);
     t.phi[0] = t.phi[1] = -M_PI_2;
     struct pend_problem problem = tree_problem(&t, 10, 5, 0);
@@ -423,8 +404,6 @@ TEST(symplectic_stays_where_nothing_moves) {
     test_record_clear(&record);
     test_record(&record, "symplectic", &problem);
     CHECK_INT(record.status, PEND_OK);
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 /* a start at rest with an upright arm shows the first steps no motion, and falls by rounding */
@@ -434,8 +413,8 @@ TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     const double phi[] = {-0x1.921fb54442d18p+0, 0x1.921fb54442d18p+0};
     const double low[] = {-0x1.1a62633145c07p-54, 0x1.1a62633145c07p-54};
     const int parent[] = {-1, 0};
-    struct pend_tree *tree;
-    struct test_record record;
+    OWN(pend_tree, free) *tree;
+    OWN(test_record, clear) record = {0};
     REQUIRE(pend_tree_new(&tree, 2, one, one, parent, NULL) == PEND_OK);
     struct pend_problem problem = {
         .tree = tree, .loads.gravity = 9.81, .phi = phi, .phi_low = low, .rate = rate};
@@ -443,8 +422,6 @@ TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     test_record(&record, "symplectic", &problem);
     CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
     CHECK_SAYING(record.stats.energy_drift < 1e-13, "%g", record.stats.energy_drift);
-    test_record_clear(&record);
-    pend_tree_free(&tree);
 }
 
 /* stages of long chains need not converge with the steps that the series predict, and their
@@ -452,8 +429,8 @@ TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
 TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
     unsigned long long seed = 300;
     for (int i = 0; i < 3; i++) {
-        struct test_tree t;
-        struct test_record record;
+        OWN(test_tree, clear) t;
+        OWN(test_record, clear) record;
         test_tree_random(&t, TEST_TREE_CHAIN, 300, 0.3, &seed);
         struct pend_problem problem = {
             .tree = t.tree, .loads.gravity = 9.81, .phi = t.phi, .rate = t.rate};
@@ -461,8 +438,6 @@ TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
         test_record(&record, "symplectic", &problem);
         CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
         CHECK_SAYING(record.stats.energy_drift < 1e-11, "%g", record.stats.energy_drift);
-        test_record_clear(&record);
-        test_tree_clear(&t);
     }
 }
 
@@ -470,8 +445,8 @@ TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
  * come no closer, and no step is refused or divided because of it */
 TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
     unsigned long long seed = 4;
-    struct test_tree t;
-    struct test_record record;
+    OWN(test_tree, clear) t;
+    OWN(test_record, clear) record;
     test_tree_random(&t, TEST_TREE_CHAIN, 5000, 0.3, &seed);
     struct pend_problem problem = {
         .tree = t.tree, .loads.gravity = 9.81, .phi = t.phi, .rate = t.rate};
@@ -481,6 +456,4 @@ TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
     CHECK_SAYING(record.stats.energy_drift < 1e-10, "%g", record.stats.energy_drift);
     CHECK_SAYING(record.stats.steps < 50 && record.stats.evaluations < 8000,
                  "%ld steps, %ld evaluations", record.stats.steps, record.stats.evaluations);
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }

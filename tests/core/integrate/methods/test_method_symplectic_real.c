@@ -50,7 +50,7 @@ TEST(momenta_of_real_pendulums_are_those_of_their_energy_and_give_the_rates_back
     unsigned long long seed = 31;
     double energy_gap = 0, rate_gap = 0;
     for (int i = 0; i < 20; i++) {
-        struct real real;
+        OWN(real, clear) real;
         real_init(&real, 1 + i % N, keeps(i), &seed);
         const struct pend_tree *tree = real.t.tree;
         double p[N], low[N] = {0}, rate[N], scratch[4 * N], sum = 0;
@@ -73,7 +73,6 @@ TEST(momenta_of_real_pendulums_are_those_of_their_energy_and_give_the_rates_back
         kernel->rates(&system, &state, rate);
         rate_gap = fmax(rate_gap, test_gap(tree->n, rate, real.t.rate));
         free(system.lanes);
-        real_clear(&real);
     }
     CHECK_RESIDUAL(energy_gap, 2e-14, "sum p phi' / 2 beside the kinetic energy");
     CHECK_RESIDUAL(rate_gap, 1e-13, "rates from momenta");
@@ -83,8 +82,8 @@ TEST(symplectic_motion_of_real_pendulums_is_that_of_method_taylor) {
     unsigned long long seed = 32;
     double gap = 0, drift = 0;
     for (int i = 0; i < 10; i++) {
-        struct real real;
-        struct test_record got, want;
+        OWN(real, clear) real;
+        OWN(test_record, clear) got, want;
         real_init(&real, 1 + i % N, keeps(i), &seed);
         struct pend_problem problem = real_problem(&real, 1, 41, 0);
         test_record(&got, "symplectic", &problem);
@@ -95,9 +94,6 @@ TEST(symplectic_motion_of_real_pendulums_is_that_of_method_taylor) {
         int columns = real.t.n - (pend_terms_cart(real.b.terms) ? 1 : 0);
         gap = fmax(gap, test_gap(41 * columns, got.samples.phi, want.samples.phi));
         drift = fmax(drift, got.stats.energy_drift);
-        test_record_clear(&got);
-        test_record_clear(&want);
-        real_clear(&real);
     }
     CHECK_RESIDUAL(gap, 1e-12, "phi beside method taylor");
     CHECK_RESIDUAL(drift, 1e-14, "energy");
@@ -121,17 +117,15 @@ static void bars_init(struct real *bars) {
 }
 
 static double bars_drift(const struct real *bars, double span, double step) {
-    struct test_record record;
+    OWN(test_record, clear) record;
     struct pend_problem problem = real_problem(bars, span, 2, step);
     test_record(&record, "symplectic", &problem);
     CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
-    double drift = record.stats.energy_drift;
-    test_record_clear(&record);
-    return drift;
+    return record.stats.energy_drift;
 }
 
 TEST(symplectic_has_order_sixteen_on_bars_with_a_spring_and_keeps_their_energy) {
-    struct real bars;
+    OWN(real, clear) bars;
     bars_init(&bars);
     // over a longer time the two motions differ, by rounding and chaos
     double coarse = bars_drift(&bars, 12, 0.04), fine = bars_drift(&bars, 12, 0.03),
@@ -141,13 +135,12 @@ TEST(symplectic_has_order_sixteen_on_bars_with_a_spring_and_keeps_their_energy) 
     double later = bars_drift(&bars, 600, 0.04);
     CHECK_SAYING(later < 20 * coarse, "%g in 600 s, %g in 12 s", later, coarse);
     CHECK_RESIDUAL(bars_drift(&bars, 300, 0.015), 1e-13, "energy over 20000 steps");
-    real_clear(&bars);
 }
 
 TEST(symplectic_runs_backwards_to_the_start_of_a_real_pendulum) {
     unsigned long long seed = 34;
-    struct real real;
-    struct test_record there, back;
+    OWN(real, clear) real;
+    OWN(test_record, clear) there, back = {0};
     real_init(&real, 4, KEEPS, &seed);
     // coarse steps: the reversal tests the map's own symmetry, not its accuracy
     struct pend_problem problem = real_problem(&real, 2, 2, 0.03125);
@@ -167,16 +160,13 @@ TEST(symplectic_runs_backwards_to_the_start_of_a_real_pendulum) {
         gap = fmax(gap, fabs(back.samples.rate[4 + real.t.tree->order[k]] - real.t.rate[k]));
     }
     CHECK_RESIDUAL(gap, 1e-12, "phi and phi' after 64 steps there and back");
-    test_record_clear(&there);
-    test_record_clear(&back);
-    real_clear(&real);
 }
 
 TEST(symplectic_refuses_what_does_not_keep_the_energy_and_says_what_to_use) {
     for (unsigned what = TEST_TERMS_DAMPING; what <= TEST_TERMS_PIVOT; what *= 2) {
         unsigned long long seed = 35;
-        struct real real;
-        struct pend_run *run;
+        OWN(real, clear) real;
+        OWN(pend_run, free) *run;
         struct pend_error error;
         real_init(&real, 2, what, &seed);
         struct pend_problem problem = real_problem(&real, 1, 2, 0);
@@ -186,7 +176,5 @@ TEST(symplectic_refuses_what_does_not_keep_the_energy_and_says_what_to_use) {
         // terms without effect are accepted
         pend_terms_clear(real.b.terms, real.t.tree, real.b.value);
         CHECK(pend_run_new(&run, &pend_method_symplectic, &problem, &error) == PEND_OK);
-        pend_run_free(&run);
-        real_clear(&real);
     }
 }

@@ -66,16 +66,13 @@ static int ride_to(struct ride *ride, double t, double limit) {
 /* the paper's example at 501 instants against the reference's 51 */
 static struct test_record_gap paper_gap(double rtol) {
     struct test_paper_row row[TEST_PAPER_ROWS];
-    struct test_paper paper;
-    struct test_record record;
+    OWN(test_paper, clear) paper;
+    OWN(test_record, clear) record;
     CHECK(test_paper_read(row));
     test_paper_init(&paper, 501);
     paper.problem.rtol = rtol;
     test_record(&record, "taylor", &paper.problem);
-    struct test_record_gap gap = test_paper_gap(&record, 10, row);
-    test_record_clear(&record);
-    test_paper_clear(&paper);
-    return gap;
+    return test_paper_gap(&record, 10, row);
 }
 
 TEST(taylor_follows_the_paper_example_to_twelve_digits) {
@@ -103,7 +100,7 @@ static double double_energy(const double phi[], const double rate[]) {
 }
 
 TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
-    struct ride ride;
+    OWN(ride, close) ride;
     double start[2] = {2 - acos(0), 2.5 - acos(0)}, rest[2] = {0, 0}, phi[2], rate[2], worst = 0;
     REQUIRE(ride_double(&ride, start, rest, 1e-16));
     double energy = double_energy(start, rest), fastest = 0;
@@ -119,11 +116,10 @@ TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
     CHECK(ride.reached >= 1000 && fastest > 5);
     CHECK_RESIDUAL(worst / (3 * 9.81), 1e-12,
                    "energy drift over 1000 s, relative to g sum l (S^T m)");
-    ride_close(&ride);
 }
 
 TEST(taylor_runs_backwards_to_its_start) {
-    struct ride ride;
+    OWN(ride, close) ride;
     double phi[ARMS], rate[ARMS], t = 3, back = -3, there[2][ARMS], error = 0;
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(ride_paper(&ride, 1e-15) && ride_to(&ride, t, t));
@@ -139,11 +135,10 @@ TEST(taylor_runs_backwards_to_its_start) {
     pend_method_taylor.at(ride.stepper, &back, 1, &points);
     for (int k = 0; k < ARMS; k++) error = fmax(error, fmax(fabs(phi[k]), fabs(rate[k])));
     CHECK_RESIDUAL(error, 1e-13, "phi and phi' after there and back");
-    ride_close(&ride);
 }
 
 TEST(taylor_ends_a_step_where_the_next_begins) {
-    struct ride ride;
+    OWN(ride, close) ride;
     double phi[2][ARMS], rate[2][ARMS];
     REQUIRE(ride_paper(&ride, 1e-10) && ride_to(&ride, 0.1, 5));
     for (int i = 0; i < 30; i++) {
@@ -155,11 +150,10 @@ TEST(taylor_ends_a_step_where_the_next_begins) {
         pend_method_taylor.at(ride.stepper, &t, 1, &start);
         CHECK(!memcmp(phi[0], phi[1], sizeof phi[0]) && !memcmp(rate[0], rate[1], sizeof rate[0]));
     }
-    ride_close(&ride);
 }
 
 TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
-    struct ride ride;
+    OWN(ride, close) ride;
     enum { COUNT = 9 };
     double t[COUNT], phi[2][COUNT * ARMS], rate[2][COUNT * ARMS];
     REQUIRE(ride_paper(&ride, 1e-10) && ride_to(&ride, 0.5, 5));
@@ -172,13 +166,12 @@ TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
         pend_method_taylor.at(ride.stepper, t + i, 1, &single);
     }
     CHECK(!memcmp(phi[0], phi[1], sizeof phi[0]) && !memcmp(rate[0], rate[1], sizeof rate[0]));
-    ride_close(&ride);
 }
 
 /* one arm from the horizontal; scaling lengths scales times by the square root, to the last bit if
  * it is a power of two */
 static int single_arm(double len, double t, double *phi) {
-    struct ride ride;
+    OWN(ride, close) ride;
     double rate;
     struct pend_points points = {phi, &rate, NULL, NULL, NULL};
     int done = ride_open(&ride, 1, &len, one, chain,
@@ -186,7 +179,6 @@ static int single_arm(double len, double t, double *phi) {
                              .loads.gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-14}) &&
                ride_to(&ride, t, t);
     if (done) pend_method_taylor.at(ride.stepper, &t, 1, &points);
-    ride_close(&ride);
     return done;
 }
 
@@ -201,7 +193,7 @@ TEST(taylor_does_not_care_for_the_unit_of_length) {
 }
 
 TEST(taylor_turns_freely_without_gravity) {
-    struct ride ride;
+    OWN(ride, close) ride;
     double phi, rate, t = 1e6, start = 0.5, spin = 1.25;
     struct pend_points points = {.phi = &phi, .rate = &rate};
     REQUIRE(ride_open(&ride, 1, one, one, paper_parent,
@@ -210,33 +202,30 @@ TEST(taylor_turns_freely_without_gravity) {
             ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(phi == 1250000.5 && rate == spin, "%.17g after 200 000 turns, %.17g", phi, rate);
-    ride_close(&ride);
 }
 
 TEST(taylor_stays_at_rest_when_hanging) {
-    struct ride ride;
+    OWN(ride, close) ride;
     double phi[2], rate[2], t = 100, hang[2] = {-M_PI / 2, -M_PI / 2};
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(ride_double(&ride, hang, zero, 1e-10) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(fabs(phi[1] - hang[1]) < 1e-15, "%g", phi[1] - hang[1]);
-    ride_close(&ride);
 }
 
 TEST(taylor_says_when_and_which_arm_ceased_to_be_finite) {
-    struct ride ride;
+    OWN(ride, close) ride;
     double start[2] = {0, 1}, wild[2] = {1e200, 0};
     struct pend_error error = {0};
     REQUIRE(ride_double(&ride, start, wild, 1e-10));
     enum pend_status status = pend_method_taylor.step(ride.stepper, 1, &ride.reached, &error);
     CHECK(status == PEND_OK || status == PEND_NOT_FINITE || status == PEND_STEP_TOO_SMALL);
     CHECK(status == PEND_OK || error.text[0]);
-    ride_close(&ride);
 }
 
 TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
     for (double wild = 1e20; wild <= 1e200; wild *= 1e30) {
-        struct ride ride;
+        OWN(ride, close) ride;
         double start[2] = {0, 1}, rate[2] = {wild, -wild};
         struct pend_error error = {0};
         REQUIRE(ride_double(&ride, start, rate, 1e-10));
@@ -247,16 +236,15 @@ TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
         CHECK_SAYING(status == PEND_STEP_TOO_SMALL || status == PEND_NOT_FINITE,
                      "status %d at rate %g", status, wild);
         CHECK_SAYING(steps == 1 && error.text[0], "%d steps at rate %g", steps, wild);
-        ride_close(&ride);
     }
 }
 
 /* a tree divided into several blocks, which branches at most joints */
 TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
     enum { MANY = 90, INSTANTS = 100 };
-    struct ride ride;
+    OWN(ride, close) ride = {0};
     double len[MANY], phi[MANY], rate[MANY], t[INSTANTS], energy = 0;
-    double *rows = malloc(4 * sizeof(double) * MANY * INSTANTS);
+    OWN_MEMORY double *rows = malloc(4 * sizeof(double) * MANY * INSTANTS);
     int parent[MANY];
     unsigned long long seed = 5;
     REQUIRE(rows != NULL);
@@ -281,12 +269,10 @@ TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
     }
     CHECK_INT(test_alloc_count(), allocations);
     CHECK(ride.reached > 0.01 && energy > 0);
-    ride_close(&ride);
-    free(rows);
 }
 
 TEST(taylor_open_fails_cleanly_without_memory) {
-    struct test_paper paper;
+    OWN(test_paper, clear) paper;
     struct pend_error error = {0};
     void *stepper;
     test_paper_init(&paper, 2);
@@ -295,5 +281,4 @@ TEST(taylor_open_fails_cleanly_without_memory) {
     enum pend_status status = pend_method_taylor.open(&stepper, &paper.problem, &error);
     test_alloc_faults_off();
     CHECK(status == PEND_NO_MEMORY && !stepper && error.code == PEND_NO_MEMORY);
-    test_paper_clear(&paper);
 }

@@ -52,7 +52,7 @@ static void driven_close(struct driven *d) {
 /* the motion in blocks of `cap` rows */
 static enum pend_status driven_run(struct driven *d, int cap, struct pend_run_stats *stats,
                                    struct pend_error *error) {
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     int done = 0;
     long row = 0;
     enum pend_status status = pend_run_new(&run, &pend_method_taylor, &d->problem, error);
@@ -65,7 +65,6 @@ static enum pend_status driven_run(struct driven *d, int cap, struct pend_run_st
         row += block.count;
     }
     if (run && stats) *stats = pend_run_stats(run);
-    pend_run_free(&run);
     return status;
 }
 
@@ -119,22 +118,20 @@ TEST(tables_go_backwards_as_they_went_forwards) {
 
 TEST(pieces_give_the_same_bits_however_the_blocks_are_cut_and_carried) {
     static struct driven d;
-    struct test_record whole, carried;
+    OWN(test_record, clear) whole, carried;
     driven_open(&d, 1, 0, 1.2);
     d.problem.accuracy = 1e-6;
     test_record_blocks(&whole, &pend_method_taylor, &d.problem, INSTANTS, INFINITY);
     test_record_carried(&carried, &pend_method_taylor, &d.problem, 3, 1);
     CHECK(whole.status == PEND_OK && carried.status == PEND_OK && carried.calls > 5);
     CHECK(test_record_same(&whole, &carried) && whole.stats.steps == carried.stats.steps);
-    test_record_clear(&whole);
-    test_record_clear(&carried);
     driven_close(&d);
 }
 
 /* the same rod with dry friction by which it sticks, and a stop that it hits */
 TEST(joints_that_stick_and_hit_give_the_same_bits_when_carried) {
     static struct driven d;
-    struct test_record whole, carried;
+    OWN(test_record, clear) whole = {0}, carried = {0};
     const double sliding = 0.15, holding = 0.2, least = -0.3, most = INFINITY, bounces = 0.5;
     driven_open(&d, 1, 0, 1.2);
     pend_terms_free(&d.terms);
@@ -154,8 +151,6 @@ TEST(joints_that_stick_and_hit_give_the_same_bits_when_carried) {
     CHECK(test_record_same(&whole, &carried) && whole.stats.steps == carried.stats.steps);
     CHECK(whole.stats.energy_drift < 1e-14 &&
           carried.stats.energy_drift == whole.stats.energy_drift);
-    test_record_clear(&whole);
-    test_record_clear(&carried);
     driven_close(&d);
 }
 

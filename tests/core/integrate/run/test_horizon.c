@@ -51,14 +51,12 @@ static double truth(const struct test_record *record, const struct test_record *
 }
 
 static double true_horizon(const struct test_record *record, const struct pend_problem *problem) {
-    struct test_record exact;
+    OWN(test_record, clear) exact;
     struct pend_problem better = *problem;
     better.rtol = better.atol = better.step = better.accuracy = 0;
     test_record_blocks(&exact, pend_method_taylor.extended, &better, problem->times.count,
                        INFINITY);
-    double until = truth(record, &exact, record->n - pend_terms_cart(problem->loads.terms));
-    test_record_clear(&exact);
-    return until;
+    return truth(record, &exact, record->n - pend_terms_cart(problem->loads.terms));
 }
 
 TEST(horizon_is_where_the_digits_end) {
@@ -69,33 +67,29 @@ TEST(horizon_is_where_the_digits_end) {
                 {"symplectic", 0, 0.7}, {"rk8pd", 0, 0.85},     {"rkf45", 0, 0.85},
                 {"msadams", 0, 0.85},   {"ode23", 1e-9, 0.6},   {"rk8pd", 1e-12, 0.85},
                 {"radau", 0, 0.6},      {"radau", 1e-12, 0.6}};
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t, 1);
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
         struct pend_problem problem = tumble_problem(&t, 18, 901);
-        struct test_record record;
+        OWN(test_record, clear) record;
         problem.rtol = list[i].rtol;
         test_record(&record, list[i].method, &problem);
         double until = true_horizon(&record, &problem), told = record.stats.horizon;
         CHECK_SAYING(until > 0.5 && until < 17 && told <= 1.1 * until &&
                          told >= list[i].least * until,
                      "%s, rtol %g: %g told, %g true", list[i].method, list[i].rtol, told, until);
-        test_record_clear(&record);
     }
-    test_tree_clear(&t);
 }
 
 TEST(horizon_of_32_digits_is_four_times_as_far) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t, 1);
     struct pend_problem problem = tumble_problem(&t, 50, 501);
-    struct test_record record;
+    OWN(test_record, clear) record;
     test_record_blocks(&record, pend_method_taylor.extended, &problem, 501, INFINITY);
     // the motion in 90 digits and this one differ by 1e-6 rad at 32.5 s
     CHECK_SAYING(record.stats.horizon <= 1.1 * 32.5 && record.stats.horizon >= 0.8 * 32.5, "%g",
                  record.stats.horizon);
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 TEST(horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth) {
@@ -104,8 +98,8 @@ TEST(horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth) {
     double ratio[TREES];
     int parted = 0, early = 0;
     for (int i = 0; i < TREES; i++) {
-        struct test_tree t;
-        struct test_record record;
+        OWN(test_tree, clear) t;
+        OWN(test_record, clear) record;
         test_tree_random(&t, TEST_TREE_ATTACHED, 2 + i % 5, 0.3, &seed);
         for (int k = 0; k < t.n; k++) t.rate[k] /= 3;
         struct pend_problem problem = tumble_problem(&t, 14, 701);
@@ -117,8 +111,6 @@ TEST(horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth) {
             CHECK_SAYING(ratio[parted] <= 1.1, "tree %d: %g told, %g true", i, told, until);
             early += ratio[parted++] < 0.8;
         }
-        test_record_clear(&record);
-        test_tree_clear(&t);
     }
     CHECK_SAYING(parted >= TREES / 2 && early <= parted / 4, "%d parted, %d early", parted, early);
 }
@@ -144,8 +136,8 @@ TEST(horizon_of_steps_that_nearly_cancel_is_not_late) {
                  35.2}};
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
         unsigned long long seed = 1;
-        struct test_tree t;
-        struct test_record record;
+        OWN(test_tree, clear) t;
+        OWN(test_record, clear) record;
         test_tree_init(&t, ARMS, list[i].parent, 0.3, &seed);
         for (int k = 0; k < ARMS; k++) {
             t.length[k] = list[i].length[k], t.mass[k] = list[i].mass[k];
@@ -159,31 +151,27 @@ TEST(horizon_of_steps_that_nearly_cancel_is_not_late) {
         double until = true_horizon(&record, &problem), told = record.stats.horizon;
         CHECK_SAYING(until < 25 && told <= 1.1 * until && told >= 0.7 * until,
                      "motion %zu: %g told, %g true", i, told, until);
-        test_record_clear(&record);
-        test_tree_clear(&t);
     }
 }
 
 TEST(horizon_of_a_small_swing_is_its_end) {
     static const char *const methods[] = {"taylor", "symplectic", "rk8pd"};
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t, 0.05);
     for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
         struct pend_problem problem = tumble_problem(&t, 60, 61);
-        struct test_record record;
+        OWN(test_record, clear) record;
         problem.rtol = 0;
         test_record(&record, methods[i], &problem);
         CHECK_SAYING(record.stats.horizon == 60, "%s: %g", methods[i], record.stats.horizon);
-        test_record_clear(&record);
     }
-    test_tree_clear(&t);
 }
 
 TEST(horizon_of_a_loose_tolerance_is_the_start) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t, 1);
     struct pend_problem problem = tumble_problem(&t, 5, 51);
-    struct test_record record;
+    OWN(test_record, clear) record;
     problem.times.start = 7;
     test_record(&record, "ode23", &problem);
     CHECK_SAYING(record.stats.horizon == 7, "%g", record.stats.horizon);
@@ -191,8 +179,6 @@ TEST(horizon_of_a_loose_tolerance_is_the_start) {
     problem.accuracy = 0;
     test_record(&record, "ode23", &problem);
     CHECK(isnan(record.stats.horizon));
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 /* trees for each form of the orders: small ones, blocks, chains */
@@ -206,10 +192,10 @@ TEST(horizon_does_not_change_the_motion) {
                  {TEST_TREE_ATTACHED, 80}, {TEST_TREE_CHAIN, 200},  {TEST_TREE_BINARY, 100}};
     unsigned long long seed = 3;
     for (size_t i = 0; i < sizeof trees / sizeof *trees; i++) {
-        struct test_tree t;
+        OWN(test_tree, clear) t;
         test_tree_random(&t, trees[i].kind, trees[i].n, 0.3, &seed);
         for (size_t j = 0; j < (trees[i].n < 30 ? sizeof methods / sizeof *methods : 1); j++) {
-            struct test_record plain, told;
+            OWN(test_record, clear) plain, told;
             struct pend_problem problem = tumble_problem(&t, trees[i].n < 30 ? 1 : 0.2, 41);
             test_record(&told, methods[j], &problem);
             problem.accuracy = 0;
@@ -217,19 +203,16 @@ TEST(horizon_does_not_change_the_motion) {
             CHECK_SAYING(test_record_same(&plain, &told) && plain.stats.steps == told.stats.steps &&
                              plain.stats.evaluations == told.stats.evaluations,
                          "%s of %d arms", methods[j], trees[i].n);
-            test_record_clear(&plain);
-            test_record_clear(&told);
         }
-        test_tree_clear(&t);
     }
 }
 
 TEST(horizon_carried_says_the_same) {
     static const char *const methods[] = {"taylor", "symplectic", "ode23"};
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t, 1);
     for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
-        struct test_record whole, carried;
+        OWN(test_record, clear) whole, carried;
         struct pend_problem problem = tumble_problem(&t, 12, 121);
         if (i == 2) problem.rtol = 1e-8;
         test_record(&whole, methods[i], &problem);
@@ -237,14 +220,11 @@ TEST(horizon_carried_says_the_same) {
         CHECK(test_record_same(&whole, &carried));
         CHECK_SAYING(whole.stats.horizon == carried.stats.horizon && whole.stats.horizon < 12,
                      "%s: %g and %g", methods[i], whole.stats.horizon, carried.stats.horizon);
-        test_record_clear(&whole);
-        test_record_clear(&carried);
     }
-    test_tree_clear(&t);
 }
 
 TEST(horizon_fails_cleanly_without_memory) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t, 1);
     struct pend_problem problem = tumble_problem(&t, 1, 3);
     for (long i = 1;; i++) {
@@ -260,19 +240,16 @@ TEST(horizon_fails_cleanly_without_memory) {
         }
         REQUIRE(i < 100);
     }
-    test_tree_clear(&t);
 }
 
 /* the linear motion is not accurate for the pendulum itself, and reports no horizon */
 TEST(horizon_of_the_linear_motion_is_not_told) {
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     tumble_init(&t, 0.1);
     struct pend_problem problem = tumble_problem(&t, 60, 101);
-    struct test_record record;
+    OWN(test_record, clear) record;
     test_record(&record, "linear", &problem);
     CHECK(isnan(record.stats.horizon) && isnan(record.stats.held));
-    test_record_clear(&record);
-    test_tree_clear(&t);
 }
 
 static struct pend_problem motion_problem(const struct test_motion *motion, long count) {
@@ -292,8 +269,8 @@ TEST(horizon_is_from_half_of_the_truth_to_a_tenth_beyond_it_for_motions_of_every
     int parted = 0, held = 0;
     for (int i = 0; i < EACH * TEST_MOTION_KINDS; i++) {
         enum test_motion_kind kind = (enum test_motion_kind)(i % TEST_MOTION_KINDS);
-        struct test_motion motion;
-        struct test_record record;
+        OWN(test_motion, clear) motion;
+        OWN(test_record, clear) record;
         test_motion_init(&motion, kind, 1000 + i);
         struct pend_problem problem = motion_problem(&motion, 401);
         test_record(&record, i % 3 == 2 ? "rk8pd" : "taylor", &problem);
@@ -305,8 +282,6 @@ TEST(horizon_is_from_half_of_the_truth_to_a_tenth_beyond_it_for_motions_of_every
             held++;
         else
             parted++;
-        test_record_clear(&record);
-        test_motion_clear(&motion);
     }
     CHECK_SAYING(parted >= EACH / 2 && held >= EACH * TEST_MOTION_KINDS / 2, "%d, %d", parted,
                  held);
@@ -323,16 +298,16 @@ TEST(horizon_of_an_arm_that_rests_or_swings_for_long_is_its_end) {
                 {0, 0, 1, 2.5, 3000, "taylor"}, {0, 0, 1, 2.5, 3000, "symplectic"}};
     const unsigned char rows[PEND_TERM_ROWS] = {[PEND_TERM_DAMPING] = 1, [PEND_TERM_FRICTION] = 1},
                         ones[PEND_TERM_ONES] = {0};
-    struct pend_terms *terms;
+    OWN(pend_terms, free) *terms;
     unsigned long long seed = 1;
-    struct test_tree t;
+    OWN(test_tree, clear) t;
     test_tree_init(&t, 1, (const int[]){-1}, 0, &seed);
     t.length[0] = t.mass[0] = 1;
     test_tree_rebuild(&t);
     if (!CHECK(pend_terms_new(&terms, 1, rows, ones, 0, NULL, NULL) == PEND_OK)) return;
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
         double value[8];
-        struct test_record record;
+        OWN(test_record, clear) record;
         struct pend_problem problem = tumble_problem(&t, list[i].span, 4);
         pend_terms_clear(terms, t.tree, value);
         value[terms->row[PEND_TERM_DAMPING]] = list[i].damping;
@@ -344,8 +319,5 @@ TEST(horizon_of_an_arm_that_rests_or_swings_for_long_is_its_end) {
         test_record(&record, list[i].method, &problem);
         CHECK_SAYING(record.stats.horizon == list[i].span, "%zu, %s: %g", i, list[i].method,
                      record.stats.horizon);
-        test_record_clear(&record);
     }
-    pend_terms_free(&terms);
-    test_tree_clear(&t);
 }

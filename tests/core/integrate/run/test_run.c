@@ -32,11 +32,11 @@ static void bench_clear(struct bench *bench) { test_tree_clear(&bench->tree); }
 /* ---- what is handed out */
 
 TEST(run_hands_out_every_instant_once_and_in_order) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 1);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         test_record(&record, method->name, &bench.problem);
         CHECK_INT(record.status, PEND_OK);
         CHECK_INT(record.samples.count, 31);
@@ -47,18 +47,16 @@ TEST(run_hands_out_every_instant_once_and_in_order) {
         CHECK_INT(right, 31);
         CHECK_TEXT(record.stats.method, method->name);
         CHECK(record.stats.steps >= 1);
-        test_record_clear(&record);
     }
-    bench_clear(&bench);
 }
 
 TEST(run_begins_with_the_start_itself_in_the_callers_order) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 7, 3);
     const struct pend_method *method;
     int moved = 0;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         test_record(&record, method->name, &bench.problem);
         REQUIRE(record.status == PEND_OK);
         for (int k = 0; k < 7; k++) {
@@ -67,10 +65,8 @@ TEST(run_begins_with_the_start_itself_in_the_callers_order) {
             CHECK(record.samples.rate[arm] == bench.tree.rate[k]);
             moved |= arm != k;
         }
-        test_record_clear(&record);
     }
     CHECK(moved);
-    bench_clear(&bench);
 }
 
 /* row i of a record, in stored order */
@@ -95,7 +91,7 @@ static struct derived derived_gap(const struct test_record *record,
     double phi[DERIVED_ARMS], rate[DERIVED_ARMS], got[DERIVED_ARMS], re[DERIVED_ARMS],
         im[DERIVED_ARMS];
     double acc[DERIVED_ARMS], force[DERIVED_ARMS];
-    void *work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
+    OWN_MEMORY void *work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
     if (!work) abort();
     for (long i = 0; i < record->samples.count; i++) {
         row_stored(record, tree, record->samples.phi, i, phi);
@@ -119,16 +115,15 @@ static struct derived derived_gap(const struct test_record *record,
         worst.energy = fmax(worst.energy, fabs(record->samples.kinetic[i] - energy.kinetic));
         worst.energy = fmax(worst.energy, fabs(record->samples.potential[i] - energy.potential));
     }
-    free(work);
     return worst;
 }
 
 TEST(run_derives_everything_from_the_state_at_the_instant) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, DERIVED_ARMS, 5);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         test_record(&record, method->name, &bench.problem);
         REQUIRE(record.status == PEND_OK);
         struct derived gap = derived_gap(&record, &bench.problem);
@@ -137,9 +132,7 @@ TEST(run_derives_everything_from_the_state_at_the_instant) {
             CHECK(gap.acc == 0 && gap.force == 0);
         if (method->flags & PEND_METHOD_SERIES) CHECK_RESIDUAL(gap.acc, 1e-10, method->name);
         if (method->flags & PEND_METHOD_SERIES) CHECK_RESIDUAL(gap.force, 1e-11, method->name);
-        test_record_clear(&record);
     }
-    bench_clear(&bench);
 }
 
 /* the arrays of a block, all or one of them */
@@ -165,16 +158,16 @@ static double **want_at(struct pend_samples *samples, int i) {
 
 TEST(run_gives_the_same_bits_whatever_else_is_wanted) {
     enum { ARMS = 4, COUNT = 31 };
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, ARMS, 7);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record all;
+        OWN(test_record, clear) all;
         test_record(&all, method->name, &bench.problem);
         for (int want = 0; want < WANT_COUNT; want++) {
             double t[COUNT], out[COUNT * ARMS];
             struct pend_samples one = {.cap = COUNT, .t = t};
-            struct pend_run *run;
+            OWN(pend_run, free) *run;
             int done;
             *want_at(&one, want) = out;
             REQUIRE(pend_run_new(&run, method, &bench.problem, NULL) == PEND_OK);
@@ -183,17 +176,14 @@ TEST(run_gives_the_same_bits_whatever_else_is_wanted) {
             size_t values = want == WANT_KINETIC ? COUNT : COUNT * ARMS;
             CHECK_SAYING(!memcmp(out, *want_at(&all.samples, want), values * sizeof(double)),
                          "%s, array %d", method->name, want);
-            pend_run_free(&run);
         }
-        test_record_clear(&all);
     }
-    bench_clear(&bench);
 }
 
 TEST(run_leaves_what_is_of_a_cart_alone_where_there_is_none) {
     enum { COUNT = 31 };
-    struct bench bench;
-    struct pend_run *run;
+    OWN(bench, clear) bench;
+    OWN(pend_run, free) *run;
     struct pend_error error = {.text = ""};
     double t[COUNT], cart[3][COUNT];
     int done = 0, left = 0;
@@ -213,37 +203,33 @@ TEST(run_leaves_what_is_of_a_cart_alone_where_there_is_none) {
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < COUNT; k++) left += isnan(cart[i][k]) != 0;
     CHECK_INT(left, 3 * COUNT);
-    pend_run_free(&run);
-    bench_clear(&bench);
 }
 
 TEST(run_works_for_a_single_instant) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 3, 9);
     bench.problem.times = (struct pend_times){.count = 1, .start = -4, .span = 0, .divisor = 1};
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record record;
+        OWN(test_record, clear) record;
         test_record(&record, method->name, &bench.problem);
         CHECK_INT(record.status, PEND_OK);
         CHECK_INT(record.samples.count, 1);
         CHECK(record.samples.t[0] == -4);
         CHECK_INT(record.stats.steps, 0);
         CHECK(record.stats.progress == 1);
-        test_record_clear(&record);
     }
-    bench_clear(&bench);
 }
 
 /* from rest the motion backwards equals the motion forwards, and every operation on the way is
  * mirrored too */
 TEST(run_goes_backwards_from_rest_as_it_goes_forwards) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 11);
     for (int k = 0; k < 5; k++) bench.tree.rate[k] = 0;
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record forth, back;
+        OWN(test_record, clear) forth, back;
         bench.problem.times = (struct pend_times){.count = 31, .span = 0.75, .divisor = 30};
         test_record(&forth, method->name, &bench.problem);
         bench.problem.times.span = -0.75;
@@ -256,10 +242,7 @@ TEST(run_goes_backwards_from_rest_as_it_goes_forwards) {
             odd = fmax(odd, fabs(forth.samples.rate[i] + back.samples.rate[i]));
         }
         CHECK_SAYING(even < 1e-14 && odd < 1e-13, "%s: %g %g", method->name, even, odd);
-        test_record_clear(&forth);
-        test_record_clear(&back);
     }
-    bench_clear(&bench);
 }
 
 /* ---- blocks, work, progress */
@@ -267,68 +250,60 @@ TEST(run_goes_backwards_from_rest_as_it_goes_forwards) {
 TEST(run_gives_the_same_bits_however_the_blocks_are_cut) {
     static const long block[] = {1, 2, 7, 30, 200};
     static const double work[] = {0, 50, 1e3, INFINITY};
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 13);
     bench.problem.times = (struct pend_times){.count = 201, .start = 1, .span = 2, .divisor = 200};
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record whole;
+        OWN(test_record, clear) whole;
         test_record(&whole, method->name, &bench.problem);
         CHECK_INT(whole.samples.count, 201);
         for (int i = 0; i < 20; i++) {
-            struct test_record cut;
+            OWN(test_record, clear) cut;
             test_record_blocks(&cut, method, &bench.problem, block[i % 5], work[i / 5]);
             CHECK_SAYING(test_record_same(&whole, &cut), "%s in blocks of %ld, work %g",
                          method->name, block[i % 5], work[i / 5]);
             CHECK(cut.stats.energy_drift == whole.stats.energy_drift);
-            test_record_clear(&cut);
         }
-        test_record_clear(&whole);
     }
-    bench_clear(&bench);
 }
 
 TEST(run_comes_back_when_its_work_is_used_up) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 15);
     bench.problem.times = (struct pend_times){.count = 2, .span = 3, .divisor = 1};
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
         if (method->flags & PEND_METHOD_LINEAR) continue;
-        struct test_record small, large;
+        OWN(test_record, clear) small, large;
         test_record_blocks(&small, method, &bench.problem, 2, 0);
         test_record_blocks(&large, method, &bench.problem, 2, 1000);
         double total = (double)large.stats.evaluations * 5, share = total / (double)large.calls;
         CHECK_SAYING(small.calls >= small.stats.steps, "%s: %ld calls, %ld steps", method->name,
                      small.calls, small.stats.steps);
         CHECK_SAYING(share > 400 && share < 1600, "%s: %g a call", method->name, share);
-        test_record_clear(&small);
-        test_record_clear(&large);
     }
-    bench_clear(&bench);
 }
 
 /* many instants in one step count as work too */
 TEST(run_comes_back_between_groups_of_samples) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 17);
     bench.problem.times = (struct pend_times){.count = 10000, .span = 3, .divisor = 9999};
-    struct test_record record;
+    OWN(test_record, clear) record;
     test_record_blocks(&record, pend_method_find("linear"), &bench.problem, 10000, 0);
     CHECK_INT(record.samples.count, 10000);
     CHECK(record.calls > 100);
-    test_record_clear(&record);
-    bench_clear(&bench);
 }
 
 TEST(run_progress_rises_from_nothing_to_all) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 19);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
         double t[4], before = 0;
         struct pend_samples samples = {.cap = 4, .t = t};
-        struct pend_run *run;
+        OWN(pend_run, free) *run;
         int done = 0, rises = 1;
         REQUIRE(pend_run_new(&run, method, &bench.problem, NULL) == PEND_OK);
         CHECK(pend_run_stats(run).progress == 0);
@@ -340,19 +315,17 @@ TEST(run_progress_rises_from_nothing_to_all) {
         }
         CHECK(rises);
         CHECK(before == 1);
-        pend_run_free(&run);
     }
-    bench_clear(&bench);
 }
 
 TEST(run_allocates_nothing_while_it_goes) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 21);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
         double t[31];
         struct pend_samples samples = {.cap = 31, .t = t};
-        struct pend_run *run;
+        OWN(pend_run, free) *run;
         int done;
         REQUIRE(pend_run_new(&run, method, &bench.problem, NULL) == PEND_OK);
         long before = test_alloc_count();
@@ -360,21 +333,19 @@ TEST(run_allocates_nothing_while_it_goes) {
         CHECK_INT(test_alloc_count(), before);
         pend_run_free(&run);
         CHECK(!run);
-        pend_run_free(&run);
     }
-    bench_clear(&bench);
 }
 
 /* ---- the energy's drift */
 
 /* if every step ends at a requested instant, the drift is the largest over the samples */
 TEST(run_measures_the_drift_at_every_step) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 4, 23);
     bench.problem.times = (struct pend_times){.count = 401, .span = 0.4, .divisor = 400};
     bench.problem.rtol = 1e-6;
     bench.problem.atol = 1e-6;
-    struct test_record record;
+    OWN(test_record, clear) record;
     test_record(&record, "rkf45", &bench.problem);
     CHECK_INT(record.stats.steps, 400);
     double drift = 0, start = record.samples.kinetic[0] + record.samples.potential[0];
@@ -388,16 +359,14 @@ TEST(run_measures_the_drift_at_every_step) {
     test_record_clear(&record);
     test_record(&record, "linear", &bench.problem);
     CHECK(record.stats.energy_drift == 0);
-    test_record_clear(&record);
-    bench_clear(&bench);
 }
 
 TEST(run_drift_is_nought_where_nobody_asks_and_all_else_is_the_same) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 27);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct test_record asked, unasked;
+        OWN(test_record, clear) asked, unasked;
         bench.problem.no_drift = 0;
         test_record(&asked, method->name, &bench.problem);
         bench.problem.no_drift = 1;
@@ -406,24 +375,19 @@ TEST(run_drift_is_nought_where_nobody_asks_and_all_else_is_the_same) {
         CHECK(method->flags & PEND_METHOD_LINEAR || asked.stats.energy_drift > 0);
         CHECK(test_record_same(&asked, &unasked));
         CHECK_INT(unasked.stats.steps, asked.stats.steps);
-        test_record_clear(&asked);
-        test_record_clear(&unasked);
     }
-    bench_clear(&bench);
 }
 
 TEST(run_drift_is_nought_where_there_is_no_energy) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 3, 25);
     bench.problem.loads.gravity = 0;
     for (int k = 0; k < 3; k++) bench.tree.rate[k] = 0;
-    struct test_record record;
+    OWN(test_record, clear) record;
     test_record(&record, "rk8pd", &bench.problem);
     CHECK_INT(record.status, PEND_OK);
     CHECK(record.stats.energy_drift == 0);
     CHECK(record.samples.phi[30 * 3] == record.samples.phi[0]);
-    test_record_clear(&record);
-    bench_clear(&bench);
 }
 
 /* ---- what is refused */
@@ -445,7 +409,7 @@ static void check_times_refused(struct bench *bench, struct pend_times times, co
 }
 
 TEST(run_refuses_times_that_are_not_strictly_monotonic) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 3, 27);
     check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, 1, 1}},
                         "instant 3 (1 s)");
@@ -463,24 +427,21 @@ TEST(run_refuses_times_that_are_not_strictly_monotonic) {
     check_times_refused(
         &bench, (struct pend_times){.count = 101, .start = 1e9, .span = 1e-6, .divisor = 100},
         "strictly");
-    bench_clear(&bench);
 }
 
 TEST(run_accepts_a_grid_as_fine_as_the_numbers) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 3, 29);
     bench.problem.times =
         (struct pend_times){.count = 5, .start = 1, .span = 4 * 0x1p-52, .divisor = 4};
-    struct test_record record;
+    OWN(test_record, clear) record;
     test_record(&record, "taylor", &bench.problem);
     CHECK_INT(record.status, PEND_OK);
     CHECK_INT(record.samples.count, 5);
-    test_record_clear(&record);
-    bench_clear(&bench);
 }
 
 TEST(run_refuses_times_that_are_not_finite) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 3, 31);
     check_times_refused(&bench, (struct pend_times){.count = 0, .span = 1, .divisor = 1},
                         "at least one");
@@ -498,11 +459,10 @@ TEST(run_refuses_times_that_are_not_finite) {
                         "finite");
     check_times_refused(&bench, (struct pend_times){.count = 2, .list = (double[]){-1e308, 1e308}},
                         "too long");
-    bench_clear(&bench);
 }
 
 TEST(run_refuses_tolerances_out_of_the_methods_range) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 3, 33);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
@@ -521,11 +481,10 @@ TEST(run_refuses_tolerances_out_of_the_methods_range) {
             check_refused(method, &problem, "atol");
         }
     }
-    bench_clear(&bench);
 }
 
 TEST(run_refuses_a_start_or_gravity_that_is_not_finite) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 3, 35);
     bench.tree.phi[1] = NAN;
     check_refused(pend_method_at(0), &bench.problem, "start of arm");
@@ -541,13 +500,12 @@ TEST(run_refuses_a_start_or_gravity_that_is_not_finite) {
     bench.problem.step_cap = 0;
     bench.problem.loads.gravity = 0;
     check_refused(pend_method_find("linear"), &bench.problem, "gravity");
-    bench_clear(&bench);
 }
 
 /* ---- how a run fails */
 
 TEST(run_stops_at_its_step_limit_and_stays_stopped) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 4, 37);
     bench.problem.times =
         (struct pend_times){.count = 101, .start = 10, .span = 50, .divisor = 100};
@@ -556,7 +514,7 @@ TEST(run_stops_at_its_step_limit_and_stays_stopped) {
     for (int m = 0; (method = pend_method_at(m)); m++) {
         double t[101];
         struct pend_samples samples = {.cap = 101, .t = t};
-        struct pend_run *run;
+        OWN(pend_run, free) *run = NULL;
         struct pend_error error, again;
         int done;
         if (method->flags & PEND_METHOD_LINEAR) continue;
@@ -571,15 +529,13 @@ TEST(run_stops_at_its_step_limit_and_stays_stopped) {
         CHECK_INT(pend_run_next(run, &samples, INFINITY, &done, &again), PEND_TOO_MANY_STEPS);
         CHECK_INT(samples.count, 0);
         CHECK_TEXT(again.text, error.text);
-        pend_run_free(&run);
     }
-    bench_clear(&bench);
 }
 
 /* the squares of such rates overflow; only a method that scales its time could continue, by 1e-200
  * s per step */
 TEST(run_ends_where_numbers_overflow_and_says_when) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 4, 39);
     bench.problem.step_cap = 1000;
     for (int k = 0; k < 4; k++) bench.tree.rate[k] = 1e200;
@@ -587,7 +543,7 @@ TEST(run_ends_where_numbers_overflow_and_says_when) {
     for (int m = 0; (method = pend_method_at(m)); m++) {
         double t[31];
         struct pend_samples samples = {.cap = 31, .t = t};
-        struct pend_run *run;
+        OWN(pend_run, free) *run = NULL;
         struct pend_error error;
         int done;
         if (method->flags & PEND_METHOD_LINEAR) continue;
@@ -600,9 +556,7 @@ TEST(run_ends_where_numbers_overflow_and_says_when) {
         CHECK_INT(samples.count, 1);
         CHECK(error.code == status && error.time >= 2 && error.time < 2.1);
         CHECK_SAYING(strstr(error.text, "at t = 2 s"), "%s", error.text);
-        pend_run_free(&run);
     }
-    bench_clear(&bench);
 }
 
 /* the end of one block of a run of a single arm */
@@ -618,8 +572,8 @@ static struct outcome outcome_of(double length, double gravity, double rate, lon
     const double mass = 1, phi = 1;
     double t[11];
     struct outcome outcome = {.status = PEND_BUG, .error = {.text = ""}};
-    struct pend_tree *tree;
-    struct pend_run *run;
+    OWN(pend_tree, free) *tree;
+    OWN(pend_run, free) *run = NULL;
     int done;
     if (pend_tree_new(&tree, 1, &length, &mass, &parent, NULL) != PEND_OK) return outcome;
     struct pend_problem problem = {.tree = tree,
@@ -632,8 +586,6 @@ static struct outcome outcome_of(double length, double gravity, double rate, lon
     if (pend_run_new(&run, pend_method_find("rk8pd"), &problem, NULL) == PEND_OK)
         outcome.status = pend_run_next(run, &samples, INFINITY, &done, &outcome.error);
     outcome.count = samples.count;
-    pend_run_free(&run);
-    pend_tree_free(&tree);
     return outcome;
 }
 
@@ -642,7 +594,7 @@ static struct outcome outcome_of(double length, double gravity, double rate, lon
 /* the same problem carried after every block and nearly every step, and in one run, bit for bit */
 static void carried_is_whole(const struct pend_method *method, const struct pend_problem *problem,
                              long block) {
-    struct test_record whole, carried;
+    OWN(test_record, clear) whole, carried;
     test_record_blocks(&whole, method, problem, problem->times.count, INFINITY);
     test_record_carried(&carried, method, problem, block, 1);
     CHECK_INT(whole.status, PEND_OK);
@@ -654,8 +606,6 @@ static void carried_is_whole(const struct pend_method *method, const struct pend
     CHECK_INT(carried.stats.rejected, whole.stats.rejected);
     CHECK_INT(carried.stats.evaluations, whole.stats.evaluations);
     CHECK(carried.stats.energy_drift == whole.stats.energy_drift);
-    test_record_clear(&whole);
-    test_record_clear(&carried);
 }
 
 TEST(run_carried_after_every_step_hands_out_the_same_bits) {
@@ -665,22 +615,21 @@ TEST(run_carried_after_every_step_hands_out_the_same_bits) {
         if (!pend_run_carries(method)) CHECK_TEXT(method->name, "msadams");
         carries += pend_run_carries(method);
         for (int i = 0; i < 6 && pend_run_carries(method); i++) {
-            struct bench bench;
+            OWN(bench, clear) bench;
             bench_init(&bench, arms[i % 3], 50 + (unsigned long long)i);
             if (i >= 3) bench.problem.times.span = -bench.problem.times.span;
             if (method == pend_method_find("ode23")) bench.problem.rtol = 1e-5;
             carried_is_whole(method, &bench.problem, 1 + i % 4);
             if (method->extended) carried_is_whole(method->extended, &bench.problem, 1 + i % 4);
-            bench_clear(&bench);
         }
     }
     CHECK_INT(carries, 7);
 }
 
 TEST(run_does_not_go_on_from_what_is_not_its_own) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 61);
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     double t[31];
     struct pend_samples samples = {.cap = 7, .t = t};
     int done;
@@ -688,7 +637,7 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && !done);
     struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
     CHECK(pend_run_carry(run, &checkpoint) == PEND_OK);
-    char *bytes = malloc(checkpoint.used);
+    OWN_MEMORY char *bytes = malloc(checkpoint.used);
     REQUIRE(bytes);
     size_t all = checkpoint.used;
     /* every wrong length is detected */
@@ -705,9 +654,6 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     memcpy(bytes + sizeof(double), &next, sizeof next);
     checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .bytes = all, .at = bytes};
     CHECK_INT(pend_run_carry(run, &checkpoint), PEND_INVALID);
-    free(bytes);
-    pend_run_free(&run);
-    bench_clear(&bench);
 }
 
 /* Saves a run half-way, restores it with some bytes altered and continues: for any bytes it is
@@ -758,7 +704,7 @@ static long altered_are_harmless(const struct pend_method *method,
 TEST(run_put_back_from_altered_bytes_is_refused_or_goes_on) {
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
-        struct bench bench;
+        OWN(bench, clear) bench = {0};
         if (!pend_run_carries(method)) continue;
         bench_init(&bench, 3, 61);
         bench.problem.step_cap = 100000;
@@ -766,7 +712,6 @@ TEST(run_put_back_from_altered_bytes_is_refused_or_goes_on) {
         CHECK_SAYING(altered_are_harmless(method, &bench.problem) > 10, "%s refuses nothing",
                      method->name);
         if (method->extended) CHECK(altered_are_harmless(method->extended, &bench.problem) > 10);
-        bench_clear(&bench);
     }
 }
 
@@ -796,7 +741,7 @@ TEST(run_hands_out_no_number_that_is_not_finite) {
 }
 
 TEST(run_fails_cleanly_without_memory) {
-    struct bench bench;
+    OWN(bench, clear) bench;
     bench_init(&bench, 5, 41);
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++)
@@ -819,14 +764,13 @@ TEST(run_fails_cleanly_without_memory) {
             }
             CHECK_SAYING(count > 3 && count < 50, "%s: %ld", method->name, count);
         }
-    bench_clear(&bench);
 }
 
 TEST(run_names_the_mass_or_length_that_is_too_small) {
     const double small[] = {1, 5e-324}, one[] = {1, 1}, phi[] = {1, 1}, rate[] = {0, 0};
     const int parent[] = {-1, 0};
     for (int i = 0; i < 2; i++) {
-        struct pend_tree *tree;
+        OWN(pend_tree, free) *tree;
         struct pend_error error;
         struct pend_run *run;
         REQUIRE(pend_tree_new(&tree, 2, i ? small : one, i ? one : small, parent, NULL) == PEND_OK);
@@ -838,6 +782,5 @@ TEST(run_names_the_mass_or_length_that_is_too_small) {
         CHECK_SAYING(strstr(error.text, i ? "the length of arm 2 is 4.94065645841247e-324 m"
                                           : "the mass of arm 2 is 4.94065645841247e-324 kg"),
                      "%s", error.text);
-        pend_tree_free(&tree);
     }
 }

@@ -153,11 +153,10 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
     for (int i = 0; i < 60; i++) {
         int parent[ARMS_MAX], n = 9 + test_random_int(&seed, ARMS_MAX - 9);
         random_parents(n, parent, &seed);
-        struct scene s;
+        OWN(scene, close) s;
         REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
         pend_jets_expand(&s.jets, &s.loads, 0.0625, &s.state, ORDER);
         scene_residual(&s, 0.0625, series_reach(&s.jets, n, 1e-14), residual);
-        scene_close(&s);
     }
     CHECK_RESIDUAL(residual[0], 1e-12, "phi'' of the series against the equations");
     CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
@@ -192,10 +191,10 @@ TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
     enum pend_isa best = pend_isa_best(), least = best < PEND_ISA_AVX2 ? best : PEND_ISA_AVX2;
     for (int i = 0; i < 60; i++) {
         int parent[ARMS_MAX], n = i < 16 ? 1 + i : 1 + test_random_int(&seed, ARMS_MAX - 1);
-        struct scene s;
+        OWN(scene, close) s;
         test_parents((enum test_tree_kind)(i % TEST_TREE_KINDS), n, parent, &seed);
         REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
-        double *first = malloc(sizeof(double) * (ORDER + 1) * (size_t)n);
+        OWN_MEMORY double *first = malloc(sizeof(double) * (ORDER + 1) * (size_t)n);
         REQUIRE(first != NULL);
         int differ = 0;
         for (enum pend_isa isa = least; isa <= best; isa++) {
@@ -210,8 +209,6 @@ TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
             }
         }
         CHECK_SAYING(!differ && first[1] != 0, "%d coefficients of %d arms differ", differ, n);
-        free(first);
-        scene_close(&s);
     }
 }
 
@@ -243,10 +240,9 @@ TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {
     for (int i = 0; i < 300; i++) {
         int parent[ARMS_MAX], n = 2 + test_random_int(&seed, 60);
         random_parents(n, parent, &seed);
-        struct scene s;
+        OWN(scene, close) s;
         REQUIRE(scene_open(&s, n, parent, 8, &seed));
         scene_start(&s, residual);
-        scene_close(&s);
     }
     CHECK_RESIDUAL(residual[0], 1e-10, "phi''");
     CHECK_RESIDUAL(residual[1], 1e-9, "lambda");
@@ -329,13 +325,12 @@ TEST(jets_of_a_chain_have_the_coefficients_that_blocks_have) {
     double worst[2] = {0, 0};
     chain_parents(ARMS_MAX, parent);
     for (int i = 0; i < 300; i++) {
-        struct scene s;
+        OWN(scene, close) s;
         // masses up to eight times above or below their mean, the most that a chain allows
         REQUIRE(scene_open(&s, 9 + test_random_int(&seed, 60), parent, 0.9, &seed));
         REQUIRE(s.jets.system.chain != NULL);
         scene_align(&s, i, &seed);
         REQUIRE(scene_compare(&s, 0.03125, worst));
-        scene_close(&s);
     }
     CHECK_RESIDUAL(worst[0], 1e-11, "coefficients of phi'");
     CHECK_RESIDUAL(worst[1], 1e-11, "coefficients of lambda");
@@ -353,14 +348,13 @@ TEST(jets_of_a_chain_whose_masses_are_unlike_or_that_branches_are_found_in_block
     } cases[] = {{8, 0, 1, 0},         {9, 0, 1, 1},         {9, 0, 64, 1},  {9, 0, 65, 0},
                  {40, 0, 1 / 64.0, 1}, {40, 0, 1 / 65.0, 0}, {40, 39, 1, 0}, {40, 1, 1, 0}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        struct pend_tree *tree;
+        OWN(pend_tree, free) *tree;
         mass[cases[i].n / 2] = cases[i].heavy;
         parent[39] = cases[i].branch == 39 ? 37 : 38;
         parent[2] = cases[i].branch == 1 ? 0 : 1;
         REQUIRE(pend_tree_new(&tree, cases[i].n, len, mass, parent, NULL) == PEND_OK);
         CHECK_INT(pend_chain_suits(tree), cases[i].suits);
         mass[cases[i].n / 2] = 1;
-        pend_tree_free(&tree);
     }
 }
 
@@ -370,10 +364,9 @@ TEST(jets_keep_their_digits_in_bushy_trees_too) {
     for (int i = 0; i < 300; i++) {
         int parent[ARMS_MAX], n = 65 + test_random_int(&seed, ARMS_MAX - 65);
         test_parents(i % 8 ? TEST_TREE_ATTACHED : TEST_TREE_BINARY, n, parent, &seed);
-        struct scene s;
+        OWN(scene, close) s;
         REQUIRE(scene_open(&s, n, parent, 8, &seed));
         scene_start(&s, residual);
-        scene_close(&s);
     }
     CHECK_RESIDUAL(residual[0], 1e-10, "phi''");
     CHECK_RESIDUAL(residual[1], 1e-11, "lambda");
@@ -382,14 +375,13 @@ TEST(jets_keep_their_digits_in_bushy_trees_too) {
 TEST(jets_notice_a_wrong_coefficient) {
     unsigned long long seed = 4;
     int parent[4] = {-1, 0, 1, 1};
-    struct scene s;
+    OWN(scene, close) s;
     REQUIRE(scene_open(&s, 4, parent, 0.3, &seed));
     pend_jets_expand(&s.jets, &s.loads, 0.125, &s.state, ORDER);
     double x = series_reach(&s.jets, 4, 1e-14), residual[2] = {0, 0};
     s.jets.rate[pend_jets_place(&s.jets, 1, 7)] *= 1 + 1e-3;
     scene_residual(&s, 0.125, x, residual);
     CHECK_SAYING(residual[0] > 1e-9, "residual %g", residual[0]);
-    scene_close(&s);
 }
 
 /* the growth of errors in one direction, from the series of two neighbours on both sides of the
@@ -427,7 +419,7 @@ TEST(jets_spread_errors_as_neighbours_part) {
         double to_phi[PEND_JETS_PAD], to_rate[PEND_JETS_PAD], unit = i % 2 ? -0.125 : 0.0625;
         double x = 0.7, size = 0;
         int n = 1 + i % PEND_JETS_PAD, parent[PEND_JETS_PAD] = {-1};
-        struct scene s;
+        OWN(scene, close) s;
         for (int k = 1; k < n; k++) parent[k] = test_random_int(&seed, k);
         if (!CHECK(scene_open(&s, n, parent, 0.5, &seed))) return;
         CHECK(pend_jets_answers_bytes(s.tree, NULL) <= sizeof answers &&
@@ -447,7 +439,6 @@ TEST(jets_spread_errors_as_neighbours_part) {
             CHECK_SAYING(fabs(phi[k] - to_phi[k]) + fabs(rate[k] - to_rate[k]) <= 1e-6 * size,
                          "%d arms, arm %d: %g and %g, by neighbours %g and %g", n, k, phi[k],
                          rate[k], to_phi[k], to_rate[k]);
-        scene_close(&s);
     }
 }
 
@@ -459,7 +450,7 @@ TEST(jets_foretell_what_a_step_leaves_out) {
     int near = 0, all = 0;
     for (int i = 0; i < SCENES; i++) {
         int n = sizes[i % 7], parent[ARMS_MAX] = {-1};
-        struct scene s;
+        OWN(scene, close) s;
         for (int k = 1; k < n; k++) parent[k] = i % 2 ? k - 1 : test_random_int(&seed, k);
         if (!CHECK(scene_open(&s, n, parent, 0.3, &seed))) return;
         size_t bytes = pend_jets_stride(n) * sizeof(double);
@@ -485,7 +476,6 @@ TEST(jets_foretell_what_a_step_leaves_out) {
         all++;
         free(rate);
         free(phi);
-        scene_close(&s);
     }
     CHECK_SAYING(near >= all * 3 / 4, "%d of %d", near, all);
 }

@@ -20,8 +20,8 @@ static int run_chain(const struct pend_method *method, double rtol, const double
                      double phi[]) {
     double len[RUN_ARMS], mass[RUN_ARMS], zero[RUN_ARMS] = {0}, t[COUNT];
     int parent[RUN_ARMS], done = 0;
-    struct pend_tree *tree;
-    struct pend_run *run = NULL;
+    OWN(pend_tree, free) *tree;
+    OWN(pend_run, free) *run = NULL;
     for (int k = 0; k < RUN_ARMS; k++) {
         len[k] = unit[0] * (1 + k % 3 * 0.25) / RUN_ARMS;
         mass[k] = unit[1] * (1 + k % 5 * 0.125);
@@ -37,8 +37,6 @@ static int run_chain(const struct pend_method *method, double rtol, const double
     struct pend_samples samples = {.cap = COUNT, .t = t, .phi = phi};
     enum pend_status status = pend_run_new(&run, method, &ask, NULL);
     while (status == PEND_OK && !done) status = pend_run_next(run, &samples, 1e12, &done, NULL);
-    pend_run_free(&run);
-    pend_tree_free(&tree);
     return status == PEND_OK;
 }
 

@@ -281,12 +281,12 @@ TEST(rods_have_the_same_bits_in_avx2_and_avx512) {
 TEST(rods_have_the_same_bits_in_any_unit_of_length_and_mass) {
     static const double units[][2] = {{0x1p-10, 1}, {0x1p10, 1},      {1, 0x1p-60},
                                       {1, 0x1p60},  {0x1p40, 0x1p90}, {0x1p-40, 0x1p-90}};
-    struct scene one;
+    OWN(scene, close) one;
     scene_open(&one, 29, RODS | BODIES, 0.3, 2, 0, 5);
     scene_expand(&one, pend_isa_best(), 0.0625);
     for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
         double length = units[i][0], mass = units[i][1];
-        struct scene other;
+        OWN(scene, close) other;
         scene_open(&other, 29, RODS | BODIES, 0.3, 2, 0, 5);
         const int *row = other.terms->row;
         for (int k = 0; k < 29; k++) {
@@ -301,9 +301,7 @@ TEST(rods_have_the_same_bits_in_any_unit_of_length_and_mass) {
         other.loads.gravity *= length;
         scene_expand(&other, pend_isa_best(), 0.0625);
         CHECK(other.jets.system.rods && !series_differ(&one, &other, 1, mass * length));
-        scene_close(&other);
     }
-    scene_close(&one);
 }
 
 TEST(rods_leave_what_they_do_not_suit_to_the_general_kernel) {
@@ -317,7 +315,7 @@ TEST(rods_leave_what_they_do_not_suit_to_the_general_kernel) {
                  {PEND_TERM_CENTER_X, 9, 0},    {PEND_TERM_INERTIA, 1e4, 0},
                  {PEND_TERM_ROD, 1e4, 0},       {PEND_TERM_ROD, 0.5, 1}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        struct scene s;
+        OWN(scene, close) s;
         scene_open(&s, N, RODS | BODIES, 0.1, 2, 0, 3);
         CHECK(pend_rods_known(s.tree.tree, s.terms) && pend_rods_suit(s.tree.tree, &s.loads));
         if (cases[i].row == PEND_TERM_CENTER_X) s.value[s.terms->row[PEND_TERM_BODY] + 5] = 8;
@@ -325,10 +323,9 @@ TEST(rods_leave_what_they_do_not_suit_to_the_general_kernel) {
         CHECK_INT(pend_rods_suit(s.tree.tree, &s.loads), cases[i].suits);
         scene_expand(&s, pend_isa_best(), 0.0625);
         CHECK_INT(s.jets.general, !cases[i].suits);
-        scene_close(&s);
     }
     // a wheel at the pivot, and masses whose products overflow
-    struct scene s;
+    OWN(scene, close) s;
     scene_open(&s, N, RODS, 0.1, 2, 0, 3);
     s.value[s.terms->row[PEND_TERM_ROD]] = 1e4;
     CHECK(!pend_rods_suit(s.tree.tree, &s.loads));
@@ -345,13 +342,12 @@ TEST(rods_leave_what_they_do_not_suit_to_the_general_kernel) {
     s.value[s.terms->row[PEND_TERM_CENTER_X] + 5] = 0.5 * s.tree.tree->len[5];
     s.value[s.terms->row[PEND_TERM_INERTIA] + 5] *= 1e-3;
     CHECK(!pend_rods_suit(s.tree.tree, &s.loads));
-    scene_close(&s);
 }
 
 TEST(rods_write_nothing_behind_the_memory_that_they_ask_for) {
     enum { GUARD = 4096, NEAR = 4 };
     for (int n = 9; n <= 26; n++) {
-        struct scene s;
+        OWN(scene, close) s;
         scene_open(&s, n, RODS | COUPLES, 0.1, 2, 0, 3);
         size_t bytes = pend_jets_bytes(s.tree.tree, s.terms, NEAR), all = bytes + GUARD;
         struct jets_state state = {
@@ -366,7 +362,6 @@ TEST(rods_write_nothing_behind_the_memory_that_they_ask_for) {
         size_t written = all;
         while (written > 0 && memory[written - 1] == 0x55) written--;
         CHECK(written <= bytes);
-        scene_close(&s);
     }
 }
 
@@ -382,7 +377,7 @@ static void path_run(const struct scene *s, const struct pend_method *method, do
                      struct path *path) {
     double t[ROWS];
     int done = 0;
-    struct pend_run *run;
+    OWN(pend_run, free) *run;
     struct pend_problem problem = {.tree = s->tree.tree,
                                    .loads = s->loads,
                                    .phi = s->tree.phi,
@@ -394,14 +389,13 @@ static void path_run(const struct scene *s, const struct pend_method *method, do
     REQUIRE(pend_run_new(&run, method, &problem, NULL) == PEND_OK);
     while (!done) REQUIRE(pend_run_next(run, &samples, 1e12, &done, NULL) == PEND_OK);
     path->drift = pend_run_stats(run).energy_drift;
-    pend_run_free(&run);
 }
 
 TEST(rods_move_as_in_32_digits_and_balance_their_energy) {
     static struct path own, want;
     double angle = 0, force = 0, drift = 0;
     for (unsigned what = RODS; what < ALL; what += COUPLES) {
-        struct scene s;
+        OWN(scene, close) s;
         scene_open(&s, RUN_ARMS, what | (what / COUPLES % 2 ? BODIES : 0), 0.2, 0.5, 0, what);
         REQUIRE(pend_rods_suit(s.tree.tree, &s.loads));
         path_run(&s, &pend_method_taylor, 1e-15, &own);
@@ -409,7 +403,6 @@ TEST(rods_move_as_in_32_digits_and_balance_their_energy) {
         angle = fmax(angle, test_gap(ROWS * RUN_ARMS, own.phi, want.phi));
         force = fmax(force, test_gap(ROWS * RUN_ARMS, own.force, want.force));
         drift = fmax(drift, own.drift);
-        scene_close(&s);
     }
     CHECK_RESIDUAL(angle, 1e-13, "angles of a run against 32 digits");
     CHECK_RESIDUAL(force, 1e-12, "forces of a run against 32 digits");
