@@ -251,6 +251,10 @@ SECONDS ?= 300
 soak: build ## everything mixed for SECONDS (300): memory, descriptors, threads and files stay as they were
 	@/usr/bin/python3 -B tests/drill/soak.py $(B) --seconds $(SECONDS)
 
+slurm: build ## docker/slurm.sbatch and docker/parts.sbatch under a real Slurm on this machine, in a minute, as root (installs it)
+	@docker/install.sh test slurm
+	@/usr/bin/python3 -B tests/drill/slurm.py $(B)
+
 pictures: build ## the pictures of README.md and the guides, from the real page (installs webp)
 	@command -v img2webp >/dev/null || docker/install.sh pictures
 	@tests/rules/web.sh $(B) --pictures
@@ -558,5 +562,5 @@ remember = mkdir -p $(@D); echo $(if $(strip $(1)),'$(strip $(1))') | cmp -s - $
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check quick build bench bench-beside bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall site clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ curl changed
+.PHONY: help run check quick build slurm bench bench-beside bench-horizon bench-precision bench-parts bench-page drill histories school soak lesson hostile pages pictures load bench-dynamics bench-modes bench-stiff bench-trajectories debug install uninstall site clean test asan tsan fuzz arm dist deb release tour valgrind rules lint format format-check clang-flags clang-flags-c++ curl changed
 .DELETE_ON_ERROR:

@@ -1,7 +1,7 @@
 """docker/slurm.sbatch and docker/parts.sbatch run by a real Slurm on this machine: munged, slurmctld and slurmd of the drill's own,
 PostgreSQL, one api process; an array of workers drains the queue, one of them is killed on the way, all end by themselves.
 
-usage: slurm.py BUILD     (as root, where slurm-wlm, munge and postgresql are installed; not part of make check)
+usage: slurm.py BUILD     (make slurm, as root; no part of make check)
 Leaves to others: the account (house.py). Invariant: everything listens on loopback and ends with the block.
 """
 import contextlib
