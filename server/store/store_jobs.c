@@ -277,7 +277,7 @@ static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *
 
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
                                   enum srv_job_state state, const char *message) {
-    assert(*job->id && state >= SRV_JOB_FAILED && state < SRV_JOB_STATES && message);
+    assert(*job->id && state >= SRV_JOB_FAILED && state < SRV_JOB_STATES);
     struct srv_job was = *job;
     SRV_STORED_TRY(srv_store_now(store, &job->now));
     /* a job that has already ended keeps its time of expiry */
@@ -293,13 +293,13 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
     /* results are counted until they are deleted */
     SRV_STORED_TRY(srv_store_count_job(store, &was, job));
     job->bytes = 0;
+    store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
+    if (!message) return SRV_STORED;
     char text[SRV_REQUEST_HEAD_BYTES];
     snprintf(text, sizeof text, "%s", message);
     memcpy(job->message, text, sizeof text);
-    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, job->id, state, text, job->finished, job->expires,
-                            job->held, srv_value_bytes("", 0)));
-    store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
-    return SRV_STORED;
+    return SRV_POST(store, SQL_JOB_END, job->id, state, text, job->finished, job->expires,
+                    job->held, srv_value_bytes("", 0));
 }
 
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job) {

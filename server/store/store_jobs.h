@@ -19,8 +19,9 @@ int srv_job_open(const struct srv_job *job);
  * Ends a locked job without success, within a call. Its request is deleted at once, its parts and
  * results later in steps; no attempt can write any more.
  *
- * state  SRV_JOB_FAILED or SRV_JOB_DISMISSED.
- * job    in: the job as read; out: its new state.
+ * state    SRV_JOB_FAILED or SRV_JOB_DISMISSED.
+ * job      in: the job as read; out: its new state.
+ * message  NULL: the caller deletes the row, so it is not written: a full disk may lack the space.
  */
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
                                   enum srv_job_state state, const char *message);

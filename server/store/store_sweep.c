@@ -161,7 +161,8 @@ static enum srv_stored erase_job(struct srv_store *store, const char *id) {
     enum srv_stored stored = srv_store_lock(store, id, &job);
     if (stored == SRV_STORED_NONE) return SRV_STORED;
     SRV_STORED_TRY(stored);
-    if (srv_job_open(&job)) SRV_STORED_TRY(srv_store_job_end(store, &job, SRV_JOB_DISMISSED, ""));
+    if (srv_job_open(&job))
+        SRV_STORED_TRY(srv_store_job_end(store, &job, SRV_JOB_DISMISSED, NULL));
     return expired_remove(store, &job);
 }
 
