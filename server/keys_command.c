@@ -31,7 +31,6 @@ static const char command_usage[] =
     "FILE may be set in the environment as PENDULUMD_KEYS. A server that runs with --keys FILE\n"
     "reads it again within a second.\n";
 
-/* The parsed command line. */
 struct command {
     const char *keys, *name, *role, *quota, *expires;
     char token[SRV_KEY_TOKEN]; /* out: a new key */

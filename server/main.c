@@ -42,14 +42,6 @@ __attribute__((naked, used)) void srv_main_entry(void) { __asm__("jmp _start"); 
 __attribute__((used)) void srv_main_nothing(void) {}
 #endif
 
-/* opens /dev/null for each closed standard stream, so that no later file, such as the listening
- * socket, gets its number */
-static int main_streams(void) {
-    for (int fd = 0; fd <= STDERR_FILENO; fd++)
-        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd) return 0;
-    return 1;
-}
-
 static void main_listen(struct main_ears *ears) {
     static const int heard[] = {SIGTERM, SIGINT, SIGHUP, SIGUSR1, SIGUSR2};
     sigemptyset(&ears->all);
@@ -68,7 +60,6 @@ static int main_signal(const struct main_ears *ears, int ms) {
     }
 }
 
-/* prints the help or the table of options */
 static int main_print(enum srv_config_task task) {
     struct api_buffer text;
     enum pend_status status = PEND_OK;
@@ -82,12 +73,6 @@ static int main_print(enum srv_config_task task) {
                !fflush(stdout);
     api_buffer_clear(&text);
     return good ? 0 : 1;
-}
-
-/* logs the missing layers of the sandbox */
-static void main_tell_sandbox(const struct srv_daemon *daemon) {
-    if (srv_daemon_lack(daemon)[0])
-        srv_log_message(srv_daemon_log(daemon), "sandbox: incomplete: %s", srv_daemon_lack(daemon));
 }
 
 /* true if a signal ends the server. SIGHUP ends it if its terminal is gone; otherwise it reloads.
@@ -145,24 +130,20 @@ static void main_drain(struct srv_daemon *daemon, const struct main_ears *ears) 
     srv_daemon_free(&daemon);
 }
 
-/* runs the subcommand named by the first argument; returns its exit status, -1 if there is none */
-static int main_word(int argc, char **argv) {
-    const char *word = argc > 1 ? argv[1] : "";
-    if (!strcmp(word, "keys")) return srv_keys_command(argc, argv);
-    if (!strcmp(word, "healthy")) return srv_healthy_command(argc, argv, environ);
-    return -1;
-}
-
 int main(int argc, char **argv) {
     struct pend_error error = {.text = ""};
     struct srv_config config;
     struct srv_daemon *daemon;
     struct main_ears ears;
-    if (!main_streams()) return 1;
+    /* otherwise the next opened file, such as the listening socket or the store, would get the
+     * number of a closed standard stream */
+    for (int fd = 0; fd <= STDERR_FILENO; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd) return 1;
     /* jobs and logs that the process creates are private */
     umask(0077);
-    int worded = main_word(argc, argv);
-    if (worded >= 0) return worded;
+    const char *word = argc > 1 ? argv[1] : "";
+    if (!strcmp(word, "keys")) return srv_keys_command(argc, argv);
+    if (!strcmp(word, "healthy")) return srv_healthy_command(argc, argv, environ);
     if (srv_config_load(&config, argc, argv, environ, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 2;
@@ -179,7 +160,8 @@ int main(int argc, char **argv) {
         srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s",
                         main_kept(&config),
                         strncmp(config.store, "sqlite:", 7) ? "" : config.store + 7);
-    main_tell_sandbox(daemon);
+    if (srv_daemon_lack(daemon)[0])
+        srv_log_message(srv_daemon_log(daemon), "sandbox: incomplete: %s", srv_daemon_lack(daemon));
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
     int status = main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);

@@ -84,11 +84,6 @@ static enum pend_status setup_storage(struct srv_service *service, struct pend_e
                              : pend_fail(error, status, -1, 0, "the store: %.220s", why.text);
 }
 
-static enum pend_status setup_threads(struct srv_service *service) {
-    PEND_TRY(srv_events_start(service->events));
-    return srv_part_runner_start(service->runner);
-}
-
 enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend_error *error) {
     int slots = srv_config_works(&service->config) ? PARTS_SLOTS * service->workers : 0;
     if (service->config.until_idle_seconds > 0 &&
@@ -107,7 +102,8 @@ enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend
     if (status == PEND_OK) status = srv_events_add(service->events, srv_job_events_new(streams));
     if (status == PEND_OK) status = srv_events_add(service->events, srv_class_events_new());
     if (status == PEND_OK) PEND_TRY(setup_storage(service, error));
-    if (status == PEND_OK) status = setup_threads(service);
+    if (status == PEND_OK) status = srv_events_start(service->events);
+    if (status == PEND_OK) status = srv_part_runner_start(service->runner);
     return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "no memory for jobs");
 }
 

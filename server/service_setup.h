@@ -16,6 +16,7 @@
  */
 PEND_MUST_CHECK enum pend_status srv_service_setup_init(struct srv_service *service,
                                                         struct pend_error *error);
+void srv_service_setup_clear(struct srv_service *service);
 
 /**
  * Opens the store and starts computing jobs, if configured; service->log, the queue and its workers
@@ -30,6 +31,3 @@ PEND_MUST_CHECK enum pend_status srv_service_setup_jobs(struct srv_service *serv
 /** Ends what srv_service_setup_jobs started; call it after srv_part_runner_drain, when no thread
  * queries the storage any more. */
 void srv_service_setup_jobs_end(struct srv_service *service);
-
-/** Frees what srv_service_setup_init created. */
-void srv_service_setup_clear(struct srv_service *service);

@@ -13,14 +13,12 @@ struct api_buffer {
     size_t bytes, cap, limit;
 };
 
-/** Returns true if the invariant holds; for assertions. */
-int api_buffer_valid(const struct api_buffer *buffer);
-
 /** Initializes an empty buffer that may grow to `limit` bytes; allocates nothing. */
 void api_buffer_init(struct api_buffer *buffer, size_t limit);
 
 /** Frees the memory and leaves an empty buffer of the same limit. */
 void api_buffer_clear(struct api_buffer *buffer);
+int api_buffer_valid(const struct api_buffer *buffer);
 
 /** Frees unused capacity; the contents stay, but may move. */
 void api_buffer_trim(struct api_buffer *buffer);

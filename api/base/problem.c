@@ -1,7 +1,6 @@
 #include "api/base/problem.h"
 
 #include <assert.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -148,13 +147,6 @@ int api_problem_full(struct api_problem *problem) {
     return full;
 }
 
-/* the slot for the next error, or NULL if the error is only counted */
-static struct api_fault *problem_slot(struct api_problem *problem) {
-    if (!problem->faults) problem->faults = malloc(API_PROBLEM_FAULTS * sizeof *problem->faults);
-    if (!problem->faults || problem->count == API_PROBLEM_FAULTS) return NULL;
-    return &problem->faults[problem->count];
-}
-
 void api_problem_fault_list(struct api_problem *problem, const char *pointer, const char *format,
                             va_list arguments) {
     assert(api_problem_valid(problem));
@@ -163,12 +155,12 @@ void api_problem_fault_list(struct api_problem *problem, const char *pointer, co
         problem_state(problem, 422);
         problem->type = problem_kind(&kind);
     }
-    struct api_fault *fault = problem_slot(problem);
-    if (!fault) {
+    if (!problem->faults) problem->faults = malloc(API_PROBLEM_FAULTS * sizeof *problem->faults);
+    if (!problem->faults || problem->count == API_PROBLEM_FAULTS) {
         problem->beyond++;
         return;
     }
-    problem->count++;
+    struct api_fault *fault = &problem->faults[problem->count++];
     snprintf(fault->pointer, sizeof fault->pointer, "%s", pointer);
     fault->meant = NULL;
     fault->code = problem_kind(&format);

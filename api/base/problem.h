@@ -60,14 +60,12 @@ struct api_problem {
     struct api_fault *faults; /* API_PROBLEM_FAULTS errors, allocated when the first one occurs */
 };
 
-/** Returns true if the counts agree with the errors and the status; for assertions. */
-int api_problem_valid(const struct api_problem *problem);
-
 /** Initializes a problem that has not occurred: status 0, no errors. */
 void api_problem_init(struct api_problem *problem);
 
 /** Frees the errors and initializes the problem again. */
 void api_problem_clear(struct api_problem *problem);
+int api_problem_valid(const struct api_problem *problem);
 
 /** Returns the HTTP status of a result of core: 200, 422, 500 or 503. */
 int api_problem_http(enum pend_status status);

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "api/call/forecast.h"
-#include "api/encode/encode.h"
 #include "api/encode/negotiate.h"
 
 /* approximate time to read and encode one stored row, s */
@@ -68,7 +67,6 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
     return PEND_OK;
 }
 
-/* stores the header fields of a complete computation */
 static void call_keep_stats(struct api_call *call) {
     if (!call->answer.has_stat_fields) return;
     api_stats_fields(&call->stat_fields, call->source.fetch ? api_results_stats(call->results)
@@ -153,13 +151,6 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
     return call_refuse(call, out);
 }
 
-/* checks a request without its body; sets the problem if it is refused */
-static void call_check_envelope(struct api_call *call, const struct api_request *request) {
-    call->format = api_negotiate_format(request->accept, call->op->samples);
-    api_request_check(request, call->limits, &call->problem);
-    if (!call->format) api_negotiate_refuse(&call->problem, call->op->samples);
-}
-
 /* fills in the head of the answer; its digest and columns are set */
 static void call_head(struct api_call *call, long long length) {
     const struct api_op *op = call->op;
@@ -231,7 +222,9 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     call->op = api_op_at(request->op);
     call->letters = (double)request->body_bytes;
     call->before = out->bytes;
-    call_check_envelope(call, request);
+    call->format = api_negotiate_format(request->accept, call->op->samples);
+    api_request_check(request, call->limits, &call->problem);
+    if (!call->format) api_negotiate_refuse(&call->problem, call->op->samples);
     if (call->problem.status) return call_refuse(call, out);
     enum pend_status status = call_read(call, request);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
@@ -340,7 +333,6 @@ static enum pend_status call_fetch_range(struct api_call *call, struct api_buffe
     return call_settle_range(call, end) ? PEND_OK : PEND_INVALID;
 }
 
-/* continues the computation until its turn is over */
 static enum pend_status call_turn(struct api_call *call, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     const struct api_source *source = &call->source;

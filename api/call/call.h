@@ -31,13 +31,8 @@ struct api_call;
  */
 PEND_MUST_CHECK enum pend_status api_call_new(struct api_call **call,
                                               const struct api_limits *limits);
-
-/** Returns true if the stage, operation, answer and problem are consistent; for assertions. O(1).
- */
-int api_call_valid(const struct api_call *call);
-
-/** Frees a call at any stage; it may be NULL. */
 void api_call_free(struct api_call **call);
+int api_call_valid(const struct api_call *call);
 
 /**
  * Sets the clock of a call; before api_call_open, or never.

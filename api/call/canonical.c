@@ -28,12 +28,6 @@ static enum pend_status canonical_array(const struct api_value *array, struct ap
     return api_buffer_text(out, "]");
 }
 
-static enum pend_status canonical_number(double number, struct api_buffer *out) {
-    PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
-    out->bytes = (size_t)(api_number_write(out->data + out->bytes, number) - out->data);
-    return PEND_OK;
-}
-
 enum pend_status api_canonical_write(const struct api_value *value, struct api_buffer *out) {
     const char *text = api_value_text(value);
     switch (api_value_kind(value)) {
@@ -44,7 +38,10 @@ enum pend_status api_canonical_write(const struct api_value *value, struct api_b
     case API_STRING:
         return api_text_quote(out, text, strlen(text));
     case API_NUMBER:
-        return canonical_number(api_value_number(value), out);
+        PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
+        out->bytes =
+            (size_t)(api_number_write(out->data + out->bytes, api_value_number(value)) - out->data);
+        return PEND_OK;
     case API_BOOL:
         return api_buffer_text(out, api_value_number(value) != 0 ? "true" : "false");
     case API_NULL:

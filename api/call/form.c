@@ -12,7 +12,6 @@
 /* most lines in the head of a part, and most bytes of each */
 enum { HEAD_LINES = 16, HEAD_LINE = 2000, SHOWN = 40 };
 
-/* a part of the body */
 struct span {
     const char *at;
     size_t bytes;
@@ -122,7 +121,6 @@ static const char *form_head(const struct form *form, const char *at, struct spa
     return NULL;
 }
 
-/* stores a part under its name */
 static int form_take(struct form *form, struct span name, struct span part) {
     int request = name.bytes == 7 && !memcmp(name.at, "request", 7);
     if (request && !form->request.at) {
@@ -148,7 +146,6 @@ static int form_take(struct form *form, struct span name, struct span part) {
     return 0;
 }
 
-/* cuts the body into its parts */
 static int form_cut(struct form *form) {
     size_t first = form->length - 2, bytes = (size_t)(form->end - form->body);
     if (bytes < first || memcmp(form->body, form->delimiter + 2, first) != 0)

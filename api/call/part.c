@@ -20,13 +20,6 @@ static double plan_rows(const struct api_op *op, const void *state) {
     return (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
 }
 
-/* estimates the memory and the results of a part; all parts are similar */
-static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
-    plan->kept = plan_rows(op, state) / (double)plan->parts;
-    if (op->part) op->part(state, 0, plan->parts);
-    plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
-}
-
 int api_plan_read(struct api_plan *plan, const struct api_request *request,
                   const struct api_limits *limits, double seconds, struct api_buffer *body,
                   struct api_buffer *out) {
@@ -51,7 +44,10 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request,
             fmax(ceil(plan->cost / seconds), ceil(plan_rows(op, state) / PLAN_PART_BYTES));
         plan->parts = (long)fmax(1, fmin(wanted, most));
         plan->chained = op->carry && plan->parts > 1;
-        plan_bytes(plan, op, state);
+        // all parts are similar
+        plan->kept = plan_rows(op, state) / (double)plan->parts;
+        if (op->part) op->part(state, 0, plan->parts);
+        plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
         api_op_free(op, &state);
     }
     return api_problem_end(&problem, status, out);
@@ -77,7 +73,6 @@ struct api_part {
     double seconds;
 };
 
-/* lets the operation read the request */
 static enum pend_status part_read(struct api_part *part, struct pend_error *error) {
     struct api_problem problem;
     api_problem_init(&problem);
@@ -94,7 +89,7 @@ static enum pend_status part_read(struct api_part *part, struct pend_error *erro
     return status;
 }
 
-int api_part_valid(const struct api_part *part) {
+PEND_VALIDATOR api_part_valid(const struct api_part *part) {
     return part->op && part->number >= 0 && (!part->carries || part->op->carry) &&
            (!part->resumes || (part->op->carry && part->number > 0 && !part->wrote)) &&
            (part->format == &api_format_raw ||

@@ -50,11 +50,6 @@ PEND_MUST_CHECK enum pend_status api_part_new(struct api_part **part,
                                               const struct api_request *request,
                                               const struct api_limits *limits, long number,
                                               long parts, struct pend_error *error);
-
-/** Returns true if the part's number, operation and state are consistent; for assertions. O(1). */
-int api_part_valid(const struct api_part *part);
-
-/** Frees a part, complete or not; it may be NULL. */
 void api_part_free(struct api_part **part);
 
 /**

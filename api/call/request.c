@@ -9,7 +9,6 @@
 #include "api/encode/encode_raw.h"
 #include "api/encode/negotiate.h"
 #include "api/json/did_you_mean.h"
-#include "api/read/field.h"
 
 /* true if the body is a multipart form and the operation accepts forms */
 static int request_form(const struct api_request *request) {
@@ -46,7 +45,6 @@ void api_request_check(const struct api_request *request, const struct api_limit
                         request->body_bytes, limits->body_bytes);
 }
 
-/* bytes of the request's JSON */
 struct span {
     const char *text;
     size_t bytes;

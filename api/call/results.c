@@ -120,7 +120,6 @@ void api_results_free(struct api_results **results) {
     free(gone);
 }
 
-/* processes a complete record */
 static enum pend_status results_take(struct api_results *results, enum api_raw kind,
                                      const char *data, size_t bytes, struct api_buffer *out) {
     if (kind == API_RAW_JSON) {
@@ -175,13 +174,6 @@ enum pend_status api_results_fetch(struct api_results *results, const struct api
     return status;
 }
 
-/* adds the statistics of a partial answer: rows present, rows in all */
-static void results_count(struct api_results *results) {
-    results->stats.count = 0;
-    api_stats_whole(&results->stats, "rows", results->writer->rows);
-    api_stats_whole(&results->stats, "rows_all", results->most);
-}
-
 enum pend_status api_results_end(struct api_results *results, struct api_buffer *out, int *done) {
     assert(results_valid(results));
     *done = 0;
@@ -191,7 +183,9 @@ enum pend_status api_results_end(struct api_results *results, struct api_buffer 
         return results->pieces ? PEND_OK : PEND_BUG;
     }
     if (results->partial) {
-        results_count(results);
+        results->stats.count = 0;
+        api_stats_whole(&results->stats, "rows", results->writer->rows);
+        api_stats_whole(&results->stats, "rows_all", results->most);
         return api_writer_finish(results->writer, &results->stats, out, done);
     }
     if (results->later ? !results->figures.count : results->writer->rows != results->table.rows)

@@ -72,12 +72,10 @@ PEND_MUST_CHECK enum pend_status api_results_new(struct api_results **results,
                                                  const struct api_table *table, int apart,
                                                  int later, const struct api_source *source,
                                                  struct api_buffer *out, struct pend_error *error);
+void api_results_free(struct api_results **results);
 
 /** Returns the statistics of all parts, once the answer is complete; NULL if there are none. */
 const struct api_stats *api_results_stats(const struct api_results *results);
-
-/** Frees the results; they may be NULL. */
-void api_results_free(struct api_results **results);
 
 /**
  * Fetches the next bytes of the parts, and appends the completed bytes of the answer.

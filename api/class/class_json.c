@@ -8,7 +8,6 @@
 #include "api/call/job_json.h"
 #include "api/encode/negotiate.h"
 #include "api/link/scene.h"
-#include "api/read/field.h"
 
 /* most characters of texts */
 enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16, CLASS_TRIES = 20 };
@@ -17,7 +16,6 @@ enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16, 
  * of numbers */
 enum { CLASS_SPARE = 4 };
 
-/* The state of reading a body. */
 struct class_reading {
     const struct api_limits *limits;
     struct api_class_facts *facts;
@@ -352,7 +350,6 @@ static void class_worksheet(const struct api_value *root, struct class_reading *
         class_step(&steps, &step, reading);
 }
 
-/* reads the earlier answers to a step, the first one first */
 static void class_tries(const struct api_value *tries, struct api_problem *problem) {
     if (api_value_kind(tries) == API_MISSING) return;
     if (api_value_kind(tries) != API_ARRAY || api_value_count(tries) > CLASS_TRIES) {

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "api/call/job_json.h"
-#include "api/json/json_in.h"
 #include "api/json/json_out.h"
 
 enum {
@@ -148,7 +147,6 @@ static enum pend_status table_handin(const struct api_class_item *item,
     return PEND_OK;
 }
 
-/* writes the rows of an existing item */
 static enum pend_status table_rows(const struct api_class_item *item, const struct api_value *root,
                                    struct api_class_names *names, struct api_buffer *out) {
     static const struct {

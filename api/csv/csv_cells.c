@@ -12,7 +12,8 @@ static int is_blank(char c) { return c == ' ' || c == '\t'; }
 
 static int is_digit(char c) { return c >= '0' && c <= '9'; }
 
-const char *api_csv_line_end(const char *line) { return line + strcspn(line, "\r\n"); }
+/* Returns the end of a line: its CR or LF, or the end of the text. */
+static const char *api_csv_line_end(const char *line) { return line + strcspn(line, "\r\n"); }
 
 const char *api_csv_line_next(const char *line) {
     const char *end = api_csv_line_end(line);

@@ -19,9 +19,6 @@ enum api_csv_kind {
     API_CSV_WORD
 };
 
-/** Returns the end of a line: its CR or LF, or the end of the text. */
-const char *api_csv_line_end(const char *line);
-
 /** Returns the start of the next line; a line ends with CR, LF or CR LF. */
 const char *api_csv_line_next(const char *line);
 

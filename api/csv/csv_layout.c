@@ -80,15 +80,12 @@ static char layout_separator(const char *text, struct start *best) {
 
 /* --- names --- */
 
-/* skips the characters that make a line a comment */
-static const char *head_text(const char *line) {
-    return is_comment(line) ? line + strspn(line, "#%/ \t\"") : line;
-}
-
 static int head_cut(const struct api_csv *csv, const char *line,
                     struct api_csv_cell cell[API_CSV_COLUMNS]) {
     memset(cell, 0, API_CSV_COLUMNS * sizeof *cell);
-    return api_csv_cut(head_text(line), csv->separator, cell);
+    // the characters that make the line a comment
+    if (is_comment(line)) line += strspn(line, "#%/ \t\"");
+    return api_csv_cut(line, csv->separator, cell);
 }
 
 /* true if a line has only units, and at least two of them */

@@ -18,7 +18,6 @@ const char *api_csv_role_name(enum api_csv_role role) {
     return names[role];
 }
 
-/* the input and the state of all guesses */
 struct guess {
     struct api_csv_roles *roles;
     const struct api_csv *csv;
@@ -31,10 +30,6 @@ struct guess {
 
 static int of_table(const struct guess *guess, int i) {
     return i < guess->behind || guess->given[i];
-}
-
-static int most_arms(const struct guess *guess) {
-    return guess->hints->arms ? guess->hints->arms : API_CSV_COLUMNS;
 }
 
 static void leave(struct api_csv_taken *taken, const char *why) {
@@ -162,7 +157,8 @@ static int from_zero(const struct guess *guess) {
 static int arm_of(struct guess *guess, int i, enum api_csv_role role, int seen[]) {
     static const struct api_csv_cell none = {"", 0};
     const struct api_csv_column *column = &guess->csv->column[i];
-    int number = guess->words[i].number, arm, most = most_arms(guess);
+    int number = guess->words[i].number, arm,
+        most = guess->hints->arms ? guess->hints->arms : API_CSV_COLUMNS;
     if (number >= 0) {
         arm = number + from_zero(guess);
     } else if (column->group.bytes && !guess->given[i]) {
@@ -202,7 +198,6 @@ static const char *column_unfit(const struct guess *guess, int i, enum api_csv_r
                                          : NULL;
 }
 
-/* adds a doubt about a column whose quantity was guessed */
 static void column_doubt(const struct guess *guess, int i) {
     struct api_csv_taken *taken = &guess->roles->column[i];
     int numbered = guess->words[i].number >= 0 || guess->csv->column[i].group.bytes;

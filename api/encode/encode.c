@@ -3,14 +3,12 @@
 #include <assert.h>
 #include <float.h>
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/base/engine.h"
 #include "api/number/number.h"
-#include "core/base/status.h"
 
 void api_table_add(struct api_table *table, const char *name, const char *part, int width) {
     assert(table->count >= 0 && table->count < API_COLUMNS && name && width >= 0);
@@ -237,7 +235,6 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      when);
 }
 
-/* stores rows */
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
     for (int c = 0; c < writer->table.count; c++) {
         size_t width = (size_t)api_column_numbers(&writer->table.column[c]),

@@ -220,6 +220,8 @@ PEND_MUST_CHECK enum pend_status api_writer_new(struct api_writer **writer,
                                                 const struct api_format *format,
                                                 const struct api_table *table,
                                                 struct api_buffer *out);
+void api_writer_free(struct api_writer **writer);
+int api_writer_valid(const struct api_writer *writer);
 
 /** Returns non-zero if a writer of this table reads its rows in several passes, so that it stores
  * at most API_TURN_BYTES. O(columns). */
@@ -235,13 +237,6 @@ PEND_MUST_CHECK enum pend_status api_writer_new_turns(struct api_writer **writer
 
 /** Starts another pass, in which all rows are passed again. */
 void api_writer_again(struct api_writer *writer);
-
-/** Frees a writer and its rows, and clears the pointer; NULL is accepted. */
-void api_writer_free(struct api_writer **writer);
-
-/** Returns true if the writer has at most the table's rows, and stores rows exactly if the format
- * needs this. For assertions. O(1). */
-int api_writer_valid(const struct api_writer *writer);
 
 /** Returns an upper bound of the memory, in bytes, of a writer of this table with its stored rows.
  * O(columns). */

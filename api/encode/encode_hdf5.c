@@ -153,7 +153,6 @@ static enum pend_status hdf5_block(struct api_writer *base, long rows, const dou
     return PEND_OK;
 }
 
-/* pads the last chunk with zeros */
 static enum pend_status piece_end(struct hdf5_writer *writer, struct api_buffer *out) {
     const struct plan *plan = &writer->plan;
     for (int i = 0; i < plan->arrays.count; i++) {
@@ -185,7 +184,6 @@ static enum pend_status trees_go_on(struct hdf5_writer *writer, struct api_buffe
     return PEND_OK;
 }
 
-/* writes the object headers of the arrays */
 static enum pend_status heads_add(struct hdf5_writer *writer, struct api_buffer *out) {
     const struct plan *plan = &writer->plan;
     PEND_TRY(api_buffer_room(out, (size_t)plan->arrays.count * API_HDF5_HEADER));
@@ -205,7 +203,6 @@ static enum pend_status heads_add(struct hdf5_writer *writer, struct api_buffer 
     return PEND_OK;
 }
 
-/* writes a statistic as an attribute of the root group */
 static char *figure_put(char *at, const struct api_stat *stat) {
     char value[TEXT_BYTES + 1] = "";
     if (stat->kind == API_STAT_WHOLE) {

@@ -63,7 +63,6 @@ static char *json_write_rows(char *at, const struct api_column *column, long row
     return api_column_write(at, column, column->width ? &nested : &list, "null");
 }
 
-/* writes the next rows of the column, about API_PIECE_BYTES */
 static enum pend_status json_rows(struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     const struct api_column *column = &table->column[writer->column];

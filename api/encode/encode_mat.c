@@ -177,7 +177,6 @@ static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer
 
 /* ---- statistics: a structure of scalars and texts */
 
-/* writes a statistic as an unnamed matrix with its tag */
 static char *stat_write(char *at, const struct api_stat *stat) {
     double number = stat->kind == API_STAT_WHOLE ? (double)stat->whole : stat->number;
     if (stat->kind == API_STAT_TEXT) {

@@ -64,7 +64,6 @@ static void npz_add(struct npz_writer *writer, struct api_buffer *out, const voi
     writer->written += bytes;
 }
 
-/* begins a member and writes its .npy header */
 static enum pend_status member_begin(struct npz_writer *writer, const char head[HEAD_BYTES],
                                      struct api_buffer *out) {
     struct api_zip64_member *member = &writer->member[writer->members++];
@@ -131,13 +130,6 @@ static void member_name(struct api_zip64_member *member, const char *first, cons
     stpcpy(stpcpy(stpcpy(stpcpy(member->name, first), between), second), ".npy");
 }
 
-/* true if the checksums follow the arrays in data descriptors */
-static int npz_streamed(const struct npz_writer *writer) {
-    const struct api_table *table = &writer->base.table;
-    double bytes = (double)npz_rows(writer) * api_table_numbers(table, 0) * (double)sizeof(double);
-    return bytes > writer->base.most;
-}
-
 static enum pend_status array_begin(struct npz_writer *writer, const struct api_array *array,
                                     struct api_buffer *out) {
     struct api_zip64_member *member = &writer->member[writer->members];
@@ -145,7 +137,9 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
     member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
     array_shape(writer, array, shape);
     npy_head(head, api_array_type(array), shape);
-    member->streamed = npz_streamed(writer);
+    double numbers = (double)npz_rows(writer) * api_table_numbers(&writer->base.table, 0);
+    // the checksums of large arrays follow them in data descriptors
+    member->streamed = numbers * (double)sizeof(double) > writer->base.most;
     member->bytes = HEAD_BYTES + array_numbers(writer, array) * api_array_bytes(array);
     member->crc = libdeflate_crc32(0, head, HEAD_BYTES);
     if (!member->streamed) member->crc = array_crc(writer, array, member->crc);
@@ -192,14 +186,6 @@ static enum pend_status array_end(struct npz_writer *writer, struct api_buffer *
 
 /* ---- several passes over the rows */
 
-/* assigns memory to the columns of an array; returns the end of that memory */
-static double *array_keep(struct npz_writer *writer, const struct api_array *array, double *at) {
-    size_t numbers = (size_t)array_numbers(writer, array);
-    writer->base.column[array->re] = at;
-    if (array->im >= 0) writer->base.column[array->im] = at + numbers;
-    return at + numbers * (array->im >= 0 ? 2 : 1);
-}
-
 /* starts a pass: chooses its arrays, and assigns memory to those that are written later */
 static enum pend_status turn_begin(struct npz_writer *writer, struct api_buffer *out) {
     const struct api_arrays *arrays = &writer->arrays;
@@ -215,8 +201,12 @@ static enum pend_status turn_begin(struct npz_writer *writer, struct api_buffer 
     writer->base.kept = malloc((size_t)numbers * sizeof(double) + 1);
     if (!writer->base.kept) return PEND_NO_MEMORY;
     double *at = writer->base.kept;
-    for (int a = writer->next + 1; a < writer->last; a++)
-        at = array_keep(writer, &arrays->array[a], at);
+    for (int a = writer->next + 1; a < writer->last; a++) {
+        const struct api_array *array = &arrays->array[a];
+        size_t each = (size_t)array_numbers(writer, array);
+        writer->base.column[array->re] = at, at += each;
+        if (array->im >= 0) writer->base.column[array->im] = at, at += each;
+    }
     return array_begin(writer, &arrays->array[writer->next], out);
 }
 
@@ -241,7 +231,6 @@ static enum pend_status npz_turn(struct api_writer *base, long rows, const doubl
     return PEND_OK;
 }
 
-/* writes a small array with its member record and header */
 static enum pend_status member_add(struct npz_writer *writer, const char *first, const char *second,
                                    const char *type, const char *shape, const char *value,
                                    size_t bytes, struct api_buffer *out) {
@@ -257,7 +246,6 @@ static enum pend_status member_add(struct npz_writer *writer, const char *first,
     return PEND_OK;
 }
 
-/* writes a statistic: a zero-dimensional array */
 static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat,
                                  struct api_buffer *out) {
     char type[16] = "<f8", value[4 * TEXT_CAP], *end = value;
@@ -275,7 +263,6 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
     return member_add(writer, "stats", stat->name, type, "()", value, (size_t)(end - value), out);
 }
 
-/* writes the warnings: an array of texts */
 static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats,
                                      struct api_buffer *out) {
     char type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0}, *end = value;
@@ -293,7 +280,6 @@ static enum pend_status warnings_add(struct npz_writer *writer, const struct api
     return member_add(writer, "warnings", "", type, shape, value, (size_t)(end - value), out);
 }
 
-/* writes the central directory */
 static enum pend_status npz_directory(struct npz_writer *writer, struct api_buffer *out) {
     uint64_t begin = writer->written;
     char record[API_ZIP64_CENTRAL], end[API_ZIP64_END];

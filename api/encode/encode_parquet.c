@@ -26,7 +26,6 @@ enum {
     PAGE_BYTES = 32
 };
 
-/* constants of the format */
 enum { TYPE_FLOAT = 4, TYPE_DOUBLE = 5, REQUIRED = 0, DATA_PAGE = 0, PLAIN = 0, RLE = 3 };
 enum { THRIFT_I32 = 5, THRIFT_I64 = 6, THRIFT_BINARY = 8, THRIFT_LIST = 9, THRIFT_STRUCT = 12 };
 
@@ -248,7 +247,6 @@ static enum pend_status put_group_facts(struct parquet_writer *writer, long rows
     return PEND_OK;
 }
 
-/* writes a statistic as text */
 static void stat_text(const struct api_stat *stat, char text[STAT_BYTES]) {
     const struct api_number_rows one = {1, 1, &stat->number, 0, 0, "", 0};
     if (stat->kind == API_STAT_WHOLE)

@@ -30,18 +30,14 @@ static double png_bytes(const struct api_table *table) {
     return 1.01 * (double)table->rows + 65536;
 }
 
-static double number_at(const struct api_writer *writer, long row) {
-    const struct api_table_picture *picture = &writer->table.picture;
-    long width = api_column_numbers(&writer->table.column[picture->column]);
-    return writer->column[picture->column][row * width + picture->arm];
-}
-
 /* the position of a number on the scale; NAN for a missing value, and on a logarithmic scale for a
  * number that is not positive */
 static double scaled(const struct api_writer *writer, long row) {
-    double x = number_at(writer, row);
+    const struct api_table_picture *picture = &writer->table.picture;
+    long width = api_column_numbers(&writer->table.column[picture->column]);
+    double x = writer->column[picture->column][row * width + picture->arm];
     if (writer->column[STATUS_COLUMN][row] != 0) return NAN;
-    if (!writer->table.picture.logarithmic) return x;
+    if (!picture->logarithmic) return x;
     return x > 0 ? log(x) : NAN;
 }
 

@@ -5,8 +5,6 @@
 #include "api/encode/encode_raw.h"
 
 #include <assert.h>
-#include <stdint.h>
-#include <stdlib.h>
 
 #include "api/base/octets.h"
 
@@ -55,11 +53,6 @@ static enum pend_status raw_block(struct api_writer *writer, long rows, const do
 
 static int is_text(int kind) { return kind == API_STAT_TEXT || kind == API_STAT_WARNING; }
 
-/* bytes of a statistic: kind, length of the name, name; 8 bytes, or a length and a text */
-static size_t stat_bytes(const struct api_stat *stat) {
-    return 2 + strlen(stat->name) + (is_text(stat->kind) ? 1 + strlen(stat->text) : 8);
-}
-
 static char *put_text(char *at, const char *text) {
     size_t bytes = strlen(text);
     *at++ = (char)bytes;
@@ -70,7 +63,11 @@ static char *put_text(char *at, const char *text) {
 static enum pend_status raw_finish(struct api_writer *writer, struct api_buffer *out, int *done) {
     const struct api_stats *stats = writer->stats;
     size_t bytes = 0;
-    for (int i = 0; stats && i < stats->count; i++) bytes += stat_bytes(&stats->stat[i]);
+    // kind, length of the name, name; 8 bytes, or a length and a text
+    for (int i = 0; stats && i < stats->count; i++) {
+        const struct api_stat *stat = &stats->stat[i];
+        bytes += 2 + strlen(stat->name) + (is_text(stat->kind) ? 1 + strlen(stat->text) : 8);
+    }
     PEND_TRY(raw_begin(out, API_RAW_STATS, bytes));
     char *at = out->data + out->bytes;
     for (int i = 0; stats && i < stats->count; i++) {

@@ -101,10 +101,6 @@ static char *type_write(char *at, enum api_hdf5_type type) {
     return (char *)memcpy(at, narrow, sizeof narrow - 1) + 20;
 }
 
-static char *text_type_write(char *at, size_t each) {
-    return api_octets_whole(api_octets_whole(at, 0x13, 4), each, 4); // ASCII, terminated by a 0
-}
-
 static char *space_write(char *at, int axes, const uint64_t length[]) {
     at = api_octets_whole(api_octets_whole(at, 2, 1), (uint64_t)axes, 1);
     at = api_octets_whole(api_octets_whole(at, 0, 1), axes > 0, 1);
@@ -182,7 +178,7 @@ char *api_hdf5_number(char *at, const char *name, enum api_hdf5_type type, const
 char *api_hdf5_text(char *at, const char *name, int texts, size_t each, const char *value) {
     char kind[8], *end;
     size_t bytes = each * (texts < 0 ? 1 : (size_t)texts);
-    text_type_write(kind, each);
+    api_octets_whole(api_octets_whole(kind, 0x13, 4), each, 4); // ASCII, terminated by a 0
     end = attribute(at + MESSAGE_BYTES, name, kind, sizeof kind, texts);
     memcpy(end, value, bytes);
     return message_close(at, ATTRIBUTE, end + bytes);

@@ -111,19 +111,13 @@ static int accept_quality(const char *accept, const char *media_type) {
     return best_fit ? best : 0;
 }
 
-/* shortcut for a single lower-case media type, which nearly all clients send */
-static const struct api_format *format_named(const char *accept, int samples) {
-    const struct api_format *format;
-    for (int i = 0; (format = api_format_at(i)); i++)
-        if (format->samples_only <= samples && !strcmp(accept, format->media_type)) return format;
-    return NULL;
-}
-
 const struct api_format *api_negotiate_format(const char *accept, int samples) {
     int best_quality = 0;
     if (!accept || !accept[strspn(accept, " \t,")]) return api_format_at(0);
-    const struct api_format *best = format_named(accept, samples);
-    if (best) return best;
+    const struct api_format *best = NULL;
+    // nearly all clients send a single lower-case media type
+    for (int i = 0; (best = api_format_at(i)); i++)
+        if (best->samples_only <= samples && !strcmp(accept, best->media_type)) return best;
     for (int i = 0; api_format_at(i); i++) {
         const struct api_format *format = api_format_at(i);
         if (format->samples_only > samples) continue;

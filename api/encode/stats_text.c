@@ -1,6 +1,5 @@
 #include "api/encode/stats_text.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -34,7 +33,6 @@ enum pend_status api_stats_json(const struct api_stats *stats, struct api_buffer
     return api_buffer_text(out, "]");
 }
 
-/* writes a number as text */
 static void stats_number(double value, char text[API_NUMBER_BYTES + 1]) {
     *api_number_write(text, value) = 0;
 }

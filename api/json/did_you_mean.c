@@ -104,11 +104,6 @@ static const struct {
 
 static int name_lower(char c) { return c >= 'A' && c <= 'Z' ? c + 32 : (unsigned char)c; }
 
-static int least_of_three(int a, int b, int c) {
-    int least = a < b ? a : b;
-    return least < c ? least : c;
-}
-
 /* the edit distance of a and b, counting a swap of neighbours once; case is ignored */
 static int name_edits(const char *a, const char *b) {
     int rows[3][NAME_BYTES + 1], *before = rows[0], *last = rows[1], *now = rows[2];
@@ -119,7 +114,8 @@ static int name_edits(const char *a, const char *b) {
         now[0] = i;
         for (int j = 1; j <= n; j++) {
             int differ = name_lower(a[i - 1]) != name_lower(b[j - 1]);
-            now[j] = least_of_three(last[j] + 1, now[j - 1] + 1, last[j - 1] + differ);
+            int least = last[j] < now[j - 1] ? last[j] + 1 : now[j - 1] + 1;
+            now[j] = least < last[j - 1] + differ ? least : last[j - 1] + differ;
             int swap = i > 1 && j > 1 && name_lower(a[i - 1]) == name_lower(b[j - 2]) &&
                        name_lower(a[i - 2]) == name_lower(b[j - 1]);
             if (swap && before[j - 2] + 1 < now[j]) now[j] = before[j - 2] + 1;

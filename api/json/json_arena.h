@@ -15,9 +15,6 @@ struct api_arena {
     size_t left;                  /* number of free bytes from `next` on */
 };
 
-/** Returns true if the free bytes lie at the end of the last chunk; for assertions. */
-int api_arena_valid(const struct api_arena *arena);
-
 /**
  * Allocates at least one byte, aligned as by malloc and uninitialized.
  *
@@ -28,3 +25,4 @@ void *api_arena_take(struct api_arena *arena, size_t bytes);
 
 /** Frees all pieces; the arena can be used again. O(chunks). */
 void api_arena_clear(struct api_arena *arena);
+int api_arena_valid(const struct api_arena *arena);

@@ -40,8 +40,6 @@ struct api_value {
 PEND_MUST_CHECK enum pend_status api_json_new(struct api_json **document, const char *text,
                                               size_t bytes, int depth_cap,
                                               struct api_problem *problem);
-
-/** Frees a document and all its values; it may be NULL. */
 void api_json_free(struct api_json **document);
 
 /** Returns the root of the document. */

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-int api_keys_valid(const struct api_keys *keys) {
+PEND_VALIDATOR api_keys_valid(const struct api_keys *keys) {
     return keys->count <= keys->cap && (!keys->cap || (keys->key && keys->hash));
 }
 
@@ -39,7 +39,6 @@ static int keys_there(const struct api_keys *keys, size_t first, struct api_key 
     return 0;
 }
 
-/* grows the table if it is full */
 static enum pend_status keys_grow(struct api_keys *keys) {
     if (keys->count < keys->cap) return PEND_OK;
     size_t cap = keys->cap ? 2 * keys->cap : 64;

@@ -22,9 +22,6 @@ struct api_keys {
     size_t count, cap;
 };
 
-/** Returns true if the count is within the memory; for assertions. */
-int api_keys_valid(const struct api_keys *keys);
-
 /**
  * Adds a key of the innermost object.
  *

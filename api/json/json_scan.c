@@ -2,7 +2,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +15,6 @@
 #include "api/json/json_keys.h"
 #include "api/number/number.h"
 
-/* the next token in the grammar */
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };
 
 /* upper bounds, in bytes, of the memory of a value, and of the memory per byte of text */
@@ -245,7 +243,6 @@ static void scan_single_digits(struct scan *s) {
     s->at = (size_t)(p - s->text);
 }
 
-/* reads a number and continues after it */
 static enum pend_status scan_number(struct scan *s, double *x) {
     const char *begin = s->text + s->at, *end = api_digits_whole(begin, s->text + s->bytes, x);
     if (end) {
@@ -398,7 +395,6 @@ static enum pend_status scan_fail_twice(struct scan *s, struct api_key key, size
     return scan_fail(s, 400, at, "the key %.*s occurs twice", length, s->plain.data);
 }
 
-/* reads the key of a member and its colon */
 static enum pend_status scan_key(struct scan *s, int c) {
     size_t at = s->at;
     struct api_key key;
@@ -420,20 +416,17 @@ static enum pend_status scan_key(struct scan *s, int c) {
     return PEND_OK;
 }
 
-/* reads a number outside an array of numbers */
-static enum pend_status scan_lone_number(struct scan *s) {
-    double x;
-    PEND_TRY(scan_number(s, &x));
-    return scan_add_number(s, x);
-}
-
 static enum pend_status scan_value(struct scan *s, int c) {
     int number = c == '-' || api_digit(c);
     if (number && s->depth && s->frames[s->depth - 1].pure) return scan_numbers(s);
     PEND_TRY(scan_spoil(s));
     if (c == '{' || c == '[') return scan_open(s, c == '{');
     s->want = s->depth ? WANT_MORE : WANT_NOTHING;
-    if (number) return scan_lone_number(s);
+    if (number) {
+        double x;
+        PEND_TRY(scan_number(s, &x));
+        return scan_add_number(s, x);
+    }
     return c == '"' ? scan_add_string(s) : scan_literal(s);
 }
 

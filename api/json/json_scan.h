@@ -40,6 +40,4 @@ struct api_json {
 PEND_MUST_CHECK enum pend_status api_scan_run(struct api_json *document, const char *text,
                                               size_t bytes, int depth_cap,
                                               struct api_problem *problem);
-
-/** Frees the tree and the table of a document. */
 void api_scan_clear(struct api_json *document);

@@ -122,12 +122,6 @@ static int oembed_view(const char *url, const char *path, struct api_oembed *out
     return 1;
 }
 
-/* Returns the number of bytes of https:// or http:// at the beginning; 0 for another scheme. */
-static size_t oembed_scheme(const char *url) {
-    if (!strncasecmp(url, "https://", 8)) return 8;
-    return strncasecmp(url, "http://", 7) ? 0 : 7;
-}
-
 /* Returns 1 if all characters are valid in a link. */
 static int oembed_sound(const char *url) {
     while (*url && (strchr(oembed_unreserved, *url) || strchr(oembed_reserved, *url))) url++;
@@ -137,7 +131,7 @@ static int oembed_sound(const char *url) {
 /* Reads a link to the page. Returns 0 and sets the problem for any other link. */
 static int oembed_link(const char *url, const char *host, struct api_oembed *out,
                        struct api_problem *problem) {
-    size_t scheme = oembed_scheme(url);
+    size_t scheme = !strncasecmp(url, "https://", 8) ? 8 : strncasecmp(url, "http://", 7) ? 0 : 7;
     if (!scheme || !oembed_sound(url)) {
         api_problem_set(problem, 422,
                         "url must be a link that begins with http:// or https:// and has no "

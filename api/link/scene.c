@@ -6,7 +6,6 @@
 #include "api/call/canonical.h"
 #include "api/encode/encode.h"
 #include "api/encode/negotiate.h"
-#include "api/read/field.h"
 
 static const char *const scene_fields[] = {"title", "request", "view", NULL};
 

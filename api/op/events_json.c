@@ -43,7 +43,6 @@ static int present(const struct api_value *value) { return api_value_kind(value)
 
 /* ---- reading */
 
-/* reads the arms of a quantity */
 static void read_arms(const struct api_events *events, struct pend_event *event,
                       const struct api_value *value, struct api_problem *problem) {
     struct api_value arm = api_value_member(value, "arm"), to = api_value_member(value, "to");

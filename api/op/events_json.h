@@ -56,8 +56,6 @@ void api_events_read_list(struct api_events *events, const struct api_value *fie
 void api_events_read(struct api_events *events, const struct api_reading *reading,
                      const struct api_tree *tree, const struct api_states *start,
                      const struct api_method *method, const struct pend_times *times);
-
-/** Frees the passages and the search. */
 void api_events_clear(struct api_events *events);
 
 /**

@@ -264,7 +264,6 @@ static enum pend_status write_rows(const struct api_measured *table, int rows,
     return api_buffer_text(out, "]");
 }
 
-/* writes the value of column i in each row */
 static enum pend_status write_values(const struct api_measured *table, const char *name, int i,
                                      const double *row, struct api_buffer *out) {
     PEND_TRY(api_out_open(out, name, '['));

@@ -2,13 +2,12 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/encode/encode.h"
 #include "api/encode/stats_text.h"
-#include "api/json/json_in.h"
 
 static const double turn_seconds = 0.001, hurried_seconds = 0.00025;
 static const size_t turn_bytes = 1 << 18;
@@ -149,6 +148,12 @@ static const struct api_op *const ops[API_OP_COUNT] = {
     [API_OP_ORBITS] = &api_op_orbits,       [API_OP_CONTROLLERS] = &api_op_controllers,
     [API_OP_TABLES] = &api_op_tables,       [API_OP_TRIALS] = &api_op_trials,
 };
+
+enum api_op_id api_op_find(const char *name) {
+    int id = 0;
+    while (id < API_OP_COUNT && strcmp(ops[id]->name, name)) id++;
+    return (enum api_op_id)id;
+}
 
 const struct api_op *api_op_at(enum api_op_id id) {
     return id >= 0 && id < API_OP_COUNT ? ops[id] : NULL;

@@ -164,14 +164,12 @@ extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api
  * Fails as the operation's `read` does.
  */
 PEND_MUST_CHECK enum pend_status api_op_read(void **state, const struct api_reading *reading);
+void api_op_free(const struct api_op *op, void **state);
 
 /** Return the table and the statistics of an answer, from the state of an operation that has
  * them. */
 const struct api_table *api_op_table(const struct api_op *op, const void *state);
 const struct api_stats *api_op_stats(const struct api_op *op, const void *state);
-
-/** Frees the state of an operation; NULL is accepted. */
-void api_op_free(const struct api_op *op, void **state);
 
 /** Reads the member `pendulum`, as api_tree_read does; adds errors for terms that the operation
  * does not support. */
@@ -211,5 +209,7 @@ PEND_MUST_CHECK enum pend_status api_table_grow(const struct api_table *table, l
                                                 long first, long *room, double *column[],
                                                 struct pend_error *error);
 
-/** Returns the row of an operation; NULL if there is none. */
+/** Returns the row of an operation, NULL if there is none; or the first operation with a name,
+ * API_OP_COUNT if there is none. */
 const struct api_op *api_op_at(enum api_op_id id);
+enum api_op_id api_op_find(const char *name);

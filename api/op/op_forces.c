@@ -74,7 +74,6 @@ static const struct {
     [CART_REACTION] = {"cart", "reaction"},
 };
 
-/* whether a column has one number per arm */
 static int column_of_arms(int column) {
     return column < KINETIC || (column > TOTAL && column < CART_ACC);
 }
@@ -131,7 +130,6 @@ static void forces_clear(void *state) {
 
 /* ---- reading */
 
-/* sets the columns, and adds an error if the answer would be too large */
 static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
     struct api_table *table = &forces->table;
     forces->count = forces->tree.cart ? COLUMNS : forces->tree.loads.terms ? CART_ACC : JOINT_ALONG;
@@ -216,7 +214,6 @@ static enum pend_status forces_read(void *state, const struct api_reading *readi
 
 /* ---- running */
 
-/* bytes of the scratch of the dynamics */
 static size_t forces_work(const struct forces *forces) {
     const struct pend_loads *loads = &forces->tree.loads;
     if (loads->terms) return pend_dynamics_at_bytes(forces->tree.tree, loads);
@@ -319,13 +316,6 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     forces->column[TOTAL][i] = energy.kinetic + energy.potential;
 }
 
-/* removes whole turns from an angle and its rounding error */
-static void forces_rest(double *phi, double *low) {
-    struct pend_sum rest = pend_turns_rest(*phi, *low, NULL);
-    *phi = rest.high;
-    *low = rest.low;
-}
-
 /* creates the derivatives of states, with the first state as an arbitrary start */
 static enum pend_status forces_begin_derived(struct forces *forces, struct pend_error *error) {
     struct pend_problem problem = {.tree = forces->tree.tree,
@@ -341,14 +331,16 @@ static enum pend_status forces_begin(struct forces *forces, struct api_buffer *o
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
     // no angle is reported, and forces do not depend on whole turns, except with springs or a cart
     int whole = pend_terms_whole_turns(forces->tree.loads.terms);
-    for (long i = 0; i < forces->table.rows * forces->tree.n && whole; i++)
-        forces_rest(&forces->states->phi[i], &forces->states->phi_low[i]);
+    for (long i = 0; i < forces->table.rows * forces->tree.n && whole; i++) {
+        double *phi = &forces->states->phi[i], *low = &forces->states->phi_low[i];
+        struct pend_sum rest = pend_turns_rest(*phi, *low, NULL);
+        *phi = rest.high, *low = rest.low;
+    }
     PEND_TRY(forces_allocate(forces, error));
     if (forces->derived.count) PEND_TRY(forces_begin_derived(forces, error));
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }
 
-/* computes and writes the next block of states */
 static enum pend_status forces_block(struct forces *forces, struct api_buffer *out,
                                      struct pend_error *error) {
     long rows = forces->table.rows - forces->next;

@@ -69,7 +69,6 @@ static void lyapunov_clear(void *state) {
 
 /* --- reading --- */
 
-/* reads the number of exponents: a number, or "all" */
 static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_value *count,
                                 struct api_problem *problem) {
     const char *text = api_value_text(count);
@@ -118,7 +117,6 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* sets the columns, and adds an error if the answer would be too large */
 static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
     double bytes = 8.0 * 6 * api_tree_stored(&lyapunov->tree) * (lyapunov->count + 1);
@@ -215,7 +213,6 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
     return api_writer_new(&lyapunov->writer, lyapunov->format, &lyapunov->table, out);
 }
 
-/* writes the rows of the block */
 static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buffer *out,
                                        struct pend_error *error) {
     long rows = lyapunov->rows;
@@ -237,7 +234,6 @@ static void lyapunov_watch(struct lyapunov *lyapunov) {
     if (grown >= lost_growth) lyapunov->horizon = (double)lyapunov->intervals * lyapunov->interval;
 }
 
-/* completes an interval, of the transient or of a row */
 static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out,
                                       struct pend_error *error) {
     long over = ++lyapunov->intervals - lyapunov->skip;

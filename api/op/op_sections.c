@@ -100,7 +100,6 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
     sections->angle_low = from_theta ? hanging.low : 0;
 }
 
-/* determines the common period of the pendulum's drives */
 static void sections_drive_period(struct sections *sections, const struct api_value *period,
                                   struct api_problem *problem) {
     const struct pend_loads *loads = &sections->tree.loads;
@@ -126,7 +125,6 @@ static void sections_drive_period(struct sections *sections, const struct api_va
                                                 "give the period in seconds");
 }
 
-/* reads a stroboscopic section */
 static void sections_read_period(struct sections *sections, const struct api_value *section,
                                  struct api_problem *problem) {
     struct api_value period = api_value_member(section, "period"),
@@ -174,7 +172,6 @@ static void sections_read_section(struct sections *sections, const struct api_va
     sections->ways = ways[word];
 }
 
-/* reads the start and the duration of the motion */
 static void sections_read_time(struct sections *sections, const struct api_value *root,
                                struct api_problem *problem) {
     struct api_value duration = api_value_member(root, "duration"),
@@ -217,7 +214,6 @@ static enum pend_status sections_read_parts(struct sections *sections,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-/* sets the columns, and adds an error if the answer would be too large */
 static enum pend_status sections_check_size(struct sections *sections,
                                             const struct api_reading *reading) {
     struct api_table *table = &sections->table;

@@ -170,7 +170,6 @@ static enum pend_status trajectory_read(void *state, const struct api_reading *r
     return status == PEND_OK ? trajectory_check_size(trajectory, reading) : status;
 }
 
-/* starts the integration */
 static enum pend_status trajectory_begin(struct trajectory *trajectory, struct pend_error *error) {
     const struct api_method *method = &trajectory->method;
     PEND_TRY(api_states_settle(trajectory->start, &trajectory->tree, error));
@@ -243,7 +242,6 @@ static double trajectory_sampled(const struct trajectory *trajectory) {
     return fmin(sampled, pend_derivatives_progress(trajectory->derived.motion));
 }
 
-/* the fraction of the computation that is done, 0 .. 1 */
 static double trajectory_progress(const struct trajectory *trajectory) {
     double sampled = trajectory_sampled(trajectory);
     if (trajectory->trust_tolerance <= 0) return sampled;
@@ -272,7 +270,6 @@ static void name_limit(const struct trajectory *trajectory, enum pend_status sta
                  " (%s): ask for a shorter time or a looser tolerance", trajectory->step_name);
 }
 
-/* computes the derivatives of the due rows, as many as fit into one piece of work */
 static enum pend_status trajectory_differentiate(struct trajectory *trajectory,
                                                  struct pend_error *error) {
     long more = 0, due = trajectory->due, made = trajectory->made;
@@ -300,7 +297,6 @@ static enum pend_status trajectory_write_derived(struct trajectory *trajectory,
     return api_writer_block(trajectory->writer, rows, column, out, error);
 }
 
-/* computes and writes the next samples, as many as fit into one piece of work */
 static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out,
                                          int *computed, struct pend_error *error) {
     struct api_samples *samples = trajectory->samples;

@@ -1,7 +1,6 @@
 #include "api/op/samples.h"
 
 #include <assert.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -188,14 +187,6 @@ void api_outputs_derived(const struct api_outputs *outputs, const struct api_val
     }
 }
 
-/* determines which sources the outputs need */
-static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURCES]) {
-    memset(wanted, 0, SOURCES);
-    for (int i = 0; i < outputs->count; i++)
-        for (int p = 0; p < output_table[outputs->output[i]].parts; p++)
-            wanted[output_table[outputs->output[i]].source[p]] = 1;
-}
-
 /* gives each needed source its array in a block that begins at `base`, after t; returns how many
  * numbers they take */
 static size_t samples_place(const struct api_outputs *outputs, const char wanted[SOURCES], int n,
@@ -220,9 +211,11 @@ static long samples_cap(size_t numbers, long rows) {
 enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs,
                                  int n, long rows) {
     assert(n >= 1 && rows >= 1);
-    char wanted[SOURCES];
+    char wanted[SOURCES] = {0};
     double *array[SOURCES];
-    outputs_sources(outputs, wanted);
+    for (int i = 0; i < outputs->count; i++)
+        for (int p = 0; p < output_table[outputs->output[i]].parts; p++)
+            wanted[output_table[outputs->output[i]].source[p]] = 1;
     long cap = samples_cap(samples_place(outputs, wanted, n, 1, NULL, array), rows);
     *samples = NULL;
     struct api_samples *made =

@@ -60,8 +60,6 @@ struct api_samples {
  */
 PEND_MUST_CHECK enum pend_status
 api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n, long rows);
-
-/** Frees the samples; NULL is accepted. */
 void api_samples_free(struct api_samples **samples);
 
 /** Computes the outputs that are functions of other outputs, in the rows that are filled. */

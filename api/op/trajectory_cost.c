@@ -124,12 +124,6 @@ static const double linear_numbers = 2.2;
  * matrices */
 static const double radau_numbers = 10;
 
-static double trajectory_derived_bytes(const struct api_trajectory_size *size) {
-    const struct api_derived *derived = size->derived;
-    if (!derived->count) return 0;
-    return api_derived_bytes(derived, size->tree, api_derived_cap(derived, size->table->rows));
-}
-
 double api_trajectory_cost_bytes(struct api_trajectory_size size) {
     assert(size.format && size.table && size.derived->count >= 0);
     const struct trajectory_room *room = &room_of_others;
@@ -146,9 +140,10 @@ double api_trajectory_cost_bytes(struct api_trajectory_size size) {
     if (size.method->method == &pend_method_radau) square = radau_numbers * sizeof(double) * n * n;
     double list = size.times->list ? (double)size.times->times.count * sizeof(double) : 0;
     double block = fmin(SAMPLE_NUMBERS, (double)size.table->rows * (row + 8)) + row + 8;
+    long cap = size.derived->count ? api_derived_cap(size.derived, size.table->rows) : 0;
+    double derived = cap ? api_derived_bytes(size.derived, size.tree, cap) : 0;
     if (size.events->count) an_arm *= 2; // a search for events has its own stepper
     return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
-           api_tree_bytes(size.tree) + api_states_bytes(size.start) +
-           trajectory_derived_bytes(&size) + api_events_bytes(size.events) +
-           api_writer_bytes(size.format, size.table);
+           api_tree_bytes(size.tree) + api_states_bytes(size.start) + derived +
+           api_events_bytes(size.events) + api_writer_bytes(size.format, size.table);
 }

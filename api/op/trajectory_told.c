@@ -62,7 +62,6 @@ static void tell_linear(struct api_trajectory_told *told,
     api_stats_warning(stats, "warning_linear", told->linear);
 }
 
-/* adds the drift of the energy, and a warning if it is large */
 static void tell_energy(struct api_trajectory_told *told, const struct pend_method *method,
                         double drift, struct api_stats *stats) {
     static const double lost = 0.01;

@@ -1,7 +1,5 @@
 #include "api/op/tree_write.h"
 
-#include "api/json/json_out.h"
-
 static enum pend_status tree_write_arm(const struct api_tree *tree, int i, struct api_buffer *out) {
     char name[16], parent_name[16];
     int parent = api_tree_parent(tree, i), k = tree->tree->place[i];

@@ -21,7 +21,8 @@ const char *api_varied_name(int i) {
     return i < ONES ? api_terms_varied((enum pend_term_row)i) : names[i - ONES];
 }
 
-int api_varied_of_cart(const char *name) {
+/* Returns true if the name ("phi", "phid" or "mass") is also that of a number of a cart. O(1). */
+static int api_varied_of_cart(const char *name) {
     static const char *const of_cart[] = {
         "phi",          "phid",        "mass", "damping", "stiffness", "torque", "torque_amplitude",
         "torque_omega", "torque_phase"};
@@ -70,13 +71,6 @@ static void target_arm(const struct api_value *value, const struct api_tree *tre
     if (arm >= 0) out->arm = tree->tree->place[arm];
 }
 
-/* lists all names, ended by NULL */
-static void target_names(const char *list[API_VARY_TERM + API_VARIED + 1]) {
-    for (int i = 0; i < API_VARY_TERM; i++) list[i] = quantities[i];
-    for (int i = 0; i < API_VARIED; i++) list[API_VARY_TERM + i] = api_varied_name(i);
-    list[API_VARY_TERM + API_VARIED] = NULL;
-}
-
 /* finds the value of a term, which the pendulum must have */
 static void target_term(const struct api_value *value, const struct api_value *vary, int term,
                         const struct api_tree *tree, struct api_target *out,
@@ -99,7 +93,9 @@ int api_target_read(struct api_target *target, const struct api_value *value,
     const char *list[API_VARY_TERM + API_VARIED + 1];
     int chosen = 0;
     *target = (struct api_target){.arm = -1, .place = -1};
-    target_names(list);
+    for (int i = 0; i < API_VARY_TERM; i++) list[i] = quantities[i];
+    for (int i = 0; i < API_VARIED; i++) list[API_VARY_TERM + i] = api_varied_name(i);
+    list[API_VARY_TERM + API_VARIED] = NULL;
     if (!api_field_needed(&vary, problem) || api_field_word(&vary, list, &chosen, problem) < 0)
         return 0;
     int term = chosen - API_VARY_TERM;

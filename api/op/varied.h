@@ -43,9 +43,6 @@ int api_target_read(struct api_target *target, const struct api_value *value,
 /** Returns name number i, 0 .. API_VARIED - 1: "damping", "pivot_y_amplitude". O(1). */
 const char *api_varied_name(int i);
 
-/** Returns true if the name ("phi", "phid" or "mass") is also that of a number of a cart. O(1). */
-int api_varied_of_cart(const char *name);
-
 /** Returns true if the name needs an arm. O(1). */
 int api_varied_of_arm(int i);
 

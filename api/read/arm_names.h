@@ -19,8 +19,6 @@ struct api_arm_names {
 
 /** Allocates the names of n arms; released by api_arm_names_clear. PEND_NO_MEMORY. */
 PEND_MUST_CHECK enum pend_status api_arm_names_init(struct api_arm_names *names, int n);
-
-/** Frees the names. */
 void api_arm_names_clear(struct api_arm_names *names);
 
 /** Reads an arm's own name, or uses its number from 1; a name that is not a text is an error.

@@ -1,6 +1,5 @@
 #include "api/read/rules_json.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

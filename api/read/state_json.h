@@ -25,11 +25,7 @@ struct api_states {
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status api_states_new(struct api_states **states, long count, int n);
-
-/** Frees states; NULL is accepted. */
 void api_states_free(struct api_states **states);
-
-/** Returns true if the arrays have the right sizes; for assertions. O(1). */
 int api_states_valid(const struct api_states *states);
 
 /** Returns the bytes of memory of states, including the temporary memory of api_states_settle if

@@ -52,8 +52,6 @@ typedef void api_terms_fault_fn(void *context, const char *field, int i, const c
 
 /** Prepares to read the terms of n arms; released by api_terms_clear. */
 void api_terms_init(struct api_terms *terms, int n, struct api_problem *problem);
-
-/** Frees what was read. */
 void api_terms_clear(struct api_terms *terms);
 
 /** Reads the terms among the members of an arm's object; `arm->index` is the arm's index.

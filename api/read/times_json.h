@@ -30,6 +30,4 @@ PEND_MUST_CHECK enum pend_status api_times_read(struct api_times *times,
                                                 const struct api_value *value,
                                                 const struct api_limits *limits,
                                                 struct api_problem *problem);
-
-/** Frees the list, if there is one. */
 void api_times_clear(struct api_times *times);

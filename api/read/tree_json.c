@@ -319,12 +319,6 @@ static enum pend_status read_form(struct tree_reading *reading, const char ***na
     return reading->form == FORM_LISTS ? read_parents(reading) : read_path(reading);
 }
 
-/* sets the flags of the arms that need no mass at the tip */
-static void bare_arms(const struct tree_reading *reading) {
-    for (int i = 0; i < reading->n; i++)
-        reading->bare[i] = (unsigned char)api_terms_bare(&reading->terms, i);
-}
-
 /* makes a cart arm n, after the caller's arms, which carries all arms at the pivot */
 static void hang_on_cart(struct tree_reading *reading) {
     int n = reading->n;
@@ -353,7 +347,8 @@ static enum pend_status read_whole(struct tree_reading *reading, struct api_tree
     api_terms_read_whole(&reading->terms, reading->pendulum);
     PEND_TRY(reading->terms.status);
     api_terms_check(&reading->terms, reading->parent, term_fault, reading);
-    bare_arms(reading);
+    for (int i = 0; i < reading->n; i++)
+        reading->bare[i] = (unsigned char)api_terms_bare(&reading->terms, i);
     tree->cart = reading->terms.cart.given;
     if (tree->cart) hang_on_cart(reading);
     PEND_TRY(pend_tree_new_bare(&tree->tree, api_tree_stored(tree), reading->length, reading->mass,

@@ -39,6 +39,7 @@ PEND_MUST_CHECK enum pend_status api_tree_read(struct api_tree *tree,
                                                const struct api_value *pendulum,
                                                const struct api_limits *limits,
                                                struct api_problem *problem);
+void api_tree_clear(struct api_tree *tree);
 
 /** Returns the number of coordinates of a tree, which is the size of its states: its arms and a
  * cart. O(1). */
@@ -46,9 +47,6 @@ static inline int api_tree_stored(const struct api_tree *tree) { return tree->n 
 
 /** Copies a row in stored order to n numbers in the caller's order, without a cart. O(n). */
 void api_tree_put(const struct api_tree *tree, const double row[], double out[]);
-
-/** Frees the tree, its terms and its names. */
-void api_tree_clear(struct api_tree *tree);
 
 /** Returns the most bytes of memory of a tree, not counting the text of its names. O(1). */
 double api_tree_bytes(const struct api_tree *tree);

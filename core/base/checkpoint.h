@@ -43,6 +43,4 @@ int pend_checkpoint_puts(const struct pend_checkpoint *checkpoint);
 
 /** Returns true if the parts passed filled exactly the checkpoint's memory. */
 int pend_checkpoint_whole(const struct pend_checkpoint *checkpoint);
-
-/** Returns true if the invariants of the structure hold. O(1). For assertions. */
 int pend_checkpoint_valid(const struct pend_checkpoint *checkpoint);

@@ -25,15 +25,11 @@ static size_t bodies_series(int n, int order) {
     return bodies_arms(n) * (size_t)(order + BODIES_AHEAD);
 }
 
-/* number of doubles of a system, without the four series that jets stores */
-static size_t bodies_own(const struct pend_tree *tree, const struct pend_terms *terms, int order) {
-    return bodies_numbers(terms, bodies_arms(tree->n), bodies_series(tree->n, order), order) +
-           2 * bodies_arms(tree->n);
-}
-
 size_t pend_bodies_system_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                                 int order) {
-    return (bodies_own(tree, terms, order) + 7) / 8 * 8 * sizeof(double);
+    size_t arms = bodies_arms(tree->n); // the four series that jets stores are not counted
+    size_t own = bodies_numbers(terms, arms, bodies_series(tree->n, order), order) + 2 * arms;
+    return (own + 7) / 8 * 8 * sizeof(double);
 }
 
 void pend_bodies_system(struct bodies_system *system, const struct pend_tree *tree,

@@ -3,8 +3,6 @@
  * Invariant: a lane's result does not depend on other lanes, nor on the width of vectors. */
 #pragma once
 
-#include <math.h>
-
 #include "core/simd/number.h"
 
 #if defined NUMBER_VEC && NUMBER_VEC == 1

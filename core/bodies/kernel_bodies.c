@@ -1,9 +1,7 @@
 #include "core/bodies/kernel_bodies.h"
 
 #include <math.h>
-#include <string.h>
 
-#include "core/simd/vec_isa.h"
 #include "core/tree/turns.h"
 
 #include "core/bodies/bodies_template.h"

@@ -51,8 +51,6 @@ struct pend_margins {
 PEND_MUST_CHECK enum pend_status
 pend_loop_new(struct pend_loop **loop, const struct pend_tree *tree, const struct pend_loads *loads,
               const double phi[], int inputs, const int input[], double period, int delay);
-
-/** Frees a loop and clears the pointer; NULL is accepted. */
 void pend_loop_free(struct pend_loop **loop);
 
 /**

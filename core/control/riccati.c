@@ -63,7 +63,6 @@ struct exact {
     struct pend_sum *a, *b, *x, *c, *e, *t, *g, *u, *s; /* x the cost, g = -K, c = A + B g */
 };
 
-/* adds a product */
 static void exact_add(struct pend_sum *sum, struct pend_sum x, struct pend_sum y) {
     double p = x.high * y.high, low = fma(x.high, y.high, -p) + (x.high * y.low + x.low * y.high);
     double s = sum->high + p, part = s - sum->high;

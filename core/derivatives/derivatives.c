@@ -46,7 +46,7 @@ struct pend_derivatives {
     double *view[PEND_DERIVED]; /* the quantities of one pass at one instant, n numbers each */
 };
 
-int pend_derivatives_valid(const struct pend_derivatives *d) {
+PEND_VALIDATOR pend_derivatives_valid(const struct pend_derivatives *d) {
     return d->count >= 1 && d->passes == (d->count + PASS - 1) / PASS && d->next >= 0 &&
            d->next <= d->problem.times.count && d->order >= 1 && d->pass[0].tree->n >= 1;
 }
@@ -64,7 +64,6 @@ static double *derivatives_row(char *base, size_t *used, size_t numbers) {
     return derivatives_take(base, used, numbers * LANES * sizeof(double));
 }
 
-/* places the arrays of one pass */
 static void derivatives_lay_pass(const struct pend_derivatives *d, struct derivatives_pass *pass,
                                  const struct pend_terms *terms, char *base, size_t *used) {
     size_t n = (size_t)d->problem.tree->n;
@@ -238,7 +237,6 @@ static enum pend_status derivatives_fail(struct pend_derivatives *d, enum pend_s
     return status;
 }
 
-/* the end of a step becomes the start of the next */
 static void derivatives_turn(struct derivatives_pass *pass) {
     double **pair[4][2] = {{&pass->phi, &pass->end_phi},
                            {&pass->phi_low, &pass->end_low},
@@ -340,7 +338,6 @@ static struct derivatives_view derivatives_look(const struct pend_derivatives *d
                                      .potential = at[PEND_DERIVED_POTENTIAL]};
 }
 
-/* copies the view of a pass to a row */
 static void derivatives_keep(const struct pend_derivatives *d, int pass, long row,
                              const struct pend_derived_rows *rows) {
     int cart = pend_terms_cart(d->problem.loads.terms), n = d->problem.tree->n - cart;
@@ -362,7 +359,6 @@ static void derivatives_keep(const struct pend_derivatives *d, int pass, long ro
     }
 }
 
-/* a row at an instant inside the last step */
 static void derivatives_sample(struct pend_derivatives *d, const struct pend_derived_rows *rows,
                                long row, double t) {
     int dynamics, more;
@@ -383,7 +379,6 @@ static void derivatives_sample(struct pend_derivatives *d, const struct pend_der
     }
 }
 
-/* whether every value in a row is finite */
 static int derivatives_finite(const struct pend_derivatives *d,
                               const struct pend_derived_rows *rows, long row) {
     int good = 1, arms = d->problem.tree->n - pend_terms_cart(d->problem.loads.terms);

@@ -28,8 +28,6 @@ PEND_MUST_CHECK enum pend_status pend_derivatives_new(struct pend_derivatives **
                                                       const struct pend_problem *problem, int count,
                                                       const struct pend_parameter parameter[],
                                                       struct pend_error *error);
-
-/** Frees the memory and clears the pointer; NULL is accepted. */
 void pend_derivatives_free(struct pend_derivatives **derivatives);
 
 /**
@@ -73,9 +71,6 @@ long pend_derivatives_steps(const struct pend_derivatives *derivatives);
 /** Returns an upper bound of the bytes that pend_derivatives_new allocates. O(harmonics). */
 double pend_derivatives_bytes(const struct pend_tree *tree, const struct pend_terms *terms,
                               int count);
-
-/** Returns true if the invariants of the structure hold. O(1). For assertions. */
-int pend_derivatives_valid(const struct pend_derivatives *derivatives);
 
 /**
  * Saves the state of a motion between two calls of pend_derivatives_next to a checkpoint, or

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/base/isa.h"
 #include "core/tree/turns.h"
 
 enum { LANES = IDEAL_LANES, IDEAL_STATES = 12, IDEAL_ROWS = 18 };

@@ -5,8 +5,6 @@
  * Invariant: this file contains no product of two series of derivatives. */
 #pragma once
 
-#include <math.h>
-
 #include "core/derivatives/ideal_system.h"
 #include "core/simd/vec8_template.h"
 

@@ -1,10 +1,8 @@
 #include "core/derivatives/kernel_ideal.h"
 
-#include <assert.h>
 #include <math.h>
 
 #define NUMBER_VEC 1
-#include "core/simd/number.h"
 
 #include "core/derivatives/ideal_known_template.h"
 #include "core/taylor/taylor_order.h"

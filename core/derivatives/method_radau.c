@@ -26,7 +26,6 @@ static double radau_energy(const struct radau *r, double x, const double power[S
     return sum * x * r->kept->last;
 }
 
-/* makes the tried step the last step */
 static void radau_accept(struct radau *r, double h) {
     size_t rows = (size_t)(STAGES * r->n) * sizeof(double);
     int last = (STAGES - 1) * r->n;

@@ -150,7 +150,6 @@ static int radau_rest(struct radau *r, double h) {
     return bad == 0;
 }
 
-/* computes dZ from R and adds it to Z */
 static void radau_correct(struct radau *r, double h) {
     int n = r->n;
     memset(r->change, 0, (size_t)(STAGES * n) * sizeof(double));

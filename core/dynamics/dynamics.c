@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/base/isa.h"
 #include "core/bodies/bodies.h"
 #include "core/dynamics/dynamics_careful.h"
 #include "core/dynamics/kernel_dynamics.h"
@@ -14,7 +13,6 @@ static const struct dynamics_kernel *dynamics_kernel(enum pend_isa isa) {
     return PEND_ISA_PICK(pend_kernel_dynamics, isa);
 }
 
-/* n rounded up to whole blocks of arms */
 static size_t dynamics_row(int n) {
     return ((size_t)n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK * DYNAMICS_BLOCK;
 }

@@ -71,13 +71,6 @@ static void dynamics_between(double a, double b, double *cosine, double *sine) {
     *sine = Z[0] + lost * C[0];
 }
 
-/* angles relative to the parents; the frame of the pivot has angle 0 */
-static void dynamics_angles(const struct pend_tree *tree, const double phi[],
-                            const struct dynamics_work *w) {
-    for (int k = 0; k < tree->n; k++)
-        dynamics_between(phi[k], k ? phi[tree->parent[k]] : 0, &w->cosine[k], &w->sine[k]);
-}
-
 /* starts a joint with its first child c */
 static struct dynamics_joint dynamics_first(const struct dynamics_work *w, int c, double phi) {
     double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
@@ -208,7 +201,8 @@ void pend_dynamics_careful(const struct pend_tree *tree, const struct pend_loads
     if (exponent < -1000) exponent = -1000;
     double unit = ldexp(1, -exponent);
 
-    dynamics_angles(tree, phi, &w);
+    for (int k = 0; k < tree->n; k++)
+        dynamics_between(phi[k], k ? phi[tree->parent[k]] : 0, &w.cosine[k], &w.sine[k]);
     dynamics_up(tree, unit, phi, rate, &w);
 
     // gravity is equivalent to a pivot with the acceleration i g

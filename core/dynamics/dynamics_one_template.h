@@ -23,7 +23,6 @@ struct tip {
     double radial, yield, lean, side;
 };
 
-/* state of the sweep from the leaves to the root */
 struct climb {
     struct sums now;                      /* sums at the current joint, that of the previous arm */
     struct sums stack[WAITING + 1], *top; /* joints whose children are not all added yet */
@@ -78,7 +77,6 @@ VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree
     climb->now = now, climb->top = top, climb->joint = joint, climb->eff = largest;
 }
 
-/* state of the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
     const struct joint *joint; /* points one past the next joint to visit */
@@ -168,7 +166,6 @@ VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *
     wide_store_some(force + i, f, count);
 }
 
-/* Arguments that both sweeps share. */
 struct one {
     const struct pend_tree *tree;
     double gravity;
@@ -182,7 +179,6 @@ VEC_INLINE int one_blocks(const struct pend_tree *tree) {
     return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK;
 }
 
-/* the number of arms in block b */
 VEC_INLINE int block_count(int n, int b) {
     int left = n - b * DYNAMICS_BLOCK;
     return left < DYNAMICS_BLOCK ? left : DYNAMICS_BLOCK;

@@ -45,13 +45,6 @@ static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int
     return tip;
 }
 
-/* leaves to root: returns the sum over the children of arm k */
-static struct kinematics_vector kinematics_children(const struct pend_tree *tree, int k,
-                                                    struct kinematics_stack *stack) {
-    if (tree->end[k] == k + 1) return (struct kinematics_vector){0, 0};
-    return stack->value[--stack->count];
-}
-
 /* leaves to root: adds the value of arm k to the sum of its parent; the last child, which comes
  * first, starts that sum */
 static void kinematics_join(const struct pend_tree *tree, int k, struct kinematics_vector value,
@@ -114,16 +107,10 @@ static struct kinematics_vector kinematics_next(struct kinematics_units *units,
                                       len * units->im[k - units->from]};
 }
 
-/* l e^{i phi} */
-static struct kinematics_vector kinematics_arm(const struct pend_tree *tree, const double phi[],
-                                               int k) {
-    return (struct kinematics_vector){tree->len[k] * cos(phi[k]), tree->len[k] * sin(phi[k])};
-}
-
 /* (i phi'' - phi'^2) l e^{i phi} */
 static struct kinematics_vector kinematics_bend(const struct pend_tree *tree, const double phi[],
                                                 const double rate[], const double acc[], int k) {
-    struct kinematics_vector arm = kinematics_arm(tree, phi, k);
+    struct kinematics_vector arm = {tree->len[k] * cos(phi[k]), tree->len[k] * sin(phi[k])};
     double square = rate[k] * rate[k];
     return (struct kinematics_vector){-acc[k] * arm.im - square * arm.re,
                                       acc[k] * arm.re - square * arm.im};
@@ -247,7 +234,8 @@ void pend_kinematics_force(const struct pend_tree *tree, const struct pend_loads
     for (int k = tree->n - 1; k >= 0; k--) {
         double mass = tree->subtree_mass[k];
         struct kinematics_vector bend = kinematics_bend(tree, phi, rate, acc, k);
-        struct kinematics_vector sum = kinematics_children(tree, k, &stack);
+        struct kinematics_vector sum = {0, 0};
+        if (tree->end[k] != k + 1) sum = stack.value[--stack.count];
         sum.re += mass * bend.re;
         sum.im += mass * bend.im;
         force[k] = kinematics_along(phi, k, sum);

@@ -41,13 +41,6 @@ struct at_vector pend_kinematics_pivot(const struct pend_loads *loads, double ti
     return sum;
 }
 
-/* position and velocity of the pivot; each has the same bits as if computed alone */
-static struct at_vector at_pivot_moves(const struct pend_loads *loads, double time,
-                                       struct at_vector *speed) {
-    *speed = pend_kinematics_pivot(loads, time, 1);
-    return pend_kinematics_pivot(loads, time, 0);
-}
-
 /* the displacement x along the rail of a cart, as a vector */
 static struct at_vector at_rail(const struct pend_loads *loads, double x) {
     assert(pend_terms_cart(loads->terms));
@@ -281,7 +274,8 @@ void pend_kinematics_energies_at(const struct pend_tree *tree, const struct pend
     pend_kinematics_units((int)rows, phi, cosine, sine);
     for (int i = 0; i < count; i++) {
         const struct at_state state = {rate, cosine, sine, x, y};
-        struct at_vector speed, place = at_pivot_moves(loads, time[i], &speed);
+        struct at_vector place = pend_kinematics_pivot(loads, time[i], 0),
+                         speed = pend_kinematics_pivot(loads, time[i], 1);
         energy[i].kinetic = at_kinetic(tree, loads, speed, &state);
         energy[i].potential = at_potential(tree, loads, place.y, phi, &state);
         phi += n, rate += n, cosine += n, sine += n;

@@ -218,7 +218,6 @@ static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *
     return able;
 }
 
-/* sets the errors of a start to zero */
 static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     for (int k = 0; k < lanes->n; k++)
@@ -429,7 +428,6 @@ static int ensemble_seat_serve(struct pend_ensemble *e, int i,
     return 1;
 }
 
-/* takes one step of all lanes */
 static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue) {
     struct ensemble_lanes *lanes = &e->lanes;
     struct ensemble_attention attention;

@@ -23,8 +23,6 @@ struct pend_ensemble;
 PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
                                                    const struct pend_ensemble_problem *problem,
                                                    enum pend_isa isa, struct pend_error *error);
-
-/** Frees a workspace and clears the pointer; NULL is accepted. */
 void pend_ensemble_free(struct pend_ensemble **ensemble);
 
 /** Starts a run of the members first .. first + count - 1, which pend_ensemble_go continues; an

@@ -49,7 +49,6 @@ void pend_ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue 
     if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 
-/* starts the search for conditions */
 static enum pend_status alone_search(struct pend_ensemble *e, struct pend_error *error) {
     const struct pend_ensemble_problem *of = &e->problem;
     const struct pend_events_problem problem = {.tree = &e->alone.tree,

@@ -6,7 +6,6 @@
 
 #include "core/dynamics/dynamics.h"
 #include "core/integrate/pieces/control.h"
-#include "core/taylor/roots.h"
 #include "core/tree/rules.h"
 #include "core/tree/turns.h"
 
@@ -63,17 +62,13 @@ struct event_step pend_ensemble_watch_step(const struct pend_ensemble *e, int i,
                                .degree = pend_event_series_degree(lanes->order)};
 }
 
-/* true if the member's forces must be computed from states, because series lose digits */
-static int watch_unlike(const struct pend_ensemble *e) {
-    struct pend_tree tree = *e->problem.tree;
-    tree.mass = e->member.mass;
-    return e->lanes.forces && pend_dynamics_unlike(&tree, &e->member.loads);
-}
-
 void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
     assert(i >= 0 && i < e->lanes.width);
     struct ensemble_lanes *lanes = &e->lanes;
-    e->seat[i].unlike = watch_unlike(e);
+    struct pend_tree tree = *e->problem.tree;
+    tree.mass = e->member.mass;
+    // series of forces lose digits then
+    e->seat[i].unlike = lanes->forces && pend_dynamics_unlike(&tree, &e->member.loads);
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i, own = i * lanes->n + k;
         if (lanes->bound > 0) {
@@ -111,11 +106,6 @@ static struct roots_path watch_force(const struct pend_ensemble *e, int i, int k
     return path;
 }
 
-/* True if the member starts on its bound: then moving into the next cell is not a crossing. */
-static int watch_leaves_start(const struct pend_ensemble *e, int i, double phi, double level) {
-    return e->lanes.from.time[i] == 0 && fabs(phi - level) <= 1e-14 * (1 + fabs(level));
-}
-
 /* Follows arm k of lane i through the step from cell to cell, up to the fraction `most`. Returns
  * the fraction at which it first leaves a cell; infinity if it leaves none. */
 static double watch_cross(struct pend_ensemble *e, int i, int k, double most) {
@@ -131,7 +121,9 @@ static double watch_cross(struct pend_ensemble *e, int i, int k, double most) {
         s = pend_roots_next(&path, s, middle - bound, middle + bound, &way);
         if (!(s <= most)) break;
         *cell += way;
-        if (watch_leaves_start(e, i, path.base, middle + way * bound) && !(first < INFINITY))
+        // a member that starts on its bound does not cross it when it moves into the next cell
+        double level = middle + way * bound, gap = fabs(path.base - level);
+        if (e->lanes.from.time[i] == 0 && gap <= 1e-14 * (1 + fabs(level)) && !(first < INFINITY))
             continue;
         if (!(first < INFINITY)) first = s;
         if (isnan(*note)) {

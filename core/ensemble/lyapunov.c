@@ -89,7 +89,6 @@ static int lyapunov_deliver(void *context, long i, const struct pend_outcome *ou
     return 0;
 }
 
-/* opens a workspace for pieces of the current length */
 static enum pend_status lyapunov_open(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     struct pend_ensemble_problem problem = {.tree = lyapunov->tree,
                                             .loads = lyapunov->loads,

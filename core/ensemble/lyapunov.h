@@ -36,8 +36,6 @@ struct pend_lyapunov;
 PEND_MUST_CHECK enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
                                                    const struct pend_lyapunov_problem *problem,
                                                    struct pend_error *error);
-
-/** Frees a computation and clears the pointer; NULL is accepted. */
 void pend_lyapunov_free(struct pend_lyapunov **lyapunov);
 
 /**

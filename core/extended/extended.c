@@ -21,12 +21,6 @@ enum { EXTENDED_ROWS = 8, EXTENDED_BYTES_CAP = 1 << 30 };
 
 /* ---- orders */
 
-/* the first neglected term of a step, relative to the motion in the step: a hundredth of rtol, but
- * at least the last digit of the numbers */
-static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106); }
-
-static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
-
 /* The order above which one double per coefficient suffices: by then the terms of a step have
  * decreased by the ratio of a double's precision to the target. The terms of an exponential
  * decrease slowest, x^j / j!, with x such that the first neglected term is the target. */
@@ -69,8 +63,10 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
                          PEND_EXTENDED_RTOL_MIN, rtol);
     if (!(atol >= 0 && atol <= 1))
         return pend_fail(error, PEND_INVALID, -1, 0, "atol must be from 0 to 1, got %g", atol);
-    double target = extended_target(rtol);
-    int order = extended_order(target);
+    // the first neglected term of a step, relative to the motion in the step: a hundredth of rtol,
+    // but at least the last digit of the numbers
+    double target = fmax(0.01 * rtol, 0x1p-106);
+    int order = (int)ceil(6 - 0.45 * log(target));
     // this form uses four lanes, one for each of an arm's four sums
     if (isa > PEND_ISA_AVX2) isa = PEND_ISA_AVX2;
     struct pend_extended sketch = {

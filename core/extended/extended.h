@@ -36,8 +36,6 @@ PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extend
                                                    const struct pend_terms *terms, double rtol,
                                                    double atol, enum pend_isa isa,
                                                    struct pend_error *error);
-
-/** Frees a workspace and clears the pointer; NULL is accepted. */
 void pend_extended_free(struct pend_extended **extended);
 
 /**

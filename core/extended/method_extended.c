@@ -3,7 +3,6 @@
  * Leaves to others: the series, their steps and sums (extended), the time loop (run).
  * Invariant: instants and steps are exact doubles; a step allocates no memory. */
 #include <assert.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -33,17 +33,11 @@ void pend_trust_free(struct pend_trust **trust) {
     *trust = NULL;
 }
 
-/* number of columns of rows of angles, without a cart */
-static int trust_arms(const struct pend_problem *problem) {
-    assert(problem->tree->n >= 1);
-    return problem->tree->n - (pend_terms_cart(problem->loads.terms) ? 1 : 0);
-}
-
 enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_method *method,
                                 const struct pend_problem *problem, double tolerance,
                                 struct pend_error *error) {
     assert(pend_tree_valid(problem->tree) && tolerance > 0);
-    int n = trust_arms(problem);
+    int n = problem->tree->n - (pend_terms_cart(problem->loads.terms) ? 1 : 0);
     int cap = TRUST_NUMBERS / n;
     cap = cap < 1 ? 1 : cap > TRUST_ROWS ? TRUST_ROWS : cap;
     size_t rows = (size_t)cap * (1 + (size_t)n);

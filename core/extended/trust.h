@@ -25,8 +25,6 @@ PEND_MUST_CHECK enum pend_status pend_trust_new(struct pend_trust **trust,
                                                 const struct pend_method *method,
                                                 const struct pend_problem *problem,
                                                 double tolerance, struct pend_error *error);
-
-/** Frees a comparison and clears the pointer; NULL is accepted. */
 void pend_trust_free(struct pend_trust **trust);
 
 /**

@@ -18,7 +18,7 @@ struct fit_search {
     gsl_multifit_nlinear_fdf fdf;
 };
 
-int pend_fit_valid(const struct pend_fit *fit) {
+PEND_VALIDATOR pend_fit_valid(const struct pend_fit *fit) {
     return fit->problem.unknowns >= 1 && fit->window >= 1 && fit->window <= fit->problem.rows;
 }
 

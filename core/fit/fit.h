@@ -21,8 +21,6 @@ struct pend_fit;
 PEND_MUST_CHECK enum pend_status pend_fit_new(struct pend_fit **fit,
                                               const struct pend_fit_problem *problem,
                                               struct pend_error *error);
-
-/** Frees a fit and clears the pointer; NULL is accepted. */
 void pend_fit_free(struct pend_fit **fit);
 
 /**
@@ -51,6 +49,3 @@ double pend_fit_progress(const struct pend_fit *fit);
 
 /** Returns the approximate bytes of a fit. O(harmonics). */
 double pend_fit_bytes(const struct pend_fit_problem *problem);
-
-/** Returns true if the invariants hold. O(1). For assertions. */
-int pend_fit_valid(const struct pend_fit *fit);

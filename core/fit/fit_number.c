@@ -1,6 +1,5 @@
 #include "core/fit/fit_number.h"
 
-#include <assert.h>
 #include <complex.h>
 #include <math.h>
 

@@ -23,8 +23,6 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *problem, double swing);
 PEND_MUST_CHECK enum pend_status pend_fit_pieces_new(struct fit_pieces **pieces,
                                                      const struct pend_fit_problem *problem,
                                                      double swing, const double inner[]);
-
-/** Frees the pieces and clears the pointer; NULL is accepted. */
 void pend_fit_pieces_free(struct fit_pieces **pieces);
 
 /** Takes one iteration, and adds the number of computed motions; done: non-zero once the gaps have

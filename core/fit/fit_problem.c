@@ -18,13 +18,6 @@ double pend_fit_size(const struct pend_fit_problem *problem, enum pend_fit_kind 
     return size[kind];
 }
 
-static size_t fit_measurements(const struct pend_fit_problem *problem) {
-    size_t count = 0;
-    for (long i = 0; i < problem->rows; i++)
-        for (int c = 0; c < problem->columns; c++) count += !isnan(problem->column[c].data[i]);
-    return count;
-}
-
 /* Returns the row that an out-of-order row should follow, -1 if it is earlier than the start of its
  * run, or the row itself if the order is correct. Rows of the same instant must be adjacent. */
 static long fit_disorder(const struct pend_fit_problem *problem, long row) {
@@ -42,7 +35,9 @@ static long fit_disorder(const struct pend_fit_problem *problem, long row) {
 enum pend_status pend_fit_check(const struct pend_fit_problem *problem, struct pend_error *error) {
     if (problem->unknowns < 1)
         return pend_fail(error, PEND_INVALID, -1, 0, "there are no unknowns to fit");
-    size_t count = fit_measurements(problem);
+    size_t count = 0;
+    for (long i = 0; i < problem->rows; i++)
+        for (int c = 0; c < problem->columns; c++) count += !isnan(problem->column[c].data[i]);
     if (count < (size_t)problem->unknowns)
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "%zu measurements are too few for %d unknowns: there must be as many",
@@ -69,13 +64,6 @@ enum pend_status pend_fit_check(const struct pend_fit_problem *problem, struct p
 
 /* ---- one of several motions */
 
-/* one block: the structure, unknowns, columns, then rows of t, data and sigmas */
-static size_t alone_bytes(const struct pend_fit_problem *p) {
-    size_t rows = (size_t)p->rows, columns = (size_t)p->columns, q = (size_t)p->unknowns;
-    return sizeof(struct fit_alone) + q * (sizeof *p->unknown + sizeof(double)) +
-           columns * sizeof *p->column + rows * (1 + 2 * columns) * sizeof(double);
-}
-
 /* copies the values of the rows that belong to the run; returns where they begin */
 static const double *alone_rows(const struct pend_fit_problem *p, int run, const double from[],
                                 double **at) {
@@ -87,7 +75,11 @@ static const double *alone_rows(const struct pend_fit_problem *p, int run, const
 
 struct fit_alone *pend_fit_alone(const struct pend_fit_problem *problem, int run) {
     const struct pend_fit_problem *p = problem;
-    struct fit_alone *made = malloc(alone_bytes(p));
+    size_t rows = (size_t)p->rows, columns = (size_t)p->columns, q = (size_t)p->unknowns;
+    // one block: the structure, unknowns, columns, then rows of t, data and sigmas
+    struct fit_alone *made =
+        malloc(sizeof *made + q * (sizeof *p->unknown + sizeof(double)) +
+               columns * sizeof *p->column + rows * (1 + 2 * columns) * sizeof(double));
     assert(p->run && run >= 0 && run < p->runs);
     if (!made) return NULL;
     struct pend_fit_unknown *unknown = (struct pend_fit_unknown *)(void *)(made + 1);

@@ -30,8 +30,6 @@ PEND_MUST_CHECK enum pend_status pend_fit_told_init(struct fit_told *told, size_
                                                     const double slope[], const double residual[],
                                                     const unsigned char fixed[],
                                                     const double size[]);
-
-/** Frees the memory. */
 void pend_fit_told_clear(struct fit_told *told);
 
 /**

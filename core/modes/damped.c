@@ -11,7 +11,6 @@
 #include "core/modes/linear_arms.h"
 #include "core/modes/lossy.h"
 #include "core/modes/rest.h"
-#include "core/modes/still.h"
 
 /* adds sum of w Re(conj(z_j) z_k), with weights w: the form of M, and of drag in C */
 static void damped_form(const struct linear_arms *arms, int drag, double out[]) {

@@ -85,6 +85,7 @@ PEND_MUST_CHECK enum pend_status pend_damped_new(struct pend_damped **damped,
                                                  const struct pend_tree *tree,
                                                  const struct pend_loads *loads, const double phi[],
                                                  struct pend_error *error);
+void pend_damped_free(struct pend_damped **damped);
 
 /**
  * Finds the equilibrium as pend_damped_new does; pend_damped_step then finds the modes.
@@ -112,6 +113,3 @@ PEND_MUST_CHECK enum pend_status pend_damped_begin(struct pend_damped **damped,
  */
 PEND_MUST_CHECK enum pend_status pend_damped_step(struct pend_damped **damped, int *done,
                                                   struct pend_error *error);
-
-/** Frees modes and clears the pointer; NULL is accepted. */
-void pend_damped_free(struct pend_damped **damped);

@@ -276,13 +276,6 @@ static void kernel_sizes(const struct linear_arms *arms, const struct kernel_shi
     memcpy(sweep->driven, &driven, sizeof driven);
 }
 
-/* true if a lane of the mask is set */
-static int kernel_any(bits8 mask) {
-    long long all = 0;
-    for (int i = 0; i < RESPONSE_LANES; i++) all |= mask[i];
-    return all != 0;
-}
-
 void KERNEL_NAME(pend_response_)(const struct linear_arms *arms, struct response_sweep *sweep,
                                  struct response_node node[]) {
     struct kernel_shift shift;
@@ -300,7 +293,9 @@ void KERNEL_NAME(pend_response_)(const struct linear_arms *arms, struct response
     for (int i = 0;; i++) {
         kernel_place(arms, pivot, node);
         bits8 missed = kernel_check(arms, &shift, node);
-        if (i == CORRECTIONS || !kernel_any(missed)) break;
+        long long all = 0;
+        for (int lane = 0; lane < RESPONSE_LANES; lane++) all |= missed[lane];
+        if (i == CORRECTIONS || !all) break;
         for (int k = 0; k < arms->n; k++) node[k].couple = node[k].rest;
         kernel_solve(arms, still, missed, node);
     }

@@ -41,11 +41,7 @@ PEND_MUST_CHECK enum pend_status pend_laplacian_alloc(struct pend_laplacian **la
 
 /** Sets turn, least, most and depth from the other arrays. O(n). */
 void pend_laplacian_close(struct pend_laplacian *laplacian);
-
-/** Frees a laplacian and clears the pointer; NULL is accepted. */
 void pend_laplacian_free(struct pend_laplacian **laplacian);
-
-/** Returns true if the invariants of a closed laplacian hold. O(n). For assertions. */
 int pend_laplacian_valid(const struct pend_laplacian *laplacian);
 
 /**

@@ -46,6 +46,4 @@ PEND_MUST_CHECK enum pend_status pend_linear_arms_init(struct linear_arms *arms,
                                                        const struct pend_tree *tree,
                                                        const struct pend_loads *loads,
                                                        const double phi[]);
-
-/** Frees the memory. */
 void pend_linear_arms_clear(struct linear_arms *arms);

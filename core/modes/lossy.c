@@ -73,11 +73,6 @@ static struct dual dual_mul(struct dual a, struct dual b) {
 
 static struct dual dual_scale(double r, struct dual a) { return (struct dual){r * a.v, r * a.d}; }
 
-static struct dual dual_inverse(struct dual a) {
-    double complex v = 1 / a.v;
-    return (struct dual){v, -a.d * v * v};
-}
-
 /* ---- the quadratic form at p */
 
 static struct lossy_factors lossy_at(const struct pend_lossy *s, double complex p) {
@@ -152,7 +147,8 @@ static double complex lossy_factor(struct pend_lossy *s, double complex p) {
         // at a root the terms of the sum cancel up to rounding
         double parts = cabs(f.mass.v * arm->inertia) + fabs(arm->fall) + cabs(node->joint.v);
         if (cabs(pivot.v) <= 0x1p-60 * parts) pivot.v = 0x1p-60 * parts;
-        struct dual inverse = dual_inverse(pivot);
+        struct dual inverse = {.v = 1 / pivot.v};
+        inverse.d = -pivot.d * inverse.v * inverse.v;
         node->inverse = inverse.v;
         sum += pivot.d * inverse.v;
         if (arm->parent >= 0) lossy_pass(arm, node, inverse, s->node + arm->parent);
@@ -355,13 +351,6 @@ static double lossy_missed(const struct pend_lossy *s) {
     return size > 0 ? most / size : 0;
 }
 
-static int lossy_unit(const struct pend_lossy *s, double complex y[]) {
-    double most = 0;
-    for (int k = 0; k < s->n; k++) most = fmax(most, cabs(y[k]));
-    for (int k = 0; k < s->n; k++) y[k] /= most;
-    return most > 0 && isfinite(most);
-}
-
 /* the initial shape of a root: that of the undamped mode, with a small change in every angle */
 static void lossy_shape(struct pend_lossy *s, int i) {
     const double *mode = s->vector + (size_t)(i / 2) * (size_t)s->n;
@@ -385,7 +374,10 @@ static double lossy_polish(struct pend_lossy *s, int i, double complex *root) {
         // near a root the solution is large and parallel to the shape
         (void)lossy_factor(s, p);
         lossy_solve(s, s->y, s->y);
-        if (!lossy_unit(s, s->y)) break;
+        double most = 0;
+        for (int k = 0; k < s->n; k++) most = fmax(most, cabs(s->y[k]));
+        if (!(most > 0) || !isfinite(most)) break;
+        for (int k = 0; k < s->n; k++) s->y[k] /= most;
         lossy_apply(s, p, 1, s->y);
         double complex slope = lossy_product(s, s->y);
         lossy_apply(s, p, 0, s->y);

@@ -36,8 +36,6 @@ enum pend_lossy_stage { PEND_LOSSY_UNDER_WAY, PEND_LOSSY_MODE, PEND_LOSSY_DONE }
 PEND_MUST_CHECK enum pend_status pend_lossy_new(struct pend_lossy **lossy,
                                                 const struct pend_tree *tree,
                                                 const struct pend_loads *loads, const double phi[]);
-
-/** Frees a search and clears the pointer; NULL is accepted. */
 void pend_lossy_free(struct pend_lossy **lossy);
 
 /**

@@ -6,7 +6,6 @@
 
 #include "core/modes/modes_kernel.h"
 #include "core/modes/modes_spectrum.h"
-#include "core/modes/modes_store.h"
 #include "core/modes/modes_vectors.h"
 
 /* frequencies within this relative difference count as one repeated frequency: the relative error
@@ -321,15 +320,6 @@ static void modes_stand(struct pend_modes_search *s) {
     s->row = 0;
 }
 
-/* about hanging, omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds omega
- * times the returned value */
-static double modes_bound(const struct pend_modes_search *s) {
-    double least = INFINITY;
-    for (int k = 0; k < s->tree->n; k++)
-        least = fmin(least, s->request.loads.gravity * s->tree->len[k] * s->tree->subtree_mass[k]);
-    return 1 / sqrt(least);
-}
-
 /* sets the basis of the next repeated frequency, or of the next few simple ones */
 static void modes_bases(struct pend_modes_search *s) {
     struct pend_modes *modes = s->modes;
@@ -346,7 +336,12 @@ static void modes_bases(struct pend_modes_search *s) {
 static void modes_scale(struct pend_modes_search *s) {
     struct pend_modes *modes = s->modes;
     const struct pend_modes_request *r = &s->request;
-    double bound = r->up ? 0 : modes_bound(s);
+    // about hanging, omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds
+    // omega times the bound
+    double least = INFINITY;
+    for (int k = 0; k < s->tree->n; k++)
+        least = fmin(least, r->loads.gravity * s->tree->len[k] * s->tree->subtree_mass[k]);
+    double bound = r->up ? 0 : 1 / sqrt(least);
     for (int piece = 0; piece < MODES_PIECE && s->row < modes->count; piece++, s->row++) {
         const double *x = modes->vector + (size_t)s->row * (size_t)s->tree->n;
         modes->norm[s->row] = 1;

@@ -60,6 +60,7 @@ PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search 
                                                        const struct pend_tree *tree,
                                                        const struct pend_modes_request *request,
                                                        struct pend_error *error);
+void pend_modes_search_free(struct pend_modes_search **search);
 
 /** Returns the number of modes that the search will find, which is known from the start. */
 int pend_modes_search_count(const struct pend_modes_search *search);
@@ -79,9 +80,6 @@ PEND_MUST_CHECK enum pend_status pend_modes_search_step(struct pend_modes_search
 /** Returns the modes of a finished search; the caller releases them by pend_modes_free. NULL after
  * the first call. */
 struct pend_modes *pend_modes_search_take(struct pend_modes_search *search);
-
-/** Frees a search and clears the pointer; NULL is accepted. */
-void pend_modes_search_free(struct pend_modes_search **search);
 
 /**
  * Returns an estimate of the time that a search takes, s. O(1).

@@ -83,8 +83,14 @@ enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
                      SPECTRUM_MOST);
 }
 
-void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[],
-                         int below[]) {
+/**
+ * Counts the eigenvalues below each shift, each mode as often as it occurs. O(n).
+ *
+ * count  1 .. 16.
+ * shift  ascending, 1/s^2.
+ */
+static void pend_spectrum_below(const struct pend_spectrum *spectrum, int count,
+                                const double shift[], int below[]) {
     assert(count >= 1 && count <= SPECTRUM_SHIFTS);
     for (int i = 1; i < count; i++) assert(!(shift[i] < shift[i - 1]));
     const struct pend_modes_kernel *kernel = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best());

@@ -40,8 +40,6 @@ PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectr
                                                    const struct pend_tree *tree,
                                                    const struct pend_loads *loads,
                                                    const unsigned char up[]);
-
-/** Frees a spectrum and clears the pointer; NULL is accepted. */
 void pend_spectrum_free(struct pend_spectrum **spectrum);
 
 /**
@@ -53,15 +51,6 @@ void pend_spectrum_free(struct pend_spectrum **spectrum);
  */
 PEND_MUST_CHECK enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
                                                      struct pend_error *error);
-
-/**
- * Counts the eigenvalues below each shift, each mode as often as it occurs. O(n).
- *
- * count  1 .. 16.
- * shift  ascending, 1/s^2.
- */
-void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[],
-                         int below[]);
 
 /**
  * Finds the modes with from <= omega <= to, rad/s. Both ends are widened by two units in the last

@@ -33,7 +33,7 @@ enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, i
     return PEND_OK;
 }
 
-int pend_modes_valid(const struct pend_modes *modes) {
+PEND_VALIDATOR pend_modes_valid(const struct pend_modes *modes) {
     int growing = 0;
     if (modes->count < 0 || modes->n < 1 || modes->first < 0 || !modes->vector != !modes->norm)
         return 0;

@@ -73,9 +73,6 @@ void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, in
 void pend_modes_trim(struct pend_modes *modes, int from, int end);
 
 /** Returns true if the invariants of computed modes hold. O(count). For assertions. */
-int pend_modes_valid(const struct pend_modes *modes);
-
-/** Frees modes and clears the pointer; NULL is accepted. */
 void pend_modes_free(struct pend_modes **modes);
 
 /** Returns the angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low

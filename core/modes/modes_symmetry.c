@@ -148,14 +148,6 @@ static int symmetry_by_lead(const void *a, const void *b) {
     return x < y ? -1 : x > y;
 }
 
-/* assigns the like branches of one joint to a part */
-static void symmetry_contrasts(struct pend_symmetry *s, struct pend_part *part, int likes) {
-    for (int from = 0; from < s->likes[likes].count - 1; from++) {
-        int lead = symmetry_caller_first(s->tree, s->branch[s->likes[likes].first + from]);
-        s->contrast[part->first + part->times++] = (struct pend_contrast){likes, from, lead};
-    }
-}
-
 /* sorts the like branches by kind, creates a part for each kind; returns 0 if hashes collide */
 static int symmetry_parts(struct finder *f, int place[], int at[]) {
     struct pend_symmetry *s = f->symmetry;
@@ -174,7 +166,10 @@ static int symmetry_parts(struct finder *f, int place[], int at[]) {
         for (int j = 0; j < s->likes[i].count; j++)
             if (!symmetry_alike(f, part->root, s->branch[s->likes[i].first + j], place, at))
                 return 0;
-        symmetry_contrasts(s, part, i);
+        for (int from = 0; from < s->likes[i].count - 1; from++) {
+            int lead = symmetry_caller_first(s->tree, s->branch[s->likes[i].first + from]);
+            s->contrast[part->first + part->times++] = (struct pend_contrast){i, from, lead};
+        }
     }
     for (int i = 1; i < s->part_count; i++)
         qsort(s->contrast + s->part[i].first, (size_t)s->part[i].times, sizeof *s->contrast,
@@ -192,14 +187,6 @@ static void symmetry_none(struct pend_symmetry *s) {
         s->copies[k] = 1;
         s->merged[k] = 0;
     }
-}
-
-/* upper bound of the number of like branches: the number of children that have siblings */
-static int symmetry_bound(const struct pend_tree *tree) {
-    int bound = 0;
-    for (int k = 1; k < tree->n; k++)
-        bound += k > tree->parent[k] + 1 || tree->end[k] < tree->end[tree->parent[k]];
-    return bound;
 }
 
 /* allocates a symmetry without like branches or parts; NULL if memory is short */
@@ -226,7 +213,9 @@ static struct pend_symmetry *symmetry_allocate(const struct pend_tree *tree, siz
 
 enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry, const struct pend_tree *tree,
                                    const unsigned char up[]) {
-    size_t n = (size_t)tree->n, bound = (size_t)symmetry_bound(tree);
+    size_t n = (size_t)tree->n, bound = 0; // at most so many like branches: children with siblings
+    for (int k = 1; k < tree->n; k++)
+        bound += k > tree->parent[k] + 1 || tree->end[k] < tree->end[tree->parent[k]];
     enum pend_status status = PEND_NO_MEMORY;
     struct finder f = {.up = up};
     f.symmetry = *symmetry = symmetry_allocate(tree, bound);

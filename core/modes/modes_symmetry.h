@@ -58,11 +58,7 @@ struct pend_symmetry {
 PEND_MUST_CHECK enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry,
                                                    const struct pend_tree *tree,
                                                    const unsigned char up[]);
-
-/** Frees a symmetry and clears the pointer; NULL is accepted. */
 void pend_symmetry_free(struct pend_symmetry **symmetry);
-
-/** Returns true if the parts together have as many modes as the tree. O(parts). For assertions. */
 int pend_symmetry_valid(const struct pend_symmetry *symmetry);
 
 /**

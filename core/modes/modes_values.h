@@ -27,13 +27,11 @@ struct pend_values;
 PEND_MUST_CHECK enum pend_status pend_values_new(struct pend_values **values,
                                                  const struct pend_laplacian *laplacian, int first,
                                                  int count, double value[]);
+void pend_values_free(struct pend_values **values);
 
 /** Continues the search for at most about 64 sweeps; returns non-zero once all eigenvalues are
  * found. O(n), and O(count n) in all. */
 int pend_values_step(struct pend_values *values);
-
-/** Frees a search and clears the pointer; NULL is accepted. */
-void pend_values_free(struct pend_values **values);
 
 /** Returns the number of eigenvalues below a shift, 1/s^2. O(n). */
 int pend_values_below(const struct pend_laplacian *laplacian, double shift);

@@ -53,8 +53,6 @@ PEND_MUST_CHECK enum pend_status pend_response_new(struct pend_response **respon
                                                    const struct pend_tree *tree,
                                                    const struct pend_loads *loads,
                                                    const double phi[], struct pend_error *error);
-
-/** Frees a response and clears the pointer; NULL is accepted. */
 void pend_response_free(struct pend_response **response);
 
 /** Returns the equilibrium: n angles, rad, stored order, which the response owns. */

@@ -1,7 +1,6 @@
 #include "core/modes/still.h"
 
 #include <assert.h>
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

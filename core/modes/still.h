@@ -31,8 +31,6 @@ struct pend_still;
 PEND_MUST_CHECK enum pend_status pend_still_new(struct pend_still **still,
                                                 const struct pend_tree *tree,
                                                 const struct pend_loads *loads, const double phi[]);
-
-/** Frees a search and clears the pointer; NULL is accepted. */
 void pend_still_free(struct pend_still **still);
 
 /** Returns the number of eigenvalues below s, (rad/s)^2. O(n). */

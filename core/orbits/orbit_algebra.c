@@ -15,8 +15,6 @@ struct orbit_algebra {
     double block[];
 };
 
-static size_t algebra_numbers(size_t rows) { return rows * rows + 4 * rows; }
-
 double pend_orbit_algebra_bytes(int rows) {
     assert(rows >= 1);
     double squared = (double)rows * rows;
@@ -26,8 +24,7 @@ double pend_orbit_algebra_bytes(int rows) {
 enum pend_status pend_orbit_algebra_new(struct orbit_algebra **algebra, int rows) {
     assert(rows >= 1);
     size_t n = (size_t)rows;
-    struct orbit_algebra *made = *algebra =
-        malloc(sizeof *made + algebra_numbers(n) * sizeof(double));
+    struct orbit_algebra *made = *algebra = malloc(sizeof *made + (n * n + 4 * n) * sizeof(double));
     if (!made) return PEND_NO_MEMORY;
     made->rows = rows;
     made->factor = made->block;

@@ -4,8 +4,6 @@
  * row-major. */
 #pragma once
 
-#include <stddef.h>
-
 #include "core/base/status.h"
 
 struct orbit_algebra;
@@ -19,8 +17,6 @@ struct orbit_algebra;
  * PEND_NO_MEMORY  O(rows^2).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_algebra_new(struct orbit_algebra **algebra, int rows);
-
-/** Frees workspaces and clears the pointer; NULL is accepted. */
 void pend_orbit_algebra_free(struct orbit_algebra **algebra);
 
 /** Returns the bytes of pend_orbit_algebra_new. O(1). */

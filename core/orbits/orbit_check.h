@@ -29,8 +29,6 @@ struct orbit_check {
  * PEND_NO_MEMORY  O(n).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_check_init(struct orbit_check *check, int n, int all);
-
-/** Frees the memory. */
 void pend_orbit_check_clear(struct orbit_check *check);
 
 /** Returns the bytes of pend_orbit_check_init and of the motion. O(1). */

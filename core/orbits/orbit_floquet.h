@@ -31,8 +31,6 @@ struct orbit_floquet {
  * PEND_NO_MEMORY  O(n^2).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_floquet_init(struct orbit_floquet *floquet, int n);
-
-/** Frees the memory. */
 void pend_orbit_floquet_clear(struct orbit_floquet *floquet);
 
 /** Returns the bytes of pend_orbit_floquet_init. O(1). */

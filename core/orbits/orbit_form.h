@@ -68,8 +68,6 @@ int pend_orbit_drive(const struct pend_loads *loads, double *omega);
 PEND_MUST_CHECK enum pend_status pend_orbit_form_init(struct orbit_form *form,
                                                       const struct pend_orbit_problem *problem,
                                                       struct pend_error *error);
-
-/** Frees the memory. */
 void pend_orbit_form_clear(struct orbit_form *form);
 
 /** Returns the bytes of a form, including modes during their search. O(1). */

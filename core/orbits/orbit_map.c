@@ -1,7 +1,6 @@
 #include "core/orbits/orbit_map.h"
 
 #include <assert.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -32,8 +32,6 @@ struct orbit_map {
  * PEND_NO_MEMORY  O(n most).
  */
 PEND_MUST_CHECK enum pend_status pend_orbit_map_init(struct orbit_map *map, int n, int most);
-
-/** Frees the memory. */
 void pend_orbit_map_clear(struct orbit_map *map);
 
 /** Returns the bytes of pend_orbit_map_init, without those of the motion. O(1). */

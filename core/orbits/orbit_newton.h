@@ -42,8 +42,6 @@ struct orbit_newton {
 PEND_MUST_CHECK enum pend_status pend_orbit_newton_init(struct orbit_newton *newton,
                                                         const struct pend_orbit_problem *problem,
                                                         struct pend_error *error);
-
-/** Frees the memory. */
 void pend_orbit_newton_clear(struct orbit_newton *newton);
 
 /** Returns the bytes of pend_orbit_newton_init and of a map. O(1). */

@@ -22,8 +22,6 @@ struct pend_orbits;
 PEND_MUST_CHECK enum pend_status pend_orbits_new(struct pend_orbits **orbits,
                                                  const struct pend_orbit_problem *problem,
                                                  struct pend_error *error);
-
-/** Frees the memory and clears the pointer; NULL is accepted. */
 void pend_orbits_free(struct pend_orbits **orbits);
 
 /** Returns the bytes of a search, an upper bound. O(1). */

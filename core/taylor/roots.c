@@ -12,7 +12,6 @@ double pend_roots_value(const struct roots_path *path, double s) {
     return path->base + (sum + path->low);
 }
 
-/* a quantity and its derivative */
 struct roots_pair {
     double value, slope;
 };
@@ -120,13 +119,6 @@ static void roots_turns(struct roots_path *path, struct roots_signs signs, int *
     if (signs.last) *before = signs.last;
 }
 
-/* true if the derivative's leading coefficient exceeds the sum of all others: no zero */
-static int roots_plain(const struct roots_path *path) {
-    double rest = 0;
-    for (int j = 2; j <= path->degree; j++) rest += j * fabs(path->a[j]);
-    return fabs(path->a[1]) > rest * (1 + 1e-12);
-}
-
 /* searches the whole step in Bernstein's form: intervals are halved until each has at most one
  * turning point, and visited in order */
 static void roots_search(struct roots_path *path) {
@@ -165,7 +157,10 @@ int pend_roots_valid(const struct roots_path *path) {
 void pend_roots_divide(struct roots_path *path) {
     assert(path->degree >= 1 && path->degree <= PEND_ROOTS_DEGREE);
     path->pieces = 0;
-    if (!roots_plain(path)) roots_search(path);
+    // no zero if the derivative's leading coefficient exceeds the sum of all others
+    double rest = 0;
+    for (int j = 2; j <= path->degree; j++) rest += j * fabs(path->a[j]);
+    if (!(fabs(path->a[1]) > rest * (1 + 1e-12))) roots_search(path);
     path->end[path->pieces++] = 1;
     assert(pend_roots_valid(path));
 }

@@ -25,8 +25,6 @@ struct roots_extremes {
 
 /** Returns the quantity at s, 0 <= s <= 1. O(degree). */
 double pend_roots_value(const struct roots_path *path, double s);
-
-/** Returns true if the pieces of a divided path are ascending and end at 1. O(pieces). */
 int pend_roots_valid(const struct roots_path *path);
 
 /**

@@ -20,7 +20,6 @@ static const struct {
                 {PEND_TERM_INPUT, PEND_TERM_INPUT_RATE},
                 {PEND_TERM_SLIDE, PEND_TERM_SLIDE}};
 
-/* the allowed range of the values of a term */
 enum range { RANGE_ANY, RANGE_NOT_NEGATIVE, RANGE_POSITIVE };
 
 static const unsigned char row_range[PEND_TERM_ROWS] = {
@@ -114,7 +113,6 @@ void pend_terms_clear(const struct pend_terms *terms, const struct pend_tree *tr
     }
 }
 
-/* returns the fault of a value, or NULL */
 static const char *terms_wrong(double x, enum range range) {
     if (!isfinite(x)) return "must be a finite number";
     if (range == RANGE_NOT_NEGATIVE && x < 0) return "must be 0 or more";

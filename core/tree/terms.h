@@ -105,9 +105,8 @@ PEND_MUST_CHECK enum pend_status pend_terms_new(struct pend_terms **terms, int n
                                                 const unsigned char rows[],
                                                 const unsigned char ones[], int harmonics,
                                                 const int drives[], int place[]);
-
-/** Frees terms and clears the pointer; NULL is accepted. */
 void pend_terms_free(struct pend_terms **terms);
+int pend_terms_valid(const struct pend_terms *terms);
 
 /** Returns the index in the list of a term's value for stored arm k, or -1 if the pendulum does not
  * have the term. O(1). */
@@ -196,6 +195,3 @@ double pend_terms_rate(const struct pend_terms *terms, const int parent[], const
 
 /** Returns the largest angular frequency of the drives, rad/s; 0 without drives. O(harmonics). */
 double pend_terms_drive_rate(const struct pend_terms *terms, const double value[]);
-
-/** Returns true if the layout is consistent. O(n). For assertions and tests. */
-int pend_terms_valid(const struct pend_terms *terms);

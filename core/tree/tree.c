@@ -325,21 +325,15 @@ static void path_read(const struct path_reading *in) {
     }
 }
 
-/* counts the faults of a row without composing their texts */
-static void path_count_row(int n, const double row[], const int on_way[], int i,
-                           struct tree_faults *faults) {
-    int wrong = 0;
-    for (int j = 0; j < n; j++) wrong += row[j] != (on_way[j] == i);
-    while (wrong-- > 0) tree_fault(faults, PEND_FIELD_PATH, i, -1, "is wrong");
-}
-
 /* reports the entries of row i that differ from the path to tip i in the reconstructed tree */
 static void path_check_row(const struct path_reading *in, int i, int on_way[],
                            struct tree_faults *faults) {
     const double *row = path_row(in, i);
     for (int j = i; j >= 0; j = in->parent[j]) on_way[j] = i;
     if (faults->sink && faults->sink->worded && faults->count >= faults->sink->worded) {
-        path_count_row(in->n, row, on_way, i, faults);
+        // the faults are counted without composing their texts
+        for (int j = 0; j < in->n; j++)
+            if (row[j] != (on_way[j] == i)) tree_fault(faults, PEND_FIELD_PATH, i, -1, "is wrong");
         return;
     }
     for (int j = 0; j < in->n; j++) {

@@ -53,6 +53,8 @@ PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n,
                                                const double length[], const double mass[],
                                                const int parent[],
                                                const struct pend_fault_sink *faults);
+void pend_tree_free(struct pend_tree **tree);
+int pend_tree_valid(const struct pend_tree *tree);
 
 /**
  * As pend_tree_new, for a tree in which arms may have no mass at their tips, because terms give
@@ -64,9 +66,6 @@ PEND_MUST_CHECK enum pend_status pend_tree_new_bare(struct pend_tree **tree, int
                                                     const double length[], const double mass[],
                                                     const unsigned char bare[], const int parent[],
                                                     const struct pend_fault_sink *faults);
-
-/** Frees a tree and clears the pointer; NULL is accepted. */
-void pend_tree_free(struct pend_tree **tree);
 
 /**
  * Finds the parents from a path matrix S (row k = the arms on the path from the pivot to tip k).
@@ -101,6 +100,3 @@ void pend_tree_path(const struct pend_tree *tree, double path[]);
  * O(n^2).
  */
 void pend_tree_force_map(const struct pend_tree *tree, double force_map[]);
-
-/** Returns true if every invariant of the structure holds. O(n). For assertions and tests. */
-int pend_tree_valid(const struct pend_tree *tree);

@@ -3,7 +3,6 @@
 #include "core/tree/turns.h"
 
 #include <assert.h>
-#include <math.h>
 #include <stdint.h>
 
 enum { WORD = 64, FRACTION = 4, TABLE = 24 };

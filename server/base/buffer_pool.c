@@ -12,7 +12,7 @@ void srv_buffer_pool_clear(struct srv_buffer_pool *pool) {
     pthread_mutex_destroy(&pool->lock);
 }
 
-int srv_buffer_pool_valid(const struct srv_buffer_pool *pool) {
+PEND_VALIDATOR srv_buffer_pool_valid(const struct srv_buffer_pool *pool) {
     int good = pool->count >= 0 && pool->count <= SRV_BUFFER_POOL;
     for (int i = 0; good && i < pool->count; i++)
         good = pool->buffer[i].data && !pool->buffer[i].bytes && pool->buffer[i].cap &&

@@ -23,10 +23,6 @@ void srv_buffer_pool_init(struct srv_buffer_pool *pool);
 /** Frees the buffers of a pool that no thread uses any more. */
 void srv_buffer_pool_clear(struct srv_buffer_pool *pool);
 
-/** Returns true if each buffer of the pool is empty, has memory and is not too large; called with
- * its lock held. */
-int srv_buffer_pool_valid(const struct srv_buffer_pool *pool);
-
 /** Gives a buffer without memory the memory that the pool received last; if the pool is empty the
  * buffer stays without memory. Any thread. */
 void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffer);

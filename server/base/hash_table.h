@@ -28,6 +28,7 @@ struct srv_hash_table {
 
 /** Initializes an empty table; `salt` is a number that clients do not know. */
 void srv_hash_table_init(struct srv_hash_table *table, uint64_t salt);
+int srv_hash_table_valid(const struct srv_hash_table *table);
 
 /** Returns a hash of some bytes: multiplies eight bytes at a time by the salt, and folds the
  * 128-bit product. O(bytes), about a nanosecond per eight bytes. */
@@ -46,7 +47,3 @@ void srv_hash_table_add(struct srv_hash_table *table, struct srv_hash_node *node
 
 /** Removes a node that is in the table. O(1). */
 void srv_hash_table_remove(struct srv_hash_table *table, struct srv_hash_node *node);
-
-/** Returns true if `count` is the number of nodes, and each node is in the row of its key. O(rows
- * and nodes). */
-int srv_hash_table_valid(const struct srv_hash_table *table);

@@ -6,7 +6,6 @@
 
 #include <assert.h>
 #include <stdatomic.h>
-#include <stdint.h>
 
 /* kind, label of the metric */
 #define SRV_MEMORY_LIST(X)                                                                         \

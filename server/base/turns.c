@@ -1,7 +1,5 @@
 #include "server/base/turns.h"
 
-#include <stddef.h>
-
 void srv_turns_add(struct srv_turns *turns, struct srv_turns_road *road,
                    struct srv_turns_lane *lane, struct srv_list *link) {
     if (srv_list_empty(&lane->waiting)) {

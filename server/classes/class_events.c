@@ -1,6 +1,5 @@
 #include "server/classes/class_events.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +21,6 @@ enum class_level { CLASS_NEW, CLASS_OLD, CLASS_LEVELS };
 /* Expected bytes of a page of new changes and of a backlog. */
 static const size_t class_expected[CLASS_LEVELS] = {SRV_EVENTS_TEXT, SRV_CLASS_PAGE_BYTES};
 
-/* A room that has listeners. */
 struct class_room {
     struct srv_list link, seats; /* link in the topic's list; the list of seats */
     char code[SRV_CLASS_CODE];
@@ -151,13 +149,6 @@ static void class_unturn(struct class_listener *own) {
     srv_turns_remove(&own->seat->room->road[own->level], &own->seat->lane[own->level], &own->turn);
 }
 
-/* Detaches a listener from the page that is read for it. */
-static void class_unask(struct class_listener *own) {
-    struct class_listener **link = &own->asked->reader;
-    while (*link != own) link = &(*link)->beside;
-    *link = own->beside;
-}
-
 static void class_drop(struct srv_listener *listener) {
     struct class_listener *own = class_listener(listener);
     if (own->seat) {
@@ -165,10 +156,13 @@ static void class_drop(struct srv_listener *listener) {
         if (own->seat->reports == own) own->seat->reports = NULL;
         seat_give(own->seat);
     }
-    if (own->asked)
-        class_unask(own);
-    else if (own->report)
+    if (own->asked) { // the page that is read for it
+        struct class_listener **link = &own->asked->reader;
+        while (*link != own) link = &(*link)->beside;
+        *link = own->beside;
+    } else if (own->report) {
         own->report->free(own->report);
+    }
     api_buffer_clear(&own->page);
     free(own);
 }

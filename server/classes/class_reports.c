@@ -1,6 +1,5 @@
 #include "server/classes/class_reports.h"
 
-#include <assert.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -161,7 +160,6 @@ static enum srv_stored reports_find(struct srv_store *store, struct srv_store_ca
     return SRV_STORED_CLASH;
 }
 
-/* Opens the stream of a report. */
 static int reports_open(struct srv_store_request *asked, enum srv_stored stored,
                         struct reports_report made) {
     struct srv_exchange *exchange = asked->exchange;

@@ -1,6 +1,5 @@
 #include "server/classes/class_request.h"
 
-#include <assert.h>
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,7 +7,6 @@
 #include <sys/random.h>
 
 #include "server/base/clock.h"
-#include "server/store/store_class_pupils.h"
 #include "server/work/admission.h"
 
 /* Limits for wrong codes (burst, rate per second): from one address, from its /24 network (/48 of

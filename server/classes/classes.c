@@ -1,6 +1,5 @@
 #include "server/classes/classes.h"
 
-#include <assert.h>
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -30,7 +29,6 @@ static struct srv_class_request *classes_own(struct srv_store_call *call) {
     return srv_class_request_of(SRV_CONTAINER_OF(call, struct srv_store_request, ask.call));
 }
 
-/* Answers with the room as JSON and ends the request. */
 static void classes_tell(struct srv_store_request *asked, int status) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_class_request *own = srv_class_request_of(asked);
@@ -189,7 +187,6 @@ static void put_answer(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* Initializes the fields that all writes share. */
 static struct srv_class_put *classes_put(struct srv_class_request *own) {
     own->put.code = own->code;
     own->put.who = own->who;
@@ -242,7 +239,6 @@ void srv_classes_erase(struct srv_exchange *exchange) {
 
 /* --- items --- */
 
-/* The kinds of items in a path. */
 static const struct {
     const char *kind, *id; /* id: NULL = any */
     enum api_class_kind body;

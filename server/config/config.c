@@ -1,7 +1,6 @@
 #include "server/config/config.h"
 
 #include <assert.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -163,7 +163,6 @@ static enum pend_status load_set_switch(double *out, const struct srv_option *ro
     return PEND_OK;
 }
 
-/* sets option i, whose row is given */
 static enum pend_status load_set(struct srv_config *config, const struct srv_option *row, int i,
                                  const struct load_place *place, const char *value,
                                  struct pend_error *error) {

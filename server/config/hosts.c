@@ -8,7 +8,6 @@
 /* names of the local machine; 127/8 stands for the whole network */
 static const char hosts_loopback[] = "localhost, *.localhost, 127/8, [::1]";
 
-/* A parsed host: the name without a trailing dot, and the port with its colon. */
 struct hosts_part {
     const char *name, *port;
     size_t name_bytes, port_bytes;

@@ -14,7 +14,6 @@
 
 enum { LISTEN_HOST = 256 };
 
-/* a parsed address */
 struct listen_address {
     char host[LISTEN_HOST]; /* "" for every address */
     const char *port;

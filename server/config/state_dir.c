@@ -6,7 +6,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* creates the directory and its parents */
 static int state_directory(char *path) {
     for (char *at = strchr(path + 1, '/'); at; at = strchr(at + 1, '/')) {
         *at = 0;

@@ -1,13 +1,11 @@
 #include "server/http/access_log.h"
 
-#include <assert.h>
 #include <string.h>
 
 #include "server/base/clock.h"
 #include "server/http/router.h"
 #include "server/jobs/jobs.h"
 
-/* Counts a request that has ended. */
 static void access_log_count(const struct srv_exchange *exchange,
                              const struct srv_log_request *line, int64_t now) {
     struct srv_metrics *metrics = &exchange->service->metrics;

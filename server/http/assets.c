@@ -1,6 +1,5 @@
 #include "server/http/assets.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,11 +17,6 @@ static int assets_order(const void *name, const void *asset) {
 static const struct srv_asset *assets_find(const char *path) {
     return bsearch(path, srv_assets_table, (size_t)srv_assets_count, sizeof *srv_assets_table,
                    assets_order);
-}
-
-/* true for documents and the service worker, whose paths have no digest */
-static int assets_is_asked_anew(const struct srv_asset *asset) {
-    return !strncmp(asset->media_type, "text/html", 9) || !strcmp(asset->path, "sw.js");
 }
 
 /* Returns the Content-Security-Policy of a document (srv_assets_policy) with the origins that may
@@ -187,7 +181,8 @@ void srv_assets_file(struct srv_exchange *exchange) {
     const char *name = exchange->argument;
     int ours = !strncmp(name, srv_assets_digest, digest) && name[digest] == '/';
     const struct srv_asset *asset = ours ? assets_find(name + digest + 1) : NULL;
-    if (asset && !assets_is_asked_anew(asset))
+    // the paths of documents and of the service worker have no digest
+    if (asset && strncmp(asset->media_type, "text/html", 9) && strcmp(asset->path, "sw.js"))
         assets_give(exchange, asset, assets_for_ever, assets_policy(exchange, NULL));
     else
         srv_exchange_problem(exchange, 404, "the page of this server has no file %.200s",

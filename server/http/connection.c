@@ -1,6 +1,5 @@
 #include "server/http/connection.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +25,6 @@ enum {
 static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
               "a target that the front lets pass fits into an exchange");
 
-/* The state of a connection's exchange. */
 enum connection_state {
     CONNECTION_NONE,    /* libmicrohttpd has not reported a request line */
     CONNECTION_HEAD,    /* the target is known */
@@ -54,10 +52,6 @@ struct connection {
     int64_t paused, pauses; /* ns: start of the current pause, and total time of pauses, during
                              * which there was nothing to send */
 };
-
-static struct connection *connection_of_watched(struct srv_watched *watched) {
-    return SRV_CONTAINER_OF(watched, struct connection, watched);
-}
 
 /* Returns the seconds that a client has for a number of bytes. */
 static double connection_patience(const struct connection *connection, double seconds,
@@ -139,7 +133,7 @@ static void connection_leave(struct connection *connection, enum srv_stop why) {
 }
 
 static void connection_left(struct srv_watched *watched) {
-    struct connection *connection = connection_of_watched(watched);
+    struct connection *connection = SRV_CONTAINER_OF(watched, struct connection, watched);
     connection_leave(connection, atomic_load(&connection->all->service->draining)
                                      ? SRV_STOP_SHUTDOWN
                                      : SRV_STOP_LEFT);
@@ -182,7 +176,6 @@ static int connection_check_head(struct connection *connection, const char *meth
     return srv_router_head(exchange);
 }
 
-/* Sets the deadline of the body, which depends on the bytes received. */
 static void connection_body_deadline(struct connection *connection) {
     double seconds =
         connection_patience(connection, srv_service_config(connection->all->service)->body_seconds,
@@ -211,7 +204,6 @@ static enum MHD_Result connection_head(struct connection *connection, const char
     return MHD_YES;
 }
 
-/* Takes a piece of the body. */
 static enum MHD_Result connection_body(struct connection *connection, const char *data,
                                        size_t bytes) {
     struct srv_exchange *exchange = &connection->exchange;

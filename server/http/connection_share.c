@@ -1,11 +1,8 @@
 #include "server/http/connection_share.h"
 
-#include <assert.h>
 #include <netdb.h>
 #include <stdio.h>
 #include <string.h>
-
-#include "server/protocol/identity.h"
 
 enum {
     SHARE_SURPLUS = 16, /* connections above the share that get an answer; further ones are closed

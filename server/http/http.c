@@ -1,8 +1,6 @@
 #include "server/http/http.h"
 
 #include <microhttpd.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>

@@ -1,6 +1,5 @@
 #include "server/http/probes.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "api/base/engine.h"

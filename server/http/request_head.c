@@ -1,7 +1,5 @@
 #include "server/http/request_head.h"
 
-#include <assert.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

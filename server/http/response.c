@@ -1,6 +1,5 @@
 #include "server/http/response.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,7 +11,6 @@
 #include "server/jobs/events.h"
 #include "server/protocol/cors.h"
 #include "server/work/inflight.h"
-#include "server/work/service.h"
 
 enum {
     RESPONSE_BLOCK =
@@ -217,7 +215,6 @@ static void response_line(char head[], const char *name, const char *value) {
     if (bytes < 0 || (size_t)bytes >= room) head[used] = 0;
 }
 
-/* Adds the operator's announcements of the deprecation of the interface. */
 static void response_line_ages(char head[], const struct srv_exchange *exchange) {
     struct response_ages ages;
     if (!response_ages_read(exchange, &ages)) return;

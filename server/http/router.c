@@ -1,6 +1,5 @@
 #include "server/http/router.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -401,14 +400,12 @@ static int router_quota(struct srv_exchange *exchange) {
     return srv_admission_count(exchange);
 }
 
-/* Calls the handler of a route that answers at once. */
 static int router_handle(struct srv_exchange *exchange) {
     if (!exchange->route->handle) return 1;
     exchange->route->handle(exchange);
     return 0;
 }
 
-/* Answers from the exact cache. */
 static int router_cache(struct srv_exchange *exchange) {
     return exchange->route->begin || srv_jobs_wanted(exchange) || !srv_result_cached(exchange);
 }

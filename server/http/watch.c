@@ -1,6 +1,5 @@
 #include "server/http/watch.h"
 
-#include <assert.h>
 #include <errno.h>
 #include <poll.h>
 #include <pthread.h>
@@ -51,7 +50,7 @@ struct srv_watch {
     struct watch_lingerer linger[SRV_WATCH_LINGERING];
 };
 
-int srv_watch_valid(const struct srv_watch *watch) {
+PEND_VALIDATOR srv_watch_valid(const struct srv_watch *watch) {
     return watch->count >= 0 && watch->waiting >= 0 && watch->waiting <= watch->count &&
            watch->lingerers >= 0 && watch->lingerers <= SRV_WATCH_LINGERING &&
            srv_list_empty(&watch->watched) == !watch->count;
@@ -142,16 +141,10 @@ static void watch_linger_round(struct srv_watch *watch) {
     assert(srv_watch_valid(watch));
 }
 
-/* Returns the time, in ms, that the thread may sleep; 0 = until it is woken. */
-static int watch_pause(struct srv_watch *watch) {
-    if (watch->waiting || watch->lingerers) watch->glow = WATCH_AFTERGLOW;
-    if (watch->glow-- > 0) return SRV_WATCH_TICK_MS;
-    watch->glow = 0;
-    return watch->count ? WATCH_SLOW_MS : 0;
-}
-
 static void watch_sleep(struct srv_watch *watch) {
-    int ms = watch_pause(watch);
+    if (watch->waiting || watch->lingerers) watch->glow = WATCH_AFTERGLOW;
+    int glows = watch->glow > 0, ms = glows ? SRV_WATCH_TICK_MS : watch->count ? WATCH_SLOW_MS : 0;
+    watch->glow -= glows;
     watch->asleep = ms != SRV_WATCH_TICK_MS;
     srv_condition_wait(&watch->wake, &watch->lock,
                        ms ? srv_clock_now() + (int64_t)ms * 1000000 : SRV_CONDITION_NEVER);

@@ -61,10 +61,6 @@ struct srv_watch;
  */
 PEND_MUST_CHECK enum pend_status srv_watch_new(struct srv_watch **watch);
 
-/** Returns true if the counts are consistent with each other and with the list; for assertions,
- * under its lock. O(1). */
-int srv_watch_valid(const struct srv_watch *watch);
-
 /** Sets the number of sockets that may linger at one time, SRV_WATCH_LINGERING at most; before the
  * first does. */
 void srv_watch_lingering(struct srv_watch *watch, int most);

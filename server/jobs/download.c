@@ -1,7 +1,5 @@
 #include "server/jobs/download.h"
 
-#include <assert.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,10 +34,6 @@ struct download {
     size_t bytes[DOWNLOAD_AHEAD];
     char data[]; /* the memory of DOWNLOAD_AHEAD pieces */
 };
-
-static struct download *download_of(struct srv_ask *ask) {
-    return SRV_CONTAINER_OF(ask, struct download, ask);
-}
 
 /* The ring's indices are in range, and the next piece belongs to the job. The caller holds the
  * lock. */
@@ -110,7 +104,7 @@ static int download_has(const struct download *download) {
 }
 
 static void download_done(struct srv_ask *ask) {
-    struct download *download = download_of(ask);
+    struct download *download = SRV_CONTAINER_OF(ask, struct download, ask);
     pthread_mutex_lock(&download->lock);
     int gone = download->gone;
     download->asked = 0;

@@ -1,7 +1,5 @@
 #include "server/jobs/erasure.h"
 
-#include <assert.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "server/jobs/events.h"

@@ -1,7 +1,5 @@
 #include "server/jobs/events.h"
 
-#include <assert.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,7 +29,7 @@ struct srv_events {
     int topics;
 };
 
-int srv_events_valid(const struct srv_events *events) {
+PEND_VALIDATOR srv_events_valid(const struct srv_events *events) {
     return events->service && events->most > 0 && events->count >= 0 &&
            events->count <= events->most && srv_list_empty(&events->listeners) == !events->count &&
            events->topics >= 0 && events->topics <= EVENTS_TOPICS;

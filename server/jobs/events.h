@@ -77,6 +77,7 @@ struct srv_topic {
  */
 PEND_MUST_CHECK enum pend_status srv_events_new(struct srv_events **events,
                                                 struct srv_service *service, int most);
+void srv_events_free(struct srv_events **events);
 
 /** Adds a topic, which is freed with the events; NULL gives PEND_NO_MEMORY. Call before
  * srv_events_start. */
@@ -91,13 +92,6 @@ PEND_MUST_CHECK enum pend_status srv_events_start(struct srv_events *events);
 
 /** Stops the thread; no stream may be open. */
 void srv_events_end(struct srv_events *events);
-
-/** Frees the events after srv_events_end. NULL is accepted. */
-void srv_events_free(struct srv_events **events);
-
-/** True if the counts agree with each other and with the list of streams; for assertions, with the
- * lock held. O(1). */
-int srv_events_valid(const struct srv_events *events);
 
 /** Notifies that the store may have changed. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);

@@ -1,6 +1,5 @@
 #include "server/jobs/job_events.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +7,6 @@
 #include "server/base/clock.h"
 #include "server/jobs/job_view.h"
 
-/* A stream of a job's events. */
 struct job_listener {
     struct srv_listener listener;
     struct srv_job job;      /* the job as last read */
@@ -17,7 +15,6 @@ struct job_listener {
     void (*answer)(struct srv_exchange *exchange, const struct srv_job *job);
 };
 
-/* All jobs that have listeners. */
 struct job_topic {
     struct srv_topic topic;
     int count;

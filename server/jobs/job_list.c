@@ -1,6 +1,5 @@
 #include "server/jobs/job_list.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +11,6 @@
 
 enum { LIST_PAGE = 100, LIST_DEFAULT = 20, LIST_NEXT = 1024, LIST_VALUE = 3 * SRV_TITLE_BYTES };
 
-/* The state of a list request. */
 struct list {
     struct srv_job_wish wish;
     int count;
@@ -24,30 +22,9 @@ struct list {
 
 /* --- the query --- */
 
-static int list_read_state(const char *word, struct srv_job_wish *wish) {
-    for (wish->state = 0; wish->state < SRV_JOB_STATES; wish->state++)
-        if (!strcmp(word, srv_job_word(wish->state))) return 1;
-    return 0;
-}
-
-static int list_read_limit(const char *digits, struct srv_job_wish *wish) {
-    size_t bytes = strlen(digits);
-    if (bytes > 3 || strspn(digits, "0123456789") != bytes) return 0;
-    wish->most = atoi(digits);
-    return wish->most >= 1 && wish->most <= LIST_PAGE;
-}
-
 static const char *const list_names[] = {"before",    "limit", "status",
                                          "operation", "title", "since"};
 enum { BEFORE, LIMIT, STATUS, OPERATION, TITLE, SINCE, NAMES };
-
-/* The index of a query parameter; NAMES if it is unknown. */
-static int list_name(const char *name, size_t letters) {
-    int i = 0;
-    while (i < NAMES && (strlen(list_names[i]) != letters || strncmp(list_names[i], name, letters)))
-        i++;
-    return i;
-}
 
 /* Decodes a value. A plus sign is a blank, except in an instant. */
 static int list_value(int i, const char *value, size_t bytes, char text[SRV_TITLE_BYTES]) {
@@ -57,12 +34,20 @@ static int list_value(int i, const char *value, size_t bytes, char text[SRV_TITL
     return srv_jobs_title(raw, bytes, text);
 }
 
+static int list_read_state(const char *word, struct srv_job_wish *wish) {
+    for (wish->state = 0; wish->state < SRV_JOB_STATES; wish->state++)
+        if (!strcmp(word, srv_job_word(wish->state))) return 1;
+    return 0;
+}
+
 /* Reads one name=value of the query. Returns 0 if it is unknown or repeated. */
 static int list_read_one(const char *name, size_t letters, const char *value, size_t bytes,
                          struct list *list, unsigned *seen) {
     struct srv_job_wish *wish = &list->wish;
     char text[SRV_TITLE_BYTES];
-    int i = list_name(name, letters);
+    int i = 0;
+    while (i < NAMES && (strlen(list_names[i]) != letters || strncmp(list_names[i], name, letters)))
+        i++;
     if (i == NAMES || *seen & 1u << i || !list_value(i, value, bytes, text)) return 0;
     *seen |= 1u << i;
     switch (i) {
@@ -71,7 +56,9 @@ static int list_read_one(const char *name, size_t letters, const char *value, si
         wish->before = list->before;
         return srv_store_request_id_good(text);
     case LIMIT:
-        return list_read_limit(text, wish);
+        if (strlen(text) > 3 || text[strspn(text, "0123456789")]) return 0;
+        wish->most = atoi(text);
+        return wish->most >= 1 && wish->most <= LIST_PAGE;
     case STATUS:
         return list_read_state(text, wish);
     case OPERATION:

@@ -1,6 +1,5 @@
 #include "server/jobs/job_results.h"
 
-#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,12 +69,8 @@ static void results_refuse(struct srv_store_request *asked, enum srv_stored stor
     srv_store_request_end(asked);
 }
 
-static int results_there(const struct srv_store_request *asked, enum srv_stored stored) {
-    return stored == SRV_STORED && asked->job.state == SRV_JOB_SUCCESSFUL;
-}
-
 static void results_found(struct srv_store_request *asked, enum srv_stored stored) {
-    if (results_there(asked, stored))
+    if (stored == SRV_STORED && asked->job.state == SRV_JOB_SUCCESSFUL)
         results_deliver(asked, 0);
     else
         results_refuse(asked, stored);
@@ -113,7 +108,6 @@ void srv_job_request(struct srv_exchange *exchange) {
     if (asked) srv_store_request_ask(asked, SRV_ASK_READ, request_find, request_found);
 }
 
-/* Delivers the available results of a job that may still run. */
 static void results_found_some(struct srv_store_request *asked, enum srv_stored stored) {
     const struct srv_job *job = &asked->job;
     int some = stored == SRV_STORED && job->state <= SRV_JOB_RUNNING && job->done > 0;

@@ -1,6 +1,5 @@
 #include "server/jobs/jobs.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,7 +15,6 @@
 #include "server/jobs/part_runner.h"
 #include "server/jobs/store_request.h"
 #include "server/work/admission.h"
-#include "server/work/hold.h"
 
 enum { JOBS_COST = 3, JOBS_SPARE = 64 };
 

@@ -1,6 +1,5 @@
 #include "server/jobs/part_run.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +31,7 @@ static size_t part_run_bytes(const struct srv_part_run *run) {
     return kept + (run->part ? srv_hold_count(api_part_bytes(run->part)) : 0);
 }
 
-int srv_part_run_valid(const struct srv_part_run *run) {
+PEND_VALIDATOR srv_part_run_valid(const struct srv_part_run *run) {
     return run->service && run->hold.service == run->service && !run->hold.payer &&
            (!run->job[0] || run->request) && run->out.bytes <= run->out.cap &&
            run->carry.bytes <= run->carry.cap && memchr(run->message, 0, sizeof run->message);
@@ -66,12 +65,6 @@ struct part_run_turn {
     int level;
 };
 
-static enum api_op_id part_run_op(const char *name) {
-    int op = 0;
-    while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, name)) op++;
-    return (enum api_op_id)op;
-}
-
 /* Returns 1 if another task waits, or if the part should stop. */
 static int part_run_hurry(void *company) {
     const struct part_run_turn *turn = company;
@@ -80,11 +73,10 @@ static int part_run_hurry(void *company) {
     return atomic_load(&turn->run->stop) || srv_queue_shorter(service->queue, turn->level);
 }
 
-/* Prepares the part. */
 static enum pend_status part_run_begin(struct srv_part_run *run, const struct srv_lease *lease,
                                        struct pend_error *error) {
     struct srv_service *service = run->service;
-    struct api_request request = {.op = part_run_op(lease->operation),
+    struct api_request request = {.op = api_op_find(lease->operation),
                                   .content_type = "application/json",
                                   .body = run->request,
                                   .body_bytes = run->request_bytes};
@@ -114,7 +106,6 @@ static int part_run_room(struct srv_part_run *run, enum pend_status *status,
     return run->roomy;
 }
 
-/* Computes one piece of a part. */
 static enum pend_status part_run_piece(struct srv_part_run *run, int *done,
                                        struct pend_error *error) {
     double limit = srv_service_job_limits(run->service)->compute_seconds;

@@ -33,12 +33,7 @@ enum srv_part_run_end {
 
 /** Prepares an empty run, without a part or a request. */
 void srv_part_run_init(struct srv_part_run *run, struct srv_service *service);
-
-/** Frees the memory of a run. */
 void srv_part_run_clear(struct srv_part_run *run);
-
-/** Returns true if the fields of a run are consistent; for assertions. O(1). */
-int srv_part_run_valid(const struct srv_part_run *run);
 
 /** Frees the cached request; the owner then sets the request of another job. */
 void srv_part_run_forget(struct srv_part_run *run);

@@ -1,7 +1,5 @@
 #include "server/jobs/part_runner.h"
 
-#include <assert.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +9,6 @@
 #include "server/jobs/events.h"
 #include "server/jobs/part_claim.h"
 #include "server/jobs/part_slot.h"
-#include "server/store/storage.h"
 
 struct srv_part_runner {
     struct srv_service *service;
@@ -66,7 +63,7 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
     return srv_store_release(store, runner->claim.name);
 }
 
-int srv_part_runner_valid(const struct srv_part_runner *runner) {
+PEND_VALIDATOR srv_part_runner_valid(const struct srv_part_runner *runner) {
     /* During a query the storage thread changes the number of claimed parts. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
            runner->claim.asked.most <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3;
@@ -93,14 +90,6 @@ static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state agai
     slot->again = again;
     slot->at = srv_clock_now() + runner_ms(RUNNER_AGAIN_MS);
     pthread_cond_signal(&slot->runner->some);
-}
-
-/* Records the time since which there is no part, neither held nor available. The caller holds the
- * lock. */
-static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed, int64_t now) {
-    int holds = claimed != SRV_STORED_NONE;
-    for (int i = 0; i < runner->count; i++) holds |= srv_part_slot_holds(&runner->slot[i]);
-    runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
 }
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
@@ -137,7 +126,6 @@ static long runner_workers(const struct srv_part_runner *runner) {
     return storage ? srv_storage_figures(storage).workers : 0;
 }
 
-/* Processes the result of a claim. */
 static void runner_claimed(struct srv_ask *ask) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(ask, struct srv_part_runner, ask);
     enum srv_stored stored = ask->call.stored;
@@ -147,7 +135,10 @@ static void runner_claimed(struct srv_ask *ask) {
     assert(srv_part_runner_valid(runner));
     int count = srv_part_claim_take(&runner->claim, stored, runner_workers(runner), now);
     runner->claiming = 0;
-    runner_rest(runner, stored, now);
+    // since when there is no part, neither held nor available
+    int holds = stored != SRV_STORED_NONE;
+    for (int i = 0; i < runner->count; i++) holds |= srv_part_slot_holds(&runner->slot[i]);
+    runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
     for (int i = 0; i < runner->count; i++) {
         struct srv_part_slot *slot = &runner->slot[i];
         if (slot->state != SRV_PART_SLOT_CLAIM) continue;
@@ -275,13 +266,6 @@ static int slot_run(struct srv_task *task) {
 
 /* --- the runner's thread; its functions are called with the lock --- */
 
-/* Returns 1 if a part occupies a worker for long: by its estimate, or by the time used so far. */
-static int slot_long(const struct srv_part_slot *slot, int64_t now) {
-    int computes =
-        slot->state == SRV_PART_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
-    return srv_part_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
-}
-
 /* The number of parts that may be claimed: long ones that can be computed soon, and small ones. */
 static int runner_room(const struct srv_part_runner *runner, int64_t now) {
     int idle = 0, waiting = 0, longs = 0, alone = 0;
@@ -289,7 +273,10 @@ static int runner_room(const struct srv_part_runner *runner, int64_t now) {
         const struct srv_part_slot *slot = &runner->slot[i];
         idle += slot->state == SRV_PART_SLOT_IDLE;
         waiting += slot->state == SRV_PART_SLOT_COMPUTE || slot->state == SRV_PART_SLOT_REQUEST;
-        longs += slot_long(slot, now);
+        // it occupies a worker for long, by its estimate or by the time used so far
+        int computes = slot->state == SRV_PART_SLOT_COMPUTE,
+            used = computes && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
+        longs += srv_part_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || used);
         alone |= srv_part_slot_holds(slot) && slot->lease.alone;
     }
     if (alone || longs >= runner->most_long || waiting >= RUNNER_SMALL / 2) return 0;
@@ -309,11 +296,6 @@ static void runner_claim(struct srv_part_runner *runner, int64_t now) {
             room--;
         }
     srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->ask);
-}
-
-static void runner_beat(struct srv_part_slot *slot, int64_t now) {
-    if (srv_part_slot_holds(slot) && !slot->beating && now >= slot->beat_at)
-        srv_part_slot_beat(slot, 0);
 }
 
 /* Checks whether the jobs of held parts have ended elsewhere. */
@@ -366,8 +348,10 @@ static void *runner_main(void *context) {
     while (!runner->over) {
         int64_t now = srv_clock_now();
         for (int i = 0; i < runner->count; i++) {
-            runner_beat(&runner->slot[i], now);
-            runner_retry(&runner->slot[i], now);
+            struct srv_part_slot *slot = &runner->slot[i];
+            if (srv_part_slot_holds(slot) && !slot->beating && now >= slot->beat_at)
+                srv_part_slot_beat(slot, 0);
+            runner_retry(slot, now);
         }
         runner_look(runner, now);
         runner_claim(runner, now);

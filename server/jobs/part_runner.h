@@ -29,10 +29,6 @@ PEND_MUST_CHECK enum pend_status srv_part_runner_start(struct srv_part_runner *r
 /** Frees a runner that was not started, or has drained. */
 void srv_part_runner_free(struct srv_part_runner **runner);
 
-/** Returns true if a runner's counts are within their bounds; for assertions, under its lock.
- * O(1). */
-int srv_part_runner_valid(const struct srv_part_runner *runner);
-
 /** Notifies the runner that there may be parts to claim or jobs that have ended, in any process.
  * Any thread; called by the storage. rings: bits of SRV_RING_. */
 void srv_part_runner_news(struct srv_part_runner *runner, int rings);

@@ -1,6 +1,5 @@
 #include "server/jobs/part_slot.h"
 
-#include <assert.h>
 #include <string.h>
 
 struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask) {
@@ -11,7 +10,7 @@ struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat) {
     return SRV_CONTAINER_OF(beat, struct srv_part_slot, beat);
 }
 
-int srv_part_slot_valid(const struct srv_part_slot *slot) {
+PEND_VALIDATOR srv_part_slot_valid(const struct srv_part_slot *slot) {
     return slot->service && slot->runner && slot->holder && slot->lease_us > 0 &&
            slot->state >= SRV_PART_SLOT_IDLE && slot->state <= SRV_PART_SLOT_RETRY &&
            (!srv_part_slot_holds(slot) || slot->lease.job[0]);

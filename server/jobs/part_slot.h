@@ -59,10 +59,6 @@ struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask);
 /** The slot that sent a renewal of its lease. */
 struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat);
 
-/** Returns true if the fields of a slot agree with its state; for assertions, under the runner's
- * lock. O(1). */
-int srv_part_slot_valid(const struct srv_part_slot *slot);
-
 /** Returns true if the slot holds a part. Called under the runner's lock, as all functions
  * below. */
 int srv_part_slot_holds(const struct srv_part_slot *slot);

@@ -1,6 +1,5 @@
 #include "server/jobs/scenes.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,7 +20,6 @@ static const struct srv_store_request_words scenes_words = {"scenes",
 
 /* --- answers --- */
 
-/* Answers with the store's error. */
 static void scenes_refuse(struct srv_store_request *asked, enum srv_stored stored) {
     struct srv_exchange *exchange = asked->exchange;
     switch (stored) {
@@ -61,7 +59,6 @@ static void scenes_give(struct srv_exchange *exchange, int status, const char *i
 
 /* --- storing --- */
 
-/* Reads scene request->id into request->kept. */
 static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     free(asked->kept);

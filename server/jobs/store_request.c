@@ -1,6 +1,5 @@
 #include "server/jobs/store_request.h"
 
-#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,5 @@
 #include "server/protocol/cache.h"
 
-#include <assert.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 

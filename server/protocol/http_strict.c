@@ -362,13 +362,6 @@ static void strict_chunk_byte(struct srv_http_strict *strict, unsigned char c) {
     }
 }
 
-static void strict_byte(struct srv_http_strict *strict, unsigned char c) {
-    if (strict->place <= SRV_STRICT_END_LF)
-        strict_head_byte(strict, c);
-    else
-        strict_chunk_byte(strict, c);
-}
-
 /* skips bytes of a body or of an unknown field's value; returns their number */
 static size_t strict_skip(struct srv_http_strict *strict, const char *data, size_t bytes) {
     if (strict->place == SRV_STRICT_IN_VALUE && !strict->field) {
@@ -411,6 +404,13 @@ static int strict_valid(const struct srv_http_strict *strict) {
                         strict->parameters <= SRV_STRICT_PARAMETERS && strict->hosts <= 1));
 }
 #endif
+
+static void strict_byte(struct srv_http_strict *strict, unsigned char c) {
+    if (strict->place <= SRV_STRICT_END_LF)
+        strict_head_byte(strict, c);
+    else
+        strict_chunk_byte(strict, c);
+}
 
 size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t bytes) {
     size_t passed = 0, kept = 0;

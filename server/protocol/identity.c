@@ -5,8 +5,6 @@
 #include <string.h>
 #include <strings.h>
 
-#include "api/call/digest.h"
-
 static_assert((int)SRV_IDENTITY_KEY == (int)API_DIGEST_BYTES + 2,
               "a key is a digest with its kind before it");
 
@@ -108,8 +106,15 @@ static enum srv_role identity_role(const char *roles) {
     return SRV_ROLE_NONE;
 }
 
-void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring,
-                       const char *roles) {
+/**
+ * Sets the role of a client without an API key: anonymous, or for an account the role that a
+ * trusted proxy names (pupil if it names none).
+ *
+ * ring   the server's API keys; NULL = roles are not used.
+ * roles  a comma-separated list of words, whose first role counts; NULL = none named.
+ */
+static void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring,
+                              const char *roles) {
     assert(identity->key[0]);
     if (!ring) return;
     identity->role = SRV_ROLE_ANONYMOUS;
@@ -120,8 +125,18 @@ void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring,
     identity->limits = srv_key_ring_role(ring, identity->role);
 }
 
-int srv_identity_issued(struct srv_identity *identity, struct srv_key_ring *ring,
-                        const char *authorization, int64_t now) {
+/**
+ * Identifies the client by an API key, sent as a bearer token. Such a client has no other source:
+ * the operator vouches for it.
+ *
+ * ring  the server's API keys; NULL = API keys are not used.
+ * now   s since 1970.
+ *
+ * Returns 1 if the key is valid, 0 if no API key was sent, -1 if it is not valid: `verdict` says
+ * why, and the rest of the identity is unchanged.
+ */
+static int srv_identity_issued(struct srv_identity *identity, struct srv_key_ring *ring,
+                               const char *authorization, int64_t now) {
     const char *token = identity_bearer(authorization);
     if (!ring || !token || !srv_keys_meant(token)) return 0;
     struct srv_key_found found = srv_key_ring_find(ring, token, now);

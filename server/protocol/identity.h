@@ -77,28 +77,6 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
  */
 int srv_identity_token(struct srv_identity *identity, const char *authorization);
 
-/**
- * Sets the role of a client without an API key: anonymous, or for an account the role that a
- * trusted proxy names (pupil if it names none).
- *
- * ring   the server's API keys; NULL = roles are not used.
- * roles  a comma-separated list of words, whose first role counts; NULL = none named.
- */
-void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring, const char *roles);
-
-/**
- * Identifies the client by an API key, sent as a bearer token. Its source is the key itself, not
- * its address.
- *
- * ring  the server's API keys; NULL = API keys are not used.
- * now   s since 1970.
- *
- * Returns 1 if the key is valid, 0 if no API key was sent, -1 if it is not valid: `verdict` says
- * why, and the rest of the identity is unchanged.
- */
-int srv_identity_issued(struct srv_identity *identity, struct srv_key_ring *ring,
-                        const char *authorization, int64_t now);
-
 /* The parts of a request that identify its client. */
 struct srv_identity_words {
     const char *address; /* as for srv_identity_begin */

@@ -1,6 +1,5 @@
 #include "server/protocol/lengths.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 

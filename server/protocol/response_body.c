@@ -1,14 +1,7 @@
 #include "server/protocol/response_body.h"
 
-#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Long bodies grew by doubling and may be cached: their unused capacity is freed. The buffers of
- * short ones go back to the pool. */
-static void response_body_trim(struct api_buffer *body) {
-    if (body->cap > SRV_SPARE_BYTES) api_buffer_trim(body);
-}
 
 struct srv_response_body *srv_response_body_new(int status, const char *media_type,
                                                 struct api_buffer *body, size_t text,
@@ -25,7 +18,8 @@ struct srv_response_body *srv_response_body_new(int status, const char *media_ty
     made->memory = memory;
     made->pool = pool;
     made->text_cap = text;
-    response_body_trim(body);
+    // long bodies grew by doubling and may be cached; the buffers of short ones go back to the pool
+    if (body->cap > SRV_SPARE_BYTES) api_buffer_trim(body);
     made->body = *body;
     api_buffer_init(body, body->limit);
     srv_memory_add(memory, SRV_MEMORY_ANSWERS, (long long)made->body.cap);

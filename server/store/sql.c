@@ -58,7 +58,6 @@ const char *srv_sql_columns(const char *text) {
     return found;
 }
 
-/* The text being written. */
 struct sql_text {
     const struct srv_sql_driver *driver;
     size_t bytes;
@@ -101,7 +100,6 @@ static int sql_short(struct sql_text *to, const char *token, size_t length) {
     return 1;
 }
 
-/* expands a token in braces */
 static void sql_token(struct sql_text *to, const char *token, size_t length) {
     const struct srv_sql_driver *driver = to->driver;
     for (const struct srv_sql_word *word = driver->words; word->token; word++)

@@ -43,7 +43,7 @@ static int list_put(struct srv_sql_column *column, const struct srv_value *value
     return 1;
 }
 
-int srv_sql_list_valid(const struct srv_sql_list *list) {
+PEND_VALIDATOR srv_sql_list_valid(const struct srv_sql_list *list) {
     int good = list->columns >= 0 && list->columns <= SRV_SQL_PARAMETERS && list->rows >= 0;
     for (int i = 0; good && list->text && i < list->columns; i++) {
         const struct srv_sql_column *column = &list->column[i];

@@ -35,12 +35,6 @@ int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct s
  */
 void srv_sql_list_arrays(struct srv_sql_list *list, const char *data[], int bytes[]);
 
-/** Returns true if every column has a header and enough memory, and the number of rows fits the
- * bytes. O(columns). */
-int srv_sql_list_valid(const struct srv_sql_list *list);
-
 /** Removes all rows and keeps the memory for the next ones. */
 void srv_sql_list_empty(struct srv_sql_list *list);
-
-/** Frees the memory of the list. */
 void srv_sql_list_free(struct srv_sql_list *list);

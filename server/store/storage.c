@@ -1,6 +1,5 @@
 #include "server/store/storage.h"
 
-#include <assert.h>
 #include <pthread.h>
 #include <semaphore.h>
 #include <stdatomic.h>
@@ -25,13 +24,11 @@ enum {
     THREADS = READERS + WRITERS + 1
 };
 
-/* The waiting queries of one kind. */
 struct storage_line {
     struct srv_turns turns;
     pthread_cond_t some;
 };
 
-/* A thread and its connection. */
 struct storage_desk {
     struct srv_storage *storage;
     struct srv_store *store;
@@ -173,13 +170,6 @@ static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     return done;
 }
 
-/* an idle desk checks whether the store is reachable again */
-static void storage_knock(struct storage_desk *desk) {
-    struct srv_store_figures figures;
-    assert(desk->away);
-    storage_note(desk, srv_store_figures(desk->store, &figures));
-}
-
 /* Rate-limits the notifications of a desk, by kind. Notifications of work become rarer with the
  * number of workers, because each worker also polls at a random time. PostgreSQL wakes every
  * listening connection, whatever its channel; all notifications of ended jobs together therefore
@@ -227,7 +217,10 @@ static void *storage_serve(void *context) {
             ask->done(ask);
         }
         rings_at = storage_ring(desk, &rings);
-        if (desk->kind == SRV_ASK_READ && !count && desk->away) storage_knock(desk);
+        /* an idle desk checks whether the store is reachable again */
+        struct srv_store_figures figures;
+        if (desk->kind == SRV_ASK_READ && !count && desk->away)
+            storage_note(desk, srv_store_figures(desk->store, &figures));
         /* queries go first: they may extend leases that a sweep would find expired */
         if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
             storage_sweep(desk, &round);

@@ -271,8 +271,6 @@ int srv_store_rings(const struct srv_store *store);
 /** Sends notifications, SRV_RING_ bits. PostgreSQL serializes the commits of transactions that
  * notify, so notifications are not sent in the transactions that write. */
 void srv_store_ring(struct srv_store *store, int rings);
-
-/** Frees the memory of a lease. */
 void srv_lease_clear(struct srv_lease *lease);
 
 /** Extends a lease. SRV_STORED_LOST */

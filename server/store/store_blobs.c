@@ -1,6 +1,5 @@
 #include "server/store/store_blobs.h"
 
-#include <assert.h>
 #include <string.h>
 
 #include "server/store/store_seals.h"

@@ -5,7 +5,6 @@
 #include <time.h>
 
 #include "server/base/clock.h"
-#include "server/store/store_rows.h"
 #include "server/store/store_schema.h"
 
 /* UNSURE_NS: delay before a reconnection; LOST_NS: longest failed call that is repeated */
@@ -16,7 +15,7 @@ static_assert(SRV_TALLY_CLIENTS >= (int)SQL_EXPIRED_MOST + (int)SQL_PARTS_MOST,
               "a sweep may change the sums of as many clients as it finds jobs and parts");
 static_assert((int)SRV_TALLY_CLIENTS >= SRV_STORE_AHEAD, "a batch may have a client for each part");
 
-int srv_store_valid(const struct srv_store *store) {
+PEND_VALIDATOR srv_store_valid(const struct srv_store *store) {
     const struct srv_store_ahead *ahead = &store->ahead;
     return store->sql && store->sql->driver && !(store->looking && store->together) &&
            (store->settled || !store->together) && ahead->leases >= 0 &&

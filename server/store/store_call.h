@@ -51,10 +51,6 @@ struct srv_store {
     } expiry;
 };
 
-/** Returns true if a store has a driver, and the states of its call and batch are consistent. O(1).
- */
-int srv_store_valid(const struct srv_store *store);
-
 /** Creates the tables if necessary, once the database is reachable. */
 enum srv_stored srv_store_settle(struct srv_store *store);
 

@@ -188,7 +188,6 @@ static enum srv_stored claim_damaged(struct srv_store *store, const char *client
     return srv_store_condemn(store, &job);
 }
 
-/* claims the next part of the job */
 static enum srv_stored claim_next(struct srv_store *store, struct ready *ready,
                                   const struct srv_claim *asked, struct srv_lease *lease) {
     struct row_lease row = {.lease = lease};
@@ -232,7 +231,6 @@ static enum srv_stored claim_part(struct srv_store *store, const struct turn *cl
     return SRV_STORED;
 }
 
-/* The parts of one claim. */
 struct claim {
     struct srv_claim *asked;
     int64_t sum_us; /* estimated computation time of its parts */

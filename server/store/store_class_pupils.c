@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/store_rows.h"
-
 enum srv_stored srv_row_class_code(void *context, const struct srv_value field[]) {
     struct srv_class_codes *codes = context;
     struct srv_row row = {field, NULL};
@@ -117,7 +115,6 @@ enum srv_stored srv_store_class_erase(struct srv_store *store, const char *code)
     return SRV_POST(store, SQL_CLASS_REMOVE, code);
 }
 
-/* The code of an expired room. */
 struct row_ended {
     int rows;
     char code[SRV_NAME_BYTES];

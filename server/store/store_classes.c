@@ -5,12 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/store_call.h"
-#include "server/store/store_class_pupils.h"
-#include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-/* A room's row. */
 struct row_class {
     struct srv_class *room;
     const char *who;
@@ -82,7 +78,6 @@ static enum srv_stored class_refuse(struct srv_class_put *put, enum srv_class_wh
 
 /* --- items --- */
 
-/* An existing item of the room. */
 struct class_there {
     const char *code;
     int rows;

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "server/store/store_quotas.h"
-#include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
 /* LIST_ROWS: rows per statement of a list. RING_PARTS: with so many waiting parts all workers are

@@ -43,7 +43,6 @@ enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_jo
     return srv_store_count_bytes(store, is->client, is->bytes + is->held - was->bytes - was->held);
 }
 
-/* checks the disk space */
 static enum srv_stored quotas_disk(struct srv_store *store, size_t bytes) {
     const struct srv_sql_driver *driver = store->sql->driver;
     return driver->room && !driver->room(store->sql, bytes) ? SRV_STORED_FULL : SRV_STORED;

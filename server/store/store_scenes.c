@@ -146,7 +146,6 @@ enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, co
     return srv_store_end(store, done ? SRV_STORED : stored);
 }
 
-/* The scenes of a client. */
 struct row_kept {
     int count;
     char id[SQL_KEPT_MOST][SRV_ID_BYTES];

@@ -64,7 +64,6 @@ static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **val
     sqlite3_result_int(context, 1);
 }
 
-/* true for an open connection */
 PEND_VALIDATOR sqlite_valid(const struct sqlite_sql *own) {
     return own->sql.driver && own->db && own->rollback && own->ear >= -1 && own->patience_ms > 0;
 }
@@ -92,16 +91,6 @@ static void sqlite_private(const char *path) {
     if (fd >= 0) close(fd);
 }
 
-/* Restricts a file of unknown origin: its triggers cannot call unsafe functions, views are off, and
- * the schema is read-only. Plain triggers stay allowed, because operators may use them for audits
- * (tests/drill does). */
-static int sqlite_distrust(sqlite3 *db) {
-    int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
-    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
-    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL);
-    return code;
-}
-
 static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, int role,
                                     struct pend_error *error) {
     (void)role;
@@ -126,7 +115,13 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, int r
     } else {
         sqlite3_extended_result_codes(own->db, 1);
         sqlite3_busy_handler(own->db, sqlite_busy, own);
-        if (sqlite_distrust(own->db) != SQLITE_OK ||
+        /* a file of unknown origin: its triggers cannot call unsafe functions, views are off, and
+         * the schema is read-only; operators may use plain triggers for audits (tests/drill does)
+         */
+        int code = sqlite3_db_config(own->db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL) |
+                   sqlite3_db_config(own->db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL) |
+                   sqlite3_db_config(own->db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL);
+        if (code != SQLITE_OK ||
             sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL,
                                     NULL) != SQLITE_OK ||
             sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL,
@@ -145,7 +140,6 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, int r
     return status;
 }
 
-/* converts the library's result code */
 static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
     if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
     srv_sql_complain(&own->sql,

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-int srv_tally_valid(const struct srv_tally *tally) {
+PEND_VALIDATOR srv_tally_valid(const struct srv_tally *tally) {
     int last = tally->count - 1, good = tally->count >= 0 && tally->count <= SRV_TALLY_CLIENTS &&
                                         tally->place >= 0 && tally->place < SRV_TALLY_PLACES;
     for (int i = 0; good && i < last; i++)

@@ -50,10 +50,6 @@ struct srv_tally {
     struct srv_tally_client client[SRV_TALLY_CLIENTS];
 };
 
-/** Returns true if there are changes of at most SRV_TALLY_CLIENTS clients, and the last one added
- * occurs once. O(clients). */
-int srv_tally_valid(const struct srv_tally *tally);
-
 /** Discards all changes, after the transaction has ended. */
 void srv_tally_clear(struct srv_tally *tally);
 

@@ -1,8 +1,6 @@
 #include "server/work/admission.h"
 
-#include <assert.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -23,7 +21,6 @@ static void admission_asks(struct srv_exchange *exchange, const char *error, con
     srv_exchange_header(exchange, "WWW-Authenticate", text ? text : admission_realm);
 }
 
-/* Answers 401 to a key that is malformed, unknown, expired or revoked. */
 static void admission_key(struct srv_exchange *exchange) {
     const struct srv_identity *identity = &exchange->identity;
     static const char other[] = "ask the operator of this server for another one";

@@ -1,6 +1,5 @@
 #include "server/work/clients.h"
 
-#include <assert.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>

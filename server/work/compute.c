@@ -1,6 +1,5 @@
 #include "server/work/compute.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -115,17 +114,11 @@ static void compute_promise(struct srv_work *work) {
     while ((exchange = srv_inflight_next(&others))) compute_push(exchange);
 }
 
-/* Runs one piece of the call. */
-static enum api_progress compute_call(struct srv_work *work) {
+/* Runs one piece of the work. Returns 1 if this worker should continue with it. */
+static int compute_piece(struct srv_work *work) {
     int64_t begin = srv_clock_now();
     enum api_progress progress = api_call_run(work->call, &work->out);
     work->spent += srv_clock_now() - begin;
-    return progress;
-}
-
-/* Runs one piece of the work. Returns 1 if this worker should continue with it. */
-static int compute_piece(struct srv_work *work) {
-    enum api_progress progress = compute_call(work);
     int ended = progress == API_DONE ? 1 : progress == API_BROKEN ? -1 : 0;
     if (!work->promised && !ended && srv_delivery_ripe(work)) compute_promise(work);
     if (!ended && !compute_room(work)) return 0;
@@ -168,13 +161,6 @@ static struct srv_exchange *compute_exchange(const struct srv_work *work) {
     return SRV_CONTAINER_OF(work->waiters.next, struct srv_exchange, beside);
 }
 
-/* Returns 1 if the field If-Range is absent or names this response's entity tag. A date never
- * matches, because responses have no dates. */
-static int compute_range_holds(const struct srv_exchange *exchange, const char *etag) {
-    const char *known = exchange->field[SRV_IF_RANGE];
-    return !known || !strcmp(known, etag);
-}
-
 /* Answers a request that needs no computation: the client has the response already, the cache has
  * it, or another request computes it. Returns 1 if it was answered. */
 static int compute_spared(struct srv_work *work) {
@@ -196,7 +182,9 @@ static int compute_spared(struct srv_work *work) {
     /* A stored result is not shared between exchanges, because its job may be deleted meanwhile. */
     if (work->source) {
         work->key_bytes = 0;
-        work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
+        /* a date never matches, because responses have no dates */
+        const char *known = exchange->field[SRV_IF_RANGE];
+        if (known && strcmp(known, work->etag)) work->source->ranged = 0;
     }
     if (!srv_inflight_opened(work)) return 0;
     srv_metrics_count(&service->metrics.cache_joined, 1);
@@ -269,14 +257,6 @@ static struct api_request compute_request(const struct srv_work *work) {
     return request;
 }
 
-/* Lets api read the request. */
-static enum api_progress compute_read(struct srv_work *work, const struct api_request *request) {
-    api_call_clock(work->call, srv_clock_seconds, NULL);
-    api_call_hurry(work->call, compute_hurry, work);
-    return work->source ? api_call_results(work->call, request, &work->source->from, &work->out)
-                        : api_call_open(work->call, request, &work->out);
-}
-
 /* Applies the Range field. Returns 1 if the response is then complete. */
 static int compute_range(struct srv_work *work) {
     if (!work->source || !work->source->ranged) return 0;
@@ -304,7 +284,12 @@ static int compute_open(struct srv_work *work) {
         return 0;
     }
     srv_buffer_pool_take(&work->service->pool, &work->out);
-    if (compute_read(work, &request) == API_DONE) {
+    api_call_clock(work->call, srv_clock_seconds, NULL);
+    api_call_hurry(work->call, compute_hurry, work);
+    enum api_progress read =
+        work->source ? api_call_results(work->call, &request, &work->source->from, &work->out)
+                     : api_call_open(work->call, &request, &work->out);
+    if (read == API_DONE) {
         srv_delivery_settle(work);
         return 0;
     }

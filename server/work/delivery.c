@@ -1,7 +1,5 @@
 #include "server/work/delivery.h"
 
-#include <assert.h>
-
 #include "server/work/result.h"
 
 enum {

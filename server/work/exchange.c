@@ -1,12 +1,8 @@
 #include "server/work/exchange.h"
 
-#include <assert.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-
-#include "api/base/problem.h"
 
 enum {
     EXCHANGE_MAGIC = 0x65786368,
@@ -40,7 +36,6 @@ struct srv_client *srv_exchange_payer(struct srv_exchange *exchange) {
     return exchange->payer;
 }
 
-/* Releases the response body of an exchange. */
 static void exchange_drop(struct srv_exchange *exchange) {
     if (!exchange->response_body) return;
     atomic_fetch_sub(&exchange->response_body->readers, 1);
@@ -49,7 +44,6 @@ static void exchange_drop(struct srv_exchange *exchange) {
     srv_response_body_drop(&exchange->response_body);
 }
 
-/* Releases the memory that the exchange shares with others. */
 static void exchange_let_go(struct srv_exchange *exchange) {
     assert(!exchange->work && !exchange->stream && !exchange->listener);
     srv_hold_set(&exchange->hold, 0);

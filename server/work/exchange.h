@@ -162,15 +162,11 @@ extern const char srv_exchange_accepts[];
 
 /** Prepares a new exchange for its first request; the caller sets finish and peer. */
 void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *service);
-
-/** Frees the memory of an exchange. */
 void srv_exchange_clear(struct srv_exchange *exchange);
+int srv_exchange_valid(const struct srv_exchange *exchange);
 
 /** Prepares an exchange for the next request; keeps small buffers. */
 void srv_exchange_reset(struct srv_exchange *exchange);
-
-/** Returns true if the fields are consistent, as they must be at any time; for assertions. O(1). */
-int srv_exchange_valid(const struct srv_exchange *exchange);
 
 /** Returns memory for a small text, valid until the reset; NULL if none is left. */
 char *srv_exchange_text(struct srv_exchange *exchange, size_t bytes);

@@ -1,6 +1,5 @@
 #include "server/work/fairness.h"
 
-#include <assert.h>
 #include <poll.h>
 #include <sched.h>
 #include <time.h>

@@ -1,6 +1,5 @@
 #include "server/work/hold.h"
 
-#include <assert.h>
 #include <math.h>
 
 enum {
@@ -31,7 +30,8 @@ void srv_hold_set(struct srv_hold *hold, size_t bytes) {
     if (hold->kind == SRV_MEMORY_BODIES) atomic_fetch_add(&hold->payer->bodies, change);
 }
 
-double srv_hold_share(const struct srv_config *config) {
+/* Returns the largest number of bytes that one client may hold. */
+static double srv_hold_share(const struct srv_config *config) {
     double most = config->held_bytes;
     if (config->client_held_bytes > 0) return fmin(config->client_held_bytes, most);
     return fmin(fmax(most / HOLD_PART, config->limits.answer_bytes + HOLD_BESIDE), most / 2);
@@ -72,7 +72,6 @@ static int hold_tight(struct srv_service *service, size_t change) {
            1.1 * srv_service_config(service)->held_bytes + HOLD_UNKNOWN;
 }
 
-/* Checks the share of the paying client. */
 static enum srv_room hold_client(const struct srv_hold *hold, const struct srv_config *config) {
     const struct srv_client *payer = hold->payer;
     if (!payer) return SRV_ROOM;

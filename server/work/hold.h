@@ -39,9 +39,6 @@ void srv_hold_set(struct srv_hold *hold, size_t bytes);
  */
 enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes);
 
-/** Returns the largest number of bytes that one client may hold. */
-double srv_hold_share(const struct srv_config *config);
-
 /** Returns the largest number of bytes that this client may hold, which its role may reduce. NULL =
  * any client. */
 double srv_hold_share_of(const struct srv_config *config, const struct srv_client *payer);

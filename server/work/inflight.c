@@ -1,11 +1,7 @@
 #include "server/work/inflight.h"
 
-#include <assert.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "server/work/service.h"
 
 enum { INFLIGHT_LARGE = 4 * SRV_INFLIGHT_BLOCK };
 
@@ -99,7 +95,6 @@ int srv_inflight_valid(const struct srv_work *work) {
 
 /* --- joining --- */
 
-/* The exchange that contains a link. */
 static struct srv_exchange *inflight_of_link(struct srv_list *link) {
     return SRV_CONTAINER_OF(link, struct srv_exchange, beside);
 }
@@ -316,14 +311,6 @@ static int inflight_refill(struct srv_work *work) {
     return again;
 }
 
-/* Copies bytes of the block to send. The caller holds the lock. */
-static size_t inflight_bytes(struct srv_work *work, char *to, size_t cap) {
-    size_t left = work->ready.bytes - work->taken, count = left < cap ? left : cap;
-    if (count) memcpy(to, work->ready.data + work->taken, count);
-    work->taken += count;
-    return count;
-}
-
 long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
                        void (*pause)(struct srv_exchange *)) {
     struct srv_inflight *inflight = exchange->service->inflight;
@@ -333,7 +320,10 @@ long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
     if (work) {
         assert(srv_inflight_valid(work) && work->reader == exchange);
         int again = inflight_refill(work);
-        result = (long)inflight_bytes(work, to, cap);
+        size_t left = work->ready.bytes - work->taken, count = left < cap ? left : cap;
+        if (count) memcpy(to, work->ready.data + work->taken, count);
+        work->taken += count;
+        result = (long)count;
         if (!result && work->ended)
             result = work->ended > 0 ? SRV_INFLIGHT_END : SRV_INFLIGHT_BROKEN;
         if (result == SRV_INFLIGHT_WAIT) {

@@ -1,6 +1,5 @@
 #include "server/work/queue.h"
 
-#include <assert.h>
 #include <pthread.h>
 #include <semaphore.h>
 #include <stdatomic.h>
@@ -205,10 +204,6 @@ void srv_queue_close(struct srv_queue *queue) {
     sem_post(&queue->read);
 }
 
-static struct srv_lane *queue_lane(struct srv_list *link, int level) {
-    return SRV_CONTAINER_OF(link, struct srv_lane, at[level].link);
-}
-
 static struct srv_road *queue_road(struct srv_list *link, int level) {
     return SRV_CONTAINER_OF(link, struct srv_road, at[level].link);
 }
@@ -230,7 +225,7 @@ static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
 static int queue_road_valid(struct srv_road *road, int level, int most) {
     int count = 0, busy = 0;
     SRV_LIST_EACH (link, &road->at[level].lanes) {
-        struct srv_lane *lane = queue_lane(link, level);
+        struct srv_lane *lane = SRV_CONTAINER_OF(link, struct srv_lane, at[level].link);
         int some = queue_lane_valid(lane, level, most);
         if (some < 0 || !srv_list_valid(link) || queue_road_of(lane) != road || ++busy > most)
             return -1;

@@ -62,6 +62,7 @@ void srv_queue_bound(struct srv_queue *queue, int cap, int lane_cap);
 
 /** Frees an empty queue in which no worker waits. */
 void srv_queue_free(struct srv_queue **queue);
+int srv_queue_valid(struct srv_queue *queue);
 
 /**
  * Adds a task at the end of its lane and level.
@@ -106,6 +107,3 @@ int srv_queue_shorter(const struct srv_queue *queue, int level);
 
 /** Refuses new tasks from now on; srv_queue_pop returns NULL when the queue is empty. */
 void srv_queue_close(struct srv_queue *queue);
-
-/** Returns true if links and counts are consistent; for tests and assertions. O(tasks). */
-int srv_queue_valid(struct srv_queue *queue);

@@ -1,6 +1,5 @@
 #include "server/work/result.h"
 
-#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -115,7 +114,6 @@ static size_t result_texts(const struct api_answer *answer) {
     return bytes;
 }
 
-/* The header fields of a successful response. */
 static void result_good(struct srv_response_body *made, const struct srv_work *work,
                         enum srv_coding coding) {
     if (work->etag[0]) {
@@ -127,7 +125,6 @@ static void result_good(struct srv_response_body *made, const struct srv_work *w
         srv_response_body_header(made, "Accept-Ranges", "bytes");
 }
 
-/* The header fields of a problem response. */
 static void result_bad(struct srv_response_body *made, const struct api_answer *answer) {
     const char *accepts = answer->accepts ? answer->accepts : srv_exchange_accepts;
     srv_response_body_header(made, "Cache-Control", "no-store");
@@ -136,7 +133,6 @@ static void result_bad(struct srv_response_body *made, const struct api_answer *
         srv_response_body_header(made, "Retry-After", result_retry);
 }
 
-/* The header fields that describe the body. */
 static void result_about(struct srv_response_body *made, const struct api_answer *answer) {
     char disposition[128], range[96];
     if (result_range(answer, range, sizeof range))

@@ -1,7 +1,5 @@
 #include "server/work/service.h"
 
-#include <assert.h>
-
 const struct srv_config *srv_service_config(const struct srv_service *service) {
     const struct srv_reloaded *reloaded =
         atomic_load_explicit(&service->reloaded, memory_order_acquire);

@@ -32,12 +32,6 @@ char *door_room(size_t bytes) {
     return door.room;
 }
 
-static int door_operation(const char *name) {
-    for (int id = 0; id < API_OP_COUNT; id++)
-        if (!strcmp(api_op_at(id)->name, name)) return id;
-    return -1;
-}
-
 /* takes the next text of the request buffer; NULL if no NUL ends it */
 static const char *door_text(size_t *at) {
     assert(*at <= door.room_bytes);
@@ -54,10 +48,10 @@ int door_open(void) {
     const char *name = door_text(&at);
     const char *argument = name ? door_text(&at) : NULL;
     const char *accept = argument ? door_text(&at) : NULL;
-    int id = accept ? door_operation(name) : -1;
+    int id = accept ? (int)api_op_find(name) : API_OP_COUNT;
     // presets with an argument means the operation of one preset, which has the same name
     if (id == API_OP_PRESETS && *argument) id = API_OP_PRESET;
-    if (id < 0) return DOOR_UNKNOWN;
+    if (id == API_OP_COUNT) return DOOR_UNKNOWN;
     int body = api_op_at((enum api_op_id)id)->body;
     struct api_request request = {.op = (enum api_op_id)id,
                                   .argument = *argument ? argument : NULL,

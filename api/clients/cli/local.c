@@ -9,9 +9,9 @@
 #include "api/op/op.h"
 
 static enum api_op_id operation(const char *route) {
-    for (int id = 0; id < API_OP_COUNT; id++)
-        if (api_op_at(id)->body && !strcmp(api_op_at(id)->name, route)) return id;
-    cli_end(CLI_USAGE, "%s needs a server", route);
+    enum api_op_id op = api_op_find(route);
+    if (op == API_OP_COUNT || !api_op_at(op)->body) cli_end(CLI_USAGE, "%s needs a server", route);
+    return op;
 }
 
 static void warn(const struct api_stats_headers *stat_fields) {

@@ -109,7 +109,6 @@ struct line { /* the parsed command line */
     const char *out, *text[TEXTS - LETTERS];
 };
 
-/* the text of an option, or NULL */
 static const char *said(const struct line *line, int letter) {
     assert(letter >= LETTERS && letter < TEXTS);
     return line->text[letter - LETTERS];
@@ -181,7 +180,6 @@ static void read_options(struct line *line, int argc, char *argv[]) {
     if (line->remote.token && !*line->remote.token) line->remote.token = NULL;
 }
 
-/* requests a path and returns its JSON */
 static struct api_json *state(struct line *line, const char *method, const char *path,
                               const struct api_buffer *body, const char *key) {
     struct cli_exchange exchange = {
@@ -225,7 +223,6 @@ static void check_id(const char *id) {
     if (here) cli_end(CLI_USAGE, "--local has no jobs");
 }
 
-/* waits for the end of a job, and downloads its results */
 static void get(struct line *line, const char *id) {
     check_id(id);
     char path[200], kept[33];
@@ -311,7 +308,6 @@ static void ask(struct line *line, const char *route, const char *file) {
     api_buffer_clear(&body);
 }
 
-/* requests an ensemble over two axes */
 static void map(struct line *line, const char *file) {
     char grid[700], of[100];
     if (!said(line, X) || !said(line, Y)) cli_end(CLI_USAGE, "a map has two axes, --x and --y");

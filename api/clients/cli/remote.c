@@ -10,7 +10,6 @@
 
 #include "api/clients/cli/request.h"
 
-/* one attempt of an exchange */
 struct attempt {
     CURL *curl;
     struct cli_sink *sink;

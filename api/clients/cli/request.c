@@ -227,7 +227,6 @@ static void merged(struct api_buffer *out, const struct api_value *value, const 
     cli_need(api_buffer_add(out, "}", 1) == PEND_OK);
 }
 
-/* reads a whole file */
 static void slurp(struct api_buffer *text, const char *path) {
     FILE *file = strcmp(path, "-") ? fopen(path, "rb") : stdin;
     if (!file) cli_die("%s: %s", path, strerror(errno));

@@ -42,8 +42,6 @@ void cli_refuse(long status, const struct api_buffer *problem) __attribute__((no
 /** Adds NAME or OBJECT.NAME; a value that is not JSON becomes a text. Ends the program if there are
  * too many. */
 void cli_field(struct cli_fields *fields, const char *name, const char *value);
-
-/** Frees the fields. */
 void cli_fields_clear(struct cli_fields *fields);
 
 /** Adds NAME=VALUE; ends the program if there is no =. */

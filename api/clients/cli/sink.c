@@ -38,7 +38,7 @@ static void tidy_at_end(void) {
     atexit(tidy);
 }
 
-int cli_sink_valid(const struct cli_sink *sink) {
+PEND_VALIDATOR cli_sink_valid(const struct cli_sink *sink) {
     return (!sink->part || (sink->path && *sink->path)) && (sink->file || sink->have == 0) &&
            sink->have >= 0 && api_buffer_valid(&sink->text);
 }
@@ -62,7 +62,6 @@ static int open_kept(const char *part) {
     }
 }
 
-/* Creates a temporary file under a unique name. */
 static int open_new(char *part) {
     int fd = mkostemp(part, O_CLOEXEC);
     if (fd < 0) return -1;

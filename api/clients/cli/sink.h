@@ -18,10 +18,6 @@ struct cli_sink {
     long long have;         /* number of bytes in the file */
 };
 
-/** Returns true if the members are consistent: a temporary file has a path, and only bytes in files
- * are counted; for assertions. */
-int cli_sink_valid(const struct cli_sink *sink);
-
 /** Opens a sink. path: of the file; NULL or "-" = standard output, "" = memory. If it is a symbolic
  * link, the target is replaced and keeps its mode. kept: the ETag of the answer, whose beginning
  * an earlier run may have left; NULL = start from the beginning. Ends the program on failure, also

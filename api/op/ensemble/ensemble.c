@@ -1,7 +1,6 @@
 #include "api/op/ensemble/ensemble.h"
 
 #include <assert.h>
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,9 +8,7 @@
 #include "api/op/ensemble/member_events.h"
 #include "api/op/ensemble/picture_json.h"
 #include "api/op/form_json.h"
-#include "api/read/method_json.h"
 #include "core/ensemble/ensemble_alone.h"
-#include "core/integrate/methods/method.h"
 #include "core/integrate/pieces/control.h"
 #include "core/integrate/pieces/pieces.h"
 
@@ -68,7 +65,6 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
                                 reading->problem);
 }
 
-/* reads the duration of members, or the instants of a trajectory */
 static enum pend_status read_time(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_value duration = api_value_member(reading->root, "duration");
     struct api_value times = api_value_member(reading->root, "times");
@@ -107,7 +103,6 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
     return PEND_OK;
 }
 
-/* sets the columns of the answer */
 static void set_columns(struct api_ensemble *e) {
     struct api_table *table = &e->seen.table;
     if (e->events.rows)
@@ -152,7 +147,6 @@ static void set_derived(struct api_ensemble *e, const struct api_reading *readin
                                                 "and \"trajectory\": ask for one of them");
 }
 
-/* adds errors for too many rows, too much memory or too much time */
 static void check_size(struct api_ensemble *e, const struct api_reading *reading) {
     const struct api_limits *limits = reading->limits;
     struct api_table *table = &e->seen.table;
@@ -190,7 +184,6 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
             cost, api_limits_name(limits, &limits->compute_seconds), limits->compute_seconds);
 }
 
-/* adds errors for observables of a cart if the pendulum has no cart */
 static void check_cart(const struct api_ensemble *e, const struct api_reading *reading) {
     const char *name = e->instants ? "output" : "observables";
     struct api_value list = api_value_member(reading->root, name);
@@ -358,9 +351,6 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
             steps * tree->n * order * order * pair_seconds + numbers * number_seconds);
 }
 
-/* number of a member's instants with derivatives, including the first */
-static long rows_of(const struct api_ensemble *e) { return e->instants ? api_ensemble_rows(e) : 2; }
-
 double api_ensemble_bytes(const struct api_ensemble *e) {
     double n = api_tree_stored(&e->tree),
            list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
@@ -371,7 +361,8 @@ double api_ensemble_bytes(const struct api_ensemble *e) {
     if (e->instants) varied += api_member_samples_bytes(&e->tree);
     if (e->events.count) varied += api_member_events_bytes(&e->events);
     if (e->events.rows) varied += (double)API_ENSEMBLE_RANGE * sizeof(long);
-    if (e->derived.count) varied += api_member_derived_bytes(&e->derived, &e->tree, rows_of(e));
+    long rows = e->instants ? api_ensemble_rows(e) : 2; // with derivatives, the first included
+    if (e->derived.count) varied += api_member_derived_bytes(&e->derived, &e->tree, rows);
     return 32768 + (n + 16) * arm_bytes + list + varied + api_tree_bytes(&e->tree) +
            api_states_bytes(e->members.states);
 }

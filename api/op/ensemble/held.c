@@ -19,7 +19,6 @@ struct api_held {
     long failed;
 };
 
-/* returns the count of numbers in a row */
 static long held_row(const struct api_tree *tree) { return 2L * api_tree_stored(tree) + 1; }
 
 /* the place of the angle of stored arm k in a row; *rate: of its rate */

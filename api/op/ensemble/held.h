@@ -16,8 +16,6 @@ struct api_held;
  * arms and the constant force on the cart are 0, or if memory is short; released by api_held_free.
  */
 API_HELD_EXPORT struct api_held *api_held_new(const char *body, size_t bytes);
-
-/** Frees it; NULL is accepted. */
 API_HELD_EXPORT void api_held_free(struct api_held *held);
 
 /**

@@ -31,8 +31,6 @@ struct api_member_derived;
  */
 PEND_MUST_CHECK enum pend_status api_member_derived_new(struct api_member_derived **made,
                                                         const struct api_member_derived_of *of);
-
-/** Frees the computation; NULL is accepted. */
 void api_member_derived_free(struct api_member_derived **derived);
 
 /** Returns the bytes of a computation for members with a number of instants, including the first

@@ -138,21 +138,15 @@ static void range_blank(const struct api_member_range *range, long i, enum pend_
     }
 }
 
-/* true if a member that reached its end has a row with a non-finite number, which the row's status
- * reports */
-static int range_bad(const struct api_member_range *range, long i) {
-    const struct api_ensemble *e = range->ensemble;
-    long rows = e->instants ? api_ensemble_rows(e) : 0, row = 0;
-    while (row < rows && range_row(range, i, row)[1] == 0) row++;
-    return row < rows;
-}
-
 static int range_deliver(void *context, long i, const struct pend_outcome *outcome) {
     struct api_member_range *range = context;
     const struct api_ensemble *e = range->ensemble;
     assert(i >= range->first && i < e->members.count);
     range->stats.finished++;
-    int bad = api_observables_end(&e->seen, &e->tree, outcome) != PEND_OK || range_bad(range, i);
+    // the status of a row reports a number that is not finite
+    long rows = e->instants ? api_ensemble_rows(e) : 0, good = 0;
+    while (good < rows && range_row(range, i, good)[1] == 0) good++;
+    int bad = api_observables_end(&e->seen, &e->tree, outcome) != PEND_OK || good < rows;
     range->stats.failed += bad;
     range->stats.steps += outcome->steps;
     range->stats.lost += !bad && fabs(outcome->horizon) < fabs(outcome->time);
@@ -172,7 +166,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
     return 0;
 }
 
-int api_member_range_valid(const struct api_member_range *range) {
+PEND_VALIDATOR api_member_range_valid(const struct api_member_range *range) {
     const struct api_member_range_stats *stats = &range->stats;
     return range->first >= 0 && range->slice > 0 && range->raw && range->work &&
            stats->finished <= range->ensemble->members.count - range->first &&

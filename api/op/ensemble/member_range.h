@@ -22,11 +22,6 @@ PEND_MUST_CHECK enum pend_status api_member_range_new(struct api_member_range **
                                                       const struct api_ensemble *ensemble,
                                                       long first, long count, double raw[],
                                                       struct pend_error *error);
-
-/** Returns true if its counts are within the ensemble; for assertions. O(1). */
-int api_member_range_valid(const struct api_member_range *range);
-
-/** Frees a range, complete or not; NULL is accepted. */
 void api_member_range_free(struct api_member_range **range);
 
 /** Continues the computation for about half a millisecond and sets `done` once it is complete. The

@@ -127,7 +127,6 @@ void api_member_samples_pendulum(struct api_member_samples *samples,
     samples->loads = member->loads;
 }
 
-/* a row that is being written */
 struct row {
     const struct api_tree *tree;
     double *at;
@@ -171,7 +170,6 @@ static const double *accelerate(struct api_member_samples *samples, double t, co
     return samples->acc;
 }
 
-/* the state at one instant */
 struct state {
     double t;
     const double *phi, *rate, *force, *theta;

@@ -42,8 +42,6 @@ struct api_member_samples;
 PEND_MUST_CHECK enum pend_status api_member_samples_new(struct api_member_samples **samples,
                                                         const struct api_tree *tree,
                                                         unsigned outputs);
-
-/** Frees the scratch; NULL is accepted. */
 void api_member_samples_free(struct api_member_samples **samples);
 
 /** Returns the bytes of memory of the scratch. O(harmonics). */

@@ -19,14 +19,12 @@ static const char *const member_fields[] = {"initial", "length", "mass", "gravit
 enum { TIED_MOST = 64 };
 static const long first_most = (1l << 53) - (1l << 32);
 
-/* the context in which a variation is read */
 struct reading {
     const struct api_tree *tree;
     const struct api_limits *limits;
     struct api_problem *problem;
 };
 
-/* true for quantities that must be positive */
 static int is_size(enum api_quantity quantity) {
     return quantity == API_VARY_LENGTH || quantity == API_VARY_MASS;
 }
@@ -149,7 +147,6 @@ static void keep_variation(struct api_members *members, const struct api_value *
     members->variations++;
 }
 
-/* reads an axis and the paths tied to it */
 static void read_axis(struct api_members *members, const struct api_value *value,
                       const struct reading *reading) {
     struct api_value count = api_value_member(value, "count"),
@@ -207,7 +204,6 @@ static int count_variations(const struct api_value *list, int most, int draws,
     return all;
 }
 
-/* reads the axes of a grid or the draws */
 static enum pend_status read_variations(struct api_members *members, const struct api_value *list,
                                         int most, int draws, const struct reading *reading) {
     int all = count_variations(list, most, draws, reading);
@@ -339,7 +335,6 @@ static enum pend_status read_members(struct api_members *members, const struct a
     return PEND_OK;
 }
 
-/* the ways to define members */
 enum way { WAY_STATES, WAY_MEMBERS, WAY_GRID, WAY_RANDOM, WAYS };
 static const char *const ways[WAYS] = {"states", "members", "grid", "random"};
 
@@ -389,7 +384,6 @@ static void check_moves(const struct api_members *members, const struct api_valu
     }
 }
 
-/* reads the energy of all members */
 static void read_energy(struct api_members *members, const struct api_value *root,
                         const struct reading *reading) {
     struct api_value energy = api_value_member(root, "energy");

@@ -22,8 +22,6 @@ PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
                                                   const struct api_tree *tree,
                                                   const struct api_limits *limits,
                                                   struct api_problem *problem);
-
-/** Frees what the members own. */
 void api_members_clear(struct api_members *members);
 
 /** Returns the bytes of memory of the variations and of listed members' numbers, without the

@@ -80,7 +80,6 @@ static const char *value_fault(const struct api_target *target, const struct api
                : "is out of range for this number of a pendulum";
 }
 
-/* reads a number given by its name */
 static enum pend_status read_set(struct api_sets *sets, const struct api_value *value,
                                  const struct api_tree *tree, struct api_problem *problem) {
     static const char *const units[] = {"rad", "deg", NULL};

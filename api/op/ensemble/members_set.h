@@ -19,8 +19,6 @@ struct api_sets;
 /** Creates a list for `members` members, without numbers; released by api_sets_free.
  * PEND_NO_MEMORY */
 PEND_MUST_CHECK enum pend_status api_sets_new(struct api_sets **sets, long members);
-
-/** Frees the numbers; NULL is accepted. */
 void api_sets_free(struct api_sets **sets);
 
 /**

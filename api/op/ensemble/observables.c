@@ -175,21 +175,6 @@ static double *put_start(double *at, const struct api_tree *tree, const struct p
     return tree->cart ? put_one(put_one(at, start->phi[0]), start->rate[0]) : at;
 }
 
-static double *put_parameters(double *at, const struct api_tree *tree,
-                              const struct pend_member *start) {
-    at = put(put(at, tree, start->length), tree, start->mass);
-    at = put_one(at, start->loads.gravity);
-    return tree->cart ? put_one(at, start->mass[0]) : at;
-}
-
-/* copies the varying term values, in the order of the request */
-static double *put_varied(const struct api_members *members, const struct pend_member *start,
-                          double *at) {
-    for (int v = 0; v < members->shown; v++)
-        at = put_one(at, start->value[members->shown_place[v]]);
-    return at;
-}
-
 static double *write_one(enum api_observable observable, const struct api_tree *tree,
                          const struct pend_member *start, const struct pend_outcome *outcome,
                          double *at) {
@@ -201,7 +186,9 @@ static double *write_one(enum api_observable observable, const struct api_tree *
     case API_SEE_START:
         return put_start(at, tree, start);
     case API_SEE_PARAMETERS:
-        return put_parameters(at, tree, start);
+        at = put(put(at, tree, start->length), tree, start->mass);
+        at = put_one(at, start->loads.gravity);
+        return tree->cart ? put_one(at, start->mass[0]) : at;
     case API_SEE_FINAL:
         return put(put(at, tree, outcome->phi), tree, outcome->rate);
     case API_SEE_FIRST_FLIP:
@@ -267,6 +254,8 @@ void api_observables_write(const struct api_observables *seen, const struct api_
     for (int i = 0; i < API_SEE_COUNT; i++) {
         if (!(seen->wanted >> i & 1)) continue;
         at = write_one((enum api_observable)i, tree, start, outcome, at);
-        if (i == API_SEE_PARAMETERS) at = put_varied(seen->members, start, at);
+        // the varying term values, in the order of the request
+        for (int v = 0; i == API_SEE_PARAMETERS && v < seen->members->shown; v++)
+            at = put_one(at, start->value[seen->members->shown_place[v]]);
     }
 }

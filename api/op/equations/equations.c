@@ -19,10 +19,8 @@ enum {
     EQUATIONS_SHORT = 2      /* most arms for which a row of (aaa) fits on a line */
 };
 
-/* the index of a loop, or of the numbers in a list */
 enum index { ROW, COLUMN, HARMONIC, RULE, NOTHING };
 
-/* the syntax of lists in a text form */
 struct form {
     const char *text, *comma, *wrap; /* the template; separator of numbers; line break */
     int joined, latex;
@@ -33,7 +31,6 @@ static const struct form forms[] = {
     [API_EQUATIONS_PYTHON] = {api_equations_python, ", ", "\n    ", 0, 0},
     [API_EQUATIONS_CURL] = {api_equations_curl, ",", "", 1, 0}};
 
-/* the context in which a name is expanded */
 struct place {
     const struct api_equations *equations;
     const struct pend_tree *tree;
@@ -45,7 +42,6 @@ struct place {
     int k, arg;      /* the current iteration, or index in a list; the name's argument */
 };
 
-/* a name that templates can use */
 struct name {
     const char *name;
     int (*count)(const struct place *p);     /* number of iterations of a section, or of numbers in

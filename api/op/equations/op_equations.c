@@ -66,7 +66,6 @@ static enum pend_status equations_read(void *state, const struct api_reading *re
     return equations_read_parts(equations, reading);
 }
 
-/* appends a text form as a member */
 static enum pend_status equations_say(struct equations *equations, enum api_equations_form form,
                                       const char *formula, const char *name,
                                       struct api_buffer *out) {

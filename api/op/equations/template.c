@@ -14,7 +14,6 @@ static const char *template_find(const char *at, const char *end, const char *wa
     return at ? at : end;
 }
 
-/* appends text between tags */
 static enum pend_status template_literal(const struct api_template *template, const char *at,
                                          const char *end, struct api_buffer *out) {
     while (template->joined && at < end) {

@@ -85,13 +85,6 @@ static void camera_down(struct api_fit *fit, const struct api_value *camera,
             fit->data[c * fit->rows + i] *= -1;
 }
 
-/* a sought scale or origin that is not given is estimated from the data */
-static void camera_left(struct api_fit *fit, enum pend_fit_camera what) {
-    if (what == PEND_FIT_SCALE) fit->camera[PEND_FIT_SCALE] = NAN;
-    if (what == PEND_FIT_ORIGIN_X)
-        fit->camera[PEND_FIT_ORIGIN_X] = fit->camera[PEND_FIT_ORIGIN_Y] = NAN;
-}
-
 /* the lens: its center, by default the middle of all positions, and the farthest position from it
  */
 static void camera_center(struct api_fit *fit, const struct api_value *center,
@@ -134,6 +127,13 @@ const char *api_fit_camera_label(enum pend_fit_camera what) {
         "tilt y of the camera",   "stretch of the camera",  "distortion of the camera"};
     assert(what < sizeof labels / sizeof *labels);
     return labels[what];
+}
+
+/* a sought scale or origin that is not given is estimated from the data */
+static void camera_left(struct api_fit *fit, enum pend_fit_camera what) {
+    if (what == PEND_FIT_SCALE) fit->camera[PEND_FIT_SCALE] = NAN;
+    if (what == PEND_FIT_ORIGIN_X)
+        fit->camera[PEND_FIT_ORIGIN_X] = fit->camera[PEND_FIT_ORIGIN_Y] = NAN;
 }
 
 void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,

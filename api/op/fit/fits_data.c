@@ -11,14 +11,6 @@ static const char *const data_fields[] = {"runs", "modes", "t",    "series",  "c
                                           "arms", "sigma", "unit", "columns", NULL};
 static const char *const run_fields[] = {"initial", "time",  "start", "t",       "series", "csv",
                                          "arms",    "sigma", "unit",  "columns", NULL};
-/* allocates empty runs, which share one count of bytes */
-static struct api_fit_part *parts_new(int runs, double *taken, struct api_fit *fit) {
-    struct api_fit_part *part = calloc((size_t)runs, sizeof *part);
-    for (int r = 0; part && r < runs; r++)
-        part[r].taken = taken, part[r].tables = &fit->tables, part[r].advice = fit->advice;
-    return part;
-}
-
 static void parts_free(struct api_fit_part part[], int runs) {
     for (int r = 0; r < runs; r++) {
         free(part[r].t);
@@ -30,7 +22,6 @@ static void parts_free(struct api_fit_part part[], int runs) {
 
 /* ---- several runs */
 
-/* a row of a run */
 struct place {
     double since, t; /* s: time since the start of its run; time as given */
     long row;
@@ -173,7 +164,6 @@ static void fault_beside(const struct api_value *at, const char *const names[],
     }
 }
 
-/* counts the runs of a request; 0 after an error */
 static int count_runs(const struct api_value *root, const struct api_value *data,
                       const struct api_value *runs, struct api_problem *problem) {
     int count = api_value_count(runs);
@@ -235,8 +225,10 @@ enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
     if (!fit->runs) return PEND_INVALID;
     if (fit->tree.tree) PEND_TRY(api_states_new(&fit->start, fit->runs, fit->tree.tree->n));
     api_buffer_init(&fit->tables, API_FIT_TABLES_BYTES);
-    struct api_fit_part *part = parts_new(fit->runs, &taken, fit);
+    struct api_fit_part *part = calloc((size_t)fit->runs, sizeof *part);
     if (!part) return PEND_NO_MEMORY;
+    for (int r = 0; r < fit->runs; r++) // all runs share one count of bytes
+        part[r].taken = &taken, part[r].tables = &fit->tables, part[r].advice = fit->advice;
     enum pend_status status = read_runs(fit, part, &data, count, reading);
     if (status == PEND_OK && problem->status) status = PEND_INVALID;
     if (status == PEND_OK) status = data_merge(fit, part, count, shift, &data, reading);

@@ -16,7 +16,6 @@ static const double pi = 3.14159265358979323846;
  * fraction of the variance of the data; a value this many times its start suggests a wrong unit. */
 static const double hints_taken = 0.7, hints_explained = 0.9, hints_far = 30;
 
-/* iterations of a try */
 enum { HINT_ITERATIONS = 40, HINT_TEXT = 400 };
 
 /* tries that change the data; the fixed numbers follow, one by one */
@@ -333,7 +332,6 @@ void api_hints_free(struct api_hints **hints) {
 
 /* ---- saying */
 
-/* the row of the largest residual */
 static long hints_outlier(const struct api_hints *h) {
     const struct api_fit *fit = h->fit;
     double most = 0;

@@ -19,8 +19,6 @@ struct api_hints;
  * unknowns). */
 PEND_MUST_CHECK enum pend_status api_hints_new(struct api_hints **hints, const struct api_fit *fit,
                                                const struct pend_fit_result *result, long motions);
-
-/** Frees the hints; NULL is accepted. */
 void api_hints_free(struct api_hints **hints);
 
 /** Computes one iteration of a try. done  out: non-zero after the last. PEND_NO_MEMORY. */

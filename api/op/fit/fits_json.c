@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/op/fit/fits_camera.h"
 #include "api/op/fit/fits_data.h"
 #include "api/op/fit/fits_start.h"
 #include "api/op/varied.h"
@@ -43,7 +42,6 @@ void api_fit_clear(struct api_fit *fit) {
 
 /* ---- terms that are sought from 0 */
 
-/* the set of terms */
 struct wanted {
     unsigned char row[PEND_TERM_ROWS], one[PEND_TERM_ONES];
 };

@@ -15,8 +15,6 @@
  */
 PEND_MUST_CHECK enum pend_status api_fit_read(struct api_fit *fit,
                                               const struct api_reading *reading);
-
-/** Frees the memory of a fit. */
 void api_fit_clear(struct api_fit *fit);
 
 /**

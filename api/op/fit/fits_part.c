@@ -85,10 +85,6 @@ static void read_sigma(struct api_fit_part *run, int c, const struct api_value *
     run->column[c].each = to;
 }
 
-static int is_place(const struct pend_fit_column *column) {
-    return column->kind == PEND_FIT_X || column->kind == PEND_FIT_Y;
-}
-
 /* the quantity of a series, in the order of enum api_csv_role */
 static const struct {
     const char *name;
@@ -201,7 +197,6 @@ static void read_series(struct api_fit_part *run, const struct api_tree *tree,
         read_values(run, c, &values, scale, run->zero[c], problem);
 }
 
-/* reads instants and series */
 static enum pend_status read_table(struct api_fit_part *run, const struct api_tree *tree,
                                    const struct api_value *data,
                                    const struct api_reading *reading) {
@@ -232,7 +227,6 @@ static enum pend_status read_table(struct api_fit_part *run, const struct api_tr
 
 /* ---- tables of text */
 
-/* reads the rows of a table */
 static enum pend_status csv_rows(struct api_fit_part *run, const struct api_measured *table,
                                  const int series[]) {
     double *rows = api_measured_rows(table);
@@ -306,7 +300,8 @@ static enum pend_status read_csv(struct api_fit_part *run, const struct api_tree
         series_of(run, series[i], tree, (int)taken->role - API_CSV_THETA,
                   cart ? tree->n : taken->arm - 1);
         series_check(tree, column->kind, &text, problem);
-        column->sigma = error * (is_place(column) ? 1 : taken->unit);
+        int place = column->kind == PEND_FIT_X || column->kind == PEND_FIT_Y;
+        column->sigma = error * (place ? 1 : taken->unit);
         if (error > 0) taken->of = -1;
         if (taken->of >= 0) column->each = run->each + series[i] * run->rows;
     }

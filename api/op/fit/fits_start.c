@@ -79,7 +79,6 @@ static void start_guess(struct api_fit *fit, unsigned char seen[]) {
         }
 }
 
-/* estimates the start values of unknowns that have none */
 static void start_unknowns(struct api_fit *fit) {
     for (int j = 0; j < fit->unknowns; j++) {
         struct pend_fit_unknown *u = &fit->unknown[j];

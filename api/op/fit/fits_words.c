@@ -175,7 +175,6 @@ static int end_rejected(const struct pend_fit_result *r, char text[], size_t byt
                          "%s Standard errors are increased, up to %.3g times.", end, r->widened);
 }
 
-/* writes the sentence about a minimum */
 static void end_minimum(const struct api_fit *fit, const struct pend_fit_result *r, char text[]) {
     int modes = fit->columns == fit->modes, strange = r->model == PEND_FIT_REJECTED;
     const char *begin = r->model == PEND_FIT_ACCEPTED ? "a minimum, whose motion follows the data"

@@ -27,7 +27,6 @@ enum { FITS_SETTLED = 8 };
 /* most motions, and estimated s, that hints may cost beyond the motions of the fit itself */
 enum { HINT_MOTIONS = 1800, HINT_SECONDS = 5 };
 
-/* most outliers that are listed */
 enum { FITS_OUTLIERS = 50 };
 
 struct fits {
@@ -73,7 +72,6 @@ static enum pend_status write_unknowns(const struct fits *fits, const struct pen
     return api_buffer_text(out, "]");
 }
 
-/* writes the residuals of a row */
 static enum pend_status write_row(const struct api_fit *asked, int run, const double row[],
                                   struct api_buffer *out) {
     const struct api_fit_run *own = &asked->run[run];
@@ -160,7 +158,6 @@ static enum pend_status write_request(const struct fits *fits, int run, struct a
     return status == PEND_OK ? api_buffer_text(out, "}") : status;
 }
 
-/* writes the fields of one run */
 static enum pend_status write_run(const struct fits *fits, const struct pend_fit_result *r, int run,
                                   struct api_buffer *out) {
     PEND_TRY(api_out_maybe(out, "follows_until", r->follows[run]));
@@ -302,7 +299,6 @@ static double fits_cost(const void *state) {
     return 50 * (steps * n * passes * arm + numbers * (1e-6 * passes + 2e-8 * q * q) + modes);
 }
 
-/* starts the hints for a finished fit */
 static enum pend_status fits_hint(struct fits *fits, const struct pend_fit_result *result,
                                   const struct api_turn *turn, int *over) {
     double motions = fmin(HINT_MOTIONS, 50 * HINT_SECONDS / fits_cost(fits));

@@ -27,7 +27,6 @@ enum column {
     COLUMNS
 };
 
-/* names of the columns and of their parts */
 static const struct {
     const char *name, *part;
 } columns[COLUMNS] = {
@@ -56,7 +55,6 @@ static int damped_loses(const struct api_damped *damped) {
     return pend_loads_lose(&damped->tree->loads);
 }
 
-/* whether the answer has a column */
 static int damped_tells(const struct api_damped *damped, int column) {
     assert(column >= 0 && column < COLUMNS);
     int cart = column >= CART_REST && column <= CART_IM;
@@ -92,7 +90,6 @@ void api_damped_clear(struct api_damped *damped) {
 
 /* ---- running */
 
-/* fills in the numbers of mode j */
 static void damped_fill(const struct api_damped *damped, int j) {
     const struct pend_damped *found = damped->found;
     size_t row = (size_t)j * (size_t)damped->tree->n, from = (size_t)j * (size_t)found->n;

@@ -44,8 +44,6 @@ struct api_damped {
 void api_damped_init(struct api_damped *damped, const struct api_tree *tree, const double phi[],
                      const struct api_format *format, int digits, int vectors,
                      const char include[PEND_MATRIX_COUNT]);
-
-/** Frees the results. */
 void api_damped_clear(struct api_damped *damped);
 
 /**

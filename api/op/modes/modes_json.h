@@ -30,6 +30,4 @@ struct api_modes {
  */
 PEND_MUST_CHECK enum pend_status api_modes_read(struct api_modes *modes,
                                                 const struct api_reading *reading);
-
-/** Frees the tree, the start and the flags. */
 void api_modes_clear(struct api_modes *modes);

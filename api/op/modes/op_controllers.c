@@ -6,7 +6,6 @@
  * and velocity, the delayed outputs, newest first. */
 #include "api/op/op.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -101,7 +100,6 @@ static void fault_rest(const struct controllers *c, const double torque[], const
                     used ? text : "other torques");
 }
 
-/* finds the equilibrium and the default weights */
 static enum pend_status read_rest(struct controllers *c, const struct api_value *value,
                                   struct api_problem *problem) {
     const struct pend_tree *tree = c->tree.tree;
@@ -129,7 +127,6 @@ static enum pend_status read_rest(struct controllers *c, const struct api_value 
     return PEND_OK;
 }
 
-/* reads the weights of the state and of the inputs */
 static void read_weights(struct controllers *c, const struct api_value *root,
                          struct api_problem *problem) {
     int rows = 2 * stored(c);
@@ -184,7 +181,6 @@ static enum pend_status read_gains(struct controllers *c, const struct api_value
     return PEND_OK;
 }
 
-/* makes the checks that need a valid tree */
 static enum pend_status read_loop(struct controllers *c, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
@@ -336,7 +332,6 @@ static enum pend_status write_plant(const struct controllers *c, const struct fo
     return PEND_OK;
 }
 
-/* starts an object in a list */
 static enum pend_status write_brace(struct api_buffer *out) {
     PEND_TRY(api_out_comma(out));
     return api_buffer_text(out, "{");

@@ -9,11 +9,9 @@
 #include <assert.h>
 #include <math.h>
 #include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/encode/encode_raw.h"
 #include "api/encode/stats_text.h"
 #include "api/json/json_out.h"
 #include "api/op/modes/damped_json.h"
@@ -21,7 +19,6 @@
 #include "core/modes/matrix.h"
 #include "core/modes/modes.h"
 
-/* the arrays with one number per mode */
 enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, FALLING, SCALARS };
 
 static const char *const scalar_names[] = {"mode",      "omega", "frequency", "period", "growth",
@@ -80,7 +77,6 @@ static void modes_columns(struct modes *modes) {
     if (modes->asked.vectors) api_table_add(table, "vectors", NULL, modes->asked.tree.n);
 }
 
-/* adds errors if the answer or the computation of modes would be too large */
 static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
     static const char fewer[] =
         "fewer modes by \"select\", or only the frequencies by \"vectors\": false";
@@ -111,7 +107,6 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
                         numbers, bytes, most, fewer, flowing);
 }
 
-/* starts the search, which determines the number of modes */
 static enum pend_status modes_begin_search(struct modes *modes, const struct api_reading *reading) {
     struct pend_error error = {.text = ""};
     modes->asked.request.loads = modes->asked.tree.loads;
@@ -190,7 +185,6 @@ static enum pend_status modes_settle_start(struct modes *modes, struct pend_erro
     return PEND_OK;
 }
 
-/* computes the arrays with one number per mode */
 static void modes_fill(const struct modes *modes) {
     for (int k = 0; k < modes->found->count; k++) {
         double omega = modes->found->omega[k], swings = omega > 0 ? omega : 0;
@@ -223,7 +217,6 @@ static enum pend_status modes_split(struct modes *modes, struct pend_error *erro
                                 modes->scalar[AMPLITUDE] + done, modes->scalar[PHASE] + done);
 }
 
-/* copies a vector in the caller's order */
 static void modes_vector(const struct modes *modes, int mode, double line[]) {
     assert(mode >= 0 && mode < modes->found->count);
     const struct pend_tree *tree = modes->asked.tree.tree;
@@ -340,7 +333,6 @@ static enum pend_status modes_found(struct modes *modes, const struct api_turn *
     return modes_allocate(modes, error);
 }
 
-/* does a piece of the search, of the decomposition, or of the answer */
 static enum pend_status modes_piece(struct modes *modes, const struct api_turn *turn, int *done,
                                     struct pend_error *error) {
     struct api_buffer *out = turn->out;
@@ -395,7 +387,6 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
     return PEND_OK;
 }
 
-/* writes the modes that were found once more, as JSON */
 static void modes_json(void *state) {
     struct modes *modes = state;
     api_writer_free(&modes->writer);

@@ -123,7 +123,6 @@ static enum pend_status response_read(void *state, const struct api_reading *rea
 
 /* ---- running */
 
-/* allocates the rows, and memory for a group of frequencies */
 static enum pend_status response_allocate(struct response *response, struct pend_error *error) {
     size_t rows = (size_t)response->table.rows, n = (size_t)api_tree_stored(&response->asked.tree);
     size_t numbers = (size_t)api_table_numbers(&response->table, 0);
@@ -300,7 +299,6 @@ static void response_compute(struct response *response) {
     response->computed += count;
 }
 
-/* passes the computed rows to the writer */
 static enum pend_status response_write(struct response *response, struct api_buffer *out,
                                        struct pend_error *error) {
     const double *data[API_COLUMNS];
@@ -382,7 +380,6 @@ static enum pend_status response_more(const struct response *response, struct ap
     return api_buffer_text(out, "}");
 }
 
-/* computes the next frequencies, or writes the next piece after them */
 static enum pend_status response_piece(struct response *response, const struct api_turn *turn,
                                        int *done, struct pend_error *error) {
     if (!response->writer)
@@ -407,7 +404,6 @@ static enum pend_status response_run(void *state, const struct api_turn *turn, i
     return PEND_OK;
 }
 
-/* writes the computed rows once more, as JSON */
 static void response_json(void *state) {
     struct response *response = state;
     api_writer_free(&response->writer);

@@ -35,8 +35,6 @@ struct api_bifurcations {
  */
 PEND_MUST_CHECK enum pend_status api_bifurcations_add(struct api_bifurcations *list,
                                                       const struct pend_orbit *orbit, long after);
-
-/** Frees the memory. */
 void api_bifurcations_clear(struct api_bifurcations *list);
 
 /** Returns an upper bound of the bytes of memory, including the columns if requested. O(1). */

@@ -138,7 +138,6 @@ static enum pend_status orbits_begin(struct orbits *orbits, struct pend_error *e
     return pend_orbits_new(&orbits->search, &problem, error);
 }
 
-/* grows the memory of the rows if it is full */
 static enum pend_status orbits_grow(struct orbits *orbits, struct pend_error *error) {
     return api_table_grow(&orbits->table, orbits->count, FIRST_ROOM, &orbits->room, orbits->column,
                           error);
@@ -166,14 +165,6 @@ static enum pend_status orbits_keep(struct orbits *orbits, const struct pend_orb
     return PEND_OK;
 }
 
-/* if bifurcations are the rows, orbits are only counted */
-static enum pend_status orbits_found(struct orbits *orbits, const struct pend_orbit *orbit,
-                                     struct pend_error *error) {
-    if (!orbits->asked.rows) return orbits_keep(orbits, orbit, error);
-    orbits->count++;
-    return PEND_OK;
-}
-
 /* stores a bifurcation, which is located after the next orbit was found; one at which a branch
  * begins precedes all orbits */
 static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orbit *orbit,
@@ -183,7 +174,6 @@ static enum pend_status orbits_note(struct orbits *orbits, const struct pend_orb
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for bifurcations");
 }
 
-/* continues the search; when it ends, the table is complete */
 static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *error) {
     enum pend_orbits_found found;
     PEND_TRY(pend_orbits_next(orbits->search, &found, error));
@@ -194,7 +184,9 @@ static enum pend_status orbits_search(struct orbits *orbits, struct pend_error *
                          "more steps than the limit %s of %.0f: ask for smaller swings, fewer "
                          "points or fewer periods",
                          orbits->step_name, orbits->step_cap);
-    if (found == PEND_ORBITS_ORBIT) return orbits_found(orbits, &orbit, error);
+    if (found == PEND_ORBITS_ORBIT && !orbits->asked.rows)
+        return orbits_keep(orbits, &orbit, error);
+    orbits->count += found == PEND_ORBITS_ORBIT; // if bifurcations are the rows
     if (found == PEND_ORBITS_BIFURCATION) return orbits_note(orbits, &orbit, error);
     if (found != PEND_ORBITS_END) return PEND_OK;
     orbits->found_all = 1;
@@ -229,7 +221,6 @@ static enum pend_status orbits_more(const struct orbits *orbits, struct api_buff
     return api_buffer_text(out, "}");
 }
 
-/* writes the rows of the answer */
 static enum pend_status orbits_rows(struct orbits *orbits, const struct api_turn *turn,
                                     struct pend_error *error) {
     const double *column[API_COLUMNS];
@@ -243,7 +234,6 @@ static enum pend_status orbits_rows(struct orbits *orbits, const struct api_turn
     return api_writer_block(orbits->writer, orbits->table.rows, column, turn->out, error);
 }
 
-/* writes the next piece of the answer */
 static enum pend_status orbits_write(struct orbits *orbits, const struct api_turn *turn, int *done,
                                      struct pend_error *error) {
     if (!orbits->writer)
@@ -283,7 +273,6 @@ static enum pend_status orbits_run(void *state, const struct api_turn *turn, int
     return PEND_OK;
 }
 
-/* writes the rows once more, as JSON */
 static void orbits_json(void *state) {
     struct orbits *orbits = state;
     api_writer_free(&orbits->writer);

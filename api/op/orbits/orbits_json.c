@@ -1,7 +1,6 @@
 #include "api/op/orbits/orbits_json.h"
 
 #include <assert.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -124,7 +123,6 @@ static void read_varied(struct api_orbits *asked, const struct api_value *branch
     asked->problem.by = (struct pend_parameter){kinds[target.quantity], place < 0 ? 0 : place};
 }
 
-/* the first value of the branch */
 static double value_from(const struct api_orbits *asked) {
     struct pend_parameter by = asked->problem.by;
     if (asked->problem.vary == PEND_ORBIT_OMEGA) return asked->omega;
@@ -218,7 +216,6 @@ static enum pend_status read_driven(struct api_orbits *asked, const struct api_r
     return PEND_OK;
 }
 
-/* reads the bifurcations at which to switch branches */
 static void read_switch(struct api_orbits *asked, const struct api_value *root,
                         struct api_problem *problem) {
     struct api_value list = api_value_member(root, "switch");
@@ -251,7 +248,6 @@ static void read_switch(struct api_orbits *asked, const struct api_value *root,
     asked->problem.switches = count;
 }
 
-/* reads which rows the answer has */
 static void read_rows(struct api_orbits *asked, const struct api_value *root,
                       struct api_problem *problem) {
     static const char *const words[] = {"orbits", "bifurcations", NULL};

@@ -27,6 +27,4 @@ struct api_orbits {
  */
 PEND_MUST_CHECK enum pend_status api_orbits_read(struct api_orbits *asked,
                                                  const struct api_reading *reading);
-
-/** Frees the request. */
 void api_orbits_clear(struct api_orbits *asked);

@@ -34,8 +34,6 @@ struct pend_events;
 PEND_MUST_CHECK enum pend_status pend_events_new(struct pend_events **events,
                                                  const struct pend_events_problem *problem,
                                                  struct pend_error *error);
-
-/** Frees a search and clears the pointer; NULL is accepted. */
 void pend_events_free(struct pend_events **events);
 
 /**

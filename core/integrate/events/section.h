@@ -51,8 +51,6 @@ struct pend_section;
 PEND_MUST_CHECK enum pend_status pend_section_new(struct pend_section **section,
                                                   const struct pend_section_problem *problem,
                                                   struct pend_error *error);
-
-/** Frees a search and clears the pointer; NULL is accepted. */
 void pend_section_free(struct pend_section **section);
 
 enum pend_found { PEND_FOUND_NOTHING, PEND_FOUND_PASSAGE, PEND_FOUND_END };

@@ -1,9 +1,5 @@
 #include "core/integrate/methods/kernel_exchange.h"
 
-#include <string.h>
-
-#include "core/simd/vec_isa.h"
-
 /* Gauss-Legendre nodes of order 24 on 0 .. 1; the remaining lanes hold zeros */
 enum { NODES = 12, LANES_OF_NODES = 16, PARTS = (NODES + WIDE - 1) / WIDE };
 
@@ -143,14 +139,6 @@ static double nodes_slides(const struct jets_system *s, const double slide[], do
     return lost;
 }
 
-/* whether the pivot also moves to the right */
-static int nodes_sideways(const struct pend_terms *terms) {
-    int found = terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0;
-    for (int i = 0; i < terms->harmonics; i++)
-        found |= terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X;
-    return found;
-}
-
 /* adds the power of the pivot's force, in fixed axes */
 static void nodes_haul(const struct jets_system *s, const struct at_nodes *x, int order,
                        struct at_nodes *power) {
@@ -161,7 +149,11 @@ static void nodes_haul(const struct jets_system *s, const struct at_nodes *x, in
     double C = s->cosine[0], Z = s->sine[0];
     nodes_add(power, Z, &along, &up);
     nodes_add(power, C, &across, &up);
-    if (!nodes_sideways(loads->terms)) return;
+    const struct pend_terms *terms = loads->terms;
+    int sideways = terms->one[PEND_TERM_PIVOT_ACCELERATION_X] >= 0;
+    for (int i = 0; i < terms->harmonics; i++)
+        sideways |= terms->harmonic[i].drives == PEND_DRIVE_PIVOT_X;
+    if (!sideways) return;
     struct at_nodes right = nodes_sum(x, loads->slide_x, NULL, 1, order);
     nodes_add(power, C, &along, &right);
     nodes_add(power, -Z, &across, &right);

@@ -152,19 +152,15 @@ struct gsl_share {
     double loose, tight;
 };
 
-static double gsl_share_at(struct gsl_share share, double rtol) {
-    const double from = 1e-6, to = 1e-9;
-    double part = log(fmin(fmax(rtol, to), from) / from) / log(to / from);
-    return share.loose * pow(share.tight / share.loose, part);
-}
-
 /* Sets the tolerances requested of GSL, which bounds the error of one step. With these fractions,
  * the total error of a run stays within 30 times the tolerances unless the motion amplifies it
  * (figures: core/theory.md). */
 static struct pend_problem gsl_stepper_tighten(const struct pend_problem *problem,
                                                struct gsl_share shares) {
     struct pend_problem tight = *problem;
-    double share = gsl_share_at(shares, problem->rtol);
+    const double from = 1e-6, to = 1e-9;
+    double part = log(fmin(fmax(problem->rtol, to), from) / from) / log(to / from);
+    double share = shares.loose * pow(shares.tight / shares.loose, part);
     tight.atol = share * fmax(problem->atol, PEND_METHOD_ATOL_LEAST * problem->rtol);
     tight.rtol = fmax(share * problem->rtol, GSL_RTOL_LEAST);
     return tight;

@@ -237,13 +237,6 @@ static double ode23_inside(const struct ode23 *o, const double weight[4], int i)
                       weight[3] * o->f[3][i]);
 }
 
-static void ode23_interpolate(const struct ode23 *o, double t, double phi[], double rate[]) {
-    double weight[4];
-    ode23_weigh(o, t, weight);
-    for (int k = 0; k < o->n; k++) phi[k] = ode23_inside(o, weight, k);
-    for (int k = 0; k < o->n; k++) rate[k] = ode23_inside(o, weight, o->n + k);
-}
-
 static void ode23_exchange(const void *stepper, const double t[], int count, double work[],
                            double heat[]) {
     const struct ode23 *o = stepper;
@@ -264,7 +257,10 @@ static void ode23_at(void *stepper, const double t[], int count, const struct pe
     for (int i = 0; i < count; i++) {
         double *phi = points->phi + (size_t)i * n, *rate = points->rate + (size_t)i * n;
         if (t[i] != o->end) {
-            ode23_interpolate(o, t[i], phi, rate);
+            double weight[4];
+            ode23_weigh(o, t[i], weight);
+            for (int k = 0; k < o->n; k++) phi[k] = ode23_inside(o, weight, k);
+            for (int k = 0; k < o->n; k++) rate[k] = ode23_inside(o, weight, o->n + k);
             continue;
         }
         memcpy(phi, o->y_end, n * sizeof(double));

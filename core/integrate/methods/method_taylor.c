@@ -291,14 +291,6 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     return PEND_OK;
 }
 
-/* for an instant at the end of the step: the compensated sums themselves, from which the next step
- * starts */
-static void taylor_at_end(const struct taylor *taylor, double phi[], double rate[]) {
-    size_t bytes = (size_t)taylor->tree->n * sizeof(double);
-    memcpy(phi, taylor->end.phi, bytes);
-    memcpy(rate, taylor->end.rate, bytes);
-}
-
 static double *taylor_offset(double *array, size_t base) { return array ? array + base : NULL; }
 
 static void taylor_group(const struct taylor *taylor, const double t[], int count,
@@ -354,7 +346,9 @@ static void taylor_at(void *stepper, const double t[], int count,
     }
     for (int i = 0; i < count; i++) {
         if (t[i] != taylor->reached) continue;
-        taylor_at_end(taylor, points->phi + (size_t)i * n, points->rate + (size_t)i * n);
+        // the compensated sums themselves, from which the next step starts
+        memcpy(points->phi + (size_t)i * n, taylor->end.phi, n * sizeof(double));
+        memcpy(points->rate + (size_t)i * n, taylor->end.rate, n * sizeof(double));
     }
     if (points->theta) taylor_theta(taylor, t, count, points);
 }

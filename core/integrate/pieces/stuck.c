@@ -1,8 +1,6 @@
 #include "core/integrate/pieces/stuck.h"
 
-#include <assert.h>
 #include <complex.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -38,8 +38,6 @@ PEND_MUST_CHECK enum pend_status pend_stuck_new(struct pend_stuck **stuck,
                                                 const struct pend_loads *loads,
                                                 const unsigned char holds[], const double phi[],
                                                 const double phi_low[]);
-
-/** Frees a contracted pendulum and clears the pointer; NULL is accepted. */
 void pend_stuck_free(struct pend_stuck **stuck);
 
 /** Copies values that change between pieces, inputs and sliding torques, from a list of the whole

@@ -1,7 +1,6 @@
 #include "core/integrate/run/horizon.h"
 
 #include <assert.h>
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -73,14 +72,6 @@ static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride
     for (size_t i = 0; i < HORIZON_ROWS; i++) *row[i] = at + i * stride;
 }
 
-/* m, length of the shortest arm; 0 without a cart */
-static double horizon_cart(const struct pend_problem *problem) {
-    double shortest = INFINITY;
-    if (!pend_terms_cart(problem->loads.terms)) return 0;
-    for (int k = 1; k < problem->tree->n; k++) shortest = fmin(shortest, problem->tree->len[k]);
-    return shortest;
-}
-
 /* sets the rounding errors of the initial state, for methods that use only doubles */
 static void horizon_start(struct pend_horizon *horizon, const struct pend_problem *problem) {
     size_t n = (size_t)problem->tree->n;
@@ -118,7 +109,8 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->way = way;
     made->grade = PEND_HORIZON_MARGIN / problem->accuracy;
     made->unit = 0x1p-5;
-    made->cart = horizon_cart(problem);
+    made->cart = pend_terms_cart(problem->loads.terms) ? INFINITY : 0;
+    for (int k = 1; k < problem->tree->n; k++) made->cart = fmin(made->cart, problem->tree->len[k]);
     made->end_ratio = -1;
     made->end_time = pend_times_at(&problem->times, problem->times.count - 1) -
                      pend_times_at(&problem->times, 0);

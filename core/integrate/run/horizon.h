@@ -30,8 +30,6 @@ PEND_MUST_CHECK enum pend_status pend_horizon_new(struct pend_horizon **horizon,
                                                   const struct pend_method *method,
                                                   const struct pend_problem *problem,
                                                   struct pend_error *error);
-
-/** Frees an estimate and clears the pointer; NULL is accepted. */
 void pend_horizon_free(struct pend_horizon **horizon);
 
 /**

@@ -115,13 +115,6 @@ static void neighbour_sums(const struct pend_neighbour *neighbour, const struct 
     }
 }
 
-/* the inverse of the difference of two rows, v / |v|^2, as a factor of v */
-static double neighbour_inverse(const double row[], int size) {
-    double square = 0;
-    for (int i = 0; i < size; i++) square += (row[size + i] - row[i]) * (row[size + i] - row[i]);
-    return square > DBL_MIN ? 1 / square : 0;
-}
-
 /* Returns the limit of the partial sums, which are overwritten. Each sweep computes a column of
  * Wynn's table from the two previous columns; every second column contains limits. `differs`
  * becomes the largest difference between the last two. */
@@ -133,7 +126,11 @@ static const double *neighbour_limit(struct pend_neighbour *neighbour, double *d
     for (int left = last; left > 0; left--) {
         for (int j = 0; j < left; j++) {
             double *row = sum + j * size, *old = before + j * size;
-            double inverse = neighbour_inverse(row, size);
+            double square = 0;
+            for (int i = 0; i < size; i++)
+                square += (row[size + i] - row[i]) * (row[size + i] - row[i]);
+            // the inverse of the difference v of two rows, v / |v|^2, as a factor of v
+            double inverse = square > DBL_MIN ? 1 / square : 0;
             for (int i = 0; i < size; i++) {
                 double next = old[size + i] + (row[size + i] - row[i]) * inverse;
                 old[i] = row[i];

@@ -24,7 +24,7 @@ enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
  * because values that overflow can make steps so short that it never fills */
 static const double RUN_LOOK = 1e6;
 
-int pend_run_valid(const struct pend_run *run) {
+PEND_VALIDATOR pend_run_valid(const struct pend_run *run) {
     const struct pend_times *times = &run->problem.times;
     return run->next >= 0 && run->next <= times->count && run->group >= 1 && run->listed >= 0 &&
            run->listed <= run->group && run->ends.count >= 0 && run->ends.count < run->ends.cap;
@@ -73,11 +73,6 @@ static size_t run_place(struct pend_run *run, char *base, int group, double *sta
     return used;
 }
 
-static int run_group(int n) {
-    int group = RUN_GROUP_NUMBERS / n;
-    return group < 1 ? 1 : group > RUN_GROUP ? RUN_GROUP : group;
-}
-
 static int run_ends(int n) {
     int ends = RUN_ENDS_NUMBERS / n;
     return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
@@ -102,7 +97,8 @@ static int run_turn(const struct pend_run *run, double *start[4]) {
 /* creates a run in one block, with a copy of the initial state, without a stepper */
 static struct pend_run *run_allocate(const struct pend_method *method,
                                      const struct pend_problem *problem) {
-    int n = problem->tree->n, group = run_group(n);
+    int n = problem->tree->n, group = RUN_GROUP_NUMBERS / n;
+    group = group < 1 ? 1 : group > RUN_GROUP ? RUN_GROUP : group;
     struct pend_run sketch = {.method = method, .problem = *problem, .group = group};
     sketch.ends.cap = run_ends(n);
     sketch.unlike = pend_pieces_smooth(problem->loads.terms) &&

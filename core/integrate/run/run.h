@@ -38,8 +38,6 @@ PEND_MUST_CHECK enum pend_status pend_run_new(struct pend_run **run,
                                               const struct pend_method *method,
                                               const struct pend_problem *problem,
                                               struct pend_error *error);
-
-/** Frees a run and clears the pointer; NULL is accepted. */
 void pend_run_free(struct pend_run **run);
 
 /**
@@ -59,9 +57,6 @@ PEND_MUST_CHECK enum pend_status pend_run_next(struct pend_run *run, struct pend
 
 /** Returns the statistics of a run so far. O(log of the number of instants). */
 struct pend_run_stats pend_run_stats(const struct pend_run *run);
-
-/** Returns true if the invariants of the structure hold. O(1). For assertions. */
-int pend_run_valid(const struct pend_run *run);
 
 /** Returns true if runs of a method can be saved by a checkpoint. */
 int pend_run_carries(const struct pend_method *method);

@@ -45,8 +45,6 @@ static int jets_general(const struct pend_tree *tree, const struct pend_terms *t
     return terms && !jets_loads_suit(tree, terms);
 }
 
-static size_t jets_larger(size_t x, size_t y) { return x > y ? x : y; }
-
 /* the layout of the series of a pendulum for the fast kernels */
 static struct loads_layout jets_layout(const struct pend_tree *tree, int order_cap) {
     return (struct loads_layout){(int)pend_jets_stride(tree->n), order_cap + JETS_BEYOND};
@@ -64,10 +62,11 @@ size_t pend_jets_bytes(const struct pend_tree *tree, const struct pend_terms *te
     int general = jets_general(tree, terms);
     struct loads_layout layout = jets_layout(tree, order_cap);
     size_t cut = general ? pend_bodies_system_bytes(tree, terms, order_cap) : jets_cut_bytes(tree);
+    size_t quick = 0;
     // memory for both kernels: only the values decide later which of them is used
     if (general && pend_rods_known(tree, terms))
-        cut = jets_larger(cut, pend_rods_bytes(tree) +
-                                   pend_jets_loads_bytes(tree, terms, order_cap, &layout));
+        quick = pend_rods_bytes(tree) + pend_jets_loads_bytes(tree, terms, order_cap, &layout);
+    if (cut < quick) cut = quick;
     if (terms && !general)
         cut += pend_jets_loads_bytes(tree, terms, order_cap, &layout) +
                (jets_loads_bodies(terms) ? pend_bodies_system_bytes(tree, terms, 1) : 0);
@@ -118,7 +117,6 @@ static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *l
     jets->loads.bodies = &jets->bodies;
 }
 
-/* decomposes the tree for the fast kernels */
 static void jets_cut(struct pend_jets *jets, void *memory) {
     const struct pend_tree *tree = jets->tree;
     if (pend_chain_suits(tree)) {
@@ -130,7 +128,6 @@ static void jets_cut(struct pend_jets *jets, void *memory) {
     }
 }
 
-/* prepares the fast kernel for a chain of rods */
 static void jets_rods(struct pend_jets *jets, const struct pend_loads *loads, void *memory) {
     const struct pend_tree *tree = jets->tree;
     struct loads_layout layout = jets_layout(tree, jets->order_cap);

@@ -2,9 +2,7 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
-#include "core/simd/vec_isa.h"
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
@@ -47,14 +45,6 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
     }
 }
 
-/* the angles relative to the parents, for springs; for the first arm relative to the vertical */
-static void kernel_bend(const struct jets_system *s) {
-    for (int k = 0; k < s->n; k++) {
-        double high = k ? 0 : M_PI_2, low = k ? 0 : PEND_QUARTER_LOW;
-        s->loads->bend[k] = (s->angle[k] + high) + (s->angle_low[k] + low);
-    }
-}
-
 /* series of a real pendulum of more than eight arms */
 static void kernel_loaded_large(const struct jets_system *s, const double *value,
                                 const struct bodies_moment *now, int order) {
@@ -76,7 +66,6 @@ static void kernel_loaded_large(const struct jets_system *s, const double *value
     loads->orders = loads->couples ? order : 0;
 }
 
-/* series of a real pendulum */
 static void kernel_loaded(const struct jets_system *s, const struct jets_state *state,
                           const struct pend_loads *loads, double unit, int order) {
     struct bodies_moment now = {unit, loads->gravity * (unit * unit), state->time, state->late};
@@ -84,7 +73,10 @@ static void kernel_loaded(const struct jets_system *s, const struct jets_state *
         kernel_loaded_large(s, loads->value, &now, order);
         return;
     }
-    if (s->loads->springs) kernel_bend(s);
+    for (int k = 0; k < s->n && s->loads->springs; k++) {
+        double high = k ? 0 : M_PI_2, low = k ? 0 : PEND_QUARTER_LOW;
+        s->loads->bend[k] = (s->angle[k] + high) + (s->angle_low[k] + low);
+    }
     if (s->n > 4)
         small8_loaded_orders(s, loads->value, &now, order);
     else if (s->n > 2)
@@ -263,7 +255,6 @@ VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int ord
     return terms;
 }
 
-/* the smallest of four numbers */
 VEC_INLINE double term_least(const term x[]) {
 #if KERNEL_WIDTH == 2
     lanes2 two = lanes2_min(x[0], x[1]);

@@ -113,7 +113,6 @@ VEC_INLINE struct convolved block_complete(const struct jets_system *s, const do
     return convolve_rest(s, row, k, known);
 }
 
-/* one number of a row */
 VEC_INLINE double blocks_one(const struct blocks *b, int place, int row) {
     return b->numbers[place + row * BLOCK_ARMS];
 }

@@ -77,7 +77,6 @@ VEC_INLINE wide couples_torque(const struct jets_loads *loads, int a, size_t row
     return torque - wide_get(loads->hold + a) * slip;
 }
 
-/* the torques of eight arms */
 VEC_INLINE void couples_torques(const struct jets_loads *loads, int tile, size_t row, int k,
                                 wide less) {
     const double *spin = loads->spin, *near = spin + loads->near[tile].parent;
