@@ -28,9 +28,9 @@ export const createPainter = (context) => ({
  * Pixels of a place in metres, from the left and from the top.
  * @param {Camera} camera @param {number} x
  */
-const across = (camera, x) => camera.x + camera.scale * x;
+export const across = (camera, x) => camera.x + camera.scale * x;
 /** @param {Camera} camera @param {number} y */
-const down = (camera, y) => camera.y - camera.scale * y;
+export const down = (camera, y) => camera.y - camera.scale * y;
 
 /**
  * Chains the arms of every colour, in place.

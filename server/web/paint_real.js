@@ -4,6 +4,7 @@
 // (terms.js).
 // Invariant: nothing is drawn of what a pendulum has not, and then nothing is computed.
 
+import { across, down } from "./paint.js";
 import { centerOf, shakes, strongest, termOf, torqueAt } from "./terms.js";
 
 const SPRING_TURNS = 2.5;
@@ -11,11 +12,6 @@ const BAR = 7; // pixels of half the width of the heaviest bar
 const MOTOR = 21; // pixels of the arc's radius
 
 /** @typedef {import("./paint.js").Painter} Painter */
-
-/** @param {Camera} camera @param {number} x */
-const across = (camera, x) => camera.x + camera.scale * x;
-/** @param {Camera} camera @param {number} y */
-const down = (camera, y) => camera.y - camera.scale * y;
 
 /** Bars as wide as their mass. @param {Painter} painter @param {Look} look */
 function paintBars({ context }, { shape, camera, colours }) {

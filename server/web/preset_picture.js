@@ -3,14 +3,16 @@
 // Invariant: what moves is computed by the server; the picture holds all that the motion reaches.
 
 import { widenBy } from "./camera.js";
+import { across, down } from "./paint.js";
 import { fineness } from "./screen.js";
 import { fromRequest } from "./state.js";
-import { anglesAt, cartAt } from "./track.js";
+import { addRows, anglesAt, beginTrack, cartAt, createTrack } from "./track.js";
 import { massOf } from "./terms.js";
 import { brackets, createSpots, order, reach, tips } from "./tree.js";
 
 const SECONDS = 6;
 const STEP = 0.04;
+const THIN = 1.8; // pixels of an arm's width
 
 /**
  * The server's description of an example.
@@ -26,8 +28,7 @@ const STEP = 0.04;
 
 /** What a pendulum is drawn with. @typedef {{
  *   context: CanvasRenderingContext2D, track: Samples, tree: Tree, rows: number[],
- *   phi: Float64Array, n: number, spots: Spots, heaviest: number,
- *   middle: number, top: number, scale: number, ratio: number,
+ *   phi: Float64Array, spots: Spots, heaviest: number, camera: Camera, ratio: number,
  * }} Sketch */
 
 const PLACE = { index: 0, fraction: 0 };
@@ -56,30 +57,15 @@ export function pose(preset) {
 export async function loadSeconds(preset, client, signal) {
   const { initial } = preset;
   const { pendulum } = fromRequest(preset);
-  const n = pendulum.length.length;
-  const total = Math.round(SECONDS / STEP) + 1;
-  /** @type {Columns} */
-  const columns = { phi: new Float64Array(total * n), phid: new Float64Array(total * n) };
-  if (pendulum.pivot?.cart) columns.cart_x = new Float64Array(total);
-  const track = { doc: { pendulum, span: { step: STEP } }, initial, n, count: 0, columns };
+  const doc = /** @type {Doc} */ ({ pendulum, span: { stop: SECONDS, step: STEP } });
+  const track = createTrack(doc, initial);
   const times = { start: 0, stop: SECONDS, step: STEP };
-  const cart = Boolean(pendulum.pivot?.cart);
-  const output = ["phi", "phid", ...(cart ? ["cart"] : [])];
+  const output = ["phi", "phid", ...(pendulum.pivot?.cart ? ["cart"] : [])];
   const body = { pendulum: preset.pendulum, initial: preset.initial, times, rtol: 1e-6, output };
-  // place, speed and reaction of a cart
-  const width = 1 + 2 * n + (cart ? 3 : 0);
   await client.table("/v1/trajectories", body, {
     signal,
-    begin() {},
-    rows(values, count) {
-      for (let i = 0; i < count; i++) {
-        const from = i * width + 1;
-        columns.phi.set(values.subarray(from, from + n), (track.count + i) * n);
-        columns.phid.set(values.subarray(from + n, from + 2 * n), (track.count + i) * n);
-        if (cart) columns.cart_x[track.count + i] = values[from + 2 * n];
-      }
-      track.count += count;
-    },
+    begin: (columns) => beginTrack(track, columns),
+    rows: (values, count) => addRows(track, values, count),
   });
   return track;
 }
@@ -93,47 +79,47 @@ function extend(box, { track, tree, rows, spots }) {
   }
 }
 
-/** @param {Sketch} sketch @param {PictureColours} colours */
-function drawPivot({ context, spots, middle, top, scale }, colours) {
-  const x = middle + scale * spots.pivot.x;
-  const y = top - scale * spots.pivot.y;
+/**
+ * A small tree: arms in one colour, tips in another.
+ * @param {CanvasRenderingContext2D} context @param {Tree} tree @param {Spots} spots
+ * @param {Camera} camera @param {number} thin pixels of an arm's width @param {number} heaviest
+ * @param {string} colour @param {string} tipColour
+ */
+export function paintSmall(context, tree, spots, camera, thin, heaviest, colour, tipColour) {
+  const { x, y, fromX, fromY } = spots;
+  const line = (/** @type {number[]} */ ...[ax, ay, bx, by]) => {
+    context.moveTo(across(camera, ax), down(camera, ay));
+    context.lineTo(across(camera, bx), down(camera, by));
+  };
+  context.beginPath();
+  for (let k = 0; k < tree.length.length; k++) line(fromX[k], fromY[k], x[k], y[k]);
+  brackets(tree, spots, line);
+  context.strokeStyle = colour;
+  context.lineWidth = thin;
+  context.lineCap = "round";
+  context.stroke();
+  context.beginPath();
+  for (let k = 0; k < tree.length.length; k++) {
+    const r = Math.max(thin * 0.9, thin * 1.8 * Math.cbrt(tree.mass[k] / (heaviest || 1)));
+    context.moveTo(across(camera, x[k]) + r, down(camera, y[k]));
+    context.arc(across(camera, x[k]), down(camera, y[k]), r, 0, 2 * Math.PI);
+  }
+  context.fillStyle = tipColour;
+  context.fill();
+}
+
+/**
+ * What a small tree hangs on.
+ * @param {CanvasRenderingContext2D} context @param {number} x @param {number} y @param {string}
+ * colour
+ */
+export function paintHook(context, x, y, colour) {
   context.beginPath();
   context.moveTo(x - 9, y);
   context.lineTo(x + 9, y);
-  context.strokeStyle = colours.pivot;
+  context.strokeStyle = colour;
   context.lineWidth = 1.2;
   context.stroke();
-}
-
-/** @param {Sketch} sketch @param {PictureColours} colours */
-function drawArms({ context, tree, n, spots, middle, top, scale }, colours) {
-  const { x, y, fromX, fromY } = spots;
-  context.beginPath();
-  for (let k = 0; k < n; k++) {
-    context.moveTo(middle + scale * fromX[k], top - scale * fromY[k]);
-    context.lineTo(middle + scale * x[k], top - scale * y[k]);
-  }
-  brackets(tree, spots, (ax, ay, bx, by) => {
-    context.moveTo(middle + scale * ax, top - scale * ay);
-    context.lineTo(middle + scale * bx, top - scale * by);
-  });
-  context.strokeStyle = colours.line;
-  context.lineWidth = 1.6;
-  context.lineCap = "round";
-  context.stroke();
-}
-
-/** @param {Sketch} sketch @param {PictureColours} colours */
-function drawTips({ context, tree, n, spots, heaviest, middle, top, scale }, colours) {
-  const { x, y } = spots;
-  context.beginPath();
-  for (let k = 0; k < n; k++) {
-    const r = Math.max(1.2, 3.4 * Math.cbrt(tree.mass[k] / (heaviest || 1)));
-    context.moveTo(middle + scale * x[k] + r, top - scale * y[k]);
-    context.arc(middle + scale * x[k], top - scale * y[k], r, 0, 2 * Math.PI);
-  }
-  context.fillStyle = colours.mass;
-  context.fill();
 }
 
 /**
@@ -150,7 +136,7 @@ function prepare(sketches, canvas, box) {
   const along = box.up + box.down;
   const scale = Math.min((width / 2 - 10) / box.side, (height - 20) / along);
   const top = (height - scale * along) / 2 + scale * box.up;
-  for (const sketch of sketches) Object.assign(sketch, { scale, middle: width / 2, top });
+  for (const sketch of sketches) sketch.camera = { x: width / 2, y: top, scale };
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.clearRect(0, 0, width, height);
 }
@@ -169,12 +155,9 @@ function sketchOf(context, track, apart) {
     tree,
     rows: order(tree.parent),
     phi: new Float64Array(track.n),
-    n: track.n,
     spots,
     heaviest: Math.max(...tree.mass.map((_, k) => massOf(tree, k))),
-    middle: 0,
-    top: 0,
-    scale: 1,
+    camera: { x: 0, y: 0, scale: 1 },
     ratio: fineness(),
   };
 }
@@ -185,9 +168,10 @@ function drawSketch(sketch, time, colours) {
   anglesAt(track, time, PLACE, phi);
   spots.cart = cartAt(track, PLACE.index, PLACE.fraction);
   tips(tree, rows, phi, 0, spots, time);
-  drawPivot(sketch, colours);
-  drawArms(sketch, colours);
-  drawTips(sketch, colours);
+  const { context, camera, heaviest } = sketch;
+  const { pivot } = spots;
+  paintHook(context, across(camera, pivot.x), down(camera, pivot.y), colours.pivot);
+  paintSmall(context, tree, spots, camera, THIN, heaviest, colours.line, colours.mass);
 }
 
 /**

@@ -231,31 +231,20 @@ export async function fetchTable(client, path, body, { signal } = {}) {
     },
   });
   const width = layout.reduce((sum, column) => sum + column.count, 0);
+  const all = new Float64Array(count * width);
+  pieces.reduce((to, piece) => (all.set(piece, to), to + piece.length), 0);
   /** @type {Table} */
   const table = { count, columns: {}, widths: {} };
   let offset = 0;
-  for (const column of layout) {
-    table.columns[column.name] = gather(pieces, width, offset, column.count, count);
-    table.widths[column.name] = column.count;
-    offset += column.count;
+  for (const { name, count: wide } of layout) {
+    const values = new Float64Array(count * wide);
+    for (let row = 0; row < count; row++)
+      values.set(all.subarray(row * width + offset, row * width + offset + wide), row * wide);
+    table.columns[name] = values;
+    table.widths[name] = wide;
+    offset += wide;
   }
   return table;
-}
-
-/**
- * Some columns of a row-major table.
- * @param {Float64Array[]} pieces @param {number} width @param {number} offset @param {number}
- * columns @param {number} count
- */
-function gather(pieces, width, offset, columns, count) {
-  const values = new Float64Array(count * columns);
-  let to = 0;
-  for (const piece of pieces) {
-    for (let from = offset; from < piece.length; from += width) {
-      for (let k = 0; k < columns; k++) values[to++] = piece[from + k];
-    }
-  }
-  return values;
 }
 
 /** @param {unknown} error */

@@ -3,8 +3,9 @@
 // Invariant: all of the tree fits whatever the angles, unless it was told of less (fit).
 
 import { h } from "../../dom.js";
+import { paintHook, paintSmall } from "../../preset_picture.js";
 import { massOf } from "../../terms.js";
-import { brackets, createSpots, order, reach, tips } from "../../tree.js";
+import { createSpots, order, reach, tips } from "../../tree.js";
 import { cssValue } from "./kit.js";
 
 /** @typedef {{width: number, height: number, top?: number, label?: string | null}} MiniOptions */
@@ -39,38 +40,8 @@ function canvasOf({ width, height, label = null }) {
  * tipColour
  */
 function strokes({ context, tree, rows, spots, thin, heaviest, scale }, phi, colour, tipColour) {
-  const { x, y, fromX, fromY } = spots;
   tips(tree, rows, phi, 0, spots);
-  context.beginPath();
-  for (let k = 0; k < rows.length; k++) {
-    context.moveTo(scale * fromX[k], -scale * fromY[k]);
-    context.lineTo(scale * x[k], -scale * y[k]);
-  }
-  brackets(tree, spots, (ax, ay, bx, by) => {
-    context.moveTo(scale * ax, -scale * ay);
-    context.lineTo(scale * bx, -scale * by);
-  });
-  context.strokeStyle = colour;
-  context.lineWidth = thin;
-  context.stroke();
-  context.beginPath();
-  for (let k = 0; k < rows.length; k++) {
-    const r = Math.max(thin * 0.9, thin * 1.8 * Math.cbrt(tree.mass[k] / (heaviest || 1)));
-    context.moveTo(scale * x[k] + r, -scale * y[k]);
-    context.arc(scale * x[k], -scale * y[k], r, 0, 2 * Math.PI);
-  }
-  context.fillStyle = tipColour;
-  context.fill();
-}
-
-/** @param {CanvasRenderingContext2D} context @param {string} colour */
-function pivot(context, colour) {
-  context.beginPath();
-  context.moveTo(-10, 0);
-  context.lineTo(10, 0);
-  context.strokeStyle = colour;
-  context.lineWidth = 1;
-  context.stroke();
+  paintSmall(context, tree, spots, { x: 0, y: 0, scale }, thin, heaviest, colour, tipColour);
 }
 
 const readColours = () => ({
@@ -120,9 +91,8 @@ export function createMini(tree, options) {
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       context.clearRect(0, 0, width, height);
       context.translate(width / 2, height * top);
-      context.lineCap = "round";
       for (const angles of pale) strokes(sketch, angles, colours.ghost, colours.ghost);
-      pivot(context, colours.pivot);
+      paintHook(context, 0, 0, colours.pivot);
       strokes(sketch, phi, colours.arm, colours.mass);
     },
   };
