@@ -4,6 +4,7 @@
 // Invariant: places are measured, not only looked for; each state is looked at in every size that it is for.
 
 import assert from "node:assert/strict";
+import { DRAWERS } from "../../server/web/state.js";
 import { COMB } from "./comb.mjs";
 import { openDrawer } from "./drawers.mjs";
 import { close, drawn, moving, refuseStorage } from "./rig.mjs";
@@ -44,6 +45,25 @@ const askedFaults = (page, selectors) => page.evaluate((all) => all.flatMap((sel
   const seen = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
   return element.contains(seen) || element.closest("label")?.contains(seen) ? [] : [`${selector} is covered by ${seen?.outerHTML.slice(0, 60)}`];
 }), selectors);
+
+/** Controls in sight that something else covers, at their middle or near the middle of an edge; those of another part may reach over none. */
+const coveredFaults = (page) => page.evaluate(() => {
+  const seenOf = (one) => {
+    let { left, right, top, bottom } = one.getBoundingClientRect();
+    const within = (box) => { [left, right, top, bottom] = [Math.max(left, box.left), Math.min(right, box.right), Math.max(top, box.top), Math.min(bottom, box.bottom)]; };
+    for (let at = one.parentElement; at; at = at.parentElement) if (getComputedStyle(at).overflow !== "visible") within(at.getBoundingClientRect());
+    within({ left: 0, right: innerWidth, top: 0, bottom: innerHeight });
+    return { left, right, top, bottom };
+  };
+  const all = [...document.querySelectorAll("button, select, summary, a[href], input:not([type=file])")];
+  return all.filter((one) => one.checkVisibility({ visibilityProperty: true }) && !one.closest(".unseen, [inert]")).flatMap((one) => {
+    const { left, right, top, bottom } = seenOf(one);
+    if (right - left < 8 || bottom - top < 8) return [];
+    const [x, y] = [(left + right) / 2, (top + bottom) / 2];
+    const over = [[x, y], [left + 2, y], [right - 2, y], [x, top + 2], [x, bottom - 2]].map(([a, b]) => document.elementFromPoint(a, b)).find((hit) => hit && !one.contains(hit) && !hit.contains(one));
+    return over ? [`${one.outerHTML.slice(0, 80)} is covered by ${over.outerHTML.slice(0, 60)}`] : [];
+  });
+});
 
 /** What is wider than the window or its panel, and buttons of the bars that are cut off where the page does not scroll. */
 const cutFaults = (page) => page.evaluate(() => {
@@ -146,6 +166,24 @@ async function everyState(rig, options, sizes, scrolled = []) {
 }
 export const every_state_of_the_page_is_whole_on_phones_and_tablets = (rig) => everyState(rig, TOUCH, PHONES);
 export const every_state_of_the_page_is_whole_on_a_laptop_a_projector_and_enlarged = (rig) => everyState(rig, { still: true }, SCREENS, ENLARGED);
+
+export async function no_part_lies_over_another_s_controls_at_any_width_with_any_drawer_open(rig) {
+  const page = await rig.open({ path: "/?length=1,1&theta=60,30", still: true });
+  await page.evaluate(() => pendulumd.edits.select(2));
+  const bad = new Map();
+  for (const id of [null, ...DRAWERS]) {
+    if (id) await openDrawer(page, id);
+    else await show(page, { view: { drawer: null } });
+    await drawn(page);
+    for (let width = 300; width <= 1600; width += 50) for (const height of id === "physics" ? [768, 480] : [768]) {
+      await page.setViewportSize({ width, height });
+      await page.evaluate(() => new Promise((resolve) => { requestAnimationFrame(resolve); }));
+      for (const words of [...await coveredFaults(page), ...await cutFaults(page)]) bad.set(words, [...bad.get(words) ?? [], `${id} ${width}x${height}`]);
+    }
+  }
+  none([...bad].map(([words, where]) => `${words} at ${where.join(", ")}`));
+  await close(page);
+}
 
 export async function a_pendulum_is_seen_in_every_frame_of_another_page(rig) {
   const bad = [];
