@@ -10,6 +10,7 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const LONGEST = 3600;
 const MOST_SAMPLES = 20000;
 const STEP_SECONDS = 0.02;
+const SELDOM_MS = 100; // while it plays: each change lays the page out anew
 
 /**
  * By how many seconds keys move the scrubber: a range without steps would jump.
@@ -25,9 +26,9 @@ const NUDGES = {
 };
 
 /**
- * The bar's controls, and the time that they show.
+ * The bar's controls, and the time that they show, and since when.
  * @typedef {ReturnType<typeof controlsOf> & {app: App, marks: ReturnType<typeof createMarks>,
- * shown: string}} Bar
+ * shown: string, told: number}} Bar
  */
 
 /** How finely a motion of so many seconds is sampled. @param {number} stop */
@@ -107,7 +108,7 @@ function controlsOf(app) {
     on: { change: () => lengthen(app, until) },
   });
   const caption = h("p", { class: "caption" });
-  const now = h("span", { class: "now" });
+  const now = new Text();
   return { ...buttonsOf(app), speed, scrub, until, caption, now };
 }
 
@@ -128,14 +129,15 @@ function show(bar) {
   showPlay(bar);
   const { start = 0 } = app.motion.doc.span;
   const time = text.number(start + clock.time, 2);
-  if (bar.shown === time) return;
-  bar.shown = time;
+  const instant = performance.now();
+  if (bar.shown === time || (clock.framing && instant - bar.told < SELDOM_MS)) return;
+  [bar.shown, bar.told] = [time, instant];
   scrub.max = String(clock.duration);
   scrub.value = String(clock.time);
   scrub.style.setProperty("--share", String(clock.duration ? clock.time / clock.duration : 0));
   const words = text("time.now", { time, duration: text.short(start + clock.duration) });
   scrub.setAttribute("aria-valuetext", words);
-  now.textContent = `${time} /`;
+  now.data = `${time} /`;
 }
 
 /** The document's settings, for the clock and on the bar. @param {Bar} bar @param {Doc} doc */
@@ -174,7 +176,7 @@ function lay(
   element.append(
     h("div", { class: "buttons" }, start, back, play, forward),
     h("div", { class: "track" }, marks.canvas, scrub, caption),
-    h("div", { class: "times" }, now, until, h("span", {}, "s")),
+    h("div", { class: "times" }, h("span", { class: "now" }, now), until, h("span", {}, "s")),
     speed,
     loop,
   );
@@ -186,7 +188,7 @@ export function mountTimebar(element, app) {
   const bag = createBag();
   const marks = createMarks(app, () => explain(bar));
   /** @type {Bar} */
-  const bar = { ...controlsOf(app), app, marks, shown: "" };
+  const bar = { ...controlsOf(app), app, marks, shown: "", told: 0 };
   lay(element, bar);
   bag(clock.subscribe(() => show(bar)));
   bag(
