@@ -24,6 +24,9 @@ export function sceneOf(doc) {
   return doc.title ? { ...scene, title: doc.title } : scene;
 }
 
+/** What is handed on: all but a drawer being open. @param {Doc} doc @returns {Doc} */
+export const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
+
 /** @param {unknown} list @param {number} n @returns {list is number[]} */
 const numbers = (list, n) =>
   Array.isArray(list) && list.length === n && list.every(Number.isFinite);

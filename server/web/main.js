@@ -86,6 +86,14 @@ const parts = {
   complain(words) {
     motion.note(words);
   },
+  /** The report on paper. */
+  async print() {
+    try {
+      await (await files.script("drawers/share/report.js")).default(app);
+    } catch (error) {
+      parts.complain(said(error, text));
+    }
+  },
   undo() {
     tell("undo", store.undo());
   },
@@ -135,6 +143,11 @@ function mount() {
   });
 }
 
+/** A worksheet or a dialog that is seen is what the browser prints, and so is a frame. */
+const printsItself = () =>
+  embedded ||
+  [...document.querySelectorAll(".sheet, dialog[open]")].some((one) => one.getClientRects().length);
+
 /** @param {KeyboardEvent} event */
 function keys(event) {
   const target = /** @type {Element} */ (event.target);
@@ -149,6 +162,9 @@ function keys(event) {
   } else if (event.ctrlKey && key === "y" && !typing) {
     event.preventDefault();
     app.redo();
+  } else if ((event.ctrlKey || event.metaKey) && key === "p" && !printsItself()) {
+    event.preventDefault();
+    app.print();
   } else if (plays(event)) {
     event.preventDefault();
     clock.toggle();

@@ -239,6 +239,7 @@ interface Failed extends Error {
 
 interface Problem {
     detail?: string;
+    reachable?: boolean; // false: a proxy says that its server is gone
     errors?: { pointer?: string; detail: string }[];
 }
 
@@ -367,6 +368,7 @@ interface Edits {
     setStart(arm: number, name: "phi" | "phid", value: number): void;
     add(carrier: number): void;
     remove(arm: number): void;
+    resize(count: number): void;
     trail(arm: number): void;
     select(arm: number): void;
     addBeside(): void;
@@ -425,6 +427,7 @@ interface App {
     announce(words: string): void;
     object(words: string): void;
     complain(words: string): void;
+    print(): Promise<void>;
     undo(): void;
     redo(): void;
     speak(language: string): Promise<void>;

@@ -75,6 +75,35 @@ export async function a_report_has_picture_numbers_plots_settings_and_link(rig) 
   return `${pages} pages, ${bytes} bytes`;
 }
 
+export async function the_browser_s_own_print_command_prints_a_report_a_worksheet_or_what_is_seen(rig) {
+  const page = await rig.open({ path: "/?length=1,0.5&theta=30,90", dark: true });
+  await page.evaluate(() => { window.print = () => { window.dialogs = (window.dialogs ?? 0) + 1; }; });
+  await page.keyboard.press("Control+p");
+  await page.waitForFunction(() => window.dialogs === 1 && document.querySelector(".print-report .report-link svg.qr"));
+  await page.evaluate(() => window.dispatchEvent(new Event("afterprint")));
+  // the browser's menu tells nobody beforehand: the stage and what is open, on white, without the tools
+  await openDrawer(page, "physics");
+  await page.emulateMedia({ media: "print" });
+  const seen = (selector) => page.evaluate((at) => [...document.querySelectorAll(at)].filter((one) => one.getClientRects().length).length, selector);
+  assert.deepEqual([await seen("#timebar, .rail-row, .tools button, .card"), await seen(".canvas"), await seen(".arms-table tbody tr")], [0, 1, 2]);
+  assert.equal(await page.evaluate(() => getComputedStyle(document.body).backgroundColor), "rgb(250, 249, 246)");
+  await page.emulateMedia({ media: null });
+  await printed(page, "seen");
+  await openDrawer(page, "worksheet");
+  await page.click("[data-sheet=begin]");
+  const steps = await page.locator(".steps li").count();
+  await page.evaluate(() => window.dispatchEvent(new Event("beforeprint")));
+  assert.equal(await seen(".print-sheet"), 0, "on the screen it is not seen");
+  await page.emulateMedia({ media: "print" });
+  assert.deepEqual([await seen(".print-sheet section"), await seen("#main")], [steps, 0]);
+  await page.emulateMedia({ media: null });
+  await page.evaluate(() => window.dispatchEvent(new Event("afterprint")));
+  const { pages } = await printed(page, "worksheet");
+  assert.equal(await page.locator(".print-sheet").count(), 0, "the page is as it was");
+  await close(page);
+  return `a worksheet of ${steps} steps on ${pages} pages`;
+}
+
 export async function a_report_whose_files_do_not_come_is_told(rig) {
   const page = await rig.open();
   await openDrawer(page, "share");
@@ -85,6 +114,6 @@ export async function a_report_whose_files_do_not_come_is_told(rig) {
   };
   page.forgiven.push(/Failed to load resource/);
   await page.click("[data-share=report]");
-  await page.waitForFunction(() => /could not be loaded/.test(document.querySelector("[data-drawer=share]").textContent));
+  await page.waitForFunction(() => /could not be loaded/.test(document.querySelector(".notice").textContent));
   await close(page);
 }

@@ -35,10 +35,12 @@ function stepOf(room, step, i, handin) {
 }
 
 /**
- * With a pupil's answers, or with what is right (null).
+ * Lays the worksheet on paper for the print that begins, unless something else lies there: with a
+ * pupil's answers, or with what is right (null).
  * @param {Bench} room @param {Sheet} sheet @param {Handin | null} handin
  */
-export function printSheet(room, sheet, handin) {
+export function layOnPaper(room, sheet, handin) {
+  if (document.body.matches(".printing, .reporting")) return;
   const steps = sheet.steps.map((step, i) => stepOf(room, step, i, handin));
   const paper = h(
     "article",
@@ -53,5 +55,10 @@ export function printSheet(room, sheet, handin) {
   document.body.append(paper);
   document.body.classList.add("printing");
   window.addEventListener("afterprint", end, { once: true });
+}
+
+/** @type {typeof layOnPaper} */
+export function printSheet(...what) {
+  layOnPaper(...what);
   window.print();
 }

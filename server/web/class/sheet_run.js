@@ -9,7 +9,7 @@ import { h } from "../dom.js";
 import { button } from "../drawers/kit/kit.js";
 import { answerField, answerWords, isRight } from "./answer.js";
 import { bareScene, stageScene } from "./scenes.js";
-import { printSheet } from "./sheet_print.js";
+import { layOnPaper, printSheet } from "./sheet_print.js";
 
 const PATIENCE_MS = 700; // that an answer takes before it is told that it is on its way
 const MOST_TRIES = 20; // that are kept of an answer
@@ -342,6 +342,12 @@ export function runSheet(host) {
     back,
   };
   list.addEventListener("keydown", (event) => walk(list, event));
+  // the browser's own print command prints the worksheet that is seen
+  const paper = () => {
+    if (!place.isConnected) window.removeEventListener("beforeprint", paper);
+    else if (place.getClientRects().length) layOnPaper(room, sheet, handinOf(run));
+  };
+  window.addEventListener("beforeprint", paper);
   const open = sheet.steps[Math.min(barrier(run), sheet.steps.length - 1)];
   run.step = (visible(run).find((step) => !isDone(run, step)) ?? open).id;
   show(run);

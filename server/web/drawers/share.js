@@ -8,13 +8,11 @@ import { addressOf, linkTo } from "../address.js";
 import { said } from "../client.js";
 import { createBag, h } from "../dom.js";
 import { titleOf } from "../header.js";
-import { linkOf, sceneOf } from "../link.js";
+import { handedOn, linkOf, sceneOf } from "../link.js";
 import { numbersAsFiles } from "./kit/files_of_numbers.js";
 import { button, copyButton, needsServer, save, settled } from "./kit/kit.js";
 import { showProjector } from "./share/projector.js";
-import { localOf, qrOf } from "./kit/qr.js";
-
-const LONGEST = 1200; // letters of a link that a camera still reads off a projector
+import { LONGEST, localOf, qrOf } from "./kit/qr.js";
 
 /** A link with its code: set("") hides it. @typedef {ReturnType<typeof linkField>} LinkField */
 
@@ -38,9 +36,6 @@ function linkNamed(text, rest, doc) {
   const named = title && `${search ? `${search}&` : "?"}title=${title}`;
   return linkTo(text, `${named || search}${hash ? `#${hash}` : ""}`);
 }
-
-/** What is handed on: all but this drawer being open. @param {Doc} doc @returns {Doc} */
-const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
 
 /**
  * @param {App} app @param {any} qrcode the library @param {string} id @param {string} label @param
@@ -150,7 +145,7 @@ function createView(app, qrcode) {
     projector: button(text("share.projector"), () => project(app, qrcode), {
       "data-projector": "begin",
     }),
-    report: button(text("share.report"), () => report(view, qrcode), { "data-share": "report" }),
+    report: button(text("share.report"), app.print, { "data-share": "report" }),
     make: button(text("share.make"), () => makeShort(view), main),
   };
   view.short.set("");
@@ -174,32 +169,9 @@ async function project(app, qrcode) {
   showProjector(app, qrcode, link.length > LONGEST ? linkTo(app.text, "") : link);
 }
 
-/** On paper, with the readable link where there is one. @param {View} view @param {any} qrcode */
-async function report({ app, status }, qrcode) {
-  const doc = app.store.get();
-  const link = linkTo(app.text, addressOf(doc) ?? (await linkOf(handedOn(doc))));
-  try {
-    const { default: print } = await app.files.script("drawers/share/report.js");
-    await print(app, link, link.length > LONGEST ? null : qrcode);
-  } catch (error) {
-    status.textContent = said(error, app.text);
-  }
-}
-
 /** @param {HTMLElement} element @param {View} view */
 function lay(element, view) {
-  const {
-    app,
-    title,
-    projector,
-    report: paper,
-    make,
-    status,
-    short,
-    long,
-    plain,
-    fileStatus,
-  } = view;
+  const { app, title, projector, make, status, short, long, plain, fileStatus } = view;
   const { store, text } = app;
   const scene = button(text("share.scene"), () => saveScene(store), { "data-save": "json" });
   view.plainPart = section(text, "plain", plain.place);
@@ -215,7 +187,7 @@ function lay(element, view) {
     view.plainPart,
     section(text, "long", long.place),
     section(text, "projector", h("div", { class: "row" }, projector)),
-    section(text, "report", h("div", { class: "row" }, paper)),
+    section(text, "report", h("div", { class: "row" }, view.report)),
     section(text, "files", h("div", { class: "row" }, scene)),
     numbersAsFiles(app, fileStatus),
     fileStatus,

@@ -5,6 +5,7 @@
 import { h, svg } from "../../dom.js";
 
 const OWN = /^(localhost|127\.|\[::1\])/;
+export const LONGEST = 1200; // letters of a link that a camera still reads off a projector
 const MARGIN = 4;
 const LONG = 300; // letters, from which on a code corrects fewer errors
 

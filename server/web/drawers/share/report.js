@@ -11,11 +11,13 @@ import { request } from "../../state.js";
 import { NUMBERS } from "../measure/gauge_numbers.js";
 import { readings } from "../measure/gauge_words.js";
 import { figure } from "../kit/kit.js";
+import { addressOf, linkTo } from "../../address.js";
+import { handedOn, linkOf } from "../../link.js";
 import { panelOf } from "../kit/any_chart.js";
 import { svgOf } from "../kit/picture.js";
 import { panelsOf } from "../kit/plot_data.js";
 import { farthestOf, formulaOf, periodOf, periodWords, swingsOf } from "../measure/periods.js";
-import { localOf, qrOf } from "../kit/qr.js";
+import { LONGEST, localOf, qrOf } from "../kit/qr.js";
 
 const MOST_ARMS = 12; // rows of a table; the request at the end has all
 const DASH = "\u2013";
@@ -170,16 +172,16 @@ const drawn = () =>
     requestAnimationFrame(() => requestAnimationFrame(resolve));
   });
 
-/**
- * Prints the document as a report.
- * @param {App} app @param {string} link that opens it @param {any} qrcode the library, null where
- * the link is too long for a code
- */
-export default async function printReport(app, link, qrcode) {
-  const { theme, files, text } = app;
+/** Prints the document as a report, with the readable link if there is one. @param {App} app */
+export default async function printReport(app) {
+  const { theme, files, text, store } = app;
+  const doc = store.get();
+  const link = linkTo(text, addressOf(doc) ?? (await linkOf(handedOn(doc))));
+  const { default: qrcode } = await files.script("lib/qrcode.js");
   /** @type {string[]} */
   const urls = [];
-  await Promise.all([files.style("drawers/share/report.css"), text.part("measure")]);
+  const words = ["drawers", "measure"].map((name) => text.part(name));
+  await Promise.all([files.style("drawers/share/report.css"), ...words]);
   app.clock.pause();
   theme.paper(true);
   /** @type {HTMLElement | null} */
@@ -192,7 +194,7 @@ export default async function printReport(app, link, qrcode) {
   };
   try {
     await drawn();
-    paper = await paperOf(app, link, qrcode, urls);
+    paper = await paperOf(app, link, link.length > LONGEST ? null : qrcode, urls);
   } catch (error) {
     end();
     throw error;
