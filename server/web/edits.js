@@ -136,24 +136,34 @@ function numbers({ store }) {
   };
 }
 
+/**
+ * The document with an arm more on `carrier`: as long as that, a round angle aside.
+ * @param {Doc} doc @param {number} carrier
+ */
+function grown(doc, carrier) {
+  const { pendulum, initial } = doc;
+  const siblings = pendulum.parent.filter((k) => k === carrier).length;
+  const lean = [30, -30, 60, -60, 90, -90][siblings % 6];
+  return withArm(doc, carrier, {
+    length: pendulum.length[carrier - 1],
+    mass: tipMass(pendulum, carrier),
+    phi: phiOf(Math.round(foldedTheta(initial.phi[carrier - 1])) + lean),
+  });
+}
+
+/** The last arm that carries none. @param {number[]} parent */
+const lastTip = (parent) => parent.findLastIndex((_, k) => !parent.includes(k + 1)) + 1;
+
 /** Arms that are added, taken away, chosen, followed by a trail. @param {App} app */
 function branches({ store, text, announce }) {
   return {
     /** @param {number} carrier */
     add(carrier) {
       const doc = store.get();
-      const { pendulum, initial } = doc;
-      const siblings = pendulum.parent.filter((k) => k === carrier).length;
-      const lean = [30, -30, 60, -60, 90, -90][siblings % 6];
-      const arm = {
-        length: pendulum.length[carrier - 1],
-        mass: tipMass(pendulum, carrier),
-        phi: phiOf(Math.round(foldedTheta(initial.phi[carrier - 1])) + lean),
-      };
-      const number = pendulum.length.length + 1;
+      const number = doc.pendulum.length.length + 1;
       const trails = doc.view.trails.map((tip) => (tip === carrier ? number : tip));
       const view = { selected: number, trails };
-      store.set({ ...withArm(doc, carrier, arm), view }, { label: "add" });
+      store.set({ ...grown(doc, carrier), view }, { label: "add" });
       announce(text("said.added", { arm: number, carrier }));
     },
     /** @param {number} arm */
@@ -165,6 +175,19 @@ function branches({ store, text, announce }) {
       if (!patch.view.trails.length) patch.view.trails = [farthest(patch.pendulum)];
       store.set(patch, { label: "remove" });
       announce(text(count === 1 ? "said.removed" : "said.removed.branch", { arm, count }));
+    },
+    /** So many arms: more hang on the last one, or the last ones go. @param {number} count */
+    resize(count) {
+      let doc = store.get();
+      const before = doc.pendulum.parent.length;
+      for (let n = before; n < count; n++) doc = { ...doc, ...grown(doc, n) };
+      for (let n = before; n > count; n--) {
+        const { pendulum, initial, ghosts } = withoutBranch(doc, lastTip(doc.pendulum.parent));
+        doc = { ...doc, pendulum, initial, ghosts };
+      }
+      const { pendulum, initial, ghosts } = doc;
+      const view = { selected: 0, trails: [farthest(pendulum)] };
+      store.set({ pendulum, initial, ghosts, view }, { label: count < before ? "remove" : "add" });
     },
     /** @param {number} arm */
     trail(arm) {

@@ -45,6 +45,18 @@ function cellOf(app, field, arm) {
   return input;
 }
 
+/** How many arms there are, to be changed. @param {App} app */
+function countOf({ text, edits, store }) {
+  const change = () => {
+    const count = Math.min(Math.round(Number(input.value)), MOST);
+    if (count > 0) edits.resize(count);
+    input.value = String(store.get().pendulum.length.length);
+  };
+  const limits = { type: "number", min: 1, max: MOST, "data-arms": "count" };
+  const input = h("input", { ...limits, on: { change } });
+  return { input, label: h("label", { class: "inline" }, text("arms.count"), " ", input) };
+}
+
 /** @param {App} app */
 export function createArmsTable(app) {
   const { text, store, edits } = app;
@@ -58,6 +70,7 @@ export function createArmsTable(app) {
     h("thead", {}, h("tr", {}, h("th", { scope: "col" }, text("arms.column")), ...heads)),
     body,
   );
+  const { input: count, label } = countOf(app);
   /** @type {HTMLInputElement[][]} */
   let rows = [];
 
@@ -79,10 +92,11 @@ export function createArmsTable(app) {
     );
   }
   return {
-    element: h("div", { class: "scroll" }, table),
+    element: h("div", { class: "scroll" }, label, table),
     show() {
       const doc = store.get();
       const n = doc.pendulum.length.length;
+      count.value = String(n);
       if (rows.length !== Math.min(n, MOST)) build(n);
       rows.forEach((cells, k) => {
         COLUMNS.forEach((field, i) => {

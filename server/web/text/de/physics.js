@@ -17,6 +17,7 @@ export default {
   "physics.length": "Länge",
   "physics.add": "Hinzufügen:",
   "arms.column": "Arm",
+  "arms.count": "Anzahl der Arme",
   "physics.group.gravity": "Schwerkraft",
   "physics.group.friction": "Reibung in den Gelenken",
   "physics.group.air": "Luft",

@@ -17,6 +17,7 @@ export default {
   "physics.length": "Length",
   "physics.add": "Add:",
   "arms.column": "Arm",
+  "arms.count": "Number of arms",
   "physics.group.gravity": "Gravity",
   "physics.group.friction": "Friction in the joints",
   "physics.group.air": "Air",

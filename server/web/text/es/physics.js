@@ -17,6 +17,7 @@ export default {
   "physics.length": "Longitud",
   "physics.add": "Añadir:",
   "arms.column": "Brazo",
+  "arms.count": "Número de brazos",
   "physics.group.gravity": "Gravedad",
   "physics.group.friction": "Rozamiento en las articulaciones",
   "physics.group.air": "Aire",

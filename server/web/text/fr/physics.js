@@ -17,6 +17,7 @@ export default {
   "physics.length": "Longueur",
   "physics.add": "Ajouter :",
   "arms.column": "Bras",
+  "arms.count": "Nombre de bras",
   "physics.group.gravity": "Pesanteur",
   "physics.group.friction": "Frottement dans les articulations",
   "physics.group.air": "Air",

@@ -17,6 +17,7 @@ export default {
   "physics.length": "Lengte",
   "physics.add": "Toevoegen:",
   "arms.column": "Arm",
+  "arms.count": "Aantal armen",
   "physics.group.gravity": "Zwaartekracht",
   "physics.group.friction": "Wrijving in de scharnieren",
   "physics.group.air": "Lucht",

@@ -17,6 +17,7 @@ export default {
   "physics.length": "Uzunluk",
   "physics.add": "Ekle:",
   "arms.column": "Kol",
+  "arms.count": "Kol sayısı",
   "physics.group.gravity": "Yerçekimi",
   "physics.group.friction": "Eklemlerde sürtünme",
   "physics.group.air": "Hava",
